@@ -193,6 +193,8 @@ class GrindingRecord:
     def to_dataframe(self, table: Literal["strokes", "executions", "dresses", "parts"] = "strokes") -> Any:
         """A table as a pandas data frame; its columns have their units, as in `frame["power [W]"]`.
 
+        Of a job with stations `frame["station"]` has their names.
+
         Raises:
             RecordError: there is no such table.
             MissingExtra: pandas is not installed.
@@ -203,7 +205,10 @@ class GrindingRecord:
         with needing("data", "data frames need"):
             import pandas
         rows = getattr(self, table)
-        return pandas.DataFrame({heading(name): rows[name] for name in rows.dtype.names or ()})
+        frame = pandas.DataFrame({heading(name): rows[name] for name in rows.dtype.names or ()})
+        if self.job.stations:
+            frame.insert(1, "station", [self.job.station_of(number) for number in rows["part"].tolist()])
+        return frame
 
     def plot(self) -> "Figure":
         """Depth, power, heat, wheel, roughness and size of the run with the limits of its job, as `grind run --plot`.

@@ -40,21 +40,29 @@ from grind_env.control import (
 from grind_env.control.cycles import codes_said
 from grind_env.control.rules import INSTANT
 from grind_env.errors import GrindError
-from grind_env.machine.axes import cross_axis, plunge_axis
+from grind_env.machine.axes import cross_axis
 from grind_env.machine.dress.dressing import DressPrograms
 from grind_env.machine.dress.mounting import Mount
 from grind_env.machine.dress.program import NO_DRESS, DressPlan, DressProgramError
 from grind_env.machine.dress.sharpening import NO_SHARPENING, sharpening_of, sharpenings_of
-from grind_env.machine.job import Job, PartConditions, require_conditions
+from grind_env.machine.job import Job, PartConditions, Station, require_conditions
 from grind_env.machine.part.feeds import feed_stroke, keeps_across, leads_over, table_axis
 from grind_env.machine.part.grooving import infeed_depth
-from grind_env.machine.part.part import PartRun
+from grind_env.machine.part.part import ANYWHERE, PartRun
 from grind_env.machine.part.rows import STROKE_ROW, WHEEL_FIELDS, numbers_of
 from grind_env.machine.part.running import Running
+from grind_env.machine.part.stations import Sweep, alone, met, sweep_of, sweep_of_plan, touched
 from grind_env.machine.part.unjudged import Unjudged
 from grind_env.machine.record import DRESS_ROW, PART_ROW, GrindingRecord, Log
 from grind_env.machine.watch import Watch
-from grind_env.machine.watch.advice import BEYOND_NUMBERS, advancing_dresser, called_dress, missed_diamond
+from grind_env.machine.watch.advice import (
+    BEYOND_NUMBERS,
+    advancing_dresser,
+    called_dress,
+    missed_diamond,
+    shared_strokes,
+    unmet_station,
+)
 from grind_env.process.cost import STALL
 from grind_env.process.process import Drive, Moment
 from grind_env.process.state import WheelState
@@ -102,6 +110,10 @@ class GrindingRun:
         self.cycles: dict[int, CyclePlan] = {}
         self.begun = 0
         self.plan: CyclePlan | None = None
+        self._left: dict[int, PartRun] = {}  # parts of this loading that have been worked on, by their stations
+        self._shared: dict[int, Unjudged] = {}  # stations that strokes have met at once with others in this loading
+        self._met: list[Station] = []  # of the parts taken off, as they lie on the machine
+        self._unmet = {each.name for each in job.stations}
         self.part = self._load(0.0)
         self.unloaded_at: float | None = None
         self._leaving: ProgramStop | None = None  # M00 that takes the part off once the table stands
@@ -126,8 +138,13 @@ class GrindingRun:
             self.blocks,
             self.cycles,
             self.programs,
-            replace(self.job, parts=tuple(self.conditions)),
+            replace(self.job, parts=tuple(self.conditions), met=tuple(self._met)),
         )
+
+    @property
+    def parts_before(self) -> int:
+        """How many parts of the run have been begun before the one at hand, or before the next one if that is off."""
+        return len(self.parts) if self.unloaded_at is not None else self.part.number - 1
 
     def tell(self, execution: Execution) -> None:
         """Tell the control what the machine has become by what has happened: it measures wheel and table."""
@@ -149,16 +166,22 @@ class GrindingRun:
 
     # ------------------------------------------------------------------------------------------------- parts
 
-    def _load(self, began: float) -> PartRun:
-        """Put the next part on the machine and touch the wheel off on it."""
-        number = len(self.parts) + 1
+    def _load(self, began: float, station: int = ANYWHERE, axis: int = 0) -> PartRun:
+        """Put the next part on the machine, or go on to that of a station along an axis, and touch the wheel off."""
+        number = len(self.parts) + len(self._left) + 1
         require_conditions(self.conditions, number, self.programs.name)
         conditions = self.conditions[number - 1] if self.conditions else PartConditions()
         self.mount.gauge()
-        return PartRun(number, self.job, conditions, began, new_wheel=self.mount.changes > 0)
+        job = self.job if station == ANYWHERE else self.job.at_station(station, axis)
+        return PartRun(number, job, conditions, began, new_wheel=self.mount.changes > 0, station=station)
 
-    def _begin_cutting(self, time: float) -> bool:
+    def _begin_cutting(self, time: float, axis: int = 0, stations: Sequence[int] = ()) -> bool:
         """End the loading of the part, and take off the one before; what is not cut after an M00 is no part.
+
+        Args:
+            time: of the control, s.
+            axis: along which the table goes.
+            stations: that are met, by their numbers.
 
         Returns:
             Whether it has been loaded since the last cycle.
@@ -166,22 +189,84 @@ class GrindingRun:
         self.let_part_go()
         if self.unloaded_at is not None:
             self.part, self.unloaded_at = self._load(self.unloaded_at), None
+        if self.job.stations:
+            self._go_to(time, axis, stations)
         loads = not self.part.cutting
         if loads:
             self.part.cutting = True
             self.part.find_wheel(self.mount.diameter)
-            self.delay += max(self.part.began + self.job.times.load - self.clock(time), 0.0)
+            if not self._left:  # all stations are loaded together
+                self.delay += max(self.part.began + self.job.times.load - self.clock(time), 0.0)
         return loads
+
+    def _go_to(self, time: float, axis: int, stations: Sequence[int]) -> None:
+        """Go over to the part at the first of the stations that are met, unless it is that at hand.
+
+        Until strokes meet a part, what they do in the air counts for the one that is met first.
+        """
+        part = self.part
+        if stations and part.met and part.station not in stations:
+            self._change_worn_wheel(time)
+            part.spent += self.clock(time) - part.began
+            self.watch.leave(part)
+            self._left[part.station] = part
+            back = self._left.pop(stations[0], None)
+            self.part = self._load(self.clock(time), stations[0], axis) if back is None else back
+            if back is not None:
+                back.began = self.clock(time)
+                self.mount.gauge()
+                if self.mount.changes > 0:
+                    back.change_wheel()
+        elif not part.met and (stations or part.station == ANYWHERE):
+            self.part = self._load(part.began, stations[0] if stations else 0, axis)
+            self.part.cutting, self.part.tally = part.cutting, part.tally
+        self.part.met |= bool(stations)
+        blanks = (PartRun(0, self.job.at_station(k, axis), PartConditions(), 0.0, station=k) for k in self._numbers)
+        self.watch.way.others = [
+            self._left.get(each.station, each) for each in blanks if each.station != self.part.station
+        ]
+
+    @property
+    def _numbers(self) -> range:
+        """Of the stations."""
+        return range(len(self.job.stations))
+
+    def _meet(self, line: int, stations: Sequence[int]) -> None:
+        """Strokes of a block have met stations; of several at once none is judged, for that is not simulated."""
+        names = [self.job.stations[k].name for k in stations]
+        self._unmet.difference_update(names)
+        if len(stations) > 1:
+            text = shared_strokes(names)
+            self.watch.notices.tell(line, "stations", text)
+            for k in stations:
+                lines = {line, *(self._shared[k].lines if k in self._shared else ())}
+                self._shared[k] = Unjudged(tuple(sorted(lines)), self._shared[k].why if k in self._shared else text)
 
     def _unload(self, time: float, stop: ProgramStop | None = None) -> None:
         """Take the part off the machine, at a stop or at the end of the program, unless that has been done."""
         if self.unloaded_at is None:
             self._change_worn_wheel(time)
             self.unloaded_at = self.clock(time)
+            self.part.spent += self.unloaded_at - self.part.began
             self.watch.unload(self.part, stop)
-            self.parts.add(self.part.row(self.unloaded_at - self.part.began))
-            self.stages.append(tuple(self.part.passed))
-            self.unjudged.append(self.part.unjudged)
+            self._left[self.part.station] = self.part
+            for station in self._shared.keys() - self._left.keys():
+                self._left[station] = self._load(self.unloaded_at, station, self.axis)
+            for part in sorted(self._left.values(), key=lambda part: part.number):
+                self._take_off(part)
+            self._left.clear()
+            self._shared.clear()
+
+    def _take_off(self, part: PartRun) -> None:
+        if part is not self.part:
+            self.watch.take_off(part)
+        if part.station in self._shared:
+            part.unjudged += (self._shared[part.station],)
+        self.parts.add(part.row(part.spent))
+        self.stages.append(tuple(part.passed))
+        self.unjudged.append(part.unjudged)
+        if part.station != ANYWHERE:
+            self._met.append(Station(name=self.job.stations[part.station].name, part=part.job.part))
 
     def _change_worn_wheel(self, time: float) -> None:
         p = self.part.p
@@ -226,12 +311,23 @@ class GrindingRun:
                 "G76 or G77 cuts grooves, and without these feed moves grind along the axis across G17, G18 or G19"
             )
         self.let_part_go()
-        if self.unloaded_at is not None and self.watch.way.grinds(PartRun(0, self.job, PartConditions(), 0.0)):
-            self._begin_cutting(event.time)
+        if self.unloaded_at is not None:
+            self._grind_between(event.time)
         self._unload(event.time)
         self.watch.stops.end()
+        for each in self.job.stations:
+            if each.name in self._unmet:
+                self.watch.notices.sentences.append(unmet_station(each.name, self.programs.name))
         for line, number in self.dressing.called(self.position, self.axis):
             self.watch.notices.tell(line, "call", called_dress(number))
+
+    def _grind_between(self, time: float) -> None:
+        """The moves since the last part was taken off may grind the next one, which has had no cycle."""
+        stations = self._numbers or [ANYWHERE]
+        for k in stations:
+            job = self.job if k == ANYWHERE else self.job.at_station(k, self.axis)
+            if self.unloaded_at is not None and self.watch.way.grinds(PartRun(0, job, PartConditions(), 0.0)):
+                self._begin_cutting(time, self.axis, () if k == ANYWHERE else (k,))
 
     # ----------------------------------------------------------------------------------- cycles and dresses
 
@@ -242,17 +338,23 @@ class GrindingRun:
             dress = self.dressing.plan(plan.program, self.position, event)
             if plan.program in self.dressing.advancing and self.job.setup.dresser_infeed is None:
                 self.watch.notices.tell(0, f"O{plan.program}", advancing_dresser(plan.program, dress.depth))
-        self._take_over(event.time, plan, dress)
+        self._take_over(event.time, plan, sweep_of_plan(plan, self.position), dress)
         self.cycles[plan.line] = plan
         if plan.plunge_axis is not None:
             self.part.deepest = max(self.part.deepest, self.part.job.part.surface - plan.depth_target)
 
-    def _take_over(self, time: float, plan: CyclePlan, dress: DressPlan | None = None) -> None:
-        """A cycle, with what its dress program does, or a feed move that is a stroke takes over."""
-        loads = self._begin_cutting(time)
+    def _take_part(self, time: float, plan: CyclePlan, stations: Sequence[int]) -> bool:
+        """The part at the stations that a block of strokes meets is taken up; whether it has been loaded for it."""
+        self._meet(plan.line, stations)
+        loads = self._begin_cutting(time, plan.axis, stations)
         self.part.take_up(self.running.setup)
         self.part.find_wheel(self.mount.diameter)
         self.watch.start_cycle(self.part, plan)
+        return loads
+
+    def _take_over(self, time: float, plan: CyclePlan, sweep: Sweep, dress: DressPlan | None = None) -> None:
+        """A cycle, with what its dress program does, or a feed move that is a stroke takes over."""
+        loads = self._take_part(time, plan, met(self.job, sweep))
         if self.job.process.before is not None:
             self.part.p = self.part.nominal
         self.mount.take_up(None if plan.program is None or self._misses(plan.program) else dress, self.part.p)
@@ -264,31 +366,34 @@ class GrindingRun:
 
     def _feed(self, move: Line) -> None:
         """A feed move, which is a stroke where it goes along the table over the part."""
-        axis, job = self._along
-        event = None if axis is None else feed_stroke(move, axis, job, self.plan)
+        axis, jobs = self._along
+        strokes = (feed_stroke(move, axis, job, self.plan) for job in jobs) if axis is not None else iter(())
+        event = next((each for each in strokes if each is not None), None)
         if event is None:
             self.watch.way.move(move)
         else:
-            self._take_over(move.begin, event.plan)
+            self._take_over(move.begin, event.plan, sweep_of(event))
             self._strokes(event, 0)
 
     def is_feed_block(self, ahead: FeedAhead) -> bool:
         """Whether a block that is about to be executed is a stroke, and its F that of the table."""
-        axis, job = self._along
+        axis, jobs = self._along
         place = ahead.start, ahead.end
-        return axis is not None and leads_over(*place, axis, job) and keeps_across(*place, axis)
+        return axis is not None and any(leads_over(*place, axis, job) for job in jobs) and keeps_across(*place, axis)
 
     @property
-    def _along(self) -> tuple[int | None, Job]:
-        """The axis along which feed moves are strokes now, None if none is, and the job with the part under them."""
+    def _along(self) -> tuple[int | None, Sequence[Job]]:
+        """The axis along which feed moves are strokes now, None if none is, and the jobs with the parts under them."""
         axis, leaves = self.axis if self.begun else self._first_axis, self._leaving is not None
-        if not self.watch.way.found:
-            return None, self.job
+        if not self.watch.way.found or axis is None:
+            return None, ()
+        if self.job.stations:
+            return axis, [self.job.at_station(k, axis) for k in self._numbers]
         if self.unloaded_at is None and not leaves:
-            return None if self.part.infeeds and not self.part.strokes else axis, self.part.job
+            return None if self.part.infeeds and not self.part.strokes else axis, (self.part.job,)
         number = len(self.parts) + leaves
         own = self.conditions[number].part if number < len(self.conditions) else None
-        return axis, self.job if own is None else replace(self.job, part=own)
+        return axis, (self.job if own is None else replace(self.job, part=own),)
 
     @cached_property
     def _first_axis(self) -> int | None:
@@ -348,6 +453,10 @@ class GrindingRun:
     def _strokes(self, event: CycleStrokes, number: int) -> None:
         """Strokes, the first one with a number within its cycle, and the dresses between them."""
         self._stroked_until = event.time
+        if self.job.stations and (stations := touched(self.job, sweep_of(event))):
+            self._meet(event.plan.line, stations)
+            if self.part.station not in stations:  # of a table that goes on, for a cycle is at its station
+                self._take_part(event.begins[0], event.plan, stations)
         if self._take_up_running(event.plan.line):
             self._begin_block(event.begins[0], event.plan)
         part, plan, count = self.part, event.plan, len(event.begins)
@@ -421,6 +530,9 @@ class GrindingRun:
 
     def _infeed(self, event: Infeed) -> None:
         """A groove infeed; it wears the wheel only if the job grooves with the wheel."""
+        if self.job.stations:
+            place = f"{self.programs.name}:{event.line}"
+            raise GrindingError(f"{place}: a groove is cut, and grooves lie at no station; leave [[stations]] out")
         loads = self._begin_cutting(event.begin)
         self.blocks[event.line] = event.block
         if self.job.setup.grooving_wheel:
@@ -438,24 +550,6 @@ class GrindingRun:
         self._add(np.array([row], STROKE_ROW), bytes([done.plunged]), stalls)
         if self.job.setup.grooving_wheel:
             self.watch.cuts.infeed(self.part, event, done.stroke, before, wheel)
-
-
-def alone(event: Stroke) -> CycleStrokes:
-    """A stroke that has come by itself, as strokes of which there is one."""
-    axis = event.axis
-    return CycleStrokes(
-        time=event.finish,
-        plan=event.cycle,
-        start=event.start,
-        feed=event.feed,
-        begins=(event.begin,),
-        seconds=(event.seconds,),
-        plunge=(event.middle[plunge_axis(axis)],),
-        cross=(event.middle[cross_axis(axis)],),
-        end=event.end,
-        dresses=(),
-        inch=event.inch,
-    )
 
 
 HAPPENINGS: Mapping[type[Any], Callable[[GrindingRun, Any], None]] = {

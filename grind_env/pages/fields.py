@@ -6,7 +6,7 @@ from itertools import groupby
 from grind_env.envs.tasks import schema
 from grind_env.envs.tasks.schema import Row
 from grind_env.pages.catalogue_fields import keys_of, preface, remark_on
-from grind_env.pages.job_fields import STAGES, job_rows
+from grind_env.pages.job_fields import STAGES, STATIONS, job_rows
 from grind_env.pages.markdown import table
 from grind_env.process.catalogue import KINDS, load_catalogue
 
@@ -45,7 +45,7 @@ def fields_page() -> str:
 def _tables(rows: Sequence[Row]) -> list[str]:
     lines = []
     for name, listed in groupby(rows, key=lambda row: row.table):
-        heading = f"[[{name}]]" if name in ("kind", STAGES) else f"[{name}]" if name else "Above all tables"
+        heading = f"[[{name}]]" if name in ("kind", STAGES, STATIONS) else f"[{name}]" if name else "Above all tables"
         cells = [(f"`{row.key}`", _unit(row), row.holds, row.otherwise, row.meaning) for row in listed]
         lines += [f"### {heading}", table(("key", "unit", "holds", "", "meaning"), cells)]
     return lines

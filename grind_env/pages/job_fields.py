@@ -3,18 +3,23 @@
 from collections.abc import Mapping
 
 from grind_env.envs.tasks.schema import FILES, Row, rows_of
-from grind_env.machine.job import Diamond, Lots, Part, Setup, Stage, Times, WheelStart
+from grind_env.machine.job import Diamond, Lots, Part, Setup, Stage, Station, Times, WheelStart
 from grind_env.process.catalogue import KINDS, USUAL
 from grind_env.process.tables import Content
 
 STAGES = "part.stages"
 """A table for each stage, headed `[[part.stages]]`."""
 
+STATIONS = "stations"
+"""A table for each station, headed `[[stations]]`."""
+
+NUMBER, BESIDE = "its number", "beside these any key of [part] in which it differs"
 MATERIAL = "work material: the name of an entry of the catalogue"
 
 
 def job_rows() -> list[Row]:
     """All keys, table by table."""
+    known = {row.key: row.meaning for row in rows_of(STATIONS, Station)}
     text, numbers = Content(str, str), Content(Mapping, float)
     names = [Row("setup", kind, text, f"{kind}: the name of an entry of the catalogue", USUAL[kind]) for kind in USUAL]
     overrides = [
@@ -25,6 +30,14 @@ def job_rows() -> list[Row]:
         Row("part", "material", text, MATERIAL, required=True),
         *rows_of("part", Part),
         *rows_of(STAGES, Stage),
+        Row(
+            STATIONS,
+            "name",
+            text,
+            f"{known['name']}; beside these any key of [part] in which it differs",
+            derived=NUMBER,
+        ),
+        *(row for row in rows_of(STATIONS, Station) if row.key != "name"),
         *names,
         *rows_of("setup", Setup),
         *overrides,

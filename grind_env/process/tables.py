@@ -8,7 +8,7 @@ of a document and are passed over.
 import functools
 import itertools
 from collections.abc import Iterable, Mapping
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, dataclass, fields, replace
 from numbers import Integral
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
@@ -67,6 +67,8 @@ class Content:
         span = f" from {self.quantity}" if self.quantity else ""
         if self.type is tuple and self.item is str:
             return "a list of texts"
+        if self.type is tuple and self.count > 2:
+            return f"{self.count} numbers{span}, in a list"
         if self.type is tuple:
             return f"two numbers{span}, the lower one first" if self.count == 2 else f"rising numbers{span}, in a list"
         if self.type is Mapping:
@@ -90,8 +92,8 @@ class Content:
         return isinstance(value, self.item) and (not self.choices or value in self.choices)
 
     def _rises(self, value: tuple[float, ...]) -> bool:
-        # a range may be one number, a list of levels has no two alike
-        return all(a <= b if self.count else a < b for a, b in itertools.pairwise(value))
+        # a range may be one number, a list of levels has no two alike, and coordinates are as they are
+        return self.count > 2 or all(a <= b if self.count else a < b for a, b in itertools.pairwise(value))
 
 
 @functools.cache
@@ -176,9 +178,7 @@ def _content(hint: Any, quantity: Quantity | None = None) -> Content | None:
     if origin in (Union, UnionType):
         (kind,) = (each for each in given if each is not NoneType)
         content = _content(kind, quantity)
-        return (
-            None if content is None else Content(content.type, content.item, content.count, content.quantity, (), True)
-        )
+        return None if content is None else replace(content, optional=True)
     if origin is Literal:
         return Content(str, str, choices=given)
     if origin is tuple and given[0] in (float, str):

@@ -140,7 +140,7 @@ def picture(record: GrindingRecord, job: Job | None = None) -> Picture:
         breaks=tuple(np.union1d(record.dresses["after"], changes).astype(int).tolist()),
         dresses=tuple((float(dress["after"]) + 0.5, float(dress["seconds"])) for dress in record.dresses),
         spans=tuple(spans(record)),
-        parts=tuple((int(np.searchsorted(strokes["part"], part)), int(part)) for part in parts["part"]),
+        parts=tuple((int(np.argmax(strokes["part"] == part)), int(part)) for part in parts["part"]),
         spark_out=sparks_out(record),
     )
 
@@ -187,7 +187,9 @@ def behind(record: GrindingRecord, job: Job) -> Array:
 
     At the end of a part that the program grinds to its size it is the mean size error.
     """
-    strokes = record.strokes
+    # a program may come back to the part at a station
+    order = np.argsort(record.strokes["part"], kind="stable")
+    strokes = record.strokes[order]
     ground = [job.of_part(number).part for number in record.parts["part"].tolist()]
     areas = np.array([part.width * part.length for part in ground])
     removed = strokes["ae"] * strokes["b"] * strokes["Lw"] / areas[strokes["part"] - 1]
@@ -198,7 +200,9 @@ def behind(record: GrindingRecord, job: Job) -> Array:
     for first in np.unique(firsts):
         of_part = slice(first, first + int((firsts == first).sum()))
         deepest[of_part] = np.maximum.accumulate(strokes["Z"][of_part])
-    return np.asarray(1000.0 * (deepest - (total - before)))
+    found = np.empty(strokes.size)
+    found[order] = 1000.0 * (deepest - (total - before))
+    return found
 
 
 def _of_strokes(record: GrindingRecord, job: Job | None) -> list[Curve]:
@@ -215,7 +219,7 @@ def _of_strokes(record: GrindingRecord, job: Job | None) -> list[Curve]:
 
 
 def _of_parts(record: GrindingRecord, job: Job | None) -> list[Curve]:
-    strokes, parts = record.strokes, record.parts
+    strokes, parts = record.strokes[np.argsort(record.strokes["part"], kind="stable")], record.parts
     firsts = np.searchsorted(strokes["part"], parts["part"])
     lasts = np.append(firsts[1:], strokes.size) - 1
     curves = _loads(
@@ -267,7 +271,7 @@ def _loads(
 
 def _common_limits(job: Job) -> Limits:
     """The limits of all parts, without those that parts of several kinds do not share."""
-    every = {job.limits, *(job.of_part(number).limits for number in range(1, len(job.parts) + 1))}
+    every = {job.limits, *(job.of_part(number).limits for number in range(1, len(job.met or job.parts) + 1))}
     return Limits(*(values[0] if len(set(values)) == 1 else NO_LIMIT for values in zip(*every, strict=True)))
 
 

@@ -73,13 +73,16 @@ def _of_stroke(
 
 def _for_size(part: Any, record: GrindingRecord, job: Job) -> str:
     """What to do about the largest share of the size error of a part, or about its taper if that is larger."""
-    depths = [job.part.surface - cycle.depth_target for cycle in record.cycles.values() if cycle.plunges]
+    own = job.of_part(int(part["part"])).part
+    lines = set(record.strokes["line"][record.strokes["part"] == part["part"]].tolist()) if job.stations else None
+    cycles = (cycle for line, cycle in record.cycles.items() if lines is None or line in lines)
+    depths = [own.surface - cycle.depth_target for cycle in cycles if cycle.plunges]
     late = "let every pick end before the wheel is back on the part, by a higher F or more overtravel"
     uneven = f"it differs by {part['taper']:.1f} µm across the width"
     remedies = {
         "taper": f"{uneven}: take the last cycle over all of it, or {late}",
         "size_wear": "gauge it with M01 before the last cycle",
         "size_deflection": "raise L, or end with finer picks J",
-        "size_rest": late if max(depths, default=0.0) >= job.part.stock - DEEP else "program the depth of its stock",
+        "size_rest": late if max(depths, default=0.0) >= own.stock - DEEP else "program the depth of its stock",
     }
     return remedies[max(remedies, key=lambda field: abs(part[field]))]

@@ -33,6 +33,9 @@ COLUMNS = {
 }
 """Heading and format of each column, by the field of `record.PART_ROW`."""
 
+STATION = "station"
+"""The column behind the number of a part, of a job with stations."""
+
 WHERE_IT_OCCURS = ("dresses", "taper")
 """Columns that are left out where they hold zeros."""
 
@@ -88,7 +91,7 @@ class PartTable(NamedTuple):
     """A row for each part, or for successive ones that are alike."""
 
     fields: tuple[str, ...]
-    """Of `record.PART_ROW`, a column each; the first is the number."""
+    """Of `record.PART_ROW`, a column each, or `STATION`; the first is the number."""
     headings: tuple[str, ...]
     rows: list[Row]
 
@@ -115,8 +118,12 @@ def part_table(record: GrindingRecord, job: Job) -> PartTable:
     }
     goods = zip(cells["survival"], record.unjudged, strict=True)
     cells["survival"] = [UNKNOWN if unjudged else text for text, unjudged in goods]
-    headings = tuple(heading for heading, _ in columns.values())
-    return PartTable(tuple(columns), headings, _joined(record, job, cells))
+    headings = {name: heading for name, (heading, _) in columns.items()}
+    if job.stations:
+        names = [printable(job.station_of(number)) for number in record.parts["part"].tolist()]
+        cells = {"part": cells["part"], STATION: names, **cells}
+        headings = {"part": headings["part"], STATION: STATION, **headings}
+    return PartTable(tuple(headings), tuple(headings.values()), _joined(record, job, cells))
 
 
 def faults(record: GrindingRecord, job: Job) -> list[Fault]:
@@ -129,9 +136,16 @@ def faults(record: GrindingRecord, job: Job) -> list[Fault]:
     for words, numbers in bad.items():
         limit = words if words in unjudged else SENTENCES.get(words, f"beyond the limit of {words}")
         cause = next((cause for cause, (word, _) in CAUSES.items() if word == words), "")
-        sentence = f"{limit}: part{'s' * (len(numbers) > 1)} {runs(numbers)}"
+        sentence = f"{limit}: {parts_said(numbers, job)}"
         found.append(Fault(sentence, unjudged.get(words) or reason(cause, numbers, record, job)))
     return found
+
+
+def parts_said(numbers: Sequence[int], job: Job) -> str:
+    """Parts by their numbers, ascending, of a job with stations with the names of these."""
+    text = f"part{'s' * (len(numbers) > 1)} {runs(numbers)}"
+    names = dict.fromkeys(job.station_of(number) for number in numbers)
+    return f"{text} (station{'s' * (len(names) > 1)} {', '.join(names)})" if job.stations else text
 
 
 def _bad(record: GrindingRecord, job: Job) -> Iterator[tuple[str, int]]:
@@ -213,7 +227,7 @@ def _print_table(
 def _size(record: GrindingRecord) -> str:
     """What the size error is made up of, of the part with the largest."""
     part = record.parts[np.argmax(np.abs(record.parts["size_error"]))]
-    whose = f" of part {part['part']}" if len(record.parts) > 1 else ""
+    whose = f" of {parts_said([int(part['part'])], record.job)}" if len(record.parts) > 1 else ""
     return f"mean size error{whose} {shares(part)}"
 
 
@@ -275,7 +289,8 @@ def not_judged(found: Sequence[Unjudged]) -> str:
 def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
     """The record without its strokes, in JSON types; names and units of `record.PART_ROW` and `DRESS_ROW`.
 
-    `cycles` are the executions of blocks (`part.executions.EXECUTION_ROW`). Each part has a list `beyond` besides, of
+    `cycles` are the executions of blocks (`part.executions.EXECUTION_ROW`). Each part of a job with stations has the
+    name of its `station`, and each part a list `beyond` besides, of
     what keeps it from being good; `reasons` says by the word in it where the parts have been most beyond a limit, and
     what to do.
     """
@@ -290,7 +305,9 @@ def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
         "cost": float(record.parts["total_cost"].sum()),
         "good_parts": float(record.parts["survival"].sum()),
         "parts": [
-            dict(zip(names, part.tolist(), strict=True)) | {"beyond": beyond(causes(part, job), stages, unjudged)}
+            dict(zip(names, part.tolist(), strict=True))
+            | ({STATION: job.station_of(int(part["part"]))} if job.stations else {})
+            | {"beyond": beyond(causes(part, job), stages, unjudged)}
             for part, stages, unjudged in zip(record.parts, record.stages, record.unjudged, strict=True)
         ],
         "cycles": _rows(record.executions),

@@ -77,9 +77,9 @@ def job_drawn(
     """An episode of a job of that many parts with one block each."""
     blocks, wheel = np.arange(parts), np.zeros(len(WheelState._fields))
     tape, wheels = np.empty((1, parts, len(TapeRow._fields))), np.empty((1, len(wheel)))
-    generator = JobGenerator(blocks.tolist(), parts, lots, 0.2, spread, wheel)
+    generator = JobGenerator(blocks.tolist(), parts, lots, [0.2] * parts, spread, wheel)
     generator.begin(tape, wheels, np.array([0]), [rng], [given])
-    return job_tape(tape[0], blocks, parts, 0.2)
+    return job_tape(tape[0], blocks, parts, [0.2] * parts)
 
 
 def tape_of_job(env: Any) -> JobTape:

@@ -27,10 +27,14 @@ class ProgramBranches:
     """
 
     def __init__(self, blocks: Sequence[BlockOutline], job: Job, kind_of_row: Numbers, revolutions: float) -> None:
-        self._blocks, self._stock = blocks, job.part.stock
-        self.kind_of_row, self.base = kind_of_row, np.array([job.parameters])
-        self.nominal = np.repeat(self.base, kind_of_row.max() + 1, axis=0)
-        self.wheel = np.array(first_wheel(job, blocks[0].dress, job.parameters))
+        jobs = [job.of_part(block.part + 1) for block in blocks]
+        self._blocks, self._stocks = blocks, np.array([each.part.stock for each in jobs])
+        parameters = [each.parameters for each in jobs]
+        self.kind_of_row = kind_of_row
+        self.base = np.array(parameters if job.stations else [job.parameters])
+        _, firsts = np.unique(kind_of_row, return_index=True)
+        self.nominal = self.base[np.minimum(firsts, len(self.base) - 1)]
+        self.wheel = np.array(first_wheel(job, blocks[0].dress, jobs[0].parameters))
         self.dress_price, self.usual_dress = 0.0, (USUAL_LEAD * revolutions, USUAL_DEPTH)
         dress = next((block.dress for block in blocks if block.dress is not None), None)
         if dress is not None:
@@ -68,4 +72,4 @@ class ProgramBranches:
         mine = cast(JobEpisodes, episodes)
         mine.block[index] = mine.first[index] = rows
         mine.tape[index, 0, KIND] = rows
-        mine.tape[index, 0, TAPE_STOCK] = stocks * self._stock
+        mine.tape[index, 0, TAPE_STOCK] = stocks * self._stocks[rows]

@@ -118,8 +118,12 @@ class JobSimulation:
             self.script = script_of(programs, job, Ranges(E=(low, high), J=picks, L=spark_outs))
             refuse_more(programs, len(self.script.blocks))
             self.tables = tables_of(self.script)
+            self.job = job = self.script.job
         except ScriptError as error:
-            self.why = error
+            self.why, self.script = error, None
+            if job.stations:
+                remedy = "with [[stations]] that is for grind run alone, and others need each part finished in turn"
+                raise JobProgramError(f"{error}; {remedy}") from None
         if self.script is None:
             trials = [Choice(low, ACTION.executions), Choice(high, 0), Choice(high, ACTION.executions)]
             self.blocks = outline_of_runs(programs, job, trials, between)
@@ -141,6 +145,7 @@ class JobSimulation:
         self.task = replace(task, blocks=len(self.blocks), kinds=kinds, sequence=sequence)
         constant = constant_readings(self.blocks, job, spread, picks=bool(picks))
         self.entries = job_readings(task, constant, full=full)
+        self._stocks = [job.of_part(number).part.stock for number in range(1, self.parts + 1)]
         engaged = min(job.part.width, job.setup.wheel.width)
         self.usual = {"last_width": engaged, "stock": 1.0, "tolerance": job.part.tolerance, **constant}
         self.kinds = np.array([kind_of(block, job.of_part(block.part + 1)) for block in self.blocks])
@@ -167,9 +172,8 @@ class JobSimulation:
     def _generator_of(self, spread: float) -> JobGenerator:
         job, wheel = self.job, self.branches.wheel
         if job.parts:
-            stocks = [job.of_part(number).part.stock for number in range(1, self.parts + 1)]
-            return StatedParts(self.part_of_block.tolist(), job.parts[: self.parts], stocks, spread, wheel)
-        return JobGenerator(self.part_of_block.tolist(), self.parts, job.lots, job.part.stock, spread, wheel)
+            return StatedParts(self.part_of_block.tolist(), job.parts[: self.parts], self._stocks, spread, wheel)
+        return JobGenerator(self.part_of_block.tolist(), self.parts, job.lots, self._stocks, spread, wheel)
 
     def without_spread(self) -> "JobSimulation":
         """The same, read in the same way, with nominal parts and exact gauges."""
@@ -238,7 +242,7 @@ class JobSimulation:
 
     def tape(self, episodes: Episodes, i: int) -> JobTape:
         """What was drawn for episode i."""
-        found = job_tape(episodes.tape[i], self.part_of_block, self.parts, self.job.part.stock)
+        found = job_tape(episodes.tape[i], self.part_of_block, self.parts, self._stocks)
         return replace(found, conditions=self.job.parts[: self.parts]) if self.job.parts else found
 
     def clear(self, episodes: Episodes, index: Numbers) -> None:
@@ -286,7 +290,7 @@ class JobSimulation:
     def _job(self, episodes: Episodes, i: int, blocks: Sequence[RunBlock]) -> Job:
         """The job with the parts of episode i, and what its process remembered when it began."""
         own = blocks[0].own[: len(self.job.process.own._fields)]
-        return replace(self.job, parts=self.tape(episodes, i).conditions, own=own)
+        return replace(self.job, parts=self.tape(episodes, i).conditions, met=(), own=own)
 
     def record(self, episodes: Episodes, i: int, blocks: Sequence[RunBlock]) -> GrindingRecord:
         """As `Simulation.record`, up to the block that comes after these."""

@@ -179,7 +179,7 @@ class JobTables(NamedTuple):
     kinds: Any
     """Of each block, shape (blocks, fields of `KindRow`)."""
     base: Any
-    """Nominal parameters, shape (1, fields of `StrokeParameters`)."""
+    """Nominal parameters, shape (1 or blocks, fields of `StrokeParameters`)."""
     shops: Any
     """Numbers of the job, shape (1, fields of `Shop`)."""
     approach: float
@@ -304,7 +304,7 @@ def jobs_step(process: Process, gauge: Gauge, whole: bool) -> Callable[..., None
         """Time on the way to the first block, and that for which the machine waits for the part to be loaded, s."""
         came = tables.approach if number == 0 else 0.0
         gone = tables.approach if number == 0 else stage.gone
-        return came, max(tables.load - gone, 0.0) if row.starts_part > 0.0 else 0.0
+        return came, max(tables.load - gone, 0.0) if row.loads > 0.0 else 0.0
 
     @entry
     def prepare(tables: JobTables, episodes: JobArrays, choices: JobChoices, active: Any, results: Any) -> None:
@@ -312,13 +312,14 @@ def jobs_step(process: Process, gauge: Gauge, whole: bool) -> Callable[..., None
             number = episodes.block[i]
             row, stage = read_block(tables.blocks, number), read_stage(episodes.stages, i)
             changed = episodes.memory[i, CHANGES] > 0.0
-            write_factored(tables.parameters, i, tables.base, 0, episodes.tape, place_of(episodes, i), changed)
+            nominal = min(number, tables.base.shape[0] - 1)
+            write_factored(tables.parameters, i, tables.base, nominal, episodes.tape, place_of(episodes, i), changed)
             came, waited = came_and_waited(tables, number, row, stage)
             starts, rested = row.starts_part > 0.0, stage.rested + came + waited
             pass_time(episodes.wheels, tables.parameters, i, rested, starts)
             stage, wheel = on_the_part(row, stage, read_wheel(episodes.wheels, i))
             if starts:
-                lay(episodes[kept], i, tables.zones)
+                lay(episodes[kept], i, tables.zones[:, min(number, tables.zones.shape[1] - 1)])
             write_stage(episodes.stages, i, stage)
             write_wheel(episodes.wheels, i, wheel)
             episodes.memory[i, FOUND] = wheel.ds

@@ -76,16 +76,22 @@ class JobGenerator:
         part_of_block: number of the part of each block, from 0.
         parts: how many parts the program grinds.
         lots: how lots and stocks differ.
-        stock: nominal stock of a part, mm.
+        stocks: nominal stock of each part, mm.
         spread: factor on all standard deviations; 0 is the nominal job with exact gauges.
         wheel: as the first block finds it, shape (fields of `WheelState`,).
     """
 
     def __init__(
-        self, part_of_block: Sequence[int], parts: int, lots: Lots, stock: float, spread: float, wheel: NDArray[Any]
+        self,
+        part_of_block: Sequence[int],
+        parts: int,
+        lots: Lots,
+        stocks: Sequence[float],
+        spread: float,
+        wheel: NDArray[Any],
     ) -> None:
-        self.part_of_block = np.array(part_of_block)
-        self.parts, self.lots, self.stock, self.spread, self.wheel = parts, lots, stock, spread, wheel
+        self.part_of_block, self.stocks = np.array(part_of_block), np.array(stocks)
+        self.parts, self.lots, self.spread, self.wheel = parts, lots, spread, wheel
         self._wheel_sigmas = spread * np.array([*WHEEL_SPREAD.values()])
         self._lot_sigmas = spread * np.array([lots.growth, lots.pressure])
 
@@ -133,7 +139,7 @@ class JobGenerator:
             self.spread * lots.roughness,
             self.spread,
             lots.probability,
-            self.stock,
+            self.stocks,
             episode,
             drawn,
             uniforms,
@@ -168,7 +174,7 @@ class StatedParts(JobGenerator):
         wheel: NDArray[Any],
     ) -> None:
         alike = Lots(probability=0.0, growth=0.0, pressure=0.0, stock=0.0, roughness=0.0)
-        super().__init__(part_of_block, len(conditions), alike, stocks[0], spread, wheel)
+        super().__init__(part_of_block, len(conditions), alike, stocks, spread, wheel)
         self._wheel_sigmas = np.zeros(len(WHEEL_SPREAD))
         rows = [_stated(number, each, stocks[number - 1]) for number, each in enumerate(conditions, 1)]
         self._stated = np.array(rows)[self.part_of_block]
@@ -217,7 +223,7 @@ def fill_jobs(
     roughness_sigma: float,
     spread: float,
     probability: float,
-    nominal: float,
+    nominal: Any,
     episode: Any,
     lots: Any,
     uniforms: Any,
@@ -238,7 +244,7 @@ def fill_jobs(
         roughness_sigma: of the roughness from part to part, logarithmic.
         spread: factor on all that is random.
         probability: that a part after the first begins a new lot.
-        nominal: stock of a part, mm.
+        nominal: stock of each part, mm, shape (parts,).
         episode: standard normal numbers of the wheel, shape (M, 5).
         lots: of each part, should it begin a lot, shape (M, parts, 2).
         uniforms: of each part, shape (M, parts).
@@ -281,7 +287,7 @@ def fill_job(
     roughness_sigma: float,
     measurement: float,
     probability: float,
-    nominal: float,
+    nominal: Any,
     episode: Any,
     lots: Any,
     uniforms: Any,
@@ -301,7 +307,7 @@ def fill_job(
         roughness_sigma: of the roughness from part to part, logarithmic.
         measurement: factor on the noise of the gauges.
         probability: that a part after the first begins a new lot.
-        nominal: stock of a part, mm.
+        nominal: stock of each part, mm, shape (parts,).
         episode: standard normal numbers of the wheel, shape (5,).
         lots: of each part, should it begin a lot, shape (parts, 2).
         uniforms: of each part, shape (parts,).
@@ -315,7 +321,7 @@ def fill_job(
     fc = unless(fixed.fc, log_normal(wheel_sigmas[2], episode[2]))
     Gref = unless(fixed.Gref, log_normal(wheel_sigmas[3], episode[3]))
     hf = unless(fixed.hf, log_normal(wheel_sigmas[4], episode[4]))
-    part, kA, pm, ra_scale, part_ra, stock = -1, 1.0, 1.0, 1.0, 1.0, nominal
+    part, kA, pm, ra_scale, part_ra, stock = -1, 1.0, 1.0, 1.0, 1.0, nominal[0]
     for k in range(part_of_block.size):
         begins = False
         while part < part_of_block[k]:
@@ -326,7 +332,7 @@ def fill_job(
                 pm = unless(fixed.pm, log_normal(lot_sigmas[1], lots[part, 1]))
             part_ra = log_normal(roughness_sigma, roughness[part]) if np.isnan(fixed.ra_scale) else 1.0
             ra_scale = unless(fixed.ra_scale, wheel_ra * part_ra)
-            stock = nominal * max(LEAST_STOCK, 1.0 + stock_sigma * stocks[part])
+            stock = nominal[part] * max(LEAST_STOCK, 1.0 + stock_sigma * stocks[part])
         shown = 1.0 if begins else 0.0  # numba takes no condition among so many keywords
         row = TapeRow(
             kind=float(k),
@@ -356,12 +362,15 @@ def fill_job(
         write_row(tape, k, row)
 
 
-def job_tape(tape: NDArray[np.float64], part_of_block: NDArray[np.int64], parts: int, nominal: float) -> JobTape:
-    """What a tape, shape (blocks, fields of `TapeRow`), says of each part; `nominal` stock in mm."""
+def job_tape(
+    tape: NDArray[np.float64], part_of_block: NDArray[np.int64], parts: int, nominal: Sequence[float]
+) -> JobTape:
+    """What a tape, shape (blocks, fields of `TapeRow`), says of each part; its `nominal` stock in mm."""
     first = np.flatnonzero(np.diff(part_of_block, prepend=-1))
     rows = tape[first]
     factors = [dict(zip(FACTORS, row, strict=True)) for row in rows[:, FACTOR_COLUMNS].tolist()]
-    stocks = [None if stock == nominal else stock for stock in rows[:, STOCK].tolist()]
+    drawn = zip(part_of_block[first].tolist(), rows[:, STOCK].tolist(), strict=True)
+    stocks = [None if stock == nominal[part] else stock for part, stock in drawn]
     found = [PartConditions(stock=stock, factors=each) for stock, each in zip(stocks, factors, strict=True)]
     # a part without a cycle block is as the one with the next block, or with the last one
     of_part = np.minimum(np.searchsorted(part_of_block[first], np.arange(parts)), len(found) - 1)

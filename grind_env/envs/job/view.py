@@ -59,6 +59,8 @@ def job_view(
     part = PartState(*episodes.parts[i].tolist())
     shown = coming.part if loads or not blocks else outlines[blocks[-1].number].part
     lowest, highest = ACTION.speed_ends
+    parts = [each.part for each in job.met] or [job.part]
+    name_of = job.station_of(shown + 1)
     return View(
         extent=Extent(
             title=name,
@@ -68,14 +70,17 @@ def job_view(
             lowest_speed=1000.0 * lowest,
             highest_speed=1000.0 * highest,
             most_executions=max((block.executions for block in blocks), default=1) or 1,
-            longest=job.part.length,
-            thickest=STOCK_ROOM * job.part.stock,
+            longest=max(each.length for each in parts),
+            thickest=STOCK_ROOM * max(each.stock for each in parts),
         ),
-        ground=tuple(_ground(job, *each) for each in zip(blocks, outcomes, strict=True)),
+        ground=tuple(
+            _ground(job.of_part(outlines[each[0].number].part + 1), *each)
+            for each in zip(blocks, outcomes, strict=True)
+        ),
         wheel=episodes.wheel(i),
         part=Workpiece(
-            name=f"part {shown + 1}",
-            length=job.part.length,
+            name=f"part {shown + 1}{f' ({name_of})' if name_of else ''}",
+            length=job.of_part(shown + 1).part.length,
             stock=stock,
             left=stock if not blocks else stock - part.S,
         ),

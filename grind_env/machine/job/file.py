@@ -35,6 +35,12 @@
     growth = 0.6            # spread of how fast a lot dulls the wheel, like that of pressure logarithmic
     stock = 0.1             # standard deviation of the stock of a part over the nominal one
 
+    [[stations]]            # optional, one for each part that lies on the table, if there are several
+    name = "left"           # in tables and messages; "1", "2" ... if left out
+    offset = "G54"          # in which its place is given; machine coordinates if left out
+    origin = [0, 0, 0]      # mm, where the zero of that offset lies on the machine
+    start = 20              # mm, and any other key of [part] in which it differs
+
     [[parts]]               # optional, one for each part that the program grinds: how it differs
     stock = 0.31            # mm, its true stock
     factors = { kA = 1.2 }  # on parameters of the process model: a lot that dulls the wheel faster
@@ -50,10 +56,12 @@ the wheel and the stock as they are. A program of grooves alone is judged by the
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
-from grind_env.errors import GrindError
+from grind_env.errors import GrindError, shortened
 from grind_env.files import ReadError, beside, is_file, shown
 from grind_env.machine.job.job import (
+    PART_AT_STATION,
     Diamond,
     Job,
     JobError,
@@ -62,6 +70,7 @@ from grind_env.machine.job.job import (
     PartConditions,
     Setup,
     Stage,
+    Station,
     Times,
     WheelStart,
     wrong,
@@ -81,6 +90,7 @@ from grind_env.process.tables import (
 from grind_env.process.user_catalogue import OVERRIDES, catalogue_of, entry_of, files_of
 from grind_env.toml import TomlError, read_toml
 
+TABLES = "part", "setup", "times", "wheel", "lots", "diamond", "catalogue", "parts", "stations"
 VALUES = tuple(contents(Setup))
 """Keys of `[setup]` that are no entries of the catalogue."""
 FACTORS = Content(Mapping, float, quantity=Quantity("", "", 1e-9, 1e9))
@@ -126,7 +136,7 @@ def load_job(path: str | Path) -> Job:
 
 
 def _job(document: TomlTable, folder: Path) -> Job:
-    refuse_unknown(document, ("part", "setup", "times", "wheel", "lots", "diamond", "catalogue", "parts"), JobError)
+    refuse_unknown(document, TABLES, JobError)
     part = sub_table(document, "part", keys(Part), JobError)
     setup = sub_table(document, "setup", (*USUAL, *VALUES, *OVERRIDES), JobError)
     times = sub_table(document, "times", keys(Times), JobError)
@@ -135,30 +145,67 @@ def _job(document: TomlTable, folder: Path) -> Job:
     diamond = sub_table(document, "diamond", keys(Diamond), JobError)
     catalogue = catalogue_of(document, folder, JobError)
 
-    refuse_missing(part, Part, "part", JobError)
+    lying = _tables(document, "stations")
+    if not lying:
+        refuse_missing(part, Part, "part", JobError)
     if "diamond" in document:
         refuse_missing(diamond, Diamond, "diamond", JobError)
-    names = {"part.material": part["material"]}
+    names = {"part.material": part["material"]} if "material" in part else {}
     names |= {f"setup.{kind}": setup.get(kind, default) for kind, default in USUAL.items()}
-    material, *tools = (entry_of(catalogue, key, name, setup, JobError) for key, name in names.items())
+    entries = {key: entry_of(catalogue, key, name, setup, JobError) for key, name in names.items()}
+    if "part.material" in entries:
+        part = {**part, "material": entries["part.material"]}
+    stations = tuple(_station(number, table, part, catalogue) for number, table in enumerate(lying, 1))
     return Job(
-        part=Part(**{**part, "material": material, "stages": _stages(part)}),
-        setup=Setup(**dict(zip(USUAL, tools, strict=True)), **{key: setup[key] for key in VALUES if key in setup}),
+        part=stations[0].part if stations else _part(part),
+        setup=Setup(
+            **{kind: entries[f"setup.{kind}"] for kind in USUAL},
+            **{key: setup[key] for key in VALUES if key in setup},
+        ),
         times=Times(**times),
         wheel=WheelStart(**wheel),
         lots=Lots(**lots),
         diamond=Diamond(**diamond) if "diamond" in document else None,
-        parts=_parts(document, {**part, "material": material}, catalogue),
+        parts=_parts(document, part, catalogue),
+        stations=stations,
     )
+
+
+def _tables(document: TomlTable, name: str) -> list[object]:
+    """The tables of a name, each headed with it."""
+    found = document.get(name, [])
+    if not isinstance(found, list):
+        raise wrong(name, found, f"tables, each headed [[{name}]]")
+    return found
+
+
+def _part(table: TomlTable) -> Part:
+    return Part(**{**table, "stages": _stages(table)})
+
+
+def _station(number: int, table: object, part: TomlTable, catalogue: Catalogue) -> Station:
+    """A station, whose part differs from the one in the table `part`, which has its material already if it has one."""
+    place = tuple(contents(Station))
+    name = table.get("name", str(number)) if isinstance(table, Mapping) else number
+    try:
+        table = checked(table, "stations", (*place, *keys(Part)), JobError)
+        own = {key: value for key, value in table.items() if key not in place}
+        if "material" in own:
+            own["material"] = entry_of(catalogue, "part.material", own["material"], {}, JobError)
+        refuse_missing({**part, **own}, Part, "part", JobError)
+        lies: dict[str, Any] = {key: table[key] for key in place if key in table}
+        if isinstance(lies.get("origin"), list):
+            lies["origin"] = tuple(lies["origin"])
+        return Station(**{"name": str(number), **lies, "part": _part({**part, **own})})
+    except JobError as error:
+        message = f"station {shortened(str(name))}: {error.message}"
+        raise JobError(message, error.key, error.found, error.legal) from None
 
 
 def _parts(document: TomlTable, part: TomlTable, catalogue: Catalogue) -> tuple[PartConditions, ...]:
     """How each part differs from the one in the table `part`, which has its material already."""
-    found = document.get("parts", [])
-    if not isinstance(found, list):
-        raise wrong("parts", found, "tables, each headed [[parts]]")
     parts = []
-    for number, table in enumerate(found, 1):
+    for number, table in enumerate(_tables(document, "parts"), 1):
         try:
             parts.append(_conditions(checked(table, "parts", keys(PartConditions), JobError), part, catalogue))
         except JobError as error:
@@ -172,10 +219,12 @@ def _conditions(table: TomlTable, part: TomlTable, catalogue: Catalogue) -> Part
             raise wrong(f"parts.{key}", table[key], content.legal)
     own = None
     if "part" in table:
+        if not part.keys() >= set(keys(Part, required=True)):  # it is that of the stations to say what is missing
+            raise JobError(PART_AT_STATION, "parts.part")
         differing = dict(sub_table(table, "part", keys(Part), JobError, "parts.part"))
         if "material" in differing:
             differing["material"] = entry_of(catalogue, "part.material", differing["material"], {}, JobError)
-        own = Part(**{**part, **differing, "stages": _stages({**part, **differing})})
+        own = _part({**part, **differing})
     return PartConditions(**{**table, "part": own})
 
 

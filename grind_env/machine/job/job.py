@@ -12,8 +12,11 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Annotated, Literal, TypeAlias
 
-from grind_env.control.control import Control
+from grind_env.control import Position
+from grind_env.control.control import ORIGIN, Control
+from grind_env.control.paths import displaced
 from grind_env.errors import did_you_mean, quoted
+from grind_env.machine.axes import cross_axis, plunge_axis
 from grind_env.process import tables
 from grind_env.process.cost import NO_LIMIT, Limits, Rates
 from grind_env.process.entries import Dresser, Fluid, Machine, Material, Quantity, Wheel
@@ -24,6 +27,14 @@ from grind_env.process.tables import TableError
 
 ByHand: TypeAlias = Literal["by program", "always on"]
 """Whether the words of the program count, or somebody at the machine sees to it and they have no effect."""
+
+
+WorkOffset: TypeAlias = Literal["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"]
+"""A work coordinate system of the control."""
+
+
+PART_AT_STATION = "parts.part says what parts are that lie at stations; say there what differs, and leave it out"
+"""What to say of parts of other kinds in a job with stations."""
 
 
 class JobError(TableError):
@@ -103,6 +114,46 @@ class Part:
                 message = f"stage {number}: part.stages.stock is {quoted(stage.stock)}, but must be {legal}"
                 raise JobError(message, "part.stages.stock", stage.stock, legal)
             least = stage.stock
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Station:
+    """A part on the table beside others, which the same program grinds.
+
+    Attributes:
+        name: in messages and tables.
+        offset: work offset in which the place of the part is given; None if it is given in machine coordinates, as
+            for a program that shifts its zero by G52.
+        origin: X, Y and Z of the zero of that offset on the machine.
+        part: what lies there.
+    """
+
+    name: str
+    offset: WorkOffset | None = None
+    origin: Annotated[tuple[float, float, float], Quantity("", "mm", -10_000, 10_000)] = ORIGIN
+    part: Part
+
+    def __post_init__(self) -> None:
+        """Check every value; a `JobError` names the one that is not legal."""
+        tables.check(self, "stations", JobError)
+        if not self.name.strip() or not self.name.isprintable():
+            raise wrong("stations.name", self.name, "a text of one line that is not empty")
+        if self.offset is None and self.origin != ORIGIN:
+            raise JobError(
+                "stations.origin is that of an offset, and there is none; say stations.offset, or leave it out",
+                "stations.origin",
+            )
+
+    def on_machine(self, axis: int) -> "Station":
+        """The same with the place of its part in machine coordinates, where the table goes along an axis."""
+        part, along, across, down = self.part, *(self.origin[k] for k in (axis, cross_axis(axis), plunge_axis(axis)))
+        placed = replace(
+            part,
+            start=displaced(along, part.start),
+            across=displaced(across, part.across),
+            surface=displaced(down, part.surface),
+        )
+        return Station(name=self.name, part=placed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -279,7 +330,9 @@ class Job:
     """A part, a set-up, times, the wheel as it is found, and how the parts of a batch differ.
 
     Without the place of the diamond every dress program is taken to meet it. `parts` says how each part differs from
-    `part`, one after the other; empty if none does. `process` is what grinds, and `own` what it remembers besides the
+    `part`, one after the other; empty if none does. `stations` are the parts that lie on the table together, if there
+    are several, and `part` is then that of the first one; `met`, which a run finds out, says at which of them each
+    part of its program lies, in machine coordinates. `process` is what grinds, and `own` what it remembers besides the
     wheel as the shift begins, in the units of its fields; empty for what it begins with by itself.
     """
 
@@ -290,6 +343,8 @@ class Job:
     lots: Lots = field(default_factory=Lots)
     diamond: Diamond | None = None
     parts: tuple[PartConditions, ...] = ()
+    stations: tuple[Station, ...] = ()
+    met: tuple[Station, ...] = ()
     process: Process = PROCESS
     own: tuple[float, ...] = ()
 
@@ -302,11 +357,62 @@ class Job:
         if start.wear_flat_area is not None and start.wear_flat_area >= wheel.wear_flat_limit:
             legal = f"below {wheel.wear_flat_limit:g} for {wheel}"
             raise wrong("wheel.wear_flat_area", start.wear_flat_area, legal)
+        if self.stations:
+            self._check_stations()
+
+    def _check_stations(self) -> None:
+        names, origins = set[str](), dict[str, Position]()
+        for each in self.stations:
+            if each.name in names:
+                raise JobError(f"there are two stations {quoted(each.name)}; name them differently", "stations.name")
+            names.add(each.name)
+            if each.offset is not None and origins.setdefault(each.offset, each.origin) != each.origin:
+                raise JobError(
+                    f"station {each.name}: stations.origin is another than that of a station before it with the same "
+                    f"offset {each.offset}; give both the same, or another offset",
+                    "stations.origin",
+                    each.origin,
+                )
+        if any(each.part is not None for each in self.parts):
+            raise JobError(PART_AT_STATION, "parts.part")
 
     def of_part(self, number: int) -> "Job":
-        """The job of a part by its number, from 1: another one where `parts` says that it is of another kind."""
+        """The job of a part by its number, from 1: another one where it is of another kind, or at another station."""
         own = self.parts[number - 1].part if number <= len(self.parts) else None
-        return self if own is None or own == self.part else replace(self, part=own)
+        if own is None and number <= len(self.met):
+            own = self.met[number - 1].part
+        return self if own is None else self._of_kind(own)
+
+    def at_station(self, number: int, axis: int) -> "Job":
+        """The job of the part at a station by its number, from 0, where the table goes along an axis."""
+        return self._of_kind(self.lying(axis)[number].part)
+
+    def lying(self, axis: int) -> tuple[Station, ...]:
+        """The stations as they lie on the machine, where the table goes along an axis."""
+        if axis not in self._lying:
+            self._lying[axis] = tuple(each.on_machine(axis) for each in self.stations)
+        return self._lying[axis]
+
+    def station_of(self, number: int) -> str:
+        """Name of the station at which a part lies by its number, from 1; empty for a job without stations."""
+        return self.met[number - 1].name if number <= len(self.met) else ""
+
+    @cached_property
+    def _lying(self) -> dict[int, tuple[Station, ...]]:
+        """By the axis of the table."""
+        return {}
+
+    def _of_kind(self, part: Part) -> "Job":
+        if part == self.part:
+            return self
+        if part not in self._kinds:
+            self._kinds[part] = replace(self, part=part)
+        return self._kinds[part]
+
+    @cached_property
+    def _kinds(self) -> dict[Part, "Job"]:
+        """The jobs of the other parts."""
+        return {}
 
     @property
     def own_at_start(self) -> tuple[float, ...]:
@@ -355,6 +461,7 @@ class Job:
             acceleration=machine.acceleration,
             rapid_feed=machine.rapid_feed,
             reversal_dwell=machine.reversal_dwell,
+            work_offsets={each.offset: each.origin for each in self.stations if each.offset is not None},
         )
 
 

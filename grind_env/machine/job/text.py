@@ -22,16 +22,18 @@ def job_text(job: Job) -> str:
 def job_document(job: Job) -> dict[str, Any]:
     """The tables of the job; keys that have their default are left out."""
     tools = {kind: getattr(job.setup, kind) for kind in USUAL}
-    materials = [job.part.material, *(each.part.material for each in job.parts if each.part is not None)]
+    kinds = (*(each.part for each in job.parts if each.part is not None), *(each.part for each in job.stations))
+    materials = [job.part.material, *(each.material for each in kinds)]
     entries = [("material", each) for each in materials] + list(tools.items())
     tables = {
-        "part": _part(job.part),
+        "part": {} if job.stations else _part(job.part),
         "setup": {kind: entry.name for kind, entry in tools.items()} | _said(job.setup),
         "times": _said(job.times),
         "wheel": _said(job.wheel),
         "diamond": {} if job.diamond is None else _said(job.diamond),
         "lots": _said(job.lots),
         "catalogue": _own(entries),
+        "stations": [_said(each) | _part(each.part) for each in job.stations],
         "parts": [_conditions(each, job.part) for each in job.parts],
     }
     return {name: table for name, table in tables.items() if table}

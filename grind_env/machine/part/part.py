@@ -35,6 +35,10 @@ Ends: TypeAlias = tuple[float, float]
 """Reversal points between which the table moves, mm."""
 
 
+ANYWHERE = -1
+"""In place of the number of a station."""
+
+
 class Pass(NamedTuple):
     """What an infeed amounts to on the part."""
 
@@ -61,14 +65,25 @@ class PartRun:
         tally: of strokes, infeeds and dresses; its peak load is that since the last stage.
         passed: of each stage that has ended, the limits that the part was beyond (fields of `process.cost.Limits`).
         unjudged: why it is not judged; empty if it is.
+        station: at which it lies, by its number from 0; `ANYWHERE` without stations, or before one is met.
+        met: whether strokes have met that station.
+        spent: time for which it has been worked on before `began`, s, where the program has been at other stations.
     """
 
     def __init__(
-        self, number: int, job: Job, conditions: PartConditions, began: float, *, new_wheel: bool = False
+        self,
+        number: int,
+        job: Job,
+        conditions: PartConditions,
+        began: float,
+        *,
+        new_wheel: bool = False,
+        station: int = ANYWHERE,
     ) -> None:
         if conditions.part is not None:
             job = replace(job, part=conditions.part)
         self.number, self.job, self.began = number, job, began
+        self.station, self.met, self.spent = station, False, 0.0
         self.conditions = conditions
         self.stock = job.part.stock if conditions.stock is None else conditions.stock
         self._new_wheel = new_wheel
@@ -94,6 +109,11 @@ class PartRun:
     def nominal(self) -> StrokeParameters:
         """The parameters of the part, but for what the process makes of them before each cycle block."""
         return self.conditions.parameters(self.job.parameters, new_wheel=self._new_wheel)
+
+    @property
+    def said(self) -> str:
+        """What messages call it."""
+        return "the part" if self.station == ANYWHERE else f"the part of station {self.job.stations[self.station].name}"
 
     @property
     def strokes(self) -> int:

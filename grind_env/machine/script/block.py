@@ -45,7 +45,9 @@ class ScriptBlock:
         gauged: whether the operator gauges or takes off the part before the next block.
         gauged_on_the_way: whether the operator gauges the part while the table reciprocates on.
         stops: M01 met on the way with the part on the machine.
-        ends_part: whether the part is taken off.
+        ends_part: whether the part is taken off, or strokes go over to that of another station.
+        loads: whether it would be the first block on parts that are newly loaded, and not on one at another station.
+        station: at which its part lies, by its number from 0; None without stations, or where its strokes meet none.
     """
 
     block: Block
@@ -64,6 +66,8 @@ class ScriptBlock:
     gauged_on_the_way: bool = False
     stops: int = 0
     ends_part: bool = False
+    loads: bool = True
+    station: int | None = None
 
     @property
     def strokes_alone(self) -> bool:

@@ -97,9 +97,11 @@ def refuse_unlike_parts(programs: Programs, job: Job) -> None:
 
 def refuse_judged_twice(programs: Programs, job: Job, blocks: Sequence[ScriptBlock]) -> None:
     """Refuse stages that end without a cycle of their own."""
-    left = len(job.part.stages)
+    left = len(job.of_part(1).part.stages)
+    part = 1
     for block in blocks:
         ended = min(block.stops, left)
         if ended + block.ends_part > 1:
             raise script_error(programs, block.plan.line, "after this cycle the part is judged more than once")
-        left = len(job.part.stages) if block.ends_part else left - ended
+        part += block.ends_part
+        left = len(job.of_part(part).part.stages) if block.ends_part else left - ended

@@ -55,6 +55,7 @@ from grind_env.machine.job import Job
 from grind_env.machine.loops.zones import strip_centres
 from grind_env.machine.part.feeds import feed_stroke, keeps_across, table_axis
 from grind_env.machine.part.running import Running
+from grind_env.machine.part.stations import Sweep, alone, met, sweep_of, sweep_of_plan, touched
 from grind_env.machine.script.block import ScriptBlock, ScriptError, Way, edge_of, script_error
 from grind_env.machine.script.bounds import (
     refuse_judged_twice,
@@ -63,6 +64,7 @@ from grind_env.machine.script.bounds import (
     refuse_turns_inside,
     refuse_unlike_parts,
 )
+from grind_env.machine.script.parts import jobs_of, met_by
 from grind_env.machine.script.settings import OWN_WORDS, Ranges
 from grind_env.presenter import html
 
@@ -113,6 +115,7 @@ def script_of(
     writer = functools.partial(_Writer, programs, job, variables or {})
     as_it_is = writer()
     blocks = as_it_is.run()
+    job = replace(job, met=met_by(programs, job, blocks))
     dressing = [block.takes_dresses for block in blocks] if any(ranges) else None
     corners = [blocks, writer(dressing, elsewhere=True).run()]
     if (ranges.J or ranges.L) and any(block.crosses for block in blocks):
@@ -128,7 +131,8 @@ def script_of(
         here, ways = (not block.at_secondary) + 2 * across, [each.ways[0] for each in (block, *others)]
         block.ways = ways[here], ways[here ^ 1], ways[here ^ 2], ways[here ^ 3]
         refuse_slow_picks(programs, job, block, ranges)
-        refuse_turns_inside(programs, job, block)
+    for block, on_part in zip(blocks, jobs_of(job, blocks), strict=True):
+        refuse_turns_inside(programs, on_part, block)
     refuse_judged_twice(programs, job, blocks)
     return Script(programs, job, tuple(blocks), as_it_is.approach, ranges)
 
@@ -171,7 +175,6 @@ class _Writer:
         self.stopped = False  # by the operator, with the table running
         self.in_dress = False
         self.strokes_on = False  # the table of a G81, after the text
-        self.centres = strip_centres(job.part.across, job.part.width)
         self.approach = 0.0
         self.feed_ahead: Block | None = None
         self.found = False  # where the wheel stands, for an operator has left it somewhere
@@ -259,15 +262,30 @@ class _Writer:
 
     def _stroke(self, event: Stroke) -> None:
         table, axis = self.execution.table, event.axis
+        if self.job.stations:
+            stations = touched(self.job, sweep_of(alone(event)))
+            if stations and self.blocks[-1].station not in stations:
+                raise self._error("its strokes go over to another station", event.cycle.line)
         if self.execution.over and table is not None and table.count <= self.control.strokes:
             self.strokes_on |= not event.cycle.plunges
         self._reach(event.middle[plunge_axis(axis)], event.middle[cross_axis(axis)])
 
     def _reach(self, plunge: float, edge: float) -> None:
         """A stroke with the wheel at these coordinates, which counts as deep as it is if it is over the part."""
-        first, last = self.centres.searchsorted((edge, edge + self.job.setup.wheel.width))
+        part = self._job.part
+        first, last = strip_centres(part.across, part.width).searchsorted((edge, edge + self.job.setup.wheel.width))
         if first < last:
-            self.blocks[-1].reached = max(self.blocks[-1].reached, self.job.part.surface - plunge)
+            self.blocks[-1].reached = max(self.blocks[-1].reached, part.surface - plunge)
+
+    @property
+    def _station(self) -> int:
+        """That of the block in force, by its number; before one is met the first, where strokes are in the air."""
+        return next((block.station for block in reversed(self.blocks) if block.station is not None), 0)
+
+    @property
+    def _job(self) -> Job:
+        """The job with the part of the block in force."""
+        return self.job.at_station(self._station, self.blocks[-1].plan.axis) if self.job.stations else self.job
 
     def _begin(self, event: CycleStart) -> None:
         """A cycle begins."""
@@ -296,6 +314,7 @@ class _Writer:
         inch = execution.modes.inch
         here = execution.position
         self.blocks.append(ScriptBlock(self.ahead, inch, plan, here, here, taken_over, dress))
+        self._lie(sweep_of_plan(plan, here))
         self.stopped = False
 
     def _end(self, plan: CyclePlan) -> None:
@@ -330,7 +349,16 @@ class _Writer:
     def _feed_stroke(self, move: Line) -> CycleStrokes | None:
         before = self.blocks[-1].plan if self.blocks else None
         axis = self._first_axis if before is None else before.axis
-        return feed_stroke(move, axis, self.job, before) if axis is not None and self.found else None
+        if axis is None or not self.found:
+            return None
+        jobs = [self.job.at_station(k, axis) for k in range(len(self.job.stations))] or [self.job]
+        strokes = (feed_stroke(move, axis, job, before) for job in jobs)
+        return next((each for each in strokes if each is not None), None)
+
+    def _lie(self, sweep: Sweep) -> None:
+        """The block that has begun sweeps this: the station at which its part lies."""
+        if self.job.stations:
+            self.blocks[-1].station = next(iter(met(self.job, sweep)), None)
 
     @cached_property
     def _first_axis(self) -> int | None:
@@ -354,6 +382,7 @@ class _Writer:
         dress = self.blocks[-1].dress if self.blocks else None
         made = ScriptBlock(block, stroke.inch, plan, stroke.start, stroke.end, False, dress, at_secondary=False)
         self.blocks.append(made)
+        self._lie(sweep_of(stroke))
         self._reach(stroke.plunge[0], stroke.cross[0])
 
     def _require_own_feed(self, block: Block | None) -> None:
@@ -390,7 +419,7 @@ class _Writer:
         self.stopped = table is not None
         if table is None or (table.at_secondary and not self.blocks[-1].beside):
             self.blocks[-1].gauged = True
-        elif self.job.part.stages or self.job.times.wheel_change is not None:
+        elif self._job.part.stages or self.job.times.wheel_change is not None:
             raise self._error(
                 "the operator judges the part or changes the wheel while the table is on its way", event.line
             )

@@ -1,5 +1,6 @@
 """A script in numbers, as compiled code replays it: a row for every cycle block and every motion beside the table."""
 
+import itertools
 import math
 from collections import namedtuple
 from collections.abc import Sequence
@@ -18,7 +19,8 @@ from grind_env.machine.loops.courses import COURSES
 from grind_env.machine.loops.feeding import ENDS, GOES_ON, FeedMotion
 from grind_env.machine.loops.zones import EDGES, strip_centres, strip_zones, zones_of
 from grind_env.machine.part.feeds import FEED
-from grind_env.machine.script.block import ScriptBlock, edge_of
+from grind_env.machine.script.block import ScriptBlock, edge_of, script_error
+from grind_env.machine.script.parts import jobs_of
 from grind_env.machine.script.script import Script
 from grind_env.machine.script.settings import BlockSettings, own_settings
 from grind_env.process.cost import Limits
@@ -86,6 +88,8 @@ class BlockRow(NamedTuple):
     """1 if the next cycle takes over the table, else 0."""
     starts_part: float
     """1 if it is the first on its part, else 0."""
+    loads: float
+    """1 if it is the first after parts have been loaded, else 0: of parts at several stations that of the first one."""
     ends_part: float
     """1 if the part is taken off after it, else 0."""
     gauged: float
@@ -126,7 +130,8 @@ class ScriptTables(NamedTuple):
     motions: Array
     """Beside the tables of all blocks, shape (motions, fields of `FeedMotion`)."""
     zones: Array
-    """A new part, shape (zones, fields of `Zone`); one zone if the wheel covers it in every stroke."""
+    """A new part, shape (zones, 1 or blocks, fields of `Zone`); one zone if the wheel covers it in every stroke. Of
+    parts that are not alike there is one for each block."""
 
 
 def tables_of(script: Script) -> ScriptTables:
@@ -141,6 +146,7 @@ def tables_of(script: Script) -> ScriptTables:
             part, reached, first_of_stage, stage = part + 1, 0.0, number, 0
             first_of_part = number
             job = script.job.of_part(part)
+            stages = job.part.stages
         beside = _motions_of(block, job)
         reached = max(reached, _deepest(block, job))
         depths.append(_deepest(block, job))
@@ -172,13 +178,14 @@ def tables_of(script: Script) -> ScriptTables:
 
 def is_whole(script: Script, tables: ScriptTables) -> bool:
     """Whether the wheel covers the parts of a script in every stroke, and no cycle of it crosses."""
-    part, wheel = script.job.part, script.job.setup.wheel
-    centres = strip_centres(part.across, part.width)
-    # one zone may also be one that is never under the wheel
-    over = all(
-        edge_of(block.start, block.plan) <= centres[0] < edge_of(block.start, block.plan) + wheel.width
-        for block in script.blocks
-    )
+    wheel = script.job.setup.wheel
+
+    def covers(block: ScriptBlock, job: Job) -> bool:
+        # one zone may also be one that is never under the wheel
+        middle, edge = strip_centres(job.part.across, job.part.width)[0], edge_of(block.start, block.plan)
+        return bool(edge <= middle < edge + wheel.width)
+
+    over = all(itertools.starmap(covers, zip(script.blocks, jobs_of(script.job, script.blocks), strict=True)))
     return over and len(tables.zones) == 1 and all(block.plan.cross_axis is None for block in script.blocks)
 
 
@@ -217,6 +224,7 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
         gauged_at=sum(each.seconds for each in block.beside) + INSTANT if block.gauged_on_the_way else math.inf,
         to_secondary=float(block.to_secondary),
         starts_part=float(starts),
+        loads=float(starts and block.loads),
         ends_part=float(block.ends_part),
         gauged=float(block.gauged),
         judged=0.0,
@@ -293,15 +301,39 @@ def _motions_of(block: ScriptBlock, job: Job) -> list[FeedMotion]:
 
 
 def _zones(script: Script, rows: Sequence[BlockRow]) -> Array:
+    """New parts in zones, as of `ScriptTables`; those of stations that are not alike have as many strips or zones.
+
+    Raises:
+        ScriptError: they have not.
+    """
+    if not script.job.stations:
+        return _zones_of(script.job, script.blocks, rows)[:, None]
+    blocks: dict[str, list[int]] = {}
+    parts = list(itertools.accumulate((block.ends_part for block in script.blocks[:-1]), initial=1))
+    for number, part in enumerate(parts):
+        blocks.setdefault(script.job.station_of(part), []).append(number)
+    found: list[Any] = [None] * len(rows)
+    for numbers in blocks.values():
+        job = script.job.of_part(parts[numbers[0]])
+        zones = _zones_of(job, [script.blocks[k] for k in numbers], [rows[k] for k in numbers])
+        for k in numbers:
+            found[k] = zones
+    if len({len(zones) for zones in found}) > 1:
+        reason = "the parts at its stations are ground in unlike numbers of strips"
+        raise script_error(script.programs, 0, reason)
+    return np.stack(found, axis=1)
+
+
+def _zones_of(job: Job, blocks: Sequence[ScriptBlock], rows: Sequence[BlockRow]) -> Array:
     """A new part in zones: strip by strip where the wheel crosses beside the table, at any place."""
-    part, wheel = script.job.part, script.job.setup.wheel
+    part, wheel = job.part, job.setup.wheel
     centres, edges = strip_centres(part.across, part.width), set()
-    for block, row in zip(script.blocks, rows, strict=True):
+    for block, row in zip(blocks, rows, strict=True):
         places = {edge_of(position, block.plan) for motion in block.beside for position in (motion.start, motion.end)}
         if len(places) > 1:
             return strip_zones(centres)
         edges |= {row.cross_start, *places}
         if block.plan.cross_axis is not None:
-            code, coverage = block.plan.code, script.job.control.coverage_pass
+            code, coverage = block.plan.code, job.control.coverage_pass
             edges |= set(EDGES[code](RULES[code].cycle_of(block.plan, coverage), row.cross_start, row.cross_end))
     return zones_of(centres, edges, wheel.width)

@@ -13,7 +13,7 @@ from grind_env.machine.part.part import PartRun
 from grind_env.machine.part.running import Running, Told
 from grind_env.machine.watch import advice
 from grind_env.machine.watch.cuts import Cuts
-from grind_env.machine.watch.cycles import Cycles
+from grind_env.machine.watch.cycles import Cycle, Cycles
 from grind_env.machine.watch.limits import beyond_picks, beyond_table
 from grind_env.machine.watch.notices import Notices
 from grind_env.machine.watch.picks import Picks
@@ -41,6 +41,7 @@ class Watch:
         self.cycles, self.cuts, self.overload = Cycles(notices), Cuts(job, notices), Overload(notices)
         self.picks, self.stops, self.way = Picks(control, notices), Stops(notices), Way(job, notices)
         self._told = Told()
+        self._last: dict[int, Cycle | None] = {}  # cycle on each part that has been left for another one, by its number
 
     def message(self, event: Message) -> None:
         """Pass on what the control tells the operator."""
@@ -84,6 +85,17 @@ class Watch:
         self.cuts.strokes(part, event, rows, A, dress, dressed)
         self.way.stroked_until = event.time
 
+    def leave(self, part: PartRun) -> None:
+        """The part stays at its station, and strokes go over to another one."""
+        self._last[part.number] = self.cycles.cycle
+        self._end_cycle(part)
+        part.unjudged += tuple(self.cycles.unload())
+
+    def take_off(self, part: PartRun) -> None:
+        """A part that has been left is taken off, with the last one."""
+        part.unjudged += tuple(self.way.unjudged(part.station))
+        self.stops.unload(part, self._last.pop(part.number, None), None)
+
     def unload(self, part: PartRun, stop: ProgramStop | None = None) -> None:
         """The part is taken off the machine, at a stop or at the end of the program."""
         cycle, found = self.cycles.cycle, stop is not None and self.way.moves_since(stop.time)
@@ -93,7 +105,8 @@ class Watch:
         others = self.cycles.unload()
         if part.missed:
             self.notices.tell(0, "missed", advice.missed_surface(part.job.part.surface))
-        part.unjudged = *self.way.unload(found=found), *others
+        self.way.unload(found=found)
+        part.unjudged += (*self.way.unjudged(part.station), *others)
         self.stops.unload(part, cycle, stop)
 
     def _end_cycle(self, part: PartRun) -> None:

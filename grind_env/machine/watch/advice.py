@@ -1,6 +1,7 @@
 """Texts of the warnings of a run: the control accepts the program, but it does not grind as it seems to (PD-6)."""
 
 import math
+from collections.abc import Sequence
 
 from grind_env.control import Control, CycleStrokes, Motion, Pick, Position, Rapid, Source
 from grind_env.control.numbers import MILLIMETRES_PER_INCH
@@ -149,15 +150,15 @@ def missed_surface(surface: float) -> str:
     return f"no infeed reaches the part, whose surface is at {surface:g}; set part.surface to where the wheel touches"
 
 
-def crash(depth: float, move: Motion) -> str:
-    """What to say of a move outside a cycle that takes the wheel `depth` mm into the part."""
+def crash(depth: float, move: Motion, part: str = "the part") -> str:
+    """What to say of a move outside a cycle that takes the wheel `depth` mm into a part, of which it is said which."""
     dressing = move.source in (Source.DRESS, Source.RETRACE)
     remedy = (
         "let it go by way of a point above the part"
         if dressing
         else "come down beside it, and let the strokes of a cycle take the stock off"
     )
-    return f"{_named(move)} takes the wheel {depth:.3g} mm into the part; {remedy}"
+    return f"{_named(move)} takes the wheel {depth:.3g} mm into {part}; {remedy}"
 
 
 def table_crash(depth: float, move: Motion) -> str:
@@ -215,8 +216,22 @@ def unsimulated_cycle(air: str, depths: tuple[float, float]) -> str:
     """What to say of a cycle in the `air` that may grind another part, with strokes between two depths, mm."""
     return (
         f"{air}; its strokes, {_deep(depths)}, may be those of another part, which is not simulated, so that this one "
-        "is not judged; give every part a program and a job of its own"
+        "is not judged; give every part a program and a job of its own, or say in [[stations]] of the job where it lies"
     )
+
+
+def shared_strokes(names: Sequence[str]) -> str:
+    """What to say of strokes that meet the parts of several stations, by their names."""
+    stations = f"{', '.join(names[:-1])} and {names[-1]}"
+    return (
+        f"its strokes meet the parts of stations {stations} at once, which is not simulated, so that these are not "
+        "judged; grind one station after the other, and turn before the next one"
+    )
+
+
+def unmet_station(name: str, program: str) -> str:
+    """What to say of a station whose part a program leaves as it is."""
+    return f"station {name}: no stroke of {program} meets its part; mend its place in [[stations]], or leave it out"
 
 
 def _deep(depths: tuple[float, float]) -> str:

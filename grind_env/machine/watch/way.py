@@ -30,16 +30,19 @@ class Way:
     Attributes:
         axis: along which the last cycle reciprocates; None before the first one.
         stroked_until: time of the control at which the last stroke ended, s.
+        others: the parts at the other stations.
     """
 
     def __init__(self, job: Job, notices: Notices) -> None:
         self.job, self.notices = job, notices
         self.axis: int | None = None
         self.stroked_until = -math.inf
+        self.others: Sequence[PartRun] = ()
         self._radius = 0.5 * first_diameter(job)  # of the wheel, mm
         self._moves: list[Motion] = []  # not yet judged
         self._found = False  # where the wheel stands before them
-        self._passes: list[tuple[int, Depths]] = []  # feed moves that grind the part, by line
+        # feed moves that grind the part at a station, by line
+        self._passes: dict[int, list[tuple[int, Depths]]] = {}
 
     @property
     def found(self) -> bool:
@@ -71,9 +74,13 @@ class Way:
         """Whether the program has moved the axes since a time, s, and no cycle has begun."""
         return any(move.begin > time - INSTANT for move in self._moves)
 
-    def unload(self, *, found: bool) -> Sequence[Unjudged]:
-        """The part is taken off, perhaps while it is `found` where the wheel stands; the moves that have ground it."""
-        passes, self._passes, self._moves, self._found = self._passes, [], [], found
+    def unload(self, *, found: bool) -> None:
+        """All parts are taken off, perhaps while it is `found` where the wheel stands."""
+        self._moves, self._found = [], found
+
+    def unjudged(self, station: int) -> Sequence[Unjudged]:
+        """The part at a station is taken off; the moves that have ground it."""
+        passes = self._passes.pop(station, [])
         if not passes:
             return []
         lines = sorted({line for line, _ in passes})
@@ -97,14 +104,17 @@ class Way:
         """
         inside, dressed = False, 0.0
         for move, found in moves:
-            depths, below, text = self._ground(part, move, axis, found), -math.inf, ""
-            if depths is not None:
-                self._passes.append((move.line, depths))
-            elif move.source is not Source.INTERRUPT:
+            grinds, below, text = False, -math.inf, ""
+            for each in (part, *self.others):
+                depths = self._ground(each, move, axis, found)
+                if depths is not None:
+                    grinds = True
+                    self._passes.setdefault(each.station, []).append((move.line, depths))
+            if not grinds and move.source is not Source.INTERRUPT:
                 below, text = self._obstacle(part, move, axis, dressed, found)
             if text and not inside:
                 self.notices.tell(move.line, "crash", text, file)
-            inside = depths is not None or bool(text) or (inside and move.source in (Source.DRESS, Source.RETRACE))
+            inside = grinds or bool(text) or (inside and move.source in (Source.DRESS, Source.RETRACE))
             if isinstance(move, Line) and move.source is not Source.INTERRUPT:
                 dressed = max(dressed, below)
                 self.notices.tell(move.line, "feed", beyond_feeds(move, axis, self.job.setup.machine), file)
@@ -121,9 +131,10 @@ class Way:
         Moves before have taken it `dressed` mm below the tip.
         """
         diamond, below = self.job.diamond, -math.inf
-        depth = into_part(part, move, axis, self._radius, found=found)
-        if depth > CRASH + DEPTH_TOLERANCE:
-            return below, advice.crash(depth, move)
+        for each in (part, *self.others):
+            depth = into_part(each, move, axis, self._radius, found=found)
+            if depth > CRASH + DEPTH_TOLERANCE:
+                return below, advice.crash(depth, move, each.said)
         if found and (depth := into_table(part, move, axis)) > CRASH + DEPTH_TOLERANCE:
             return below, advice.table_crash(depth, move)
         if found and diamond is not None:

@@ -160,7 +160,7 @@ def check_readings(readings: Readings, simulation: JobSimulation, number: int, p
 
 def _ranges(simulation: JobSimulation, block: BlockOutline) -> dict[str, tuple[float, float, str]]:
     """Lowest and highest value of readings, with their unit."""
-    job, task = simulation.job, simulation.task
+    job, task = simulation.job.of_part(block.part + 1), simulation.task
     scale, unit = (1.0 / INCH, "inch/min") if block.inch else (1.0, "mm/min")
     slowest, fastest = (scale * bound for bound in speed_bounds(task))
     power = (0.0, POWER_RANGE * job.setup.machine.power_limit, "W")

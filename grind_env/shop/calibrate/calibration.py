@@ -304,7 +304,8 @@ def _gauged(gauge: Gauge | None, parts: int, job: Job) -> _Gauged:
 
 
 def _refuse_impossible(gauge: Gauge, job: Job) -> None:
-    stock, wheel = 1e3 * job.part.stock, job.setup.wheel.diameter
+    most = max(part.stock for part in (job.part, *(each.part for each in job.stations)))
+    stock, wheel = 1e3 * most, job.setup.wheel.diameter
     for part, size, diameter in zip(gauge.part.tolist(), gauge.size.tolist(), gauge.diameter.tolist(), strict=True):
         if abs(size) > stock:
             raise CalibrationError(

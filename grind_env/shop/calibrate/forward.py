@@ -27,6 +27,7 @@ class Forward:
     Attributes:
         part: of each stroke of one execution, from 0.
         parts_each: that one execution grinds.
+        lying: what these are, and where they lie.
 
     Raises:
         ControlError: it is faulty.
@@ -39,6 +40,7 @@ class Forward:
         self.events = list(execute(self.programs, self.control))
         record = self._ground(job, ())
         self.parts_each = len(record.parts) // executions
+        self.lying = [record.job.of_part(number).part for number in range(1, self.parts_each + 1)]
         parts = record.strokes["part"][record.strokes["groove"] == 0].astype(np.int64)
         self.part = parts[: parts.size // executions] - 1
         self.overrides = overrides
@@ -50,7 +52,7 @@ class Forward:
     def _ground(self, job: Job, overrides: Sequence[float]) -> GrindingRecord:
         run = GrindingRun(self.programs, job, self.control, ())
         for event in self.events:
-            part = len(run.parts)
+            part = run.parts_before
             run.take(scaled(event, overrides[part]) if part < len(overrides) else event)
         return run.record()
 

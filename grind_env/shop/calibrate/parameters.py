@@ -81,11 +81,20 @@ def entries_of(job: Job) -> Mapping[str, Entry]:
 
 
 def with_entries(job: Job, changes: Mapping[str, Mapping[str, float]]) -> Job:
-    """A job with fields of its entries changed, by kind; the wheel stays as large as the job has it."""
+    """A job with fields of its entries changed, by kind; the wheel stays as large as the job has it.
+
+    At stations with another material than that of the first one this stays as it is.
+    """
     changed = {kind: _changed(entry, changes.get(kind, {})) for kind, entry in entries_of(job).items()}
     return replace(
         job,
         part=replace(job.part, material=changed["material"]),
+        stations=tuple(
+            replace(each, part=replace(each.part, material=changed["material"]))
+            if each.part.material == job.part.material
+            else each
+            for each in job.stations
+        ),
         setup=replace(job.setup, **{kind: entry for kind, entry in changed.items() if kind != "material"}),
     )
 

@@ -117,9 +117,15 @@ def pattern_of(programs: Programs, job: Job) -> Pattern:
             strokes.append(event)
         elif isinstance(event, (DressStart, ProgramStop)):
             breaks.append(event.time)
-    start, end = job.part.start, job.part.start + job.part.length
+    lying = [job.part] * len(strokes)
+    if job.stations and strokes:
+        forward = Forward(programs, job)
+        lying = [forward.lying[part] for part in forward.part.tolist()]
     ways = [(stroke.start[stroke.axis], stroke.end[stroke.axis]) for stroke in strokes]
-    on_part = [sorted((_along(start, way), _along(end, way))) for way in ways]
+    on_part = [
+        sorted((_along(part.start, way), _along(part.start + part.length, way)))
+        for part, way in zip(lying, ways, strict=True)
+    ]
     near, far = (np.array([each[number] for each in on_part]) for number in (0, 1))
     if not strokes or not np.any(far > near):
         raise CalibrationError(

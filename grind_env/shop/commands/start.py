@@ -10,17 +10,21 @@ from grind_env.arguments import FILE, Keeps
 from grind_env.terminal import table_console
 
 
-def init(folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Is made if need be."), Keeps()]) -> None:
+def init(
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Is made if need be."), Keeps()],
+    stations: Annotated[int, typer.Option(metavar="COUNT", help="Parts on the table, ground one after the other.")] = 1,
+) -> None:
     """Write a program, its job, a catalogue of the shop, a notebook and a sample log; they run as they are.
 
-    The log is made up, for `grind calibrate`: a log of your spindle takes its place.
+    The log is made up, for `grind calibrate`: a log of your spindle takes its place. With `--stations 2` the program
+    grinds two parts on the table, and there are no notebook and no log.
 
     Nothing is overwritten.
     """
     from grind_env.errors import printable
     from grind_env.shop.start.folder import start_folder
 
-    program, *others = start_folder(folder)
+    program, *others = start_folder(folder, stations)
     print(printable(f"written: {program}, {', '.join(path.name for path in others)}"))
     print(printable(f"next: grind run {program}"))
 

@@ -203,7 +203,11 @@ def without(job: Job, limit: str) -> Job | None:
         stronger = replace(machine, power_limit=min(4.0 * machine.power_limit, 500_000.0))
         return replace(job, setup=replace(job.setup, machine=stronger))
     name, free = FREE[limit]
-    kinds = [job.part, *(each.part for each in job.parts if each.part is not None)]
+    kinds = [
+        job.part,
+        *(each.part for each in job.parts if each.part is not None),
+        *(each.part for each in job.stations),
+    ]
     if free == NO_LIMIT and all(getattr(asked, name) == NO_LIMIT for kind in kinds for asked in (kind, *kind.stages)):
         return None
 
@@ -212,4 +216,5 @@ def without(job: Job, limit: str) -> Job | None:
         return replace(part, stages=tuple(replace(stage, **other) for stage in part.stages), **other)
 
     parts = tuple(each if each.part is None else replace(each, part=freed(each.part)) for each in job.parts)
-    return replace(job, part=freed(job.part), parts=parts)
+    stations = tuple(replace(each, part=freed(each.part)) for each in job.stations)
+    return replace(job, part=freed(job.part), parts=parts, stations=stations, met=())

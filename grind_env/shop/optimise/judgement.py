@@ -7,6 +7,7 @@ import numpy as np
 from grind_env.arrays import Array
 from grind_env.machine.script.settings import D
 from grind_env.policies.statistics import Interval, bootstrap
+from grind_env.process.cost import NO_LIMIT, Limits
 from grind_env.shop.optimise.outcome import LimitUse, Quantity, Verdict, WordChange
 from grind_env.shop.optimise.variables import Spot, Variable
 from grind_env.shop.optimise.variation import Variation
@@ -102,23 +103,28 @@ class Freed(NamedTuple):
 
 def limits_of(variation: Variation, old: Measures, new: Measures, freed: dict[str, Freed]) -> tuple[LimitUse, ...]:
     """How near parts come to each limit, and, by its name, what is without it, where that was looked at."""
-    limits, worth = variation.job.limits, WORTH_NAMING * float(new.cost.mean())
+    worth = WORTH_NAMING * float(new.cost.mean())
 
     def binds(name: str, after: float, margin: float) -> bool:
         if name not in freed:
             return after > NEAR * margin
         return freed[name].price.low > worth and freed[name].share > margin
 
-    values = {
-        "power": limits.power / 1000.0,
-        "temp": limits.rise,
-        "Ra": limits.roughness,
-        "size": limits.size,
-    }
+    job = variation.job
+    every = {each.name: _by_name(job.at_station(k, 0).limits) for k, each in enumerate(job.stations)}
+    every = every or {"": _by_name(job.limits)}
+
+    def lowest(name: str) -> float:
+        return min((each[name] for each in every.values() if each[name] > NO_LIMIT), default=NO_LIMIT)
+
+    def differing(name: str) -> tuple[tuple[str, float], ...]:
+        found = tuple((station, each[name]) for station, each in every.items())
+        return found if len({value for _, value in found}) > 1 else ()
+
     return tuple(
         LimitUse(
             name=name,
-            limit=values[name],
+            limit=lowest(name),
             unit=UNITS[name],
             margin=float(variation.margins[k]),
             before=float(old.ratios[0, k]),
@@ -126,9 +132,15 @@ def limits_of(variation: Variation, old: Measures, new: Measures, freed: dict[st
             price=freed[name].price if name in freed else None,
             without=freed[name].share if name in freed else None,
             binds=binds(name, float(new.ratios[0, k]), float(variation.margins[k])),
+            stations=differing(name),
         )
         for k, name in enumerate(LIMITS)
     )
+
+
+def _by_name(limits: Limits) -> dict[str, float]:
+    """Limits in `UNITS`, by the names that users give them."""
+    return {"power": limits.power / 1000.0, "temp": limits.rise, "Ra": limits.roughness, "size": limits.size}
 
 
 def few(judged: int, lots: int, most: int) -> list[str]:

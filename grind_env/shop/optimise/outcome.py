@@ -82,6 +82,7 @@ class LimitUse:
         without: share of the limit that 95 of 100 parts keep with those words; None likewise.
         binds: whether the search has felt it: `price` is worth naming, beyond chance, and those words are refused
             because of this limit; where they were not sought, whether `after` is near what is asked.
+        stations: that of each station by its name, in `unit`, where they differ; `limit` is then the lowest of them.
     """
 
     name: str
@@ -93,6 +94,7 @@ class LimitUse:
     price: Interval | None
     without: float | None
     binds: bool
+    stations: tuple[tuple[str, float], ...] = ()
 
     @property
     def kept(self) -> bool:

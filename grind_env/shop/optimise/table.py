@@ -4,6 +4,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from grind_env.policies.statistics import Interval
+from grind_env.process.cost import NO_LIMIT
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Quantity, Verdict
 from grind_env.shop.trials import lots_said
 
@@ -128,7 +129,7 @@ def _limits(found: Optimised) -> Rows:
     rows = [
         [
             each.name,
-            f"{each.limit:.3g} {each.unit}",
+            limit_text(each),
             f"{100.0 * each.margin:.0f} %",
             f"{100.0 * each.before:.0f} %",
             f"{100.0 * each.after:.0f} %",
@@ -138,6 +139,14 @@ def _limits(found: Optimised) -> Rows:
         if each.limit > 0.0
     ]
     return Rows(("limit", "", "asked", "before", "after", "$ without it"), rows)
+
+
+def limit_text(limit: LimitUse) -> str:
+    """A limit with its unit; where those of the stations differ, all of them."""
+    if not limit.stations:
+        return f"{limit.limit:.3g} {limit.unit}"
+    said = (f"{name} {f'{value:.3g}' if value > NO_LIMIT else 'none'}" for name, value in limit.stations)
+    return f"{', '.join(said)} {limit.unit}"
 
 
 def price_text(limit: LimitUse) -> str:

@@ -27,7 +27,8 @@ def entries_of(job: Job) -> dict[str, Entry]:
 def changes(job: Job) -> list[Change]:
     """What differs from the built-in entry of the same name, or from the one that is most like it."""
     found = []
-    for kind, entry in entries_of(job).items():
+    others = dict.fromkeys(each.part.material for each in job.stations if each.part.material != job.part.material)
+    for kind, entry in (*entries_of(job).items(), *(("material", other) for other in others)):
         base = _nearest(kind, entry)
         name = f"{kind} {entry.name}" if base.name == entry.name else f"{kind} {entry.name}, beside {base.name}"
         for key, legal in quantities(KINDS[kind]).items():
@@ -43,10 +44,11 @@ def assumptions(job: Job) -> list[str]:
     setup, times, start = job.setup, job.times, job.wheel
     diameter = setup.wheel.diameter if start.diameter is None else start.diameter
     dull = "freshly dressed" if start.wear_flat_area is None else f"with {100.0 * start.wear_flat_area:g} % wear flats"
+    loaded = "for all stations together" if job.stations else "a part"
     found = [
         "Every part is nominal: its material, its stock and the wheel are just as the job says.",
         f"The run begins with a wheel of {diameter:g} mm, {dull}.",
-        f"Loading takes {times.load:g} s a part, the set-up of a dress {times.dress_setup:g} s beside its motions.",
+        f"Loading takes {times.load:g} s {loaded}, the set-up of a dress {times.dress_setup:g} s beside its motions.",
     ]
     if job.diamond is None:
         found.append("The job does not say where the diamond stands: every dress program is taken to meet it.")

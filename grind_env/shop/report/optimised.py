@@ -10,7 +10,7 @@ from grind_env.machine.job import Job
 from grind_env.policies.statistics import Interval
 from grind_env.shop.optimise.judgement import WORTH_NAMING
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Verdict
-from grind_env.shop.optimise.table import NAMES, binding, decimals, price_text, sentences, signed
+from grind_env.shop.optimise.table import NAMES, binding, decimals, limit_text, price_text, sentences, signed
 from grind_env.shop.report.document import (
     Cell,
     Level,
@@ -126,7 +126,7 @@ def _limits(found: Optimised, after: str) -> "list[Markup]":
     rows: list[Cells] = [
         [
             each.name,
-            f"{each.limit:.3g} {each.unit}",
+            limit_text(each),
             f"{100.0 * each.margin:.0f}",
             f"{100.0 * each.before:.0f}",
             Cell(f"{100.0 * each.after:.0f}", "" if each.kept else "bad"),

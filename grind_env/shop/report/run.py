@@ -16,7 +16,7 @@ from grind_env.machine.record import GrindingRecord
 from grind_env.process.cost import NO_LIMIT, SCRAP_BELOW
 from grind_env.render.comparison import MEANING, compared_blocks, sharpening_texts
 from grind_env.render.curves import picture
-from grind_env.render.tables import SCALES, faults, part_table, totals
+from grind_env.render.tables import SCALES, STATION, faults, part_table, totals
 from grind_env.shop.report.assumptions import assumptions
 from grind_env.shop.report.blocks import HEADINGS, BlockRow, block_rows, program_lines
 from grind_env.shop.report.document import (
@@ -116,21 +116,22 @@ def _margins(record: GrindingRecord, job: Job) -> "Markup":
     parts, wheel = record.parts, job.setup.wheel
     limits = np.array([job.of_part(number).limits for number in parts["part"].tolist()])
     rise, power, roughness, size = limits.T
+    names = [f"{number} {job.station_of(number)}".rstrip() for number in parts["part"].tolist()]
     rows = [
-        _margin("temperature rise, K", parts["rise"], parts["part"], rise, ".0f"),
-        _margin("spindle torque, % of stalling", 100.0 * parts["peak_torque"], parts["part"], 100.0, ".0f"),
-        _margin("spindle power, kW", 0.001 * parts["peak_power"], parts["part"], 0.001 * power, ".2f"),
-        _margin("roughness Ra, µm", parts["Ra"], parts["part"], roughness, ".2f"),
-        _margin("size error, µm", np.abs(parts["worst_error"]), parts["part"], size, ".1f"),
-        _margin("burn ratio (a warning, no scrap)", parts["burn_ratio"], parts["part"], 1.0, ".2f"),
+        _margin("temperature rise, K", parts["rise"], names, rise, ".0f"),
+        _margin("spindle torque, % of stalling", 100.0 * parts["peak_torque"], names, 100.0, ".0f"),
+        _margin("spindle power, kW", 0.001 * parts["peak_power"], names, 0.001 * power, ".2f"),
+        _margin("roughness Ra, µm", parts["Ra"], names, roughness, ".2f"),
+        _margin("size error, µm", np.abs(parts["worst_error"]), names, size, ".1f"),
+        _margin("burn ratio (a warning, no scrap)", parts["burn_ratio"], names, 1.0, ".2f"),
     ]
     used = first_diameter(job) - record.strokes["ds"]
     least = first_diameter(job) - wheel.minimum_diameter
-    rows.append(_margin("wheel used up, mm of diameter", used, record.strokes["part"], least, ".3f"))
+    rows.append(_margin("wheel used up, mm of diameter", used, record.strokes["part"].tolist(), least, ".3f"))
     return table(("limit", "worst", "limit is", "left, %", "in part"), rows)
 
 
-def _margin(name: str, values: np.ndarray, parts: np.ndarray, limits: np.ndarray | float, form: str) -> Cells:
+def _margin(name: str, values: np.ndarray, parts: Sequence[object], limits: np.ndarray | float, form: str) -> Cells:
     """The row of a limit, or of one for each part: of the part that has the smallest share of its own left."""
     every = np.broadcast_to(limits, values.shape)
     shares = np.divide(values, every, out=np.full(values.shape, -math.inf), where=every > NO_LIMIT)
@@ -167,13 +168,15 @@ def _parts(record: GrindingRecord, job: Job) -> "list[Markup]":
     whole = table(headings, _shortened(rows, len(headings)), "Successive parts that are alike share a row.", left=1)
     if len(rows) <= MOST_ROWS:
         return [whole]
-    values = {name: record.parts[name] * SCALES.get(name, 1) for name in found.fields[1:]}
+    shown = [name for name in found.fields[1:] if name != STATION]
+    values = {name: record.parts[name] * SCALES.get(name, 1) for name in shown}
     bands = [
         ["lowest", *(_number(value.min()) for value in values.values())],
         ["mean", *(_number(value.mean()) for value in values.values())],
         ["highest", *(_number(value.max()) for value in values.values())],
     ]
-    return [table(["of all parts", *headings[1:]], bands), whole]
+    of_all = [heading for heading in headings[1:] if heading != STATION]
+    return [table(["of all parts", *of_all], bands), whole]
 
 
 def _number(value: float) -> str:

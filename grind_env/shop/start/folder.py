@@ -8,6 +8,7 @@ from pathlib import Path
 from grind_env.errors import GrindError
 from grind_env.examples import FOLDER as EXAMPLES
 from grind_env.files import FileError, read_text, shown
+from grind_env.shop.start.stations import on_stations, stations_of
 from grind_env.shop.start.template import EXAMPLE, example_values, job_template
 
 HERE = Path(__file__).parent
@@ -20,22 +21,23 @@ class ExistsError(GrindError):
     """A file that would be overwritten."""
 
 
-def start_folder(folder: Path) -> list[Path]:
+def start_folder(folder: Path, stations: int = 1) -> list[Path]:
     """Write the files into a folder, which is made if need be; returns them, the program first.
 
+    Of a program for several `stations` there are no notebook and no log.
+
     Raises:
+        StationsError: there is no work offset for so many stations.
         ExistsError: one of them is there already.
         FileError: the folder cannot be made, or not all of them written; as before, nothing is then left of it.
     """
-    example = example_values()
+    example, program = example_values(), read_text(EXAMPLES / f"{EXAMPLE}.nc")
     job = {**example, "setup": {**example["setup"], **OWN}, "catalogue": {"files": [CATALOGUE]}}
-    texts = {
-        "part.nc": read_text(EXAMPLES / f"{EXAMPLE}.nc"),
-        "part.toml": job_template(job),
-        CATALOGUE: read_text(HERE / CATALOGUE),
-        NOTEBOOK: read_text(HERE / NOTEBOOK),
-        LOG: read_text(HERE / LOG),
-    }
+    if stations != 1:
+        program, job["stations"] = on_stations(program, stations), stations_of(stations)
+    texts = {"part.nc": program, "part.toml": job_template(job), CATALOGUE: read_text(HERE / CATALOGUE)}
+    if stations == 1:
+        texts |= {NOTEBOOK: read_text(HERE / NOTEBOOK), LOG: read_text(HERE / LOG)}
     paths = [folder / name for name in texts]
     for path in paths:
         if _is_there(path):

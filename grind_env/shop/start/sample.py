@@ -4,7 +4,6 @@ It is no measurement: the program of the folder is ground by a machine whose mat
 than the catalogue says, and a meter looks at its spindle.
 """
 
-from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -15,6 +14,7 @@ from grind_env.files import write_atomically
 from grind_env.machine.job import Job
 from grind_env.machine.job.file import load_job
 from grind_env.shop.calibrate.forward import Forward
+from grind_env.shop.calibrate.parameters import with_entries
 from grind_env.shop.calibrate.pattern import pattern_of
 from grind_env.shop.start.folder import HERE, LOG, start_folder
 
@@ -33,11 +33,7 @@ GAUGING = 12.0
 
 def machine_of(job: Job) -> Job:
     """The job as it is in truth."""
-    material = job.part.material
-    return replace(
-        job,
-        part=replace(job.part, material=replace(material, ploughing_pressure=PRESSURE * material.ploughing_pressure)),
-    )
+    return with_entries(job, {"material": {"ploughing_pressure": PRESSURE * job.part.material.ploughing_pressure}})
 
 
 def sample_log(programs: Programs, job: Job) -> str:

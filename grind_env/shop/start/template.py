@@ -8,7 +8,7 @@ from typing import Any
 
 from grind_env.envs.tasks.schema import Row
 from grind_env.examples import FOLDER as EXAMPLES
-from grind_env.pages.job_fields import STAGES, job_rows
+from grind_env.pages.job_fields import STAGES, STATIONS, job_rows
 from grind_env.toml import read_toml
 
 EXAMPLE = "plate_g82"
@@ -20,8 +20,11 @@ HEAD = """\
 # Job of a part program: what is ground on which machine, and what a good part is. `grind run part.nc` looks for it
 # under the name part.toml. A key behind a # has the default that stands there; take the # away to change it."""
 
-Values = Mapping[str, Mapping[str, Any]]
-"""Keys that are given, by table."""
+Values = Mapping[str, Any]
+"""Keys that are given, by table; of `[[stations]]` a list of them."""
+
+REPEATED = (STAGES, STATIONS)
+"""Tables of which there may be several."""
 
 
 def job_template(given: Values | None = None) -> str:
@@ -33,7 +36,9 @@ def job_template(given: Values | None = None) -> str:
     values = example_values() if given is None else given
     blocks = [HEAD]
     for table, listed in groupby(job_rows(), key=lambda row: row.table):
-        blocks.append("\n".join(_table(table, list(listed), values.get(table, {}))))
+        first, *others = values.get(table) or [{}] if table in REPEATED else [values.get(table, {})]
+        blocks.append("\n".join(_table(table, list(listed), first)))
+        blocks += ["\n".join([f"[[{table}]]", *_keys(each)]) for each in others]
     return "\n\n".join(blocks) + "\n"
 
 
@@ -44,11 +49,17 @@ def example_values() -> Values:
 
 def _table(name: str, rows: Sequence[Row], given: Mapping[str, Any]) -> Iterator[str]:
     """A table; one that is left out is a remark as a whole if some key of it would be missing."""
-    out = "" if given or not any(row.required for row in rows) else "#"
-    yield f"{out}{'[[' if name == STAGES else '['}{name}{']]' if name == STAGES else ']'}"
+    out = "" if given or not (name in REPEATED or any(row.required for row in rows)) else "#"
+    yield f"{out}{f'[[{name}]]' if name in REPEATED else f'[{name}]'}"
     for row in rows:
         yield from textwrap.wrap(f"{row.meaning} ({row.holds})", WIDTH, initial_indent="# ", subsequent_indent="#   ")
         if row.key in given:
             yield f"{row.key} = {json.dumps(given[row.key])}"
         else:
             yield f"#{row.key} = {'' if row.default is None else json.dumps(row.default)}".rstrip()
+    yield from _keys({key: value for key, value in given.items() if key not in {row.key for row in rows}})
+
+
+def _keys(given: Mapping[str, Any]) -> Iterator[str]:
+    for key, value in given.items():
+        yield f"{key} = {json.dumps(value)}"

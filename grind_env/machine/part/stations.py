@@ -1,0 +1,94 @@
+"""Which of the stations on the table strokes meet: the parts under their way that they come down on.
+
+A stroke sweeps the way of the wheel along the table and its width across. It meets a part where the body of the wheel
+reaches below the surface of the part somewhere on that way.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from grind_env.control import CyclePlan, CycleStrokes, Position, Stroke
+from grind_env.control.rules import DEPTH_TOLERANCE
+from grind_env.machine.axes import cross_axis, plunge_axis
+from grind_env.machine.dress.mounting import first_diameter
+from grind_env.machine.dress.wheel_body import half_chord
+from grind_env.machine.job import Job, Part
+
+
+class Sweep(NamedTuple):
+    """What the wheel sweeps in strokes, mm, in machine coordinates."""
+
+    axis: int
+    """Index of the axis along which the table goes: 0 for X, 1 for Y, 2 for Z."""
+    along: tuple[float, float]
+    """Between which coordinates its centre goes along the table."""
+    edges: tuple[float, float]
+    """Between which coordinates its edge on the minus side lies."""
+    lowest: float
+    """Coordinate of its face at full depth."""
+
+
+def sweep_of_plan(plan: CyclePlan, position: Position) -> Sweep:
+    """What the strokes of a cycle sweep that begins at a position, mm."""
+    axis, here = plan.axis, position[plunge_axis(plan.axis)]
+    ends = position[axis], plan.primary, plan.secondary
+    edge = position[cross_axis(axis)]
+    edges = (edge,) if plan.cross_axis is None else (edge, plan.cross_start, plan.cross_end)
+    lowest = here if plan.plunge_axis is None else min(here, plan.depth_target)
+    return Sweep(axis, (min(ends), max(ends)), (min(edges), max(edges)), lowest)
+
+
+def sweep_of(event: CycleStrokes) -> Sweep:
+    """What strokes sweep that have been made."""
+    ends = *event.ends(0), *event.ends(len(event.begins) - 1)
+    edges, axis = event.cross, event.plan.axis
+    return Sweep(axis, (min(ends), max(ends)), (min(edges), max(edges)), min(event.plunge))
+
+
+def touched(job: Job, sweep: Sweep) -> tuple[int, ...]:
+    """The stations whose parts strokes come down on, by their numbers from 0."""
+    return tuple(k for k, part in enumerate(_parts(job, sweep)) if _is_touched(part, sweep, job))
+
+
+def met(job: Job, sweep: Sweep) -> tuple[int, ...]:
+    """The stations that a cycle belongs to: those touched, or the only one that it passes over in the air."""
+    found = touched(job, sweep)
+    if found:
+        return found
+    below = [k for k, part in enumerate(_parts(job, sweep)) if _lies_under(part, sweep, 0.0, job)]
+    return tuple(below) if len(below) == 1 else ()
+
+
+def _parts(job: Job, sweep: Sweep) -> Sequence[Part]:
+    return [each.part for each in job.lying(sweep.axis)]
+
+
+def _is_touched(part: Part, sweep: Sweep, job: Job) -> bool:
+    depth = part.surface - sweep.lowest
+    return depth > DEPTH_TOLERANCE and _lies_under(part, sweep, half_chord(0.5 * first_diameter(job), depth), job)
+
+
+def _lies_under(part: Part, sweep: Sweep, reach: float, job: Job) -> bool:
+    """Whether a part lies under a sweep with a wheel that reaches so many mm before and behind its middle."""
+    (low, high), (near, far) = sweep.along, sweep.edges
+    along = low - reach < part.start + part.length - DEPTH_TOLERANCE and part.start + DEPTH_TOLERANCE < high + reach
+    width = job.setup.wheel.width
+    return along and near < part.across + part.width - DEPTH_TOLERANCE and part.across + DEPTH_TOLERANCE < far + width
+
+
+def alone(event: Stroke) -> CycleStrokes:
+    """A stroke that has come by itself, as strokes of which there is one."""
+    axis = event.axis
+    return CycleStrokes(
+        time=event.finish,
+        plan=event.cycle,
+        start=event.start,
+        feed=event.feed,
+        begins=(event.begin,),
+        seconds=(event.seconds,),
+        plunge=(event.middle[plunge_axis(axis)],),
+        cross=(event.middle[cross_axis(axis)],),
+        end=event.end,
+        dresses=(),
+        inch=event.inch,
+    )

@@ -1,0 +1,59 @@
+"""The tools of the shop on the example for two stations."""
+
+import json
+from pathlib import Path
+
+import gymnasium as gym
+import pytest
+
+from grind_env.control import read_file
+from grind_env.machine.job.file import load_job
+from grind_env.shop.start.folder import start_folder
+from grind_env.shop.start.sample import PRESSURE, sample_log
+from tests.command import Grind
+
+
+@pytest.fixture
+def program(tmp_path: Path) -> Path:
+    path, job, *_ = start_folder(tmp_path, stations=2)
+    job.write_text(job.read_text().replace('name = "B"', 'name = "B"\nroughness_limit = 0.9'))
+    return path
+
+
+def test_a_log_of_stations_fits_the_constant_that_was_put_into_it(program: Path, grind: Grind) -> None:
+    log = program.with_name("log.csv")
+    log.write_text(sample_log(read_file(program), load_job(program.with_suffix(".toml"))))
+    told = grind("calibrate", log, "--program", program, "--job", program.with_suffix(".toml"), "--json")[1]
+    fitted = json.loads(told)
+    (found,) = [each for each in fitted["constants"] if each["name"].endswith("ploughing_pressure")]
+    assert found["low"] < PRESSURE * found["was"] < found["high"] and found["low"] > found["was"]
+
+
+def test_the_limits_of_each_station_are_shown(program: Path, grind: Grind) -> None:
+    status, out, _ = grind("optimise", program, "--budget", "2s", "--parts", "3", "--vary", "E")
+    assert status == 0 and "A 0.5, B 0.9 um" in out
+    found = json.loads(grind("optimise", program, "--budget", "2s", "--parts", "3", "--vary", "E", "--json")[1])
+    limits = {each["name"]: each for each in found["limits"]}
+    assert limits["Ra"]["stations"] == [["A", 0.5], ["B", 0.9]] and limits["Ra"]["limit"] == 0.5
+    assert limits["size"]["stations"] == []
+
+
+def test_the_other_tools_take_stations(program: Path, grind: Grind, tmp_path: Path) -> None:
+    status, _, err = grind("sweep", program, "--E", "9000..12000", "--dress-every", "1..2", "--parts", "2", "--json")
+    assert (status, err) == (0, "")
+    report = tmp_path / "report.html"
+    assert grind("report", program, "-o", report)[0] == 0
+    page = report.read_text(encoding="utf-8")
+    assert "station" in page and "1 A" in page and "for all stations together" in page
+    env = gym.make("grind/Job-v0", program=str(program), parts=2)
+    env.reset(seed=1)
+    steps, over = 0, False
+    while not over:
+        _, _, over, _, _ = env.step(env.action_space.sample())
+        steps += 1
+    assert steps == 8  # two cycles on each of two parts, loaded twice
+    measured = tmp_path / "measured.csv"
+    measured.write_text("mean_power\n1700\n900\n")
+    status, out, err = grind("advise", program, "--parts", 1, "--policy", "E12D1", "--measurements", measured)
+    assert status == 0, err
+    assert out
