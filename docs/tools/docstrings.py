@@ -17,6 +17,8 @@ COLON = "\ue000"
 """Stands for a colon while napoleon reads."""
 BEFORE_NAPOLEON, AFTER_NAPOLEON = 100, 900
 ANNOTATED = re.compile(r"~?(?:typing|types)?\.?Annotated\[(.+?), ~?[\w.]*?(?:Quantity|Choice)\(.*?\)\]")
+PROCESS = re.compile(r"(Process = )\(.+?\)(?=, \w+: )")
+"""The functions of the default process: Sphinx writes them out, and can then read no type of the signature."""
 FIELD = re.compile(r"^:ivar (\w+): ")
 
 
@@ -57,4 +59,7 @@ def _legal(hint: Any) -> str:
 def _plain_signature(
     _app: Sphinx, _what: str, _name: str, _value: Any, _options: Any, signature: str | None, returns: str | None
 ) -> tuple[str | None, str | None] | None:
-    return (ANNOTATED.sub(r"\1", signature).replace("<factory>", "..."), returns) if signature else None
+    if not signature:
+        return None
+    signature = ANNOTATED.sub(r"\1", signature).replace("<factory>", "...")
+    return PROCESS.sub(r"\1PROCESS", signature), returns
