@@ -92,6 +92,10 @@ def optimise(
     rounding: Mapping[str, Number] = {},
     margin: Mapping[str, Number] = {},
     keep: Collection[int] = (),
+    within: Mapping[str, Number] = {},
+    objective: str = "cost",
+    free: bool = False,
+    dress_by: str = "variable",
     unroll: bool = False,
     parts: int = 50,
     budget: Number = 60.0,
@@ -102,12 +106,16 @@ def optimise(
     Args:
         program: file of the part program.
         job: its job file; the program's name with `.toml` if None.
-        vary: what may change: E, D, J, L of cycle blocks, lead, depth, passes of dress programs; words that a block
-            lacks are then added. Those E and D that are there if None.
-        bounds: lowest and highest value by word, in units of the program.
+        vary: what may change: E, D, J, L of cycle blocks, lead, depth, passes of dress programs, the interval between
+            dresses; words that a block lacks are then added. Those E and D that are there, and the interval, if None.
+        bounds: lowest and highest value by word, in units of the program; of the interval in parts.
         rounding: of what values are multiples, by word.
         margin: share of a limit that 95 of 100 parts must keep, by name: power, temp, Ra, size.
         keep: N words of the cycle blocks that stay as they are.
+        within: the most that a part may take in the mean, by name: cost, $, and seconds.
+        objective: what is to become less, cost or time.
+        free: whether blocks of parts that are alike may have words of their own.
+        dress_by: what tells a program whether a dress is due: a variable that counts, or the switch of block-delete.
         unroll: whether M98 calls are written out, so that each has words of its own.
         parts: runs of the program in a batch; the wheel carries over.
         budget: time of the search, s.
@@ -118,7 +126,8 @@ def optimise(
     """
     from grind_env.shop.optimise.finding import find_words
 
-    wishes, seconds = wishes_of(vary, bounds, rounding, keep, margin), seconds_of(budget)
+    seconds = seconds_of(budget)
+    wishes = wishes_of(vary, bounds, rounding, keep, margin, objective, within, free, dress_by)
     with progress() as advance:
         return find_words(
             program, job, wishes, parts=parts, seconds=seconds, seed=seed, unroll=unroll, progress=advance

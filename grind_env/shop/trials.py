@@ -17,7 +17,7 @@ from grind_env.envs.job.text import repeated
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job, JobError
 from grind_env.machine.loops.tally import Tally
-from grind_env.machine.script.settings import SETTINGS, D, E, own_settings
+from grind_env.machine.script.settings import D, E, own_settings
 from grind_env.machine.script.tables import BlockRow
 from grind_env.process.cost import NO_LIMIT
 
@@ -101,9 +101,8 @@ class Trials:
 
     @property
     def own(self) -> Array:
-        """What the program itself sets in the blocks of one run, shape (blocks, fields of `BlockSettings`)."""
-        blocks = self.simulation.blocks[: self.blocks]
-        return np.array([own_settings(block.plan, block.dress) for block in blocks])
+        """What the program itself sets in the blocks of all runs, shape (runs x blocks, fields of `BlockSettings`)."""
+        return np.array([own_settings(block.plan, block.dress) for block in self.simulation.blocks])
 
     @property
     def at_once(self) -> int:
@@ -121,7 +120,7 @@ class Trials:
         """Run candidates.
 
         Args:
-            settings: shape (C, blocks of one run or of all runs, fields of `BlockSettings`).
+            settings: of the blocks of all runs, shape (C, runs x blocks, fields of `BlockSettings`).
             besides: whether J, L and dress settings are others than the program's.
             handover: whether the dull wheel that is left is charged for.
             between: called between two blocks of a program that the control executes; what it raises ends the run.
@@ -157,7 +156,7 @@ class Trials:
         for k, part in enumerate(part_of_block.tolist()):
             if not simulation.compiled:
                 between()
-            chosen = np.repeat(settings[:, k % settings.shape[1]], lots, axis=0)
+            chosen = np.repeat(settings[:, k], lots, axis=0)
             outcomes, tallies = simulation.step(
                 episodes, chosen[:, E].copy(), chosen[:, D].copy(), settings=chosen if besides else None
             )
@@ -262,9 +261,3 @@ def lots_of(seed: int, use: LotUse, count: int) -> tuple[tuple[int, ...], ...]:
 def lots_said(count: int, what: str = "lots") -> str:
     """What programs were ground on: lots, or the parts alone that a job states."""
     return f"{count} {what}" if count > 1 else "the parts that the job states"
-
-
-def settings_like(own: Array, count: int) -> Array:
-    """Copies of the settings of one run, shape (count, blocks, fields of `BlockSettings`)."""
-    assert own.shape[1] == SETTINGS
-    return np.repeat(own[None], count, axis=0)

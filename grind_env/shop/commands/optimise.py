@@ -20,12 +20,14 @@ def optimise(
     vary: Annotated[
         str | None,
         typer.Option(
-            help="What may change: E, D, J, L of cycle blocks, lead, depth, passes of dress programs; words that a "
-            "block lacks are then added. If not given, those E and D that are there."
+            help="What may change: E, D, J, L of cycle blocks, lead, depth, passes of dress programs, interval "
+            "between dresses; words that a block lacks are then added. If not given, interval and those E and D that are "
+            "there."
         ),
     ] = None,
     bounds: Annotated[
-        list[str] | None, typer.Option(help="As E=5000..25000,J=.002..02, in units of the program; lead a revolution.")
+        list[str] | None,
+        typer.Option(help="As E=5000..25000,interval=1..8, in units of the program; lead a turn."),
     ] = None,
     rounding: Annotated[
         list[str] | None, typer.Option("--round", help="Of what values are multiples: E=100,J=.001.")
@@ -35,6 +37,20 @@ def optimise(
         typer.Option(help="Share of a limit that 95 of 100 parts must keep: power=.85,temp=.8,Ra=.85,size=.7."),
     ] = None,
     keep: Annotated[list[str] | None, typer.Option(help="Cycle blocks that stay as they are: N80.")] = None,
+    within: Annotated[
+        list[str] | None, typer.Option(help="Most that a part may take in the mean: seconds=75,cost=2.5.")
+    ] = None,
+    objective: Annotated[str, typer.Option("--for", help="What is to become less: cost or time.")] = "cost",
+    free: Annotated[
+        bool, typer.Option("--free", help="Let the blocks of parts that are alike have words of their own.")
+    ] = False,
+    dress_by: Annotated[
+        str,
+        typer.Option(
+            help="What tells a program that does not dress in every part whether a dress is due: a variable that "
+            "counts, or block-delete, the switch that the operator sets."
+        ),
+    ] = "variable",
     unroll: Annotated[
         bool, typer.Option("--unroll", help="Write M98 calls out, so that each has words of its own.")
     ] = False,
@@ -78,6 +94,10 @@ def optimise(
         rounding=texts.named("--round", rounding or (), texts.number),
         margin=texts.named("--margin", margin or (), texts.number),
         keep=[texts.label(each) for each in texts.listed(keep or ())],
+        within=texts.named("--within", within or (), texts.number),
+        objective=objective,
+        free=free,
+        dress_by=dress_by,
         unroll=unroll,
         parts=parts,
         budget=texts.seconds(budget),

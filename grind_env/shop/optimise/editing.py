@@ -65,15 +65,15 @@ class ProgramText:
             lines[line - 1] = old[: column - 1] + text + old[column - 1 + length :]
         return ProgramText(self.encoding, self.mark, tuple(lines))
 
-    def changed(self, changes: Iterable[Change]) -> "ProgramText":
-        """The text with blocks changed, and a comment at the end of each of them."""
+    def changed(self, changes: Iterable[Change], besides: Iterable[Edit] = ()) -> "ProgramText":
+        """The text with blocks changed and a comment at the end of each of them, and with other edits."""
         said: dict[SourceText, list[str]] = {}
         edits: list[Edit] = []
         for source, edit, each in dict.fromkeys(changes):
             edits.append(edit)
             said.setdefault(source, []).append(each)
         comments = [comment_edit(source, ", ".join(texts)) for source, texts in said.items()]
-        return self.edited([*comments, *edits])
+        return self.edited([*besides, *comments, *edits])
 
 
 def text_of(data: bytes) -> ProgramText:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from grind_env.arrays import Array
 from grind_env.control import read, read_file
 from grind_env.errors import GrindError
 from grind_env.files import read_bytes
@@ -16,6 +17,7 @@ from grind_env.process.cost import NO_LIMIT
 from grind_env.shop.optimise.budget import ENOUGH_TRIALS, Budget, TimeUp, time_said
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.judgement import (
+    QUANTITIES,
     Freed,
     few,
     limits_of,
@@ -23,9 +25,10 @@ from grind_env.shop.optimise.judgement import (
     quantities_of,
     undressed,
     verdict_of,
-    word_of,
+    wishes_kept,
+    words_of,
 )
-from grind_env.shop.optimise.outcome import Optimised, Verdict
+from grind_env.shop.optimise.outcome import Optimised, Trade, Verdict, frontier
 from grind_env.shop.optimise.search import GENERATIONS, Point
 from grind_env.shop.optimise.unrolling import unrolled
 from grind_env.shop.optimise.variation import INFEASIBLE, Progress, Variation, one_run, variation_of
@@ -93,31 +96,33 @@ def find_words(
 
 
 def _optimised(variation: Variation, job: str, progress: Progress) -> Optimised:
-    variables, budget = variation.choices.variables, variation.budget
-    start = tuple(each.start for each in variables)
-    search = variation.search(variation.trials(LotUse.SEARCH, SEARCHED), progress, "searching")
+    budget = variation.budget
+    tried: dict[Point, Trade] = {}
+    search = variation.search(variation.trials(LotUse.SEARCH, SEARCHED), progress, "searching", tried)
     known = budget.spent
-    search.run(start, variation.seed)
+    search.run(variation.start, variation.seed, grid=variation.grid() if variation.base.simulation.compiled else ())
     seconds = (budget.spent - known) / len(search.costs)
     feasible = [point for point in search.ranked if search.costs[point] < INFEASIBLE]
     point = _chosen(variation, feasible) if feasible else search.ranked[0]
     text = variation.with_words(point)
-    programs = read(text.text, variation.programs.name, variation.programs.folder)
+    programs = variation.read(point)
     lots = JUDGED if variation.base.simulation.compiled else budget.judged(JUDGED, seconds / SEARCHED)
     same = text.text == variation.text.text and not any(variation.ranges)
     before = variation.trials(LotUse.JUDGEMENT, lots)
     after = before if same else variation.trials_of(programs, LotUse.JUDGEMENT, lots)
-    _require_said(variation, before, after, point)
+    said = _require_said(variation, before, after, point)
     progress("judging", 0)
     old = before.measure(before.own[None])
-    new = old if same else after.measure(after.own[None])
-    difference = paired(new.cost[0] - old.cost[0])
+    new = old if same else after.measure(said[None])
+    objective = variation.wishes.quantity
+    difference = paired(getattr(new, objective)[0] - getattr(old, objective)[0])
+    wishes = wishes_kept(variation.wishes, old, new)
     beyond = new.violation(variation.margins)[0]
     sought = feasible and before.simulation.compiled
     freed = _freed(variation, before, point, Budget(0.5 * budget.seconds), progress) if sought else {}
     limits = limits_of(variation, old, new, freed)
     on = lots_said(len(before.seeds), "unseen lots")
-    verdict, reason = verdict_of(bool(feasible), difference, limits, beyond, on)
+    verdict, reason = verdict_of(bool(feasible), QUANTITIES[objective], difference, limits, beyond, wishes, on)
     if verdict is not Verdict.BETTER and search.ended_early and len(search.costs) == 1:
         enough = f"try some {ENOUGH_TRIALS} with --budget {time_said(ENOUGH_TRIALS * seconds)}"
         verdict, reason = Verdict.UNTRIED, f"the first one took all the time of the search; {enough}"
@@ -128,9 +133,13 @@ def _optimised(variation: Variation, job: str, progress: Progress) -> Optimised:
         job=job,
         verdict=verdict,
         reason=reason,
-        words=tuple(word_of(each, number) for each, number in zip(variables, point, strict=True)),
+        words=words_of(variation.choices, point),
         quantities=quantities,
         limits=limits,
+        wishes=wishes,
+        objective=objective,
+        frontier=frontier(tried.values()),
+        chosen=(tried[variation.start], tried[point]),
         remarks=(
             *variation.choices.remarks,
             *undressed(before, after, variation.runs),
@@ -160,21 +169,30 @@ def _chosen(variation: Variation, ranked: list[Point]) -> Point:
         )
     except TimeUp:
         return finalists[0]
-    beyond = found.violation(variation.margins).sum(axis=1)
-    cost = np.where(beyond > 0.0, INFEASIBLE * (1.0 + beyond), found.cost.mean(axis=1))
-    return finalists[int(cost.argmin())]
+    return finalists[int(variation.worth(found).argmin())]
 
 
-def _require_said(variation: Variation, before: Trials, after: Trials, point: Point) -> None:
-    """Refuse a text that does not say what was searched: what its blocks set is read off the text itself."""
+def _require_said(variation: Variation, before: Trials, after: Trials, point: Point) -> Array:
+    """Refuse a text that does not say what was searched: what its blocks set is read off the text itself.
+
+    Returns:
+        What they set, shape as of `Trials.own`; where the operator says by block delete what parts are dressed, with
+        that switch as the text asks for it.
+    """
     asked = variation.settings(before.own, np.array([point]))[0]
     said = after.own
+    counting = variation.counting(point)
+    if counting is not None and counting.counter is None:
+        deleted = variation.trials_of(variation.read(point, block_delete=True), LotUse.BASE, 1).own
+        every = said.shape[0] // variation.runs * counting.interval.every
+        said = np.where((np.arange(len(said)) % every >= every - len(said) // variation.runs)[:, None], said, deleted)
     columns = [k for k in range(asked.shape[1]) if k != DRESS_SECONDS]
     if asked.shape != said.shape or not np.allclose(asked[:, columns], said[:, columns], rtol=SAME, atol=0.0):
         raise GrindError(
             f"{variation.programs.name}: other numbers in its words do not change its cycles as they say, so that no "
             "better program can be written; vary fewer words with --vary"
         )
+    return said
 
 
 def _freed(variation: Variation, judged: Trials, best: Point, budget: Budget, progress: Progress) -> dict[str, Freed]:

@@ -8,9 +8,12 @@ from grind_env.arrays import Array
 from grind_env.machine.script.settings import D
 from grind_env.policies.statistics import Interval, bootstrap
 from grind_env.process.cost import NO_LIMIT, Limits
-from grind_env.shop.optimise.outcome import LimitUse, Quantity, Verdict, WordChange
-from grind_env.shop.optimise.variables import Spot, Variable
+from grind_env.shop.dress_interval import EVERY_PART
+from grind_env.shop.optimise.outcome import LimitUse, Quantity, Verdict, WishUse, WordChange
+from grind_env.shop.optimise.search import Point
+from grind_env.shop.optimise.variables import Choices, Spot, Variable
 from grind_env.shop.optimise.variation import Variation
+from grind_env.shop.optimise.wishes import INTERVAL, Wishes
 from grind_env.shop.trials import LIMITS, Measures, Trials
 
 WORTH_NAMING = 0.01
@@ -33,32 +36,62 @@ LEAST = {"passes": 1}
 
 
 def verdict_of(
-    feasible: bool, difference: Interval, limits: tuple[LimitUse, ...], beyond: Array, on: str
+    feasible: bool,
+    unit: str,
+    difference: Interval,
+    limits: tuple[LimitUse, ...],
+    beyond: Array,
+    wishes: tuple[WishUse, ...],
+    on: str,
 ) -> tuple[Verdict, str]:
     """Whether the best words are better, and why.
 
     Args:
-        feasible: whether any words tried keep the limits.
-        difference: of the cost of a part to that with the words of before, $.
+        feasible: whether any words tried keep limits and wishes.
+        unit: of what is to become less.
+        difference: of that of a part to that with the words of before.
         limits: how near they come to each.
         beyond: by how much they are beyond each, as shares of them, shape (4,).
+        wishes: what a part was to take at most.
         on: what lots that was judged on.
     """
     worst = limits[int(beyond.argmax())]
-    if not feasible:
+    missed = max((each for each in wishes if not each.kept), key=lambda each: each.after / each.most, default=None)
+    if not feasible and (beyond.max() > 0.0 or missed is None):
         return Verdict.INFEASIBLE, (
             f"the limit of {worst.name} forbids all programs tried: with the nearest one 95 of 100 parts stay "
             f"below {100.0 * worst.after:.0f} % of it, and {100.0 * worst.margin:.0f} % is asked"
+        )
+    if not feasible and missed is not None:
+        return Verdict.INFEASIBLE, (
+            f"no program tried keeps the limits within {missed.most:g} {missed.unit} a part; the nearest one takes "
+            f"{missed.after:.4g} {missed.unit}"
         )
     if beyond.max() > 0.0:
         return Verdict.NOT_BETTER, (
             f"the best one is beyond the limit of {worst.name} on {on}: 95 of 100 parts stay below "
             f"{100.0 * worst.after:.1f} % of it, and {100.0 * worst.margin:.0f} % is asked"
         )
-    said = f"{difference.value:+.3f} $ a part ({difference.low:+.3f} to {difference.high:+.3f})"
+    if missed is not None:
+        return Verdict.NOT_BETTER, (
+            f"the best one takes {missed.after:.4g} {missed.unit} a part on {on}, and {missed.most:g} is asked"
+        )
+    said = f"{difference.value:+.3f} {unit} a part ({difference.low:+.3f} to {difference.high:+.3f})"
+    gained = [each for each in wishes if each.before > each.most]
+    if gained:
+        told = ", ".join(f"{each.before:.4g} to {each.after:.4g} {each.unit} a part" for each in gained)
+        return Verdict.BETTER, f"{told}, as was asked; {said} on {on}, the same for both"
     if difference.high >= 0.0:
-        return Verdict.NOT_BETTER, f"the best one costs {said} more than the program as it is"
+        return Verdict.NOT_BETTER, f"the best one takes {said} more than the program as it is"
     return Verdict.BETTER, f"{said} on {on}, the same for both"
+
+
+def wishes_kept(wishes: Wishes, old: Measures, new: Measures) -> tuple[WishUse, ...]:
+    """What a part was to take at most, and what it takes on the lots of the judgement."""
+    return tuple(
+        WishUse(name, QUANTITIES[name], most, *(float(getattr(each, name).mean()) for each in (old, new)))
+        for name, most in wishes.within.items()
+    )
 
 
 def paired(difference: Array) -> Interval:
@@ -168,13 +201,31 @@ def _bound(variable: Variable, number: int) -> str:
     return "lowest" if number == 0 and variable.levels[0] > LEAST.get(variable.name, 0) else ""
 
 
-def word_of(variable: Variable, number: int) -> WordChange:
+def words_of(choices: Choices, point: Point) -> tuple[WordChange, ...]:
+    """A point of the search as changes of words, and of the dress interval where it was searched."""
+    words = [_word_of(each, number) for each, number in zip(choices.variables, point, strict=False)]
+    intervals, number = choices.intervals, point[-1]
+    if len(intervals) > 1 or intervals[0] != EVERY_PART:
+        words.append(
+            WordChange(
+                name=INTERVAL,
+                place="dresses",
+                before=str(EVERY_PART),
+                after=str(intervals[number]),
+                unit="",
+                at_bound="highest" if number == len(intervals) - 1 else "",
+            )
+        )
+    return tuple(words)
+
+
+def _word_of(variable: Variable, number: int) -> WordChange:
     """A variable at the value of a number, as a change of its word."""
     inch = variable.unit != 1
     units = {"E": ("mm/min", "in/min"), "J": ("mm", "in"), "lead": ("mm/min", "in/min"), "depth": ("mm", "in")}
     return WordChange(
         name=variable.at.letter if variable.name == "E" and isinstance(variable.at, Spot) else variable.name,
-        place=variable.place,
+        place=variable.places,
         before=f"{variable.own.normalize():f}",
         after=f"{variable.levels[number].normalize():f}",
         unit=units[variable.name][inch] if variable.name in units else "",

@@ -1,8 +1,10 @@
 """What an optimisation has come to: all that a table, JSON or a report shows of it."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
+from typing import NamedTuple
 
 from grind_env.errors import GrindError
 from grind_env.files import write_atomically
@@ -24,7 +26,7 @@ class WordChange:
     """A value before and after, as the program writes it.
 
     Attributes:
-        name: E, D, J, L, lead, depth or passes.
+        name: E, D, J, L, lead, depth, passes or interval.
         place: the block or dress program in which it stands.
         before: in the units of the program.
         after: likewise.
@@ -102,6 +104,48 @@ class LimitUse:
         return self.after <= self.margin
 
 
+class WishUse(NamedTuple):
+    """What a part may take in the mean, and what it takes.
+
+    Attributes:
+        name: cost or seconds.
+        unit: of all values.
+        most: what is asked.
+        before: with the program as it was.
+        after: with other words.
+    """
+
+    name: str
+    unit: str
+    most: float
+    before: float
+    after: float
+
+    @property
+    def kept(self) -> bool:
+        """Whether it is kept after the changes."""
+        return self.after <= self.most
+
+
+class Trade(NamedTuple):
+    """What a part takes with a program that was tried, on the lots of the search."""
+
+    cost: float
+    """$."""
+    seconds: float
+    keeps: bool
+    """Whether it keeps limits and wishes."""
+
+
+def frontier(trades: Iterable[Trade]) -> tuple[Trade, ...]:
+    """Those that keep all and than which none is both cheaper and quicker, the quickest first."""
+    found: list[Trade] = []
+    for each in sorted((each for each in trades if each.keeps), key=lambda each: (each.seconds, each.cost)):
+        if not found or each.cost < found[-1].cost:
+            found.append(each)
+    return tuple(found)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Optimised:
     """What an optimisation has come to.
@@ -114,6 +158,10 @@ class Optimised:
         words: every value that was varied.
         quantities: means of a part.
         limits: power, temp, Ra and size.
+        wishes: what a part was to take at most.
+        objective: what was to become less, cost or seconds.
+        frontier: the programs tried than which none is both cheaper and quicker, the quickest first.
+        chosen: of the programs tried, that as it was and that with the words chosen.
         remarks: sentences on what could not be varied.
         before: text of the program.
         after: text with other words; that of the program where none is better.
@@ -132,6 +180,10 @@ class Optimised:
     words: tuple[WordChange, ...]
     quantities: tuple[Quantity, ...]
     limits: tuple[LimitUse, ...]
+    wishes: tuple[WishUse, ...]
+    objective: str
+    frontier: tuple[Trade, ...]
+    chosen: tuple[Trade, Trade]
     remarks: tuple[str, ...]
     before: str
     after: str

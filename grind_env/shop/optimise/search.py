@@ -71,8 +71,14 @@ class Search:
             self.advance(len(some))
         return np.array([self.costs[point] for point in points])
 
-    def run(self, start: Point, seed: int, generations: int = GENERATIONS) -> Point:
-        """The cheapest point found, from a start that is one of the first generation.
+    def run(self, start: Point, seed: int, generations: int = GENERATIONS, grid: Sequence[Point] = ()) -> Point:
+        """The cheapest point found.
+
+        Args:
+            start: is evaluated first, whatever the time.
+            seed: of the evolution.
+            generations: of it, at most; the best point known before is one of the first.
+            grid: points that are evaluated before.
 
         Raises:
             TimeUp: before the start itself was evaluated.
@@ -81,7 +87,8 @@ class Search:
         if all(count == 1 for count in self.counts):
             return start
         try:
-            self._evolve(start, seed, generations)
+            self.costs_of(grid)
+            self._evolve(self.ranked[0], seed, generations)
             self._descend()
         except TimeUp:
             self.ended_early = True

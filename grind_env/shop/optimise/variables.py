@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_UP, Decimal
 from typing import NamedTuple
 
@@ -20,9 +20,11 @@ from grind_env.errors import listed
 from grind_env.machine.dress.program import DEEPEST_INFEED
 from grind_env.machine.part.feeds import FEED_WORD, speed_word
 from grind_env.machine.script import settings
+from grind_env.shop.dress_interval import EVERY_PART, LONGEST, DressInterval, intervals_between
+from grind_env.shop.optimise.counting import jumps
 from grind_env.shop.optimise.dress_text import DressText, DressTextError, dress_text
 from grind_env.shop.optimise.editing import ProgramText, number_text, word_of
-from grind_env.shop.optimise.wishes import WishError, Wishes
+from grind_env.shop.optimise.wishes import INTERVAL, WishError, Wishes, whole_ends_of
 
 COLUMNS = {
     "E": settings.E,
@@ -79,6 +81,7 @@ class Variable:
         levels: values that are tried, ascending, in the same units.
         unit: mm in one of them.
         at: where it is written: a word of a cycle block, or a dress program.
+        twins: words of blocks of parts that are alike, which say the same; their blocks are among `blocks`.
     """
 
     name: str
@@ -88,6 +91,12 @@ class Variable:
     levels: tuple[Decimal, ...]
     unit: Decimal
     at: Spot | DressText
+    twins: tuple["Variable", ...] = ()
+
+    @property
+    def places(self) -> str:
+        """All blocks or programs in which it stands, as tables show them."""
+        return ", ".join(each.place for each in (self, *self.twins))
 
     @property
     def column(self) -> int:
@@ -109,24 +118,35 @@ class Variable:
     @property
     def start(self) -> int:
         """Number of the value nearest to that of the program."""
-        return min(range(len(self.levels)), key=lambda k: abs(self.levels[k] - self.own))
+        return self.nearest(self.own)
+
+    def nearest(self, value: Decimal) -> int:
+        """Number of the value nearest to another one."""
+        return min(range(len(self.levels)), key=lambda k: abs(self.levels[k] - value))
 
 
-@dataclass(frozen=True, slots=True)
-class Choices:
-    """What can be varied, and sentences on what cannot."""
+class Choices(NamedTuple):
+    """What can be varied, and sentences on what cannot.
+
+    Attributes:
+        variables: words and dress programs.
+        intervals: how often blocks with D words may dress; that of every part alone where there is no choice.
+        remarks: the sentences.
+    """
 
     variables: tuple[Variable, ...]
+    intervals: tuple[DressInterval, ...]
     remarks: tuple[str, ...]
 
 
-def choices_of(simulation: JobSimulation, text: ProgramText, wishes: Wishes) -> Choices:
-    """What can be varied in one run of a program.
+def choices_of(simulation: JobSimulation, text: ProgramText, wishes: Wishes, runs: int) -> Choices:
+    """What can be varied in a program.
 
     Args:
         simulation: of one run.
         text: of its file.
         wishes: what is asked for.
+        runs: how often it is run.
 
     Raises:
         WishError: a block is to be kept that is none, or nothing can be varied.
@@ -136,7 +156,7 @@ def choices_of(simulation: JobSimulation, text: ProgramText, wishes: Wishes) -> 
     for label in sorted(wishes.kept - labels):
         known = listed([f"N{each}" for each in sorted(labels)])
         raise WishError(f"--keep: N{label} is no cycle block of {simulation.programs.name}; there are {known}")
-    names = wishes.words
+    names = tuple(name for name in wishes.words if name != INTERVAL)
     if simulation.script is None:
         names = tuple(name for name in names if name not in IN_SCRIPTS)
         remarks.append(f"E and D alone are varied, and few programs can be tried: {simulation.why}")
@@ -146,12 +166,35 @@ def choices_of(simulation: JobSimulation, text: ProgramText, wishes: Wishes) -> 
             found += _words(name, simulation, wishes, remarks)
         else:
             found += _dresses(name, simulation, text, wishes, remarks)
-    varied = tuple(each for each in found if len(each.levels) > 1 or each.levels != (each.own,))
+    intervals: tuple[DressInterval, ...] = (EVERY_PART,)
+    if INTERVAL in wishes.words:
+        if "D" not in names:
+            found += [
+                replace(each, levels=(each.own,)) for each in _words("D", simulation, wishes, remarks) if each.own
+            ]
+        intervals = _intervals(simulation, [each for each in found if each.name == "D"], wishes, runs)
+    every_part = intervals == (EVERY_PART,)
+    varied = [each for each in found if each.levels != (each.own,) or (each.name == "D" and not every_part)]
     if not varied:
         lacks = f"; it has no word {' or '.join(names)} in a {codes_said('or')}; --vary adds words that a block lacks"
         why = f": {remarks[0]}" if remarks else lacks
         raise WishError(f"{simulation.programs.name} has nothing to vary{why}")
-    return Choices(varied, tuple(dict.fromkeys(remarks)))
+    return Choices(tuple(varied), intervals, tuple(dict.fromkeys(remarks)))
+
+
+def _intervals(
+    simulation: JobSimulation, dressing: Sequence[Variable], wishes: Wishes, runs: int
+) -> tuple[DressInterval, ...]:
+    """How often the blocks with some D words may dress."""
+    low, high = whole_ends_of("--bounds", INTERVAL, wishes.bounds.get(INTERVAL, (1, min(LONGEST, runs))))
+    if not 1 <= low <= high <= runs:
+        raise WishError(f"--bounds: a dress every {low} to {high} parts; it may be from 1 to --parts, which is {runs}")
+    if not dressing:
+        return (EVERY_PART,)
+    blocks = sum(len(each.blocks) for each in dressing)
+    # a jump to the label of a block leaves out what is written before it, and the operator counts no blocks
+    whole_parts = wishes.by_block_delete or jumps(simulation.programs)
+    return intervals_between(low, high, 1 if whole_parts else blocks)
 
 
 def _words(name: str, simulation: JobSimulation, wishes: Wishes, remarks: list[str]) -> Iterator[Variable]:

@@ -3,23 +3,31 @@
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from decimal import Decimal
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.arrays import Array
-from grind_env.control import Programs
+from grind_env.control import Programs, read
 from grind_env.machine.job import Job
+from grind_env.shop.dress_interval import DressInterval
+from grind_env.shop.optimise.alike import together
 from grind_env.shop.optimise.budget import Budget
+from grind_env.shop.optimise.counting import Counting, counting_of
 from grind_env.shop.optimise.editing import ProgramText, added_word, like, other_number, word_of
+from grind_env.shop.optimise.outcome import Trade
 from grind_env.shop.optimise.search import Point, Search
-from grind_env.shop.optimise.variables import INHERITED, Choices, Spot, choices_of
+from grind_env.shop.optimise.variables import COLUMNS, INHERITED, Choices, Spot, choices_of
 from grind_env.shop.optimise.wishes import WishError, Wishes
-from grind_env.shop.trials import LIMITS, Between, LotUse, Measures, Trials, lots_of, nothing, settings_like, trials_of
+from grind_env.shop.trials import LIMITS, Between, LotUse, Measures, Trials, lots_of, nothing, trials_of
 
 INFEASIBLE = 1e9
 """$; what a program that is beyond a limit costs in the search, times one and how far it is beyond."""
+
+RATIOS, RATIO_VALUES = (0.5, 2.0), 9
+"""Of E to that of the program, with which a search begins: those of `grind sweep`."""
 
 Progress = Callable[[str, int], object]
 
@@ -40,7 +48,9 @@ class Variation(NamedTuple):
         job: the job.
         runs: how often it is run.
         seed: of lots and search.
-        choices: what is varied.
+        wishes: what is asked of it.
+        choices: what is varied; a point of the search has a number of a level for each variable, and then that of an
+            interval.
         ranges: of J and L, as `trials_of` takes them.
         margins: of the limits, as shares of them, shape (4,).
         once: one run of the program on the expected lot.
@@ -53,6 +63,7 @@ class Variation(NamedTuple):
     job: Job
     runs: int
     seed: int
+    wishes: Wishes
     choices: Choices
     ranges: ScriptRanges
     margins: Array
@@ -78,16 +89,43 @@ class Variation(NamedTuple):
         """Whether others than E and D are varied."""
         return any(each.name not in ("E", "D") for each in self.choices.variables)
 
+    @property
+    def counts(self) -> list[int]:
+        """How many values each coordinate of a point has."""
+        return [*(len(each.levels) for each in self.choices.variables), len(self.choices.intervals)]
+
+    @property
+    def start(self) -> Point:
+        """The program as it is, or what is nearest to it."""
+        return (*(each.start for each in self.choices.variables), 0)
+
+    def interval(self, point: Point) -> DressInterval:
+        """How often the wheel is dressed at a point."""
+        return self.choices.intervals[point[-1]]
+
     def settings(self, own: Array, points: NDArray[np.int64]) -> Array:
-        """Settings of the blocks of one run; points of shape (C, variables)."""
-        table = settings_like(own, len(points))
+        """Settings of the blocks of all runs; points of shape (C, coordinates)."""
+        table = np.repeat(own.reshape(1, self.runs, -1, own.shape[-1]), len(points), axis=0)
+        dressing = np.zeros(table.shape[2], bool)
         for k, variable in enumerate(self.choices.variables):
-            table[:, variable.blocks, variable.column] = variable.settings[points[:, k], None]
-        return table
+            table[:, :, variable.blocks, variable.column] = variable.settings[points[:, k], None, None]
+            dressing[[*variable.blocks] if variable.name == "D" else []] = True
+        due = np.array([each.due(dressing, self.runs) for each in self.choices.intervals])
+        table[..., COLUMNS["D"]] *= due[points[:, -1]] | ~dressing
+        return table.reshape(len(points), *own.shape)
 
     def measure(self, trials: Trials, points: list[Point], between: Between = nothing) -> Measures:
         """What programs with other words come to."""
         return trials.measure(self.settings(trials.own, np.array(points)), besides=self.besides, between=between)
+
+    def counting(self, point: Point) -> Counting | None:
+        """How the interval of a point is written; None where every part is dressed, or none."""
+        chosen = zip(self.choices.variables, point, strict=False)
+        dressing = [each for each, number in chosen if each.name == "D" and each.levels[number]]
+        if not dressing:
+            return None
+        spots = [twin.at.source for each in dressing for twin in (each, *each.twins) if isinstance(twin.at, Spot)]
+        return counting_of(self.interval(point), self.programs, spots, by_block_delete=self.wishes.by_block_delete)
 
     def with_words(self, point: Point) -> ProgramText:
         """The text with the words of a point, a comment at each block that has changed; all else stays.
@@ -95,17 +133,24 @@ class Variation(NamedTuple):
         Raises:
             GrindError: the text cannot be made to say it.
         """
-        chosen = [(each, each.levels[number]) for each, number in zip(self.choices.variables, point, strict=True)]
+        chosen = [
+            (twin, each.levels[number])
+            for each, number in zip(self.choices.variables, point, strict=False)
+            for twin in (each, *each.twins)
+        ]
         moved = {each.name for each, level in chosen if level != each.own}
+        counting = self.counting(point)
         changes, passes = [], []
         for variable, level in chosen:
             at = variable.at
+            counted = counting is not None and variable.name == "D" and level > 0
             # a block that would take over what has changed in the one before needs a word of its own
             takes_over = isinstance(at, Spot) and at.missing and variable.name in INHERITED and variable.name in moved
-            if level == variable.own and not takes_over:
+            if level == variable.own and not takes_over and not counted:
                 continue
             if isinstance(at, Spot):
-                word, number = word_of(at.source, at.letter), like(level, at.form)
+                word = word_of(at.source, at.letter)
+                number = counting.word(level) if counting is not None and counted else like(level, at.form)
                 changes.append(
                     added_word(at.source, at.letter, number) if word is None else other_number(at.source, word, number)
                 )
@@ -113,24 +158,69 @@ class Variation(NamedTuple):
                 passes.append((at, level))
             else:
                 changes += at.changes(variable.name, level)
-        text = self.text.changed(changes)
+        text = self.text.changed(changes, () if counting is None else counting.edits(self.text))
         for at, level in sorted(passes, key=lambda each: -each[0].sources[0].line):
             text = at.with_passes(text, level)
         return text
 
-    def search(self, trials: Trials, progress: Progress, label: str) -> Search:
-        """A search on lots."""
+    def read(self, point: Point, *, block_delete: bool = False) -> Programs:
+        """The program with the words of a point, as it is with the switch of block delete off or on."""
+        text = self.with_words(point).text
+        lines = text.splitlines(keepends=True)
+        return read(
+            "".join(line for line in lines if not (block_delete and line.startswith("/"))),
+            self.programs.name,
+            self.programs.folder,
+        )
+
+    def worth(self, found: Measures) -> Array:
+        """What is to become less of C candidates, shape (C,); `INFEASIBLE` and more beyond a limit or a wish."""
+        beyond = found.violation(self.margins).sum(axis=1)
+        for name, most in self.wishes.within.items():
+            beyond += np.maximum(getattr(found, name).mean(axis=1) / most - 1.0, 0.0)
+        less = getattr(found, self.wishes.quantity).mean(axis=1)
+        return np.asarray(np.where(beyond > 0.0, INFEASIBLE * (1.0 + beyond), less))
+
+    def search(self, trials: Trials, progress: Progress, label: str, tried: dict[Point, Trade] | None = None) -> Search:
+        """A search on lots; `tried` gets what each candidate has come to."""
         budget = self.budget
 
         def costs(points: NDArray[np.int64]) -> Array:
             between = budget.require_search if search.costs else budget.require_first
             found = trials.measure(self.settings(trials.own, points), besides=self.besides, between=between)
-            beyond = found.violation(self.margins).sum(axis=1)
-            return np.asarray(np.where(beyond > 0.0, INFEASIBLE * (1.0 + beyond), found.cost.mean(axis=1)))
+            worth = self.worth(found)
+            if tried is not None:
+                means = found.cost.mean(axis=1), found.seconds.mean(axis=1), worth < INFEASIBLE
+                trades = zip(*(each.tolist() for each in means), strict=True)
+                tried.update(zip(map(tuple, points.tolist()), map(Trade._make, trades), strict=True))
+            return worth
 
-        counts = [len(each.levels) for each in self.choices.variables]
-        search = Search(costs, counts, lambda: budget.is_up, trials.at_once, lambda count: progress(label, count))
+        search = Search(costs, self.counts, lambda: budget.is_up, trials.at_once, lambda count: progress(label, count))
         return search
+
+    def grid(self) -> list[Point]:
+        """Where the search begins: all E in the same ratio to those of the program, with each interval.
+
+        Dresses are those of the program, in all blocks that have them or in the first of these alone, such as before
+        roughing.
+        """
+        variables, start = self.choices.variables, self.start
+        dressing = [k for k, each in enumerate(variables) if each.name == "D"]
+        by_blocks = list(start)
+        if dressing and not any(variables[k].levels[start[k]] for k in dressing):
+            by_blocks[dressing[0]] = min(by_blocks[dressing[0]] + 1, self.counts[dressing[0]] - 1)
+        first = list(by_blocks)
+        for k in dressing[1:]:
+            first[k] = 0 if variables[k].levels[0] == 0 else first[k]
+        points = []
+        for pattern in (by_blocks, first):
+            for ratio in np.geomspace(*RATIOS, RATIO_VALUES).tolist():
+                point = list(pattern)
+                for k, each in enumerate(variables):
+                    if each.name == "E":
+                        point[k] = each.nearest(each.own * Decimal(repr(ratio)))
+                points += [(*point[:-1], number) for number in range(len(self.choices.intervals))]
+        return list(dict.fromkeys(points))
 
 
 def variation_of(
@@ -143,11 +233,11 @@ def variation_of(
     """
     once = one_run(programs, job)
     budget = Budget(seconds)  # from here on, for the first run compiles what has never been compiled on this machine
-    choices = choices_of(once.simulation, text, wishes)
+    choices = _choices(once, text, wishes, runs)
     margins = np.array([wishes.margin(name) for name in LIMITS])
     ranges = _ranges(choices)
     base = _base(programs, job, runs, seed, ranges, budget.require_first)
-    variation = Variation(programs, text, job, runs, seed, choices, ranges, margins, once, base, budget)
+    variation = Variation(programs, text, job, runs, seed, wishes, choices, ranges, margins, once, base, budget)
     why = base.simulation.why
     if why is None or not any(ranges):
         return variation
@@ -155,12 +245,18 @@ def variation_of(
     remark = f"J and L are kept as they are: {why}"
     if not others.words:
         raise WishError(remark)
-    choices = choices_of(once.simulation, text, others)
+    choices = _choices(once, text, others, runs)
     return variation._replace(
-        choices=Choices(choices.variables, (*choices.remarks, remark)),
+        choices=choices._replace(remarks=(*choices.remarks, remark)),
         ranges=ScriptRanges(),
         base=_base(programs, job, runs, seed, ScriptRanges(), budget.require_first),
     )
+
+
+def _choices(once: Trials, text: ProgramText, wishes: Wishes, runs: int) -> Choices:
+    """What can be varied; what parts that are alike say is one value, unless that is not wished."""
+    choices = choices_of(once.simulation, text, wishes, runs)
+    return choices if wishes.free else choices._replace(variables=together(choices.variables, once.simulation))
 
 
 def one_run(programs: Programs, job: Job) -> Trials:

@@ -1,4 +1,4 @@
-"""What a user asks of a search: words to be varied, bounds and steps of their values, blocks to be kept, margins."""
+"""What a user asks of a search: what is varied between which bounds, what is kept, and what is to become less."""
 
 import math
 from collections.abc import Collection, Mapping
@@ -9,10 +9,17 @@ from typing import TypeAlias
 
 from grind_env.errors import GrindError, did_you_mean, quoted
 
+INTERVAL = "interval"
+"""Parts from dress to dress, or blocks."""
 WORDS = ("E", "D", "J", "L", "lead", "depth", "passes")
-"""What may be varied: words of cycle blocks, then what the dress program says."""
-USUAL = ("E", "D")
+"""What is varied where it stands: words of cycle blocks, then what the dress program says."""
+VARIED = (*WORDS, INTERVAL)
+USUAL = ("E", "D", INTERVAL)
 LIMITS = ("power", "temp", "Ra", "size")
+OBJECTIVES = {"cost": "cost", "time": "seconds"}
+"""What may be made less, and the name of its mean of a part."""
+COUNTED_BY = ("variable", "block-delete")
+"""What tells a program whether a dress is due."""
 
 Number: TypeAlias = float | Decimal
 Ends: TypeAlias = Collection[Number]
@@ -28,12 +35,16 @@ class Wishes:
     """What is asked of a search.
 
     Attributes:
-        words: of `WORDS`.
+        words: of `VARIED`.
         add: whether words that a cycle block lacks may be added to it.
         bounds: lowest and highest value by word, in the units of the program; lead in mm or inches a revolution.
         steps: of which values are multiples, likewise.
         kept: N words of the cycle blocks that stay as they are.
         margins: share of its limit that 95 parts of 100 must keep, by name, 1 at most; 1 for those not named.
+        objective: of `OBJECTIVES`, what is to become less.
+        within: the most that a part may take in the mean, by the names cost and seconds.
+        free: whether blocks of parts that are alike may have words of their own.
+        counted_by: of `COUNTED_BY`, what a written program tells by whether a dress is due.
     """
 
     words: tuple[str, ...] = USUAL
@@ -42,6 +53,20 @@ class Wishes:
     steps: Mapping[str, Decimal] = field(default_factory=dict)
     kept: frozenset[int] = frozenset()
     margins: Mapping[str, float] = field(default_factory=dict)
+    objective: str = "cost"
+    within: Mapping[str, float] = field(default_factory=dict)
+    free: bool = False
+    counted_by: str = "variable"
+
+    @property
+    def quantity(self) -> str:
+        """Name of the mean that is to become less."""
+        return OBJECTIVES[self.objective]
+
+    @property
+    def by_block_delete(self) -> bool:
+        """Whether the operator tells by the switch of block delete."""
+        return self.counted_by == "block-delete"
 
     def margin(self, limit: str) -> float:
         """Of one of `LIMITS`."""
@@ -54,6 +79,10 @@ def wishes_of(
     steps: Mapping[str, Number] = {},
     kept: Collection[int] = (),
     margins: Mapping[str, Number] = {},
+    objective: str = "cost",
+    within: Mapping[str, Number] = {},
+    free: bool = False,
+    counted_by: str = "variable",
 ) -> Wishes:
     """The wishes, checked; arguments as the attributes of `Wishes`, `words` None for the usual ones that are there.
 
@@ -61,17 +90,20 @@ def wishes_of(
         WishError: one of them is none.
     """
     for option, names, known in (
-        ("--vary", words or (), WORDS),
-        ("--bounds", bounds, WORDS),
+        ("--vary", words or (), VARIED),
+        ("--bounds", bounds, VARIED),
         ("--round", steps, WORDS),
         ("--margin", margins, LIMITS),
+        ("--for", (objective,), tuple(OBJECTIVES)),
+        ("--within", within, tuple(OBJECTIVES.values())),
+        ("--dress-by", (counted_by,), COUNTED_BY),
     ):
         for name in names:
             if name not in known:
                 hint = did_you_mean(name, known)
                 raise WishError(f"{option}: there is no {quoted(name)}{hint}; there are {', '.join(known)}")
     if words is not None and not words:
-        raise WishError(f"--vary names no word; there are {', '.join(WORDS)}")
+        raise WishError(f"--vary names no word; there are {', '.join(VARIED)}")
     for label in kept:
         if not isinstance(label, int):
             raise WishError(f"--keep: {quoted(label)} is no N word; give its number")
@@ -82,6 +114,10 @@ def wishes_of(
         steps={name: _positive("--round", name, step) for name, step in steps.items()},
         kept=frozenset(kept),
         margins={name: _share("--margin", name, share) for name, share in margins.items()},
+        objective=objective,
+        within={name: float(_positive("--within", name, most)) for name, most in within.items()},
+        free=free,
+        counted_by=counted_by,
     )
 
 

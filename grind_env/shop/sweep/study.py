@@ -14,6 +14,7 @@ from grind_env.machine.job.file import job_beside, load_job
 from grind_env.machine.script.settings import DRESS_DEPTH, DRESS_FEED, DRESS_PASSES, D, E
 from grind_env.policies.statistics import Interval, bootstrap
 from grind_env.presenter import html, presenter
+from grind_env.shop.dress_interval import LONGEST, DressInterval
 from grind_env.shop.trials import LIMITS, LotUse, Measures, Trials, lots_of, trials_of
 
 if TYPE_CHECKING:
@@ -24,8 +25,6 @@ POINTS = 9
 """Values of a range of E, lead or depth."""
 FASTEST = 30_000.0
 """E up to which is swept where the user does not say it, mm/min."""
-LONGEST = 20
-"""Parts from dress to dress up to which is swept where the user does not say it."""
 VALLEY = 0.02
 """By which share the intervals of the valley cost more than the best one at most."""
 
@@ -244,7 +243,7 @@ class _Study:
         self.turns = simulation.task.wheel_revolutions
         takes = np.array([block.takes_dresses for block in simulation.blocks[: trials.blocks]])
         self.dresses = bool(takes.any())
-        self.dressing = (own[:, D] > 0.0) & takes
+        self.dressing = (own.reshape(runs, trials.blocks, -1)[:, :, D] > 0.0).any(axis=0) & takes
         if self.dresses and not self.dressing.any():
             self.dressing[takes.argmax()] = True
         self.dressed = own[:, DRESS_PASSES] > 0.0
@@ -279,19 +278,17 @@ class _Study:
 
     def _table(self, setting: Setting) -> Array:
         """Settings of all blocks of a batch, shape (runs x blocks, fields of `BlockSettings`)."""
-        own = self.trials.own
-        table = np.tile(own, (self.runs, 1))
+        table = self.trials.own
         if setting.E is not None:
-            table[:, E] *= setting.E / own[0, E]
+            table[:, E] *= setting.E / table[0, E]
         if setting.every is not None:
-            due = (np.arange(self.runs) + 1) % setting.every == 0
-            executions = np.where(self.dressing, np.maximum(own[:, D], 1.0), 0.0)
-            table[:, D] = (due[:, None] * executions).ravel()
-        dressed = np.tile(self.dressed, self.runs)
+            due = DressInterval(setting.every).due(self.dressing, self.runs)
+            most = table[:, D].reshape(due.shape).max(axis=0)
+            table[:, D] = np.where(due, np.maximum(most, 1.0), 0.0).ravel()
         if setting.lead is not None:
-            table[dressed, DRESS_FEED] = setting.lead * self.turns
+            table[self.dressed, DRESS_FEED] = setting.lead * self.turns
         if setting.depth is not None:
-            table[dressed, DRESS_DEPTH] = setting.depth
+            table[self.dressed, DRESS_DEPTH] = setting.depth
         return table
 
     def _points(self, tables: Array, settings: Sequence[Setting], found: Measures) -> list[SweepPoint]:

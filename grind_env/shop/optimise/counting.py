@@ -1,0 +1,125 @@
+"""A dress interval written into a program: what counts parts or blocks, and D words that ask whether a dress is due.
+
+A counter is a # variable above 499, which the control keeps from one run of a program to the next. Whatever another
+program has left in it, it counts on from that, and at most the first interval is another one.
+"""
+
+import re
+from collections.abc import Collection, Sequence
+from decimal import Decimal
+from typing import NamedTuple
+
+from grind_env.control import Programs
+from grind_env.control.source import SourceText
+from grind_env.errors import GrindError
+from grind_env.shop.dress_interval import EVERY_PART, DressInterval
+from grind_env.shop.optimise.editing import Edit, ProgramText
+
+KEPT = range(500, 1000)
+"""Variables that are kept from run to run."""
+
+_NUMBER = re.compile(r"#[ \t\[]*(\d+)")
+_COMMENT = re.compile(r"\([^()]*\)")
+_JUMP = re.compile("GOTO", re.IGNORECASE)
+_LINE_END = re.compile(r"\r\n|\r|\n")
+
+
+class CountingError(GrindError):
+    """A dress interval that cannot be written into a program."""
+
+
+class Counting(NamedTuple):
+    """How a dress interval is written.
+
+    Attributes:
+        interval: what is counted.
+        due: number of the variable that is 1 where a dress is due, else 0.
+        counter: number of the variable that counts; None where the operator does, by the switch of block delete.
+        before: blocks before which it is counted.
+    """
+
+    interval: DressInterval
+    due: int
+    counter: int | None
+    before: tuple[SourceText, ...]
+
+    def word(self, executions: Decimal) -> str:
+        """What stands behind the letter of a D word."""
+        return f"#{self.due}" if executions == 1 else f"[{executions:f}*#{self.due}]"
+
+    def edits(self, text: ProgramText) -> list[Edit]:
+        """The lines that count, before each of the blocks."""
+        found = _LINE_END.search(text.text)
+        end = found[0] if found else "\n"
+        lines = "".join(f"{line}{end}" for line in self.lines)
+        return [Edit(source.line, source.column, 0, lines) for source in self.before]
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """Those of the program."""
+        every, due = self.interval.every, f"#{self.due}"
+        if self.counter is None:
+            return (
+                f"(DRESS {self.interval}: BLOCK DELETE OFF IN THAT ONE, ON IN ALL OTHERS)".upper(),
+                f"{due}=0",
+                f"/{due}=1",
+            )
+        count = f"#{self.counter}"
+        return (
+            f"(DRESS {self.interval}: {count} COUNTS, {due} IS 1 WHERE IT IS DUE)".upper(),
+            f"IF [{count} EQ #0] THEN {count}=0",
+            f"{count}={count}+1",
+            f"{due}=0",
+            f"IF [{count} GE {every}] THEN {due}=1",
+            f"IF [{count} GE {every}] THEN {count}=0",
+        )
+
+
+def counting_of(
+    interval: DressInterval,
+    programs: Programs,
+    blocks: Sequence[SourceText],
+    *,
+    by_block_delete: bool = False,
+    taken: Collection[int] = (),
+) -> Counting | None:
+    """How a dress interval is written; None where every run dresses, and nothing has to be counted.
+
+    Args:
+        interval: what is counted.
+        programs: the program.
+        blocks: that dress, as they stand in its file.
+        by_block_delete: whether the operator says by the switch of block delete what parts are dressed.
+        taken: numbers of variables that are used from outside.
+
+    Raises:
+        CountingError: there is no free variable, or blocks that are deleted already.
+    """
+    if interval == EVERY_PART:
+        return None
+    used = {int(number) for program in programs for block in program.blocks for number in _NUMBER.findall(block.text)}
+    free = [number for number in KEPT if number not in used and number not in taken][:2]
+    if len(free) < 2:
+        raise CountingError(f"{programs.name} uses all variables of #500 to #999, and none is left to count dresses by")
+    if not by_block_delete:
+        return Counting(interval, free[1], free[0], _places(interval, programs, blocks))
+    for program in programs:
+        for block in program.blocks:
+            if block.deletable:
+                raise CountingError(
+                    f"{block.file}:{block.line}: the switch of block delete skips this block already; count the "
+                    "dresses by a variable instead"
+                )
+    return Counting(interval, free[0], None, _places(interval, programs, blocks))
+
+
+def jumps(programs: Programs) -> bool:
+    """Whether a program jumps by GOTO."""
+    return any(_JUMP.search(_COMMENT.sub("", block.text)) for program in programs for block in program.blocks)
+
+
+def _places(interval: DressInterval, programs: Programs, blocks: Sequence[SourceText]) -> tuple[SourceText, ...]:
+    """The blocks that dress where these are counted, else the first of the main program that says anything."""
+    if interval.of_blocks:
+        return tuple(dict.fromkeys(blocks))
+    return (next(block for block in programs.main.blocks if _COMMENT.sub("", block.text).strip()),)
