@@ -21,8 +21,8 @@ def optimise(
         str | None,
         typer.Option(
             help="What may change: E, D, J, L of cycle blocks, lead, depth, passes of dress programs, interval "
-            "between dresses; words that a block lacks are then added. If not given, interval and those E and D that are "
-            "there."
+            "between dresses; words that a block lacks are then added. If not given, E and D that are there, and "
+            "interval."
         ),
     ] = None,
     bounds: Annotated[
@@ -60,6 +60,9 @@ def optimise(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Write the program here, if it is better."), Writes()
     ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(help="Draw cost over time into this .png, .svg or .pdf file."), Writes()
+    ] = None,
     report: ReportFile = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
 ) -> None:
@@ -77,8 +80,10 @@ def optimise(
     Exit status 3: no better program was found, or there was no time to try one. 4: no program keeps the limits.
     """
     from grind_env.machine.job.file import job_beside, load_job
+    from grind_env.render.figures import prepare_figure
     from grind_env.shop import calls
     from grind_env.shop.commands import texts
+    from grind_env.shop.optimise.figure import plot_optimised
     from grind_env.shop.optimise.outcome import Verdict
     from grind_env.shop.optimise.table import as_data, print_optimised
     from grind_env.shop.report.document import prepare_page, write_page
@@ -86,6 +91,8 @@ def optimise(
 
     if report is not None:
         prepare_page(report)
+    if plot is not None:
+        prepare_figure(plot)
     found = calls.optimise(
         program,
         job,
@@ -105,6 +112,8 @@ def optimise(
     )
     if found.verdict is Verdict.BETTER and output is not None:
         found.write(output)
+    if plot is not None:
+        plot_optimised(found, plot)
     if as_json:
         print(json.dumps(as_data(found)))
     else:

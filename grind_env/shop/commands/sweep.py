@@ -1,14 +1,18 @@
 """A dress study of one's own part."""
 
 import json
+import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from grind_env.arguments import Writes
+from grind_env.files import write_atomically
 from grind_env.shop.commands.arguments import JobFile, ProgramFile, Runs, Seed
 from grind_env.terminal import table_console
+
+NOTHING_BETTER = 3
 
 
 def sweep(
@@ -24,6 +28,11 @@ def sweep(
     depth: Annotated[str | None, typer.Option(help="Of the dress, as .005..0.03, mm a pass.")] = None,
     parts: Runs = 50,
     seed: Seed = 1,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="Write the program with the words of the cheapest point here."),
+        Writes(),
+    ] = None,
     plot: Annotated[Path | None, typer.Option(help="Draw it into this .png, .svg or .pdf file."), Writes()] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
 ) -> None:
@@ -36,12 +45,16 @@ def sweep(
     Columns: E (mm/min), every (parts from dress to dress), lead (mm a revolution), depth (mm a pass), cost, time, Ra
     (um), highest power (kW) and temperature rise (K), size error (um), scrap, and whether 95 of 100 parts keep every
     limit; if not, what they keep of the worst one.
+
+    With -o the cheapest point that keeps the limits is written into the program, which is ground so before it is. D on
+    every n-th part alone is counted by a # variable. Exit status 3: there is none that costs less than the program.
     """
     from grind_env.render.figures import prepare_figure
     from grind_env.shop import calls
     from grind_env.shop.commands import texts
     from grind_env.shop.sweep.figure import plot_sweep
     from grind_env.shop.sweep.table import as_data, print_sweep
+    from grind_env.shop.sweep.writing import recommended
 
     if plot is not None:
         prepare_figure(plot)
@@ -61,3 +74,13 @@ def sweep(
         print(json.dumps(as_data(found)))
     else:
         print_sweep(found, table_console())
+    if output is None:
+        return
+    if found.best == found.own or not found.best.keeps_limits:
+        print(f"{output} is not written: no point keeps the limits and costs less than the program", file=sys.stderr)
+        raise typer.Exit(NOTHING_BETTER)
+    best = recommended(found, program, job, seed=seed)
+    write_atomically(output, lambda temporary: temporary.write_bytes(best.data))
+    if not as_json:
+        beyond = "" if best.keeps_limits else ", and its rounded words are beyond a limit"
+        print(f"written to {output}; so it costs {best.cost:.3f} $ a part{beyond}")

@@ -1,6 +1,7 @@
 """Better words for a part program: searched on some lots, chosen on others, judged on unseen ones."""
 
 from dataclasses import replace
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -115,7 +116,8 @@ def _optimised(variation: Variation, job: str, progress: Progress) -> Optimised:
     old = before.measure(before.own[None])
     new = old if same else after.measure(said[None])
     objective = variation.wishes.quantity
-    difference = paired(getattr(new, objective)[0] - getattr(old, objective)[0])
+    less = attrgetter(objective)
+    difference = paired(less(new)[0] - less(old)[0])
     wishes = wishes_kept(variation.wishes, old, new)
     beyond = new.violation(variation.margins)[0]
     sought = feasible and before.simulation.compiled
@@ -197,7 +199,8 @@ def _require_said(variation: Variation, before: Trials, after: Trials, point: Po
 
 def _freed(variation: Variation, judged: Trials, best: Point, budget: Budget, progress: Progress) -> dict[str, Freed]:
     """The best words without each limit: what they save on unseen lots, and how far they are beyond it."""
-    with_all, words = variation.measure(judged, [best]).cost[0], {}
+    less = attrgetter(variation.wishes.quantity)
+    with_all, words = less(variation.measure(judged, [best]))[0], {}
     for k, name in enumerate(LIMITS):
         free = without(variation.job, name)
         if free is None:
@@ -208,7 +211,7 @@ def _freed(variation: Variation, judged: Trials, best: Point, budget: Budget, pr
         search = other.search(other.trials(LotUse.SEARCH, SEARCHED), progress, f"without the limit of {name}")
         search.run(best, variation.seed, GENERATIONS // FEWER)
         point = _chosen(other, [best, *search.ranked])
-        found = other.measure(other.trials(LotUse.JUDGEMENT, JUDGED), [point]).cost[0]
+        found = less(other.measure(other.trials(LotUse.JUDGEMENT, JUDGED), [point]))[0]
         share = float(variation.measure(judged, [point]).ratios[0, k])
         words[name] = Freed(paired(with_all - found), share)
     return words

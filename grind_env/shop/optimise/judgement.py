@@ -17,7 +17,7 @@ from grind_env.shop.optimise.wishes import INTERVAL, Wishes
 from grind_env.shop.trials import LIMITS, Measures, Trials
 
 WORTH_NAMING = 0.01
-"""Share of the cost of a part that a limit costs at least if it is said to bind."""
+"""Share of the cost or time of a part that a limit costs at least if it is said to bind."""
 NEAR = 0.95
 """Share of what is asked of a limit from which on it is near."""
 
@@ -129,14 +129,14 @@ class Freed(NamedTuple):
     """The best words without a limit."""
 
     price: Interval
-    """What they save, $ a part."""
+    """What they save of what is to become less, a part."""
     share: float
     """Of the limit, that 95 of 100 parts keep with them."""
 
 
 def limits_of(variation: Variation, old: Measures, new: Measures, freed: dict[str, Freed]) -> tuple[LimitUse, ...]:
     """How near parts come to each limit, and, by its name, what is without it, where that was looked at."""
-    worth = WORTH_NAMING * float(new.cost.mean())
+    worth = WORTH_NAMING * float(getattr(new, variation.wishes.quantity).mean())
 
     def binds(name: str, after: float, margin: float) -> bool:
         if name not in freed:

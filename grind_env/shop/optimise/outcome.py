@@ -80,7 +80,8 @@ class LimitUse:
         margin: share of the limit that 95 of 100 parts must keep.
         before: share that 95 of 100 parts keep, with the program as it was.
         after: the same share with other words.
-        price: $ a part that the best words without this limit save; None if that was not sought.
+        price: $ a part, or s if time is to become less, that the best words without this limit save; None if that was
+            not sought.
         without: share of the limit that 95 of 100 parts keep with those words; None likewise.
         binds: whether the search has felt it: `price` is worth naming, beyond chance, and those words are refused
             because of this limit; where they were not sought, whether `after` is near what is asked.

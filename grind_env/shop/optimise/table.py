@@ -65,6 +65,9 @@ def sentences(found: Optimised) -> list[str]:
             said.append(
                 f"{word.place}: {word.name} {word.after} is its {word.at_bound} value that was tried (--bounds)"
             )
+    for wish in found.wishes:
+        kept = "" if wish.kept else ", which is missed"
+        said.append(f"asked: {wish.most:g} {wish.unit} a part; {wish.before:.4g} before, {wish.after:.4g} after{kept}")
     said += [f"the limit of {each.name} binds: {binding(each)}" for each in found.limits if each.binds]
     if found.ended_early:
         said.append("the time was up before the search had ended: --budget gives it more, and the next run may differ")
@@ -91,6 +94,10 @@ def as_data(found: Optimised) -> dict[str, Any]:
             asdict(each) | {"kept": each.kept, "price": None if each.price is None else each.price._asdict()}
             for each in found.limits
         ],
+        "objective": found.objective,
+        "wishes": [each._asdict() | {"kept": each.kept} for each in found.wishes],
+        "frontier": [each._asdict() for each in found.frontier],
+        "chosen": dict(zip(("before", "after"), (each._asdict() for each in found.chosen), strict=True)),
         "remarks": list(found.remarks),
         "parts": found.parts,
         "lots": found.lots,
@@ -138,7 +145,12 @@ def _limits(found: Optimised) -> Rows:
         for each in found.limits
         if each.limit > 0.0
     ]
-    return Rows(("limit", "", "asked", "before", "after", "$ without it"), rows)
+    return Rows(("limit", "", "asked", "before", "after", f"{objective_unit(found)} without it"), rows)
+
+
+def objective_unit(found: Optimised) -> str:
+    """Of what was to become less."""
+    return found.quantity(found.objective).unit
 
 
 def limit_text(limit: LimitUse) -> str:
@@ -150,7 +162,7 @@ def limit_text(limit: LimitUse) -> str:
 
 
 def price_text(limit: LimitUse) -> str:
-    """What a part costs without a limit, beside what it costs with it, $, and whether the limit binds."""
+    """What a part takes without a limit, beside what it takes with it, $ or s, and whether the limit binds."""
     if limit.price is None:
         return "binds" if limit.binds else ""
     change = Interval(-limit.price.value, -limit.price.high, -limit.price.low)

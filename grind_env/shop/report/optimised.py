@@ -10,7 +10,16 @@ from grind_env.machine.job import Job
 from grind_env.policies.statistics import Interval
 from grind_env.shop.optimise.judgement import WORTH_NAMING
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Verdict
-from grind_env.shop.optimise.table import NAMES, binding, decimals, limit_text, price_text, sentences, signed
+from grind_env.shop.optimise.table import (
+    NAMES,
+    binding,
+    decimals,
+    limit_text,
+    objective_unit,
+    price_text,
+    sentences,
+    signed,
+)
 from grind_env.shop.report.document import (
     Cell,
     Level,
@@ -41,6 +50,20 @@ LEVELS: Mapping[Verdict, Level] = {
 }
 
 
+LAYOUT: Mapping[str, Any] = {
+    "plot_bgcolor": "white",
+    "dragmode": False,
+    "margin": {"l": 55, "r": 10, "t": 30, "b": 60},
+    # below, for above the plot is the bar of its buttons
+    "legend": {"orientation": "h", "y": -0.12, "yanchor": "top", "itemsizing": "constant"},
+    "font": {"family": "system-ui, Segoe UI, Roboto, DejaVu Sans, sans-serif", "size": 11},
+}
+TRADE = (
+    "Programs tried that keep limits and wishes and than which none is both cheaper and quicker, on the lots of the "
+    "search; the star is the one that was judged."
+)
+
+
 def optimised_report(found: Optimised, job: Job, files: Mapping[str, Path]) -> str:
     """The page of an optimisation, HTML.
 
@@ -58,6 +81,7 @@ def optimised_report(found: Optimised, job: Job, files: Mapping[str, Path]) -> s
         Section("Before and after", [_quantities(found, after)]),
         Section("Words", [_words(found, after)]),
         Section("Limits", _limits(found, after)),
+        Section("Cost over time", [figure(_trade(found, after), TRADE, 380)]),
         Section("Program", _program(found)),
         Section("Remarks", [items(sentences(found)[:-1])]),
         Section("What the numbers rest on", [items(_rests_on(found)), *foundations(job)]),
@@ -134,7 +158,14 @@ def _limits(found: Optimised, after: str) -> "list[Markup]":
         ]
         for each in limits
     ]
-    headings = ("limit", "value", "asked, %", "before, %", f"{after}, %", "cost of a part without it, $")
+    headings = (
+        "limit",
+        "value",
+        "asked, %",
+        "before, %",
+        f"{after}, %",
+        f"change of a part without it, {objective_unit(found)}",
+    )
     caption = (
         "Shares are those of the limit below which 95 of 100 parts stay. The last column is how much the best words "
         "without the limit change the cost; a limit binds if, beyond chance, they save more than "
@@ -160,12 +191,7 @@ def _shares(limits: list[LimitUse], after: str) -> Any:
     drawn.update_traces(hovertemplate=said)
     drawn.update_layout(
         barmode="group",
-        plot_bgcolor="white",
-        dragmode=False,
-        margin={"l": 55, "r": 10, "t": 30, "b": 60},
-        # below, for above the plot is the bar of its buttons
-        legend={"orientation": "h", "y": -0.12, "yanchor": "top", "itemsizing": "constant"},
-        font={"family": "system-ui, Segoe UI, Roboto, DejaVu Sans, sans-serif", "size": 11},
+        **LAYOUT,
     )
     drawn.update_yaxes(title_text="% of the limit", rangemode="tozero", gridcolor="#e3e3e3")
     return drawn
@@ -199,6 +225,48 @@ def _rests_on(found: Optimised) -> list[str]:
         "how far the model is from the machine.",
         "The columns of grind run are of the expected lot, with which grind run shows the same numbers.",
     ]
+
+
+def _trade(found: Optimised, after: str) -> Any:
+    """Cost of a part over its time: the programs tried than which none is better in both, and the two in question."""
+    with needing("shop", "reports need"):
+        from plotly.graph_objects import Figure, Scatter
+    said = "%{x:.1f} s, %{y:.3f} $"
+    front, (before, chosen) = found.frontier, found.chosen
+    drawn = Figure(
+        [
+            Scatter(
+                name="best tried",
+                x=[each.seconds for each in front],
+                y=[each.cost for each in front],
+                mode="lines+markers",
+                line={"color": "#1f5f8b", "width": 1.5},
+                marker={"size": 5},
+            ),
+            Scatter(
+                name="before",
+                x=[before.seconds],
+                y=[before.cost],
+                mode="markers",
+                marker={"symbol": "square", "size": 10, "color": "#9aa5b1"},
+            ),
+            Scatter(
+                name=after,
+                x=[chosen.seconds],
+                y=[chosen.cost],
+                mode="markers",
+                marker={"symbol": "star", "size": 14, "color": "#2ca02c"},
+            ),
+        ]
+    )
+    for wish in found.wishes:
+        line = {"line": {"dash": "dash", "width": 1, "color": "#222"}, "annotation": {"text": f"asked: {wish.most:g}"}}
+        (drawn.add_vline if wish.name == "seconds" else drawn.add_hline)(wish.most, **line)
+    drawn.update_traces(hovertemplate=said)
+    drawn.update_layout(**LAYOUT)
+    drawn.update_xaxes(title_text="time of a part, s", gridcolor="#e3e3e3")
+    drawn.update_yaxes(title_text="cost of a part, $", gridcolor="#e3e3e3")
+    return drawn
 
 
 def _negative(change: Interval) -> Interval:

@@ -1,0 +1,92 @@
+"""The best point of a sweep, written into its program."""
+
+from dataclasses import dataclass, replace
+from decimal import Decimal
+from pathlib import Path
+
+from grind_env.control import read_file
+from grind_env.files import read_bytes
+from grind_env.machine.job.file import job_beside, load_job
+from grind_env.shop.optimise.editing import text_of
+from grind_env.shop.optimise.variables import STEPS, Variable
+from grind_env.shop.optimise.variation import Variation, variation_of
+from grind_env.shop.optimise.wishes import INTERVAL, wishes_of
+from grind_env.shop.sweep.study import Sweep, SweepError, SweepPoint
+from grind_env.shop.trials import LotUse
+
+EXACT = {"E": (Decimal(1), Decimal(".0001")), "lead": STEPS["lead"], "depth": STEPS["depth"]}
+"""Of which values are multiples, metric and in inches; of a lead its F."""
+NEAR = 0.01
+"""Share by which a part may cost more or less as it is written, for E, F and infeeds are rounded."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recommended:
+    """The program with the words of the best point of a sweep.
+
+    Attributes:
+        data: its file.
+        cost: $ a part, on the lots of the sweep.
+        keeps_limits: whether 95 of 100 parts keep each limit.
+    """
+
+    data: bytes
+    cost: float
+    keeps_limits: bool
+
+
+def recommended(found: Sweep, program: str | Path, job: str | Path | None = None, *, seed: int = 1) -> Recommended:
+    """Write the best point into its program, and grind it so.
+
+    Args:
+        found: the sweep.
+        program: file of its program.
+        job: its job file; the program's name with `.toml` if not given.
+        seed: of its lots.
+
+    Raises:
+        SweepError: no point that keeps the limits is cheaper than the program as it is, or its text cannot say it.
+        GrindError: the program has no words that could say it.
+    """
+    best, program = found.best, Path(program)
+    if best == found.own or not best.keeps_limits:
+        raise SweepError(f"{program.name}: no point of the sweep keeps the limits and costs less than it does as it is")
+    text, settings = text_of(read_bytes(program)), load_job(job_beside(program) if job is None else Path(job))
+    names = [name for name in EXACT if getattr(best, name) != getattr(found.own, name)]
+    dresses = ["D", INTERVAL] if best.every else []
+    wishes = wishes_of([*names, *dresses], {INTERVAL: (best.every, best.every)} if dresses else {}, free=True)
+    variation = _set(variation_of(read_file(program), text, settings, wishes, found.parts, seed), best, found.own)
+    point = (0,) * len(variation.counts)
+    written = variation.trials_of(variation.read(point), LotUse.SWEEP, found.lots)
+    measured = written.measure(written.own[None])
+    cost = float(measured.cost.mean())
+    if abs(cost - best.cost.value) > NEAR * best.cost.value:
+        why = "; ".join(variation.choices.remarks) or "its words do not change its cycles as they say"
+        raise SweepError(
+            f"{program.name}: written into its text the best point costs {cost:.3f} $ a part and not "
+            f"{best.cost.value:.3f} $: {why}"
+        )
+    return Recommended(
+        data=variation.with_words(point).bytes(), cost=cost, keeps_limits=bool(measured.ratios.max() <= 1.0)
+    )
+
+
+def _set(variation: Variation, best: SweepPoint, own: SweepPoint) -> Variation:
+    """The variation with one level each, that of the best point."""
+    turns = variation.base.simulation.task.wheel_revolutions
+    variables = variation.choices.variables
+    dressed = any(each.name == "D" and each.own for each in variables)
+    first = next((each for each in variables if each.name == "D"), None)
+
+    def level(each: Variable) -> Decimal:
+        if each.name == "D":
+            return max(each.own, Decimal(1)) if each.own or (each is first and not dressed) else each.own
+        value = {"E": float(each.own) * best.E / own.E, "lead": 60.0 * best.lead * turns, "depth": best.depth}[
+            each.name
+        ]
+        unit = each.unit if each.name != "E" else Decimal(1)
+        step = EXACT[each.name][each.unit != 1]
+        return max(step, (Decimal(repr(value)) / unit / step).to_integral_value() * step)
+
+    chosen = tuple(replace(each, levels=(level(each),)) for each in variables)
+    return variation._replace(choices=variation.choices._replace(variables=chosen))
