@@ -1,4 +1,4 @@
-"""How often a program dresses: in every n-th of its runs, or in every n-th of the blocks that dress."""
+"""How often a program dresses: for every n-th part, in every n-th of its runs, or of the blocks that dress."""
 
 from dataclasses import dataclass
 
@@ -15,11 +15,12 @@ class DressInterval:
 
     Attributes:
         every: n.
-        of_blocks: whether blocks are counted, those that dress alone.
+        of: what is counted: "part" or "run" for runs of the program, as one of them grinds one part or several, or
+            "block" for the blocks that dress.
     """
 
     every: int
-    of_blocks: bool = False
+    of: str = "part"
 
     def due(self, dressing: NDArray[np.bool_], runs: int) -> NDArray[np.bool_]:
         """Blocks in which dresses are executed.
@@ -32,26 +33,24 @@ class DressInterval:
             Shape (runs, blocks).
         """
         every_run = np.tile(dressing, (runs, 1))
-        number = every_run.cumsum().reshape(every_run.shape) if self.of_blocks else np.arange(1, runs + 1)[:, None]
+        number = every_run.cumsum().reshape(every_run.shape) if self.of == "block" else np.arange(1, runs + 1)[:, None]
         return np.asarray(every_run & (number % self.every == 0))
 
     def __str__(self) -> str:
-        what = "block" if self.of_blocks else "part"
-        return f"every {what}" if self.every == 1 else f"every {self.every} {what}s"
+        return f"every {self.of}" if self.every == 1 else f"every {self.every} {self.of}s"
 
 
-EVERY_PART = DressInterval(1)
-
-
-def intervals_between(low: int, high: int, blocks: int = 1) -> tuple[DressInterval, ...]:
-    """Intervals from one number of parts to another, the densest first.
+def intervals_between(low: int, high: int, *, blocks: int = 1, parts: int = 1) -> tuple[DressInterval, ...]:
+    """Intervals of runs from one number of them to another, and what blocks can be counted in between, densest first.
 
     Args:
-        low: parts.
-        high: parts.
-        blocks: that dress in one run; where there are several, their intervals of up to two parts are among them.
+        low: runs.
+        high: runs.
+        blocks: that dress in one run; a single one is not counted by itself.
+        parts: that one run grinds.
     """
-    parts = [DressInterval(every) for every in range(low, high + 1)]
-    counted = [DressInterval(every, of_blocks=True) for every in range(2, 2 * blocks) if every != blocks]
-    within = [each for each in counted if low <= each.every / blocks <= high or (low == 1 and each.every < blocks)]
-    return tuple(sorted([*parts, *within], key=lambda each: each.every / (blocks if each.of_blocks else 1)))
+    runs = [DressInterval(every, "part" if parts == 1 else "run") for every in range(low, high + 1)]
+    some = {*range(2, LONGEST + 1), *range(blocks, high * blocks + 1, blocks)} if blocks > 1 else ()
+    counted = [DressInterval(every, "block") for every in sorted(some) if low == 1 or low * blocks <= every]
+    within = [each for each in counted if each.every <= high * blocks]
+    return tuple(sorted([*runs, *within], key=lambda each: each.every / (blocks if each.of == "block" else 1)))

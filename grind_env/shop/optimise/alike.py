@@ -30,7 +30,7 @@ def together(variables: Iterable[Variable], simulation: JobSimulation) -> tuple[
 
 
 def _kinds(simulation: JobSimulation) -> list[Likeness]:
-    """Of each block: its number within its part, its strokes, and what is asked of the part."""
+    """Of each block: its number within its part, its strokes, and the part wherever it lies."""
     count: dict[int, int] = {}
     kinds: list[Likeness] = []
     for block in simulation.blocks:
@@ -39,5 +39,5 @@ def _kinds(simulation: JobSimulation) -> list[Likeness]:
         depth = round(abs(plan.depth_target - plan.plunge_start), 6)
         strokes = plan.code, round(abs(plan.primary - plan.secondary), 6), depth, round(block.depth, 6), plan.spark_out
         said = plan.feed, plan.dresses, plan.primary_pick, plan.secondary_pick
-        kinds.append((number, strokes, said, job.part))
+        kinds.append((number, strokes, said, replace(job.part, start=0.0, across=0.0, surface=0.0)))
     return kinds

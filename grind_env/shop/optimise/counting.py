@@ -12,7 +12,7 @@ from typing import NamedTuple
 from grind_env.control import Programs
 from grind_env.control.source import SourceText
 from grind_env.errors import GrindError
-from grind_env.shop.dress_interval import EVERY_PART, DressInterval
+from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.optimise.editing import Edit, ProgramText
 
 KEPT = range(500, 1000)
@@ -95,7 +95,7 @@ def counting_of(
     Raises:
         CountingError: there is no free variable, or blocks that are deleted already.
     """
-    if interval == EVERY_PART:
+    if interval.every == 1:
         return None
     used = {int(number) for program in programs for block in program.blocks for number in _NUMBER.findall(block.text)}
     free = [number for number in KEPT if number not in used and number not in taken][:2]
@@ -120,6 +120,6 @@ def jumps(programs: Programs) -> bool:
 
 def _places(interval: DressInterval, programs: Programs, blocks: Sequence[SourceText]) -> tuple[SourceText, ...]:
     """The blocks that dress where these are counted, else the first of the main program that says anything."""
-    if interval.of_blocks:
+    if interval.of == "block":
         return tuple(dict.fromkeys(blocks))
     return (next(block for block in programs.main.blocks if _COMMENT.sub("", block.text).strip()),)

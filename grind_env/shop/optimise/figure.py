@@ -24,17 +24,17 @@ def plot_optimised(found: Optimised, path: Path) -> None:
 
 
 def draw_optimised(found: Optimised) -> "Figure":
-    """Draw cost over time of the programs tried than which none is better in both.
+    """Draw cost over time: the cheapest programs tried, and the two in question.
 
     Raises:
         MissingExtra: matplotlib is not installed.
     """
     figure = new_figure(6.4, 4.6)
     axes = figure.subplots()
-    figure.suptitle(f"{found.program}: what a quicker part costs, batches of {found.parts} runs")
+    figure.suptitle(f"{found.program}: cost over time, batches of {found.parts} runs")
     before, chosen = found.chosen
-    seconds, costs = [each.seconds for each in found.frontier], [each.cost for each in found.frontier]
-    axes.plot(seconds, costs, "-o", color=BLUE, ms=3, lw=1.3, label="none tried is cheaper and quicker")
+    seconds, costs = [each.seconds for each in found.cheapest], [each.cost for each in found.cheapest]
+    axes.plot(seconds, costs, "-o", color=BLUE, ms=3, lw=1.3, label="cheapest tried that keeps the limits")
     axes.plot(before.seconds, before.cost, "s", color=GREY, ms=8, label="the program as it was")
     name = "chosen" if found.verdict is Verdict.BETTER else "best one tried"
     axes.plot(chosen.seconds, chosen.cost, "*", color=GREEN, ms=15, label=f"{name}: {chosen.seconds:.1f} s")

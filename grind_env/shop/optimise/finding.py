@@ -29,7 +29,7 @@ from grind_env.shop.optimise.judgement import (
     wishes_kept,
     words_of,
 )
-from grind_env.shop.optimise.outcome import Optimised, Trade, Verdict, frontier
+from grind_env.shop.optimise.outcome import Optimised, Trade, Verdict, cheapest_by_time
 from grind_env.shop.optimise.search import GENERATIONS, Point
 from grind_env.shop.optimise.unrolling import unrolled
 from grind_env.shop.optimise.variation import INFEASIBLE, Progress, Variation, one_run, variation_of
@@ -140,7 +140,7 @@ def _optimised(variation: Variation, job: str, progress: Progress) -> Optimised:
         limits=limits,
         wishes=wishes,
         objective=objective,
-        frontier=frontier(tried.values()),
+        cheapest=cheapest_by_time(tried.values()),
         chosen=(tried[variation.start], tried[point]),
         remarks=(
             *variation.choices.remarks,

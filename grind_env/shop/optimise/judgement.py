@@ -8,7 +8,7 @@ from grind_env.arrays import Array
 from grind_env.machine.script.settings import D
 from grind_env.policies.statistics import Interval, bootstrap
 from grind_env.process.cost import NO_LIMIT, Limits
-from grind_env.shop.dress_interval import EVERY_PART
+from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.optimise.outcome import LimitUse, Quantity, Verdict, WishUse, WordChange
 from grind_env.shop.optimise.search import Point
 from grind_env.shop.optimise.variables import Choices, Spot, Variable
@@ -205,12 +205,12 @@ def words_of(choices: Choices, point: Point) -> tuple[WordChange, ...]:
     """A point of the search as changes of words, and of the dress interval where it was searched."""
     words = [_word_of(each, number) for each, number in zip(choices.variables, point, strict=False)]
     intervals, number = choices.intervals, point[-1]
-    if len(intervals) > 1 or intervals[0] != EVERY_PART:
+    if intervals[-1].every > 1:
         words.append(
             WordChange(
                 name=INTERVAL,
                 place="dresses",
-                before=str(EVERY_PART),
+                before=str(DressInterval(1, intervals[0].of)),
                 after=str(intervals[number]),
                 unit="",
                 at_bound="highest" if number == len(intervals) - 1 else "",

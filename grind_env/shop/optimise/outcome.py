@@ -1,6 +1,6 @@
 """What an optimisation has come to: all that a table, JSON or a report shows of it."""
 
-from collections.abc import Iterable
+from collections.abc import Collection
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
@@ -138,13 +138,20 @@ class Trade(NamedTuple):
     """Whether it keeps limits and wishes."""
 
 
-def frontier(trades: Iterable[Trade]) -> tuple[Trade, ...]:
-    """Those that keep all and than which none is both cheaper and quicker, the quickest first."""
-    found: list[Trade] = []
-    for each in sorted((each for each in trades if each.keeps), key=lambda each: (each.seconds, each.cost)):
-        if not found or each.cost < found[-1].cost:
-            found.append(each)
-    return tuple(found)
+TIMES = 40
+"""Classes of time of which each has its cheapest program."""
+
+
+def cheapest_by_time(trades: Collection[Trade]) -> tuple[Trade, ...]:
+    """Of those that keep all, the cheapest of each of `TIMES` classes of time, the quickest first."""
+    kept = [each for each in trades if each.keeps]
+    first = min((each.seconds for each in kept), default=0.0)
+    width = (max((each.seconds for each in kept), default=0.0) - first) / TIMES
+    found: dict[int, Trade] = {}
+    for each in kept:
+        time = min(int((each.seconds - first) / width), TIMES - 1) if width > 0.0 else 0
+        found[time] = min(each, found.get(time, each))
+    return tuple(found[time] for time in sorted(found))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -161,7 +168,7 @@ class Optimised:
         limits: power, temp, Ra and size.
         wishes: what a part was to take at most.
         objective: what was to become less, cost or seconds.
-        frontier: the programs tried than which none is both cheaper and quicker, the quickest first.
+        cheapest: of the programs tried the cheapest of each class of time, the quickest first.
         chosen: of the programs tried, that as it was and that with the words chosen.
         remarks: sentences on what could not be varied.
         before: text of the program.
@@ -183,7 +190,7 @@ class Optimised:
     limits: tuple[LimitUse, ...]
     wishes: tuple[WishUse, ...]
     objective: str
-    frontier: tuple[Trade, ...]
+    cheapest: tuple[Trade, ...]
     chosen: tuple[Trade, Trade]
     remarks: tuple[str, ...]
     before: str

@@ -96,7 +96,7 @@ def as_data(found: Optimised) -> dict[str, Any]:
         ],
         "objective": found.objective,
         "wishes": [each._asdict() | {"kept": each.kept} for each in found.wishes],
-        "frontier": [each._asdict() for each in found.frontier],
+        "cheapest": [each._asdict() for each in found.cheapest],
         "chosen": dict(zip(("before", "after"), (each._asdict() for each in found.chosen), strict=True)),
         "remarks": list(found.remarks),
         "parts": found.parts,

@@ -20,7 +20,7 @@ from grind_env.errors import listed
 from grind_env.machine.dress.program import DEEPEST_INFEED
 from grind_env.machine.part.feeds import FEED_WORD, speed_word
 from grind_env.machine.script import settings
-from grind_env.shop.dress_interval import EVERY_PART, LONGEST, DressInterval, intervals_between
+from grind_env.shop.dress_interval import LONGEST, DressInterval, intervals_between
 from grind_env.shop.optimise.counting import jumps
 from grind_env.shop.optimise.dress_text import DressText, DressTextError, dress_text
 from grind_env.shop.optimise.editing import ProgramText, number_text, word_of
@@ -166,15 +166,15 @@ def choices_of(simulation: JobSimulation, text: ProgramText, wishes: Wishes, run
             found += _words(name, simulation, wishes, remarks)
         else:
             found += _dresses(name, simulation, text, wishes, remarks)
-    intervals: tuple[DressInterval, ...] = (EVERY_PART,)
+    intervals: tuple[DressInterval, ...] = (DressInterval(1),)
     if INTERVAL in wishes.words:
         if "D" not in names:
             found += [
                 replace(each, levels=(each.own,)) for each in _words("D", simulation, wishes, remarks) if each.own
             ]
         intervals = _intervals(simulation, [each for each in found if each.name == "D"], wishes, runs)
-    every_part = intervals == (EVERY_PART,)
-    varied = [each for each in found if each.levels != (each.own,) or (each.name == "D" and not every_part)]
+    counted = intervals[-1].every > 1
+    varied = [each for each in found if each.levels != (each.own,) or (each.name == "D" and counted)]
     if not varied:
         lacks = f"; it has no word {' or '.join(names)} in a {codes_said('or')}; --vary adds words that a block lacks"
         why = f": {remarks[0]}" if remarks else lacks
@@ -190,11 +190,11 @@ def _intervals(
     if not 1 <= low <= high <= runs:
         raise WishError(f"--bounds: a dress every {low} to {high} parts; it may be from 1 to --parts, which is {runs}")
     if not dressing:
-        return (EVERY_PART,)
+        return (DressInterval(1),)
     blocks = sum(len(each.blocks) for each in dressing)
     # a jump to the label of a block leaves out what is written before it, and the operator counts no blocks
     whole_parts = wishes.by_block_delete or jumps(simulation.programs)
-    return intervals_between(low, high, 1 if whole_parts else blocks)
+    return intervals_between(low, high, blocks=1 if whole_parts else blocks, parts=simulation.parts)
 
 
 def _words(name: str, simulation: JobSimulation, wishes: Wishes, remarks: list[str]) -> Iterator[Variable]:

@@ -28,6 +28,8 @@ INFEASIBLE = 1e9
 
 RATIOS, RATIO_VALUES = (0.5, 2.0), 9
 """Of E to that of the program, with which a search begins: those of `grind sweep`."""
+FEWER_RATIOS = 4
+"""The same with each interval of blocks, of which there are many: one in so many."""
 
 Progress = Callable[[str, int], object]
 
@@ -214,12 +216,16 @@ class Variation(NamedTuple):
             first[k] = 0 if variables[k].levels[0] == 0 else first[k]
         points = []
         for pattern in (by_blocks, first):
-            for ratio in np.geomspace(*RATIOS, RATIO_VALUES).tolist():
+            for number, ratio in enumerate(np.geomspace(*RATIOS, RATIO_VALUES).tolist()):
                 point = list(pattern)
                 for k, each in enumerate(variables):
                     if each.name == "E":
                         point[k] = each.nearest(each.own * Decimal(repr(ratio)))
-                points += [(*point[:-1], number) for number in range(len(self.choices.intervals))]
+                points += [
+                    (*point[:-1], k)
+                    for k, each in enumerate(self.choices.intervals)
+                    if each.of != "block" or number % FEWER_RATIOS == 0
+                ]
         return list(dict.fromkeys(points))
 
 

@@ -59,8 +59,8 @@ LAYOUT: Mapping[str, Any] = {
     "font": {"family": "system-ui, Segoe UI, Roboto, DejaVu Sans, sans-serif", "size": 11},
 }
 TRADE = (
-    "Programs tried that keep limits and wishes and than which none is both cheaper and quicker, on the lots of the "
-    "search; the star is the one that was judged."
+    "The cheapest programs tried of each time that keep limits and wishes, on the lots of the search; the star is the "
+    "one that was judged."
 )
 
 
@@ -228,17 +228,17 @@ def _rests_on(found: Optimised) -> list[str]:
 
 
 def _trade(found: Optimised, after: str) -> Any:
-    """Cost of a part over its time: the programs tried than which none is better in both, and the two in question."""
+    """Cost of a part over its time: the cheapest programs tried, and the two in question."""
     with needing("shop", "reports need"):
         from plotly.graph_objects import Figure, Scatter
     said = "%{x:.1f} s, %{y:.3f} $"
-    front, (before, chosen) = found.frontier, found.chosen
+    line, (before, chosen) = found.cheapest, found.chosen
     drawn = Figure(
         [
             Scatter(
-                name="best tried",
-                x=[each.seconds for each in front],
-                y=[each.cost for each in front],
+                name="cheapest tried",
+                x=[each.seconds for each in line],
+                y=[each.cost for each in line],
                 mode="lines+markers",
                 line={"color": "#1f5f8b", "width": 1.5},
                 marker={"size": 5},
@@ -260,8 +260,8 @@ def _trade(found: Optimised, after: str) -> Any:
         ]
     )
     for wish in found.wishes:
-        line = {"line": {"dash": "dash", "width": 1, "color": "#222"}, "annotation": {"text": f"asked: {wish.most:g}"}}
-        (drawn.add_vline if wish.name == "seconds" else drawn.add_hline)(wish.most, **line)
+        asked = {"line": {"dash": "dash", "width": 1, "color": "#222"}, "annotation": {"text": f"asked: {wish.most:g}"}}
+        (drawn.add_vline if wish.name == "seconds" else drawn.add_hline)(wish.most, **asked)
     drawn.update_traces(hovertemplate=said)
     drawn.update_layout(**LAYOUT)
     drawn.update_xaxes(title_text="time of a part, s", gridcolor="#e3e3e3")
