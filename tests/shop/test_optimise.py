@@ -33,7 +33,7 @@ from tests.shop.programs import EXAMPLES, write
 PARTS = 4
 LONG = ("--budget", "1000s")
 """So that no search ends early on a busy machine."""
-FRESH = tuple((77, 4242, k) for k in range(128))
+FRESH = tuple((77, 4242, k) for k in range(2048))
 SHOWN = {
     "seconds": "seconds",
     "Ra": "Ra",

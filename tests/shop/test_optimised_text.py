@@ -51,7 +51,7 @@ def test_only_the_intended_words_change_and_mean_what_was_asked(name: str, folde
     point = tuple(
         data.draw(st.integers(0, len(each.levels) - 1), label=f"{each.place} {each.name}") for each in variables
     )
-    text = asked.with_words(point)
+    text = asked.with_words((*point, 0))
 
     old, new = PROGRAMS[name].split(b"\n"), text.bytes().split(b"\n")
     assert len(new) == len(old)
@@ -79,7 +79,7 @@ def test_passes_are_left_out_or_repeated(name: str, folder: Path) -> None:
     (passes,) = asked.choices.variables
     assert [int(level) for level in passes.levels] == [1, 2, 4]
     for number, level in enumerate(passes.levels):
-        script = script_of(read(asked.with_words((number,)).text), asked.job)
+        script = script_of(read(asked.with_words((number, 0)).text), asked.job)
         dress = script.blocks[0].dress_plan
         assert dress is not None
         assert (dress.passes, dress.depth, dress.feed) == (level, pytest.approx(0.02), pytest.approx(191.0 / 60.0))
@@ -94,7 +94,7 @@ def test_one_value_holds_for_all_calls_and_each_has_its_own_when_they_are_writte
     together, apart = asked_for("loop", folder, "E,D"), asked_for("loop", folder, "E,D", unroll=True)
     assert [each.blocks for each in together.choices.variables] == [(0, 1, 2, 3)] * 2
     assert [each.blocks for each in apart.choices.variables] == [(0,), (1,), (2,), (3,)] * 2
-    text = apart.with_words((0, 1, 2, 3) * 2).text
+    text = apart.with_words((0, 1, 2, 3) * 2 + (0,)).text
     speeds = [block.plan.feed for block in script_of(read(text), apart.job).blocks]
     assert speeds == [3000.0, 3100.0, 3200.0, 3300.0]
     plain = [own_settings(block.plan, block.dress_plan) for block in script_of(read(apart.text.text), apart.job).blocks]
@@ -174,5 +174,5 @@ def test_the_passes_of_a_dresser_that_advances_by_itself_are_repeated_and_its_de
     assert "depth of O9100 is kept as it is: it has no infeed, for its dresser advances by itself" in " ".join(
         asked.choices.remarks
     )
-    changed = script_of(read(asked.with_words((1,)).text), job).blocks[0].dress_plan
+    changed = script_of(read(asked.with_words((1, 0)).text), job).blocks[0].dress_plan
     assert (changed.passes, changed.depth) == (4, 0.02)

@@ -81,7 +81,7 @@ def test_other_words_leave_every_other_byte(name: str) -> None:
     text, job = text_of(read_bytes(path)), load_job(path.with_suffix(".toml"))
     variation = variation_of(read_file(path), text, job, wishes_of(("E", "D")), 1, 1)
     assert {(each.place, each.name) for each in variation.choices.variables}
-    new = variation.with_words([0] * len(variation.choices.variables)).bytes()
+    new = variation.with_words((0,) * len(variation.counts)).bytes()
     old = path.read_bytes()
     assert old.count(b"\r\n") == new.count(b"\r\n") and old.endswith(b"\n") == new.endswith(b"\n")
     before, after = old.split(b"\n"), new.split(b"\n")

@@ -69,11 +69,14 @@ def optimise(
     """Find better words for a program: E and D, or others, with which a part costs less and keeps its limits.
 
     The program is replayed on lots of the job ([lots]) for batches of parts, in which the wheel carries over. The best
-    one is judged on 256 lots that the search has not seen, each ground with both programs; on fewer where the control
-    has to execute the program step by step and the budget has no time for more. It is written only if the
+    one is judged on 256 lots or more that the search has not seen, each ground with both programs; on fewer where the
+    control has to execute the program step by step and the budget has no time for more. It is written only if the
     upper end of the 95 % interval of the difference is below 0, and if 95 of 100 parts keep every limit with its
     margin. Only the words that change are changed in the text, and a comment at each block says what it was; a block
-    that runs several times keeps one value for all its runs.
+    that runs several times keeps one value for all its runs, and so do blocks of parts that are alike.
+
+    The interval between dresses is searched, too: a program that does not dress in every part counts parts, or the
+    blocks that dress, by a # variable.
 
     The report is written whatever was found.
 

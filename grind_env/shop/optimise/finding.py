@@ -1,6 +1,7 @@
 """Better words for a part program: searched on some lots, chosen on others, judged on unseen ones."""
 
 from dataclasses import replace
+from itertools import chain
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
@@ -32,14 +33,17 @@ from grind_env.shop.optimise.judgement import (
 from grind_env.shop.optimise.outcome import Optimised, Trade, Verdict, cheapest_by_time
 from grind_env.shop.optimise.search import GENERATIONS, Point
 from grind_env.shop.optimise.unrolling import unrolled
-from grind_env.shop.optimise.variation import INFEASIBLE, Progress, Variation, one_run, variation_of
+from grind_env.shop.optimise.variation import Progress, Variation, one_run, variation_of
 from grind_env.shop.optimise.wishes import Wishes
 from grind_env.shop.trials import LIMITS, LotUse, Trials, lots_said
 
 SEARCHED, CHOSEN, JUDGED = 16, 128, 256
-"""Lots on which programs are searched, on which the best of them are compared, and on which that one is judged; fewer
-of a program that the control executes, if there is no time for them."""
-FINALISTS = 12
+"""Lots on which programs are searched, on which the best of them are compared, and on which that one is judged; more of
+short batches, and fewer of a program that the control executes, if there is no time for them."""
+FINALISTS = 4
+"""Programs that are compared, the best of all and of those that keep each of `CLEARANCES`."""
+CLEARANCES = (1.0, 0.97, 0.94)
+"""Shares of what is asked of the limits; much that the search finds just within them is beyond them on other lots."""
 STEP_BY_STEP = 3, 8
 """Finalists, and lots on which they are compared, of a program that the control executes, a thousand times slower."""
 FEWER = 4
@@ -103,8 +107,8 @@ def _optimised(variation: Variation, job: str, progress: Progress) -> Optimised:
     known = budget.spent
     search.run(variation.start, variation.seed, grid=variation.grid() if variation.base.simulation.compiled else ())
     seconds = (budget.spent - known) / len(search.costs)
-    feasible = [point for point in search.ranked if search.costs[point] < INFEASIBLE]
-    point = _chosen(variation, feasible) if feasible else search.ranked[0]
+    feasible = any(each.keeps for each in tried.values())
+    point = _chosen(variation, search.ranked, tried) if feasible else search.ranked[0]
     text = variation.with_words(point)
     programs = variation.read(point)
     lots = JUDGED if variation.base.simulation.compiled else budget.judged(JUDGED, seconds / SEARCHED)
@@ -124,7 +128,7 @@ def _optimised(variation: Variation, job: str, progress: Progress) -> Optimised:
     freed = _freed(variation, before, point, Budget(0.5 * budget.seconds), progress) if sought else {}
     limits = limits_of(variation, old, new, freed)
     on = lots_said(len(before.seeds), "unseen lots")
-    verdict, reason = verdict_of(bool(feasible), QUANTITIES[objective], difference, limits, beyond, wishes, on)
+    verdict, reason = verdict_of(feasible, QUANTITIES[objective], difference, limits, beyond, wishes, on)
     if verdict is not Verdict.BETTER and search.ended_early and len(search.costs) == 1:
         enough = f"try some {ENOUGH_TRIALS} with --budget {time_said(ENOUGH_TRIALS * seconds)}"
         verdict, reason = Verdict.UNTRIED, f"the first one took all the time of the search; {enough}"
@@ -158,13 +162,18 @@ def _optimised(variation: Variation, job: str, progress: Progress) -> Optimised:
     )
 
 
-def _chosen(variation: Variation, ranked: list[Point]) -> Point:
+def _chosen(variation: Variation, ranked: list[Point], tried: dict[Point, Trade]) -> Point:
     """The best of the first programs on lots that no search has seen; the nearest to the limits if none keeps them.
 
     Without the time for that it is the first of them.
     """
-    count, lots = (FINALISTS, CHOSEN) if variation.base.simulation.compiled else STEP_BY_STEP
-    finalists = ranked[:count]
+    if variation.base.simulation.compiled:
+        lots = CHOSEN
+        best = [[point for point in ranked if tried[point].share <= share][:FINALISTS] for share in CLEARANCES]
+        finalists = list(dict.fromkeys(chain.from_iterable(best))) or ranked[:1]
+    else:
+        count, lots = STEP_BY_STEP
+        finalists = ranked[:count]
     try:
         found = variation.measure(
             variation.trials(LotUse.COMPARISON, lots), finalists, variation.budget.require_comparison
@@ -208,9 +217,10 @@ def _freed(variation: Variation, judged: Trials, best: Point, budget: Budget, pr
         margins = variation.margins.copy()
         margins[k] = np.inf
         other = variation.with_job(free, margins, budget)
-        search = other.search(other.trials(LotUse.SEARCH, SEARCHED), progress, f"without the limit of {name}")
+        tried: dict[Point, Trade] = {}
+        search = other.search(other.trials(LotUse.SEARCH, SEARCHED), progress, f"without the limit of {name}", tried)
         search.run(best, variation.seed, GENERATIONS // FEWER)
-        point = _chosen(other, [best, *search.ranked])
+        point = _chosen(other, [best, *search.ranked], tried)
         found = less(other.measure(other.trials(LotUse.JUDGEMENT, JUDGED), [point]))[0]
         share = float(variation.measure(judged, [point]).ratios[0, k])
         words[name] = Freed(paired(with_all - found), share)

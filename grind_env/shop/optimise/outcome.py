@@ -134,8 +134,13 @@ class Trade(NamedTuple):
     cost: float
     """$."""
     seconds: float
-    keeps: bool
-    """Whether it keeps limits and wishes."""
+    share: float
+    """Of what is asked of limits and wishes, the highest share that it comes to."""
+
+    @property
+    def keeps(self) -> bool:
+        """Whether it keeps limits and wishes."""
+        return self.share <= 1.0
 
 
 TIMES = 40

@@ -1,7 +1,7 @@
 """A program of which some words are varied: what is searched, and what it costs with other words."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from decimal import Decimal
 from typing import NamedTuple
@@ -26,6 +26,10 @@ from grind_env.shop.trials import LIMITS, Between, LotUse, Measures, Trials, lot
 INFEASIBLE = 1e9
 """$; what a program that is beyond a limit costs in the search, times one and how far it is beyond."""
 
+USUAL_RUNS = 50
+"""Of a batch; of shorter ones there are as many more."""
+MOST_MORE = 4
+"""Times as many, at most, in the search, which tries thousands of programs on them."""
 RATIOS, RATIO_VALUES = (0.5, 2.0), 9
 """Of E to that of the program, with which a search begins: those of `grind sweep`."""
 FEWER_RATIOS = 4
@@ -75,11 +79,16 @@ class Variation(NamedTuple):
 
     def trials(self, use: LotUse, lots: int) -> Trials:
         """The program as it is, on lots of its own for each use."""
-        return self.base.on(lots_of(self.seed, use, lots))
+        return self.base.on(self._lots(use, lots))
 
     def trials_of(self, programs: Programs, use: LotUse, lots: int) -> Trials:
         """Another text, with its own words only."""
-        return trials_of(programs, self.job, self.runs, lots_of(self.seed, use, lots))
+        return trials_of(programs, self.job, self.runs, self._lots(use, lots))
+
+    def _lots(self, use: LotUse, lots: int) -> Sequence[tuple[int, ...]]:
+        """More of them of short batches, for what scraps one part of 200 is hardly met in few parts."""
+        more = -(-USUAL_RUNS // self.runs) if self.base.simulation.compiled else 1
+        return lots_of(self.seed, use, (min(more, MOST_MORE) if use is LotUse.SEARCH else more) * lots)
 
     def with_job(self, job: Job, margins: Array, budget: Budget) -> "Variation":
         """The same with another job, other margins, shape (4,), and another time."""
@@ -108,12 +117,14 @@ class Variation(NamedTuple):
     def settings(self, own: Array, points: NDArray[np.int64]) -> Array:
         """Settings of the blocks of all runs; points of shape (C, coordinates)."""
         table = np.repeat(own.reshape(1, self.runs, -1, own.shape[-1]), len(points), axis=0)
-        dressing = np.zeros(table.shape[2], bool)
+        varied = np.zeros(table.shape[2], bool)
         for k, variable in enumerate(self.choices.variables):
             table[:, :, variable.blocks, variable.column] = variable.settings[points[:, k], None, None]
-            dressing[[*variable.blocks] if variable.name == "D" else []] = True
-        due = np.array([each.due(dressing, self.runs) for each in self.choices.intervals])
-        table[..., COLUMNS["D"]] *= due[points[:, -1]] | ~dressing
+            varied[[*variable.blocks] if variable.name == "D" else []] = True
+        executions = table[..., COLUMNS["D"]]
+        for k, number in enumerate(points[:, -1].tolist()):
+            dressing = varied & (executions[k, 0] > 0.0)
+            executions[k] *= self.choices.intervals[number].due(dressing, self.runs) | ~varied
         return table.reshape(len(points), *own.shape)
 
     def measure(self, trials: Trials, points: list[Point], between: Between = nothing) -> Measures:
@@ -175,27 +186,28 @@ class Variation(NamedTuple):
             self.programs.folder,
         )
 
+    def shares(self, found: Measures) -> Array:
+        """What C candidates come to, as shares of what is asked, shape (C, limits and wishes)."""
+        means = [getattr(found, name).mean(axis=1) / most for name, most in self.wishes.within.items()]
+        return np.column_stack([found.ratios / self.margins, *means])
+
     def worth(self, found: Measures) -> Array:
         """What is to become less of C candidates, shape (C,); `INFEASIBLE` and more beyond a limit or a wish."""
-        beyond = found.violation(self.margins).sum(axis=1)
-        for name, most in self.wishes.within.items():
-            beyond += np.maximum(getattr(found, name).mean(axis=1) / most - 1.0, 0.0)
+        beyond = np.maximum(self.shares(found) - 1.0, 0.0).sum(axis=1)
         less = getattr(found, self.wishes.quantity).mean(axis=1)
         return np.asarray(np.where(beyond > 0.0, INFEASIBLE * (1.0 + beyond), less))
 
-    def search(self, trials: Trials, progress: Progress, label: str, tried: dict[Point, Trade] | None = None) -> Search:
-        """A search on lots; `tried` gets what each candidate has come to."""
+    def search(self, trials: Trials, progress: Progress, label: str, tried: dict[Point, Trade]) -> Search:
+        """A search on lots; `tried` gets what each candidate comes to."""
         budget = self.budget
 
         def costs(points: NDArray[np.int64]) -> Array:
             between = budget.require_search if search.costs else budget.require_first
             found = trials.measure(self.settings(trials.own, points), besides=self.besides, between=between)
-            worth = self.worth(found)
-            if tried is not None:
-                means = found.cost.mean(axis=1), found.seconds.mean(axis=1), worth < INFEASIBLE
-                trades = zip(*(each.tolist() for each in means), strict=True)
-                tried.update(zip(map(tuple, points.tolist()), map(Trade._make, trades), strict=True))
-            return worth
+            means = found.cost.mean(axis=1), found.seconds.mean(axis=1), self.shares(found).max(axis=1)
+            trades = zip(*(each.tolist() for each in means), strict=True)
+            tried.update(zip(map(tuple, points.tolist()), map(Trade._make, trades), strict=True))
+            return self.worth(found)
 
         search = Search(costs, self.counts, lambda: budget.is_up, trials.at_once, lambda count: progress(label, count))
         return search
