@@ -26,7 +26,8 @@ from grind_env.shop.optimise.search import Search
 from grind_env.shop.optimise.table import as_data, sentences
 from grind_env.shop.optimise.variation import variation_of
 from grind_env.shop.optimise.wishes import wishes_of
-from grind_env.shop.trials import trials_of
+from grind_env.shop.sweep.study import sweep
+from grind_env.shop.trials import LotUse, lots_of, trials_of
 from tests.policies.optimum import exact_optimum
 from tests.shop.programs import EXAMPLES, write
 
@@ -80,6 +81,24 @@ def test_the_gain_holds_on_lots_of_other_seeds(found: Optimised) -> None:
     assert change.high < 0.0
     assert change.low < promised.high and promised.low < change.high
     assert new.ratios.max() < 1.1
+
+
+def test_optimise_is_never_behind_the_grid_of_sweep(found: Optimised) -> None:
+    """Both on the lots of the sweep, which the search has not seen."""
+    path = EXAMPLES / found.program
+    grid = sweep(path, parts=PARTS)
+    job = load_job(path.with_suffix(".toml"))
+    trials = trials_of(read(found.after), job, PARTS, lots_of(1, LotUse.SWEEP, grid.lots))
+    cost = trials.measure(trials.own[None]).cost.mean()
+    assert cost <= 1.01 * grid.best.cost.value
+    assert cost <= grid.own.cost.value
+
+
+def test_the_programs_tried_lie_around_the_one_chosen(found: Optimised) -> None:
+    before, chosen = found.chosen
+    assert chosen.keeps and chosen.cost < before.cost
+    seconds = [each.seconds for each in found.cheapest]
+    assert seconds == sorted(seconds) and min(each.cost for each in found.cheapest) <= chosen.cost
 
 
 def test_the_same_seed_finds_the_same() -> None:

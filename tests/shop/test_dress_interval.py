@@ -1,0 +1,187 @@
+"""How often to dress, searched and written: what a counting program does is what was promised of it, part by part."""
+
+import json
+from decimal import Decimal
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from grind_env.control import read, read_file
+from grind_env.examples import __file__ as examples
+from grind_env.machine.grind_file import grind_file
+from grind_env.machine.job.file import load_job
+from grind_env.machine.script.settings import D
+from grind_env.shop.dress_interval import DressInterval, intervals_between
+from grind_env.shop.optimise.counting import CountingError, counting_of
+from grind_env.shop.optimise.editing import text_of
+from grind_env.shop.optimise.finding import find_words
+from grind_env.shop.optimise.outcome import Trade, Verdict, cheapest_by_time
+from grind_env.shop.optimise.variation import Variation, variation_of
+from grind_env.shop.optimise.wishes import Wishes, wishes_of
+from grind_env.shop.trials import LotUse, lots_of, trials_of
+from tests.command import Grind
+
+EXAMPLES = Path(examples).parent
+PLATE = EXAMPLES / "plate_g82.nc"
+RAIL = EXAMPLES / "rail_g83.nc"
+RUNS = 13
+
+
+def varied(path: Path, wishes: Wishes, runs: int = RUNS) -> Variation:
+    return variation_of(
+        read_file(path), text_of(path.read_bytes()), load_job(path.with_suffix(".toml")), wishes, runs, 1
+    )
+
+
+def written(path: Path, every: int, **asked: object) -> tuple[Variation, tuple[int, ...]]:
+    """A program in which its own dresses are due every so many runs."""
+    variation = varied(path, wishes_of(("D", "interval"), {"interval": (every, every)}, **asked))  # type: ignore[arg-type]
+    return variation, variation.start
+
+
+@given(every=st.integers(1, 9), dressing=st.lists(st.booleans(), min_size=1, max_size=5), runs=st.integers(1, 40))
+def test_blocks_and_runs_are_counted_as_one_counts_them_by_hand(every: int, dressing: list[bool], runs: int) -> None:
+    by_runs, by_blocks, number = [], [], 0
+    for run in range(1, runs + 1):
+        by_runs.append([each and run % every == 0 for each in dressing])
+        by_blocks.append([])
+        for each in dressing:
+            number += each
+            by_blocks[-1].append(each and number % every == 0)
+    assert DressInterval(every).due(np.array(dressing), runs).tolist() == by_runs
+    assert DressInterval(every, "block").due(np.array(dressing), runs).tolist() == by_blocks
+
+
+def test_what_counts_runs_of_several_parts_says_so() -> None:
+    assert [str(each) for each in intervals_between(1, 3)] == ["every part", "every 2 parts", "every 3 parts"]
+    several = [str(each) for each in intervals_between(1, 2, blocks=2, parts=2)]
+    assert several == ["every run", "every 2 blocks", "every 3 blocks", "every 2 runs", "every 4 blocks"]
+
+
+@pytest.mark.parametrize("path", [PLATE, RAIL])
+def test_the_program_dresses_in_every_third_part_whatever_was_left_in_its_counter(path: Path) -> None:
+    variation, point = written(path, 3)
+    programs, job = variation.read(point), load_job(path.with_suffix(".toml"))
+    own = sum(block.plan.dresses for block in variation.once.simulation.blocks)
+    for left, dresses in ((None, 0), (0.0, 0), (1.0, 0), (2.0, own), (57.0, own)):
+        found = grind_file(programs, job, variables=None if left is None else {500: left})
+        assert len(found.dresses) == dresses
+
+
+def test_every_second_block_that_dresses_is_counted_across_parts() -> None:
+    """The rail dresses in N50 and in N80: with every third block due, in N80 of the second run and N50 of the third."""
+    variation = varied(RAIL, wishes_of(("D", "interval"), {"interval": (1, 3), "D": (1, 1)}), runs=6)
+    number = variation.choices.intervals.index(DressInterval(3, "block"))
+    point = (*variation.start[:-1], number)
+    said = trials_of(variation.read(point), variation.job, 6, [(0,)]).own[:, D].reshape(6, 2)
+    assert said.tolist() == [[0, 0], [1, 0], [0, 1], [0, 0], [1, 0], [0, 1]]
+
+
+def test_the_operator_may_say_by_block_delete_what_is_dressed() -> None:
+    variation, point = written(PLATE, 4, counted_by="block-delete")
+    programs, job = variation.read(point), variation.job
+    assert len(grind_file(programs, job).dresses) == 1
+    assert len(grind_file(programs, job, block_delete=True).dresses) == 0
+    text = variation.with_words(point).text
+    assert "(DRESS EVERY 4 PARTS: BLOCK DELETE OFF IN THAT ONE, ON IN ALL OTHERS)\n#500=0\n/#500=1\n" in text
+
+
+def test_a_program_that_deletes_blocks_already_cannot_be_dressed_by_block_delete() -> None:
+    programs = read(PLATE.read_text().replace("N60 M01", "/N60 M01"), "part.nc")
+    with pytest.raises(CountingError, match=r"part\.nc:11: the switch of block delete skips this block already"):
+        counting_of(DressInterval(2), programs, [], by_block_delete=True)
+
+
+def test_variables_of_the_program_are_not_counted_with() -> None:
+    programs = read(PLATE.read_text().replace("N60 M01", "#500=#[501]+1\nN60 M01"))
+    counting = counting_of(DressInterval(2), programs, [])
+    assert counting is not None and (counting.counter, counting.due) == (502, 503)
+    assert counting.word(Decimal(2)) == "[2*#503]"
+
+
+def test_the_cheapest_of_each_time() -> None:
+    kept = [Trade(2.0, 10.0, 0.5), Trade(1.0, 10.1, 0.9), Trade(5.0, 50.0, 1.0)]
+    assert cheapest_by_time([*kept, Trade(0.1, 10.0, 1.1)]) == (kept[1], kept[2])
+    assert cheapest_by_time([]) == ()
+
+
+QUICK = ("--parts", "4", "--budget", "1000s", "--vary", "E", "--round", "E=3000")
+
+
+def test_a_part_takes_what_is_asked_of_it_at_most(grind: Grind) -> None:
+    status, out, _ = grind("optimise", PLATE, *QUICK, "--for", "time", "--within", "cost=2.3", "--json")
+    told = json.loads(out)
+    assert status == 0 and told["objective"] == "seconds"
+    (wish,) = told["wishes"]
+    assert wish["kept"] and wish["after"] <= 2.3 < wish["before"]
+    quickest = json.loads(grind("optimise", PLATE, *QUICK, "--for", "time", "--json")[1])
+    by_name = {each["name"]: each["after"]["value"] for each in quickest["quantities"]}
+    within = {each["name"]: each["after"]["value"] for each in told["quantities"]}
+    assert by_name["seconds"] <= within["seconds"]
+
+
+def test_what_no_program_keeps_is_said(grind: Grind) -> None:
+    status, out, _ = grind("optimise", PLATE, *QUICK, "--within", "seconds=30")
+    assert status == 4
+    assert "no program tried keeps the limits within 30 s a part; the nearest one takes" in out
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (("--within", "minutes=2"), "--within: there is no 'minutes'; there are cost, seconds"),
+        (("--for", "speed"), "--for: there is no 'speed'; there are cost, time"),
+        (("--dress-by", "hand"), "--dress-by: there is no 'hand'; there are variable, block-delete"),
+        (
+            ("--bounds", "interval=2..9"),
+            "a dress every 2 to 9 parts; it may be from 1 to --parts, which is 4",
+        ),
+        (("--round", "interval=2"), "--round: there is no 'interval'"),
+        (("--within", "seconds=0"), "write a number above 0"),
+    ],
+)
+def test_wishes_that_are_none(options: tuple[str, ...], told: str, grind: Grind) -> None:
+    status, _, err = grind("optimise", PLATE, "--parts", "4", *options)
+    assert status == 2 and told in err
+
+
+def test_parts_that_are_alike_keep_alike_words_unless_they_are_free(tmp_path: Path, grind: Grind) -> None:
+    assert grind("init", tmp_path / "shop", "--stations", "2")[0] == 0
+    program = tmp_path / "shop" / "part.nc"
+    alike, free = (varied(program, wishes_of(free=each), runs=3) for each in (False, True))
+    assert [each.places for each in alike.choices.variables] == ["N150, N250", "N170, N270", "N150, N250"]
+    assert [each.places for each in free.choices.variables] == ["N150", "N170", "N250", "N270", "N150", "N250"]
+    text = alike.with_words((*(count - 1 for count in alike.counts[:-1]), 0)).text
+    assert text.count("E30000.") == 4 * 2 and text.count("D3") == 2 * 2
+
+
+def test_sweep_writes_the_program_that_it_recommends(tmp_path: Path, grind: Grind) -> None:
+    output = tmp_path / "better.nc"
+    swept = ("--E", "12000..24000", "--dress-every", "1..4", "--parts", "8")
+    status, out, _ = grind("sweep", PLATE, *swept, "--json", "-o", output)
+    best = json.loads(out)["best"]
+    trials = trials_of(read_file(output), load_job(PLATE.with_suffix(".toml")), 8, lots_of(1, LotUse.SWEEP, 64))
+    assert status == 0
+    assert trials.measure(trials.own[None]).cost.mean() == pytest.approx(best["cost"]["value"], rel=1e-9)
+    assert best["every"] > 1 and f"(DRESS EVERY {best['every']} PARTS" in output.read_text()
+
+
+def test_sweep_writes_nothing_where_nothing_is_cheaper(tmp_path: Path, grind: Grind) -> None:
+    output = tmp_path / "better.nc"
+    status, _, err = grind("sweep", PLATE, "--E", "3000..4000", "--parts", "2", "-o", output)
+    assert status == 3 and not output.exists()
+    assert "no point keeps the limits and costs less than the program" in err
+
+
+def test_a_program_that_counts_its_dresses_is_swept_and_kept_as_it_counts(tmp_path: Path, grind: Grind) -> None:
+    """What optimise has written goes through it again: its D stands in a variable."""
+    program = tmp_path / "part.nc"
+    variation, point = written(PLATE, 3)
+    program.write_bytes(variation.with_words(point).bytes())
+    program.with_suffix(".toml").write_bytes(PLATE.with_suffix(".toml").read_bytes())
+    once_more = find_words(program, parts=6, seconds=1000.0, wishes=wishes_of(steps={"E": 5000}))
+    assert once_more.verdict is Verdict.BETTER and "D#501" in once_more.after
+    assert grind("sweep", program, "--dress-every", "1..3", "--parts", "6")[0] == 0
