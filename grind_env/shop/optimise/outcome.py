@@ -110,10 +110,10 @@ class WishUse(NamedTuple):
 
     Attributes:
         name: cost or seconds.
-        unit: of all values.
-        most: what is asked.
-        before: with the program as it was.
-        after: with other words.
+        unit: of all values, $ or s.
+        most: what is asked, $ or s.
+        before: with the program as it was, $ or s.
+        after: with other words, $ or s.
     """
 
     name: str
@@ -134,6 +134,7 @@ class Trade(NamedTuple):
     cost: float
     """$."""
     seconds: float
+    """Time, s."""
     share: float
     """Of what is asked of limits and wishes, the highest share that it comes to."""
 

@@ -186,8 +186,8 @@ def _intervals(
     simulation: JobSimulation, dressing: Sequence[Variable], wishes: Wishes, runs: int
 ) -> tuple[DressInterval, ...]:
     """How often the blocks with some D words may dress."""
-    low, high = whole_ends_of("--bounds", INTERVAL, wishes.bounds.get(INTERVAL, (1, min(LONGEST, runs))))
-    if not 1 <= low <= high <= runs:
+    low, high = whole_ends_of("--bounds", INTERVAL, wishes.bounds.get(INTERVAL, (1, max(min(LONGEST, runs), 1))))
+    if not 1 <= low <= high <= max(runs, 1):
         raise WishError(f"--bounds: a dress every {low} to {high} parts; it may be from 1 to --parts, which is {runs}")
     if not dressing:
         return (DressInterval(1),)
