@@ -23,7 +23,7 @@ from grind_env.render.view import View
 
 
 class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
-    """One episode of a simulation. `grind_env.envs.ids` makes it for every id.
+    """One episode of a simulation; `grind_env.envs.any_task` and the modules of `grind_env.envs.ids` make it.
 
     Args:
         simulation: what a step is, what can be chosen and what is observed.

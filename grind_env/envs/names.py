@@ -5,8 +5,8 @@ from pathlib import Path
 FOLDER = Path(__file__).with_name("tasks")
 """Where the task files lie."""
 
-OTHERS = ("job", "reciprocation", "stroke", "wide_plates")
-"""Ids of a form of their own, each a function of `grind_env.envs.ids`; some have a task file, too."""
+OTHERS = tuple(sorted({path.stem for path in Path(__file__).with_name("ids").glob("[a-z]*.py")}))
+"""Ids of a form of their own, each a module of `grind_env.envs.ids`; some have a task file, too."""
 
 WEN = "wen"
 """The published problem of one step, in which no E and D are chosen."""

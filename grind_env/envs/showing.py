@@ -1,6 +1,6 @@
 """Rendering of the single environments: each shows a view of its episode in the same three ways."""
 
-from typing import Any
+from typing import Any, TypeVar
 
 import gymnasium as gym
 
@@ -10,6 +10,14 @@ from grind_env.render.view import View
 
 RENDER_MODES = ("rgb_array", "human", "ansi")
 METADATA: dict[str, Any] = {"render_modes": [*RENDER_MODES], "render_fps": frames.FPS}
+
+Make = TypeVar("Make")
+
+
+def renders(make: Make) -> Make:
+    """Let a function that makes environments say how they render, as a class does: `gym.make` asks what it calls."""
+    vars(make)["metadata"] = METADATA
+    return make
 
 
 class Showing:

@@ -1,6 +1,7 @@
 """The native vector environment of every id in which E and D are chosen: all sub-environments in one step."""
 
-from collections.abc import Sequence
+import inspect
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -13,6 +14,7 @@ from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_count, check_flags, refuse_render
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.contexts import Given, read_all_options, read_options
+from grind_env.envs.env import GrindEnv
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.observations import Reading
 from grind_env.envs.shown import shown_space
@@ -191,3 +193,19 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
             texts[list(blocks)] = [self.simulation.text(block) for block in blocks.values()]
             info["block"], info["_block"] = texts, mask
         return info
+
+
+OF_VECTORS = inspect.signature(GrindVectorEnv).parameters.keys() - {"simulation", "num_envs"}
+"""Arguments that a vector environment takes for itself."""
+
+
+def side_by_side(make: Callable[..., GrindEnv]) -> Callable[..., GrindVectorEnv]:
+    """The vector form of an id: arguments as for the id, and those of `GrindVectorEnv`."""
+
+    def vector(num_envs: int = 1, **arguments: Any) -> GrindVectorEnv:
+        shown = {name: arguments.pop(name) for name in OF_VECTORS & arguments.keys()}
+        return GrindVectorEnv(make(**arguments).simulation, num_envs, **shown)
+
+    vector.__name__ = vector.__qualname__ = f"{make.__name__}_vector"
+    vector.__doc__ = f"As `{make.__name__}`, many times side by side; further arguments as for `GrindVectorEnv`."
+    return vector

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from agents.learning.training_env import LearnerVecEnv
-from grind_env.envs import ids
+from grind_env.envs import any_task
 from grind_env.envs.blocks.tables import Outcome, reward_terms
 from grind_env.envs.learning import eased
 from grind_env.envs.vector_env import GrindVectorEnv
@@ -15,7 +15,7 @@ TASK = SIMULATION.task
 
 
 def native(envs: int = 3) -> GrindVectorEnv:
-    return ids.task_vector(envs, autoreset_mode="SameStep")
+    return any_task.make_vector(envs, autoreset_mode="SameStep")
 
 
 @pytest.mark.parametrize("memory", ["belief", "means", "stack", "estimates"])

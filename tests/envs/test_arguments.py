@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from gymnasium.envs.registration import load_env_creator
 
-from grind_env.envs import ids
+from grind_env.envs.ids import job
 from grind_env.envs.job.loading import EXAMPLE
 from grind_env.errors import GrindError
 from tests.envs.harness import accepts, assert_same, every_id, native
@@ -58,14 +58,14 @@ def test_what_has_no_task_to_leave_the_observation_to_needs_it_said(env_id: str)
 @pytest.mark.parametrize("name", ["program", "job"])
 @pytest.mark.parametrize("value", [3, "a\0b", "\ud800"])
 def test_the_name_of_a_file_is_a_text_that_can_be_one(name: str, value: Any) -> None:
-    for make in (ids.job, ids.job_vector):
+    for make in (job.make, job.make_vector):
         refused(make, name, value)
 
 
 @pytest.mark.parametrize("name", ["program", "job"])
 def test_a_path_which_no_spec_can_hold_is_refused_and_its_text_is_not(name: str) -> None:
     path = EXAMPLE if name == "program" else EXAMPLE.with_suffix(".toml")
-    for make in (ids.job, ids.job_vector):
+    for make in (job.make, job.make_vector):
         refused(make, name, path)
     for make in (gym.make, gym.make_vec):
         assert str(path) in make("grind/Job-v0", **{name: str(path)}).spec.to_json()

@@ -8,7 +8,7 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 from grind_env.belief.hidden import CUT
-from grind_env.envs import ids
+from grind_env.envs import any_task
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import (
@@ -323,7 +323,7 @@ def test_contexts_are_described() -> None:
 
 def test_a_material_that_is_fixed_is_felt_but_not_told() -> None:
     for name, flags in (("power_limited", []), ("job_shop", [0.0, 0.0])):
-        env = ids.task(name, observation="full")
+        env = any_task.make(name, observation="full")
         names = [entry.name for entry in env.observation_info()]
         told = [k for k, each in enumerate(names) if each.startswith("material_")]
         powers = []

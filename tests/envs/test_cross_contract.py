@@ -9,10 +9,11 @@ from gymnasium.error import ResetNeeded
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from grind_env.envs import ids
+from grind_env.envs import any_task
 from grind_env.envs.actions import ActionError
 from grind_env.envs.blocks.program import job_from_surface
 from grind_env.envs.contexts import nominal_context
+from grind_env.envs.ids import wide_plates
 from grind_env.envs.strips.simulation import StripSimulation
 from grind_env.envs.tasks import TaskError, read_task
 from grind_env.pages import page, summary
@@ -37,7 +38,7 @@ CONTEXTS: list[dict[str, Any]] = [
 
 @pytest.mark.parametrize("context", CONTEXTS, ids=lambda context: next(iter(context)))
 def test_every_factor_changes_the_trajectory(context: dict[str, Any]) -> None:
-    env = ids.wide_plates()
+    env = wide_plates.make()
     nominal = nominal_context(env.task)
     ends = []
     for given_context in (nominal, {**nominal, **context}):
@@ -48,7 +49,7 @@ def test_every_factor_changes_the_trajectory(context: dict[str, Any]) -> None:
 
 
 def test_the_nominal_context_leaves_nothing_to_chance() -> None:
-    env = ids.wide_plates()
+    env = wide_plates.make()
     runs = []
     for seed in (0, 1):
         observation, _ = env.reset(seed=seed, options={"context": "nominal"})
@@ -58,7 +59,7 @@ def test_the_nominal_context_leaves_nothing_to_chance() -> None:
 
 @pytest.mark.bits
 def test_the_same_seed_is_the_same_episode_whatever_was_ground_before() -> None:
-    env = ids.wide_plates()
+    env = wide_plates.make()
     runs = []
     for seed in (5, 6, 5):
         observation, _ = env.reset(seed=seed)
@@ -72,7 +73,7 @@ def test_the_same_seed_is_the_same_episode_whatever_was_ground_before() -> None:
 def test_all_forms_of_the_action_take_the_same_decision() -> None:
     ends: list[Any] = []
     for form in FORMS:
-        env = ids.wide_plates(action=form)
+        env = wide_plates.make(action=form)
         E = float(np.floor(np.geomspace(3000.0, 30_000.0, 24)[12] + 0.5))
         batch = env.codec.encode(E, 2.0)
         action = {name: values[0] for name, values in batch.items()} if isinstance(batch, dict) else batch[0]
@@ -115,11 +116,11 @@ def test_a_cycle_that_does_not_suit_the_wheel_is_refused() -> None:
         with pytest.raises(TaskError, match=r"^cycle is 'G83', but the blocks of wide_rails are G82"):
             make("grind/WideRails-v0", cycle="G83")
     with pytest.raises(TaskError, match=r"^cycle is 'G84', but must be one of G81, G82, G83"):
-        ids.wide_plates(cycle="G84")
+        wide_plates.make(cycle="G84")
     assert gym.make("grind/WideRails-v0", cycle="G82").unwrapped.task.cycle == "G82"
 
 
-@pytest.mark.parametrize("make", [ids.task, lambda **kwargs: ids.task_vector(2, **kwargs)])
+@pytest.mark.parametrize("make", [any_task.make, lambda **kwargs: any_task.make_vector(2, **kwargs)])
 def test_a_task_refuses_a_cycle_that_is_not_its_own(make: Callable[..., Any]) -> None:
     for cycle in ("G81", "G83"):
         with pytest.raises(TaskError, match=rf"^cycle is '{cycle}', but the blocks of power_limited are G82: leave"):
@@ -131,7 +132,7 @@ DESTROYED = {"context": {"material": "inconel_718", "kA": 20}}
 
 
 def test_a_wheel_that_is_destroyed_grinds_on() -> None:
-    env = ids.wide_plates(observation="full")
+    env = wide_plates.make(observation="full")
     env.reset(seed=0, options=DESTROYED)
     observation, reward, *_ = env.step(np.array([-1.0, -1.0], np.float32))
     assert np.isfinite(reward) and env.observation_space.contains(observation)
@@ -155,7 +156,7 @@ def test_a_task_that_no_g83_can_grind_is_refused() -> None:
 
 
 def test_a_bad_action_and_a_record_of_nothing_are_refused() -> None:
-    env = ids.wide_plates()
+    env = wide_plates.make()
     with pytest.raises(ResetNeeded):
         env.record()
     env.reset(seed=0)
@@ -172,7 +173,7 @@ def test_no_plan_leaves_the_space_or_the_range_that_the_page_states(seed: int, k
     stated = summary(ID).reward
     assert stated is not None
     least, most = stated
-    env = ids.wide_plates(observation="full", action="dict")
+    env = wide_plates.make(observation="full", action="dict")
     env.reset(seed=seed, options={"context": {"kA": kA}})
     terminated = False
     while not terminated:

@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grind_env.control import read
-from grind_env.envs import ids
 from grind_env.envs.blocks.program import conditions, job_from_surface
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import nominal_context
 from grind_env.envs.env import GrindEnv
+from grind_env.envs.ids import wide_plates
 from grind_env.envs.observations import physical
 from grind_env.envs.strips.simulation import StripSimulation
 from grind_env.envs.tasks import read_task
@@ -61,7 +61,7 @@ def too_many_dresses(text: str) -> list[int]:
 @settings(max_examples=6, deadline=None)
 @given(seed=st.integers(0, 10_000), policy_seed=st.integers(0, 10_000), predress=st.booleans())
 def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_seed: int, predress: bool) -> None:
-    env = ids.wide_plates(predress=predress)
+    env = wide_plates.make(predress=predress)
     infos = play(env, seed, policy_seed)
     record, own = ground(env), env.record()
     assert record.warnings == own.warnings
@@ -96,7 +96,7 @@ def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_
 
 
 def test_the_whole_episode_ends_with_the_price_of_a_dull_wheel() -> None:
-    env = ids.wide_plates()
+    env = wide_plates.make()
     env.reset(seed=0)
     for block in range(env.task.blocks):
         _, reward, terminated, truncated, info = env.step(np.array([0.2, -1.0], np.float32))
@@ -110,7 +110,7 @@ def test_the_whole_episode_ends_with_the_price_of_a_dull_wheel() -> None:
 
 
 def test_the_block_is_a_g83_that_takes_the_wheel_from_edge_to_edge() -> None:
-    env = ids.wide_plates(predress=True)
+    env = wide_plates.make(predress=True)
     env.reset(seed=0)
     assert env.episodes is not None
     stock = f"{env.episodes.tape[0, 0, 1]:.3f}".lstrip("0").rstrip("0")
@@ -122,7 +122,7 @@ def test_the_block_is_a_g83_that_takes_the_wheel_from_edge_to_edge() -> None:
 
 
 def test_strokes_and_seconds_of_a_traverse_are_those_of_the_control() -> None:
-    env = ids.wide_plates()
+    env = wide_plates.make()
     kind = env.task.kinds[0]
     env.reset(seed=0, options={"context": nominal_context(env.task)})
     info = env.step(np.array([0.0, -1.0], np.float32))[4]
@@ -137,7 +137,7 @@ def test_strokes_and_seconds_of_a_traverse_are_those_of_the_control() -> None:
 
 
 def test_the_strips_are_those_of_a_traverse_walked_by_hand() -> None:
-    env = ids.wide_plates()
+    env = wide_plates.make()
     task, kind = env.task, env.task.kinds[0]
     env.reset(seed=0, options={"context": {**nominal_context(task), "stock": 1.06}})
     assert env.episodes is not None
@@ -160,7 +160,7 @@ def test_the_strips_are_those_of_a_traverse_walked_by_hand() -> None:
 
 
 def tapers(context: dict[str, float], D: int, parts: int = 8) -> np.ndarray[Any, np.dtype[np.float64]]:
-    env = ids.wide_plates(action="dict")
+    env = wide_plates.make(action="dict")
     nominal = {**nominal_context(env.task), "stock": 1.0, **context}
     env.reset(seed=0, options={"context": nominal})
     for _ in range(parts):
@@ -179,7 +179,7 @@ def test_the_taper_grows_as_the_wheel_dulls_and_a_dress_ends_it() -> None:
 
 
 def test_a_dress_lowers_the_taper_of_the_part() -> None:
-    env = ids.wide_plates(predress=True)
+    env = wide_plates.make(predress=True)
     env.reset(seed=0, options={"context": {**nominal_context(env.task), "kA": 3.0}})
     for _ in range(6):
         env.step(np.array([0.0, -1.0, -1.0], np.float32))
@@ -192,7 +192,7 @@ def test_a_dress_lowers_the_taper_of_the_part() -> None:
 
 
 def test_taper_and_worst_size_are_read_after_every_part() -> None:
-    env = ids.wide_plates()
+    env = wide_plates.make()
     observation, _ = env.reset(seed=3, options={"context": {"noise": 0.0}})
     assert observation[-1] == 0.0 and env.observation_info()[-1].name == "taper"
     for _ in range(3):

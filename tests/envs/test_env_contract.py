@@ -18,7 +18,7 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, VectorEnv
 from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
-from grind_env.envs import ids
+from grind_env.envs import any_task
 from grind_env.envs.actions import ActionCodec, ActionError
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.simulation import Simulation
@@ -98,7 +98,7 @@ def short_simulation(env_id: str, predress: bool = False) -> Simulation:
     task = simulation.task
     kinds = tuple(replace(kind, stock=THIN.get(task.name, kind.stock)) for kind in task.kinds)
     task = replace(task, blocks=min(task.blocks, SHORT.get(task.name, 8)), kinds=kinds)
-    return StrokeSimulation(task) if env_id == "grind/Stroke-v0" else ids.simulation_of(task, predress=predress)
+    return StrokeSimulation(task) if env_id == "grind/Stroke-v0" else any_task.simulation_of(task, predress=predress)
 
 
 def short_vector(env_id: str, mode: AutoresetMode, predress: bool = False, **kwargs: Any) -> VectorEnv:

@@ -7,7 +7,7 @@ import pytest
 from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode
 
-from grind_env.envs import ids
+from grind_env.envs import any_task
 from grind_env.envs.actions import ActionError
 from grind_env.envs.tasks import TaskError
 from grind_env.errors import GrindError
@@ -26,7 +26,7 @@ def refusal(error: type[Exception], function: Any, *args: Any, **kwargs: Any) ->
 
 
 def test_unknown_choices_are_refused_with_the_legal_ones() -> None:
-    for make in (ids.task, ids.task_vector):
+    for make in (any_task.make, any_task.make_vector):
         assert "oracle6, power_limited" in refusal(TaskError, make, task="power-limited")
         message = refusal(ActionError, make, action="continuous")
         assert "'continuous'" in message and "box, multidiscrete, discrete, dict" in message
@@ -36,7 +36,7 @@ def test_unknown_choices_are_refused_with_the_legal_ones() -> None:
     message = refusal(TaskError, gym.make_vec, IDS[0], 2, autoreset_mode="Sometimes")
     assert "'Sometimes'" in message
     assert all(repr(mode.value) in message for mode in MODES)
-    assert "0" in refusal(TaskError, ids.task_vector, num_envs=0)
+    assert "0" in refusal(TaskError, any_task.make_vector, num_envs=0)
     assert issubclass(TaskError, GrindError) and issubclass(ActionError, GrindError)
 
 
@@ -72,7 +72,7 @@ bad_actions = pytest.mark.parametrize(("action", "part"), BAD_ACTIONS, ids=[str(
 
 @bad_actions
 def test_a_bad_action_is_refused_and_changes_nothing(action: Any, part: str) -> None:
-    env, twin = ids.task(), ids.task()
+    env, twin = any_task.make(), any_task.make()
     env.reset(seed=1)
     twin.reset(seed=1)
     message = refusal(ActionError, env.step, action)
@@ -131,7 +131,7 @@ BAD_FORMS: list[tuple[str, Any, str]] = [
 
 @pytest.mark.parametrize(("form", "action", "part"), BAD_FORMS)
 def test_a_bad_action_of_another_form_is_refused_alike_everywhere(form: str, action: Any, part: str) -> None:
-    env, twin = ids.task(action=form), ids.task(action=form)
+    env, twin = any_task.make(action=form), any_task.make(action=form)
     env.reset(seed=1)
     twin.reset(seed=1)
     message = refusal(ActionError, env.step, action)
@@ -148,7 +148,7 @@ def test_a_bad_action_of_another_form_is_refused_alike_everywhere(form: str, act
 
 
 def test_stepping_out_of_turn_is_refused() -> None:
-    env = ids.task("oracle6")
+    env = any_task.make("oracle6")
     refusal(ResetNeeded, env.step, np.zeros(2))
     env.reset(seed=0)
     for _ in range(6):

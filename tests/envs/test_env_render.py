@@ -4,7 +4,7 @@ import pytest
 from gymnasium.error import ResetNeeded
 from gymnasium.utils.passive_env_checker import env_render_passive_checker
 
-from grind_env.envs import ids
+from grind_env.envs import any_task
 from grind_env.render import ansi, frames
 from grind_env.render.view import NoScreenError
 from tests.envs.harness import every_id
@@ -26,7 +26,7 @@ def test_gymnasium_finds_nothing_wrong_with_rendering(env_id: str, mode: str) ->
 def test_the_picture_and_the_text_show_the_state_after_the_step() -> None:
     shown = {}
     for mode in ("rgb_array", "ansi"):
-        env = ids.task("oracle6", render_mode=mode)
+        env = any_task.make("oracle6", render_mode=mode)
         env.reset(seed=0)
         first = env.render()
         *_, info = env.step(ACTION)
@@ -88,7 +88,7 @@ def test_stock_that_is_left_is_seen_between_wheel_and_part() -> None:
 
 def test_there_is_nothing_to_show_before_the_first_reset() -> None:
     with pytest.raises(ResetNeeded, match=r"call reset\(\) before render\(\)"):
-        ids.task(render_mode="ansi").render()
+        any_task.make(render_mode="ansi").render()
 
 
 def test_a_human_follows_every_step(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -102,7 +102,7 @@ def test_a_human_follows_every_step(monkeypatch: pytest.MonkeyPatch) -> None:
             closed.append(True)
 
     monkeypatch.setattr(frames, "open_window", lambda title: Screen())
-    env = ids.task("oracle6", render_mode="human")
+    env = any_task.make("oracle6", render_mode="human")
     env.reset(seed=0)
     env.step(ACTION)
     env.step(ACTION)
@@ -121,7 +121,7 @@ def test_without_a_screen_a_human_reads_text(
         raise NoScreenError("there is no screen")
 
     monkeypatch.setattr(frames, "open_window", no_screen)
-    env = ids.task("oracle6", render_mode="human")
+    env = any_task.make("oracle6", render_mode="human")
     env.reset(seed=0)
     capsys.readouterr()
     env.step(ACTION)

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from grind_env.envs import ids
 from grind_env.envs.contexts import CONTEXT_FACTORS, SPLITS, ContextError, Given, read_options
 from grind_env.envs.env import GrindEnv
+from grind_env.envs.ids import job
 from grind_env.envs.job.readings import job_task
 from grind_env.envs.job.tape import LOT_FACTORS, WHEEL_FACTORS, WHEEL_SPREAD, JobTape, barred_factors
 from grind_env.machine.job import Lots
@@ -21,7 +21,7 @@ FIXABLE = ("kA", "pm", "wheel_kA", "ra_scale", "fc", "Gref", "hf", "noise")
 
 @functools.cache
 def example() -> GrindEnv:
-    return ids.job()
+    return job.make()
 
 
 def given_of(options: dict[str, Any]) -> Given:
@@ -46,7 +46,7 @@ def episode(env: GrindEnv, seed: int, options: Any = None) -> list[Any]:
 
 @pytest.mark.parametrize("name", [*CONTEXT_FACTORS, "material", "sequence"])
 def test_a_factor_either_changes_something_or_is_refused(name: str) -> None:
-    env = ids.job(observation="full")
+    env = job.make(observation="full")
     if name in FIXABLE:
         shown = [episode(env, 0, {"context": {"noise": 1.0, name: value}}) for value in (1.0, 1.5)]
         with pytest.raises(AssertionError):
@@ -58,11 +58,11 @@ def test_a_factor_either_changes_something_or_is_refused(name: str) -> None:
 
 def test_exact_gauges_have_no_noise_to_fix() -> None:
     with pytest.raises(ContextError, match="with spread=0 the gauges are exact: noise cannot be fixed, leave it out"):
-        ids.job(spread=0.0).reset(options={"context": {"noise": 1.0}})
+        job.make(spread=0.0).reset(options={"context": {"noise": 1.0}})
 
 
 def test_the_nominal_context_is_the_job_without_spread() -> None:
-    env, nominal = ids.job(), ids.job(spread=0.0)
+    env, nominal = job.make(), job.make(spread=0.0)
     for seed in (0, 1):
         assert_same(episode(env, seed, {"context": "nominal"}), episode(nominal, seed))
 
@@ -113,7 +113,7 @@ def test_every_factor_of_a_wheel_and_of_a_lot_has_a_name_in_a_context() -> None:
 
 
 def test_a_context_holds_until_another_is_given() -> None:
-    env = ids.job()
+    env = job.make()
 
     def growth(**reset: Any) -> float:
         env.reset(**reset)
@@ -130,7 +130,7 @@ def test_a_context_holds_until_another_is_given() -> None:
 @pytest.mark.parametrize("mode", MODES)
 def test_sub_envs_have_contexts_of_their_own_through_autoresets(mode: Any) -> None:
     options = {"context": [{"hf": 2.0}, None, "nominal"], "split": ["all", "interpolation", "inner"]}
-    vector, singles = ids.job_vector(num_envs=3, autoreset_mode=mode), [ids.job() for _ in range(3)]
+    vector, singles = job.make_vector(num_envs=3, autoreset_mode=mode), [job.make() for _ in range(3)]
     begun = vector.reset(seed=4, options=options)[0]
     for i, env in enumerate(singles):
         own = {name: values[i] for name, values in options.items()}

@@ -19,9 +19,9 @@ from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 import grind_env
 from grind_env.control import read, read_file
-from grind_env.envs import ids
 from grind_env.envs.actions import ActionError
 from grind_env.envs.env import GrindEnv
+from grind_env.envs.ids import job as job_env
 from grind_env.envs.job import simulation as job_simulation
 from grind_env.envs.job.outline import Choice, outline_of_runs
 from grind_env.envs.program_episode import PassageError
@@ -128,7 +128,7 @@ def refusal(error: type[Exception], function: Callable[..., Any], *args: Any, **
 def test_the_program_with_the_words_chosen_grinds_the_same_record(
     batch: str, name: str, seed: int, policy_seed: int
 ) -> None:
-    env = ids.job(batch if name == "batch" else example(name))
+    env = job_env.make(batch if name == "batch" else example(name))
     infos = play(env, policy_seed, seed)
     record = grind(read(env.part_program(), "part.nc"), env.part_job())
     assert_same_record(record, env.record())
@@ -144,7 +144,7 @@ def test_the_program_with_the_words_chosen_grinds_the_same_record(
 
 def test_a_part_that_is_finished_before_the_first_cycle_block_is_in_its_step(tmp_path: Path) -> None:
     groove = "G71 G94 G90 G18 S1910 M03 M08\nG00 X1. Z0\nG77 X-1. Z-50. I.7 K40. D0 F6.\nM00\n"
-    env = ids.job(written(tmp_path, f"{groove}G19\nG00 X-30. Y20.\n{PLATE}M00\n{PLATE}M30\n{DRESS}"))
+    env = job_env.make(written(tmp_path, f"{groove}G19\nG00 X-30. Y20.\n{PLATE}M00\n{PLATE}M30\n{DRESS}"))
     infos = play(env, 0)
     record = env.record()
     assert record.parts.size == 3 and record.parts["scrap_cost"][0] == pytest.approx(40.0)
@@ -157,7 +157,7 @@ def test_a_part_that_is_finished_before_the_first_cycle_block_is_in_its_step(tmp
     assert [block.depth for block in env.simulation.blocks] == pytest.approx([0.05, 0.01, 0.05, 0.01])
     # a turning tool makes the groove: the gauges show the first plate as they do where it is the first part
     grooved, plain = (
-        ids.job(written(tmp_path, text, name=name), spread=0.0)
+        job_env.make(written(tmp_path, text, name=name), spread=0.0)
         for name, text in (
             ("grooved.nc", (tmp_path / "part.nc").read_text()),
             ("plain.nc", f"G71 G94 G90 G19 S1910 M03 M08\nG00 X-30. Y20.\n{PLATE}M00\n{PLATE}M30\n{DRESS}"),
@@ -173,7 +173,7 @@ def test_a_part_that_is_finished_before_the_first_cycle_block_is_in_its_step(tmp
 
 @pytest.mark.parametrize("name", ["plate_g82", "rail_g83"])
 def test_the_words_of_the_program_earn_minus_one_a_block_on_nominal_parts(name: str) -> None:
-    env = ids.job(example(name), spread=0.0)
+    env = job_env.make(example(name), spread=0.0)
     env.reset(seed=1)
     rewards = []
     for block in env.simulation.blocks:
@@ -184,7 +184,7 @@ def test_the_words_of_the_program_earn_minus_one_a_block_on_nominal_parts(name: 
 
 
 def test_a_choice_is_written_into_the_block_where_it_stands() -> None:
-    env = ids.job(example("plate_g82"))
+    env = job_env.make(example("plate_g82"))
     env.reset(seed=0)
     info = env.step(env.codec.encode(7000.0, 3)[0])[4]
     assert info["block"] == "N50 G82 X230. I-30. Y-.17 J-.01 L0 F60. E7000. P9100 D3"
@@ -196,7 +196,7 @@ def test_a_choice_is_written_into_the_block_where_it_stands() -> None:
 
 def test_a_program_in_inches_is_given_inches(tmp_path: Path) -> None:
     cycle = "G82 X9. I-1.2 Y-.002 J-.0004 L1 F2.4 E472. P9100\nM30\n"
-    env = ids.job(written(tmp_path, "G70 G94 G90 G19 S1910 M03 M08\nG00 X-1.2 Y0 Z0\n" + cycle + DRESS))
+    env = job_env.make(written(tmp_path, "G70 G94 G90 G19 S1910 M03 M08\nG00 X-1.2 Y0 Z0\n" + cycle + DRESS))
     env.reset(seed=0)
     info = env.step(env.codec.encode(12_700.0, 1)[0])[4]
     assert "E500.0000" in info["block"]
@@ -207,8 +207,8 @@ def test_a_program_in_inches_is_given_inches(tmp_path: Path) -> None:
 
 def test_a_block_that_takes_no_dresses_is_given_none(tmp_path: Path) -> None:
     cycle = "G82 X230. I-30. Y-.05 J-.01 L1 F60. E9000."
-    env = ids.job(written(tmp_path, f"G71 G94 G90 G19 S1910 M03 M08\nG00 X-30. Y0 Z0\n{cycle}\nM30\n"))
-    for each in (env, ids.job(example("keyway_g81"))):
+    env = job_env.make(written(tmp_path, f"G71 G94 G90 G19 S1910 M03 M08\nG00 X-30. Y0 Z0\n{cycle}\nM30\n"))
+    for each in (env, job_env.make(example("keyway_g81"))):
         each.reset(seed=0)
         info = each.step(np.array([0.0, 1.0]))[4]
         assert info["D"] == 0.0 and " D" not in info["block"]
@@ -217,7 +217,7 @@ def test_a_block_that_takes_no_dresses_is_given_none(tmp_path: Path) -> None:
 
 def test_a_subprogram_runs_again_with_other_words_but_cannot_be_written_down(tmp_path: Path) -> None:
     text = f"G71 G94 G90 G19 S1910 M03 M08\nM98 P50 L2\nM30\nO50\n{PLATE}M00\nM99\n{DRESS}"
-    env = ids.job(written(tmp_path, text))
+    env = job_env.make(written(tmp_path, text))
     assert len(env.simulation.blocks) == 4
     env.reset(seed=0)
     for speed in (5000.0, 9000.0, 5000.0, 9000.0):
@@ -231,7 +231,7 @@ def test_a_subprogram_runs_again_with_other_words_but_cannot_be_written_down(tmp
 
 def test_a_cycle_block_in_a_file_beside_the_program_cannot_be_written_into_it(tmp_path: Path) -> None:
     (tmp_path / "O50.nc").write_text(f"{PLATE}M99\n{DRESS}")
-    env = ids.job(written(tmp_path, "G71 G94 G90 G19 S1910 M03 M08\nM98 P50\nM30\n"))
+    env = job_env.make(written(tmp_path, "G71 G94 G90 G19 S1910 M03 M08\nM98 P50\nM30\n"))
     play(env, 0)
     assert "O50.nc:2" in refusal(GrindError, env.part_program)
 
@@ -244,7 +244,7 @@ def seen(env: GrindEnv, observation: Any) -> dict[str, float]:
 
 
 def test_exact_gauges_show_what_the_record_holds(batch: str) -> None:
-    env = ids.job(batch, spread=0.0)
+    env = job_env.make(batch, spread=0.0)
     observation, _ = env.reset(seed=0)
     assert seen(env, observation)["remaining"] == 1.0
     views = []
@@ -274,7 +274,7 @@ def test_exact_gauges_show_what_the_record_holds(batch: str) -> None:
 
 
 def test_a_noisy_gauge_is_off_by_its_noise(batch: str) -> None:
-    exact, noisy = ids.job(batch, spread=0.0), ids.job(batch)
+    exact, noisy = job_env.make(batch, spread=0.0), job_env.make(batch)
     action = np.zeros(2, np.float32)
     exact.reset(seed=3)
     noisy.reset(seed=3)
@@ -287,7 +287,7 @@ def test_a_noisy_gauge_is_off_by_its_noise(batch: str) -> None:
 
 
 def test_the_hidden_state_is_that_of_the_wheel_and_of_the_lot(batch: str) -> None:
-    env = ids.job(batch, observation="full")
+    env = job_env.make(batch, observation="full")
     fresh = seen(env, env.reset(seed=2)[0])
     assert fresh["growth"] == pytest.approx(tape_of_job(env).conditions[0].factors["kA"], rel=1e-5)
     view = seen(env, env.step(np.zeros(2, np.float32))[0])
@@ -298,7 +298,7 @@ def test_the_hidden_state_is_that_of_the_wheel_and_of_the_lot(batch: str) -> Non
 
 
 def test_everything_random_is_drawn_at_reset(batch: str) -> None:
-    envs = [ids.job(batch) for _ in range(2)]
+    envs = [job_env.make(batch) for _ in range(2)]
     for policy_seed, env in enumerate(envs):
         play(env, policy_seed, seed=5)
     first, second = (tape_of_job(env) for env in envs)
@@ -366,8 +366,8 @@ def test_a_copy_goes_on_identically_and_alone(batch: str, clone: Callable[[Any],
 
 def test_the_vector_form_keeps_the_contract(batch: str) -> None:
     check_vector_env(
-        lambda mode: ids.job_vector(2, program=batch, autoreset_mode=mode),
-        single=lambda: ids.job(batch, show_block=False),
+        lambda mode: job_env.make_vector(2, program=batch, autoreset_mode=mode),
+        single=lambda: job_env.make(batch, show_block=False),
         steps=14,
     )
 
@@ -381,7 +381,7 @@ def test_gymnasium_makes_the_vector_form(batch: str, mode: AutoresetMode) -> Non
 
 
 def test_a_step_out_of_turn_is_refused(batch: str) -> None:
-    env = ids.job(batch)
+    env = job_env.make(batch)
     refusal(ResetNeeded, env.step, np.zeros(2))
     refusal(ResetNeeded, env.record)
     play(env, 0)
@@ -389,13 +389,13 @@ def test_a_step_out_of_turn_is_refused(batch: str) -> None:
 
 
 def test_a_bad_action_is_refused_and_changes_nothing(batch: str) -> None:
-    env, twin = ids.job(batch), ids.job(batch)
+    env, twin = job_env.make(batch), job_env.make(batch)
     env.reset(seed=1)
     twin.reset(seed=1)
     for action in (np.zeros(3), [np.nan, 0.0], [0.0, 1.5], "fast"):
         refusal(ActionError, env.step, action)
     assert_same(env.step(np.zeros(2)), twin.step(np.zeros(2)))
-    vector = ids.job_vector(2, program=batch)
+    vector = job_env.make_vector(2, program=batch)
     vector.reset(seed=1)
     assert "shape (3, 2)" in refusal(ActionError, vector.step, np.zeros((3, 2)))
 
@@ -420,7 +420,7 @@ def test_a_bad_action_is_refused_and_changes_nothing(batch: str) -> None:
 def test_a_program_or_job_at_fault_is_told_when_the_environment_is_made(
     tmp_path: Path, program: str, job: str, part: str
 ) -> None:
-    assert part in refusal(GrindError, ids.job, written(tmp_path, program, job))
+    assert part in refusal(GrindError, job_env.make, written(tmp_path, program, job))
 
 
 def test_a_program_that_the_control_executes_is_tried_with_the_extremes_of_both_words(
@@ -433,8 +433,8 @@ def test_a_program_that_the_control_executes_is_tried_with_the_extremes_of_both_
         return outline_of_runs(programs, job, trials, between)
 
     monkeypatch.setattr(job_simulation, "outline_of_runs", noted)
-    assert ids.job().simulation.why is None and not tried
-    env = ids.job(written(tmp_path, GROOVED))
+    assert job_env.make().simulation.why is None and not tried
+    env = job_env.make(written(tmp_path, GROOVED))
     assert "part.nc:3: there is no script of this program" in str(env.simulation.why)
     assert {(3000.0, 3), (30_000.0, 0), (30_000.0, 3)} <= set(tried)
     assert (env.codec.low, env.codec.high) == (3000.0, 30_000.0)
@@ -459,12 +459,12 @@ def test_a_program_whose_dress_decides_which_blocks_it_runs_is_told(
     programs, job = read_file(path), load_job(Path(path).with_suffix(".toml"))
     said = refusal(ScriptError, script_of, programs, job, Ranges(E=(3000.0, 30_000.0)))
     assert "it reads #1, which depends on the wheel, on its dresses" in said
-    assert "depends on the E and D chosen in it" in refusal(PassageError, ids.job, path)
+    assert "depends on the E and D chosen in it" in refusal(PassageError, job_env.make, path)
 
 
 def test_a_variable_that_a_dress_assigns_decides_nothing_until_it_is_read(tmp_path: Path) -> None:
-    assert ids.job(written(tmp_path, looped("#2=5", 1))).simulation.why is None
-    env = ids.job(written(tmp_path, looped("#2=#2+1", 1).replace("Y-[.03", "Y-[.03+#2*.005")))
+    assert job_env.make(written(tmp_path, looped("#2=5", 1))).simulation.why is None
+    env = job_env.make(written(tmp_path, looped("#2=#2+1", 1).replace("Y-[.03", "Y-[.03+#2*.005")))
     assert "it reads #2" in str(env.simulation.why)
     env.reset(seed=1)
     for _ in env.simulation.blocks:
@@ -475,7 +475,7 @@ def test_a_variable_that_a_dress_assigns_decides_nothing_until_it_is_read(tmp_pa
 def test_a_choice_that_leads_to_other_blocks_is_refused_and_changes_nothing(tmp_path: Path) -> None:
     # neither without a dress nor with three of them is the loop left early
     text = looped("#2=#2+1", 0).replace("END1", "IF[#2 EQ 1]GOTO 9\nEND1").replace("END1\nG80", "END1\nN9 G80")
-    env = ids.job(written(tmp_path, text))
+    env = job_env.make(written(tmp_path, text))
     env.reset(seed=1)
     one, none = (env.codec.encode(15_000.0, executions)[0] for executions in (1, 0))
     for _ in range(2):
@@ -486,11 +486,11 @@ def test_a_choice_that_leads_to_other_blocks_is_refused_and_changes_nothing(tmp_
 
 
 def test_files_that_are_missing_are_named(tmp_path: Path) -> None:
-    assert "nowhere.nc" in refusal(GrindError, ids.job, str(tmp_path / "nowhere.nc"))
+    assert "nowhere.nc" in refusal(GrindError, job_env.make, str(tmp_path / "nowhere.nc"))
     path = tmp_path / "alone.nc"
     path.write_text(BATCH)
-    assert "alone.toml" in refusal(GrindError, ids.job, str(path))
-    assert "other.toml" in refusal(GrindError, ids.job, str(path), job=str(tmp_path / "other.toml"))
+    assert "alone.toml" in refusal(GrindError, job_env.make, str(path))
+    assert "other.toml" in refusal(GrindError, job_env.make, str(path), job=str(tmp_path / "other.toml"))
 
 
 def test_another_job_file_can_be_named(tmp_path: Path) -> None:
@@ -498,33 +498,33 @@ def test_another_job_file_can_be_named(tmp_path: Path) -> None:
     path.write_text(BATCH)
     other = tmp_path / "other.toml"
     other.write_text(JOB)
-    assert ids.job(str(path), job=str(other)).simulation.job == load_job(other)
+    assert job_env.make(str(path), job=str(other)).simulation.job == load_job(other)
 
 
 def test_a_pre_dress_is_left_to_the_program(batch: str) -> None:
-    for make in (ids.job, ids.job_vector):
+    for make in (job_env.make, job_env.make_vector):
         assert "the program says where" in refusal(ActionError, make, program=batch, predress=True)
 
 
 def test_a_program_of_grooves_alone_has_nothing_to_choose(tmp_path: Path) -> None:
     text = "G71 G94 G90 G18\nG00 X30. Z0\nG77 X24. Z-50. I.7 K40. D0 F6.\nM30\n"
-    assert "no cycle block" in refusal(GrindError, ids.job, written(tmp_path, text))
+    assert "no cycle block" in refusal(GrindError, job_env.make, written(tmp_path, text))
 
 
 def test_arguments_out_of_range_are_refused(batch: str) -> None:
-    assert "measured, full" in refusal(GrindError, ids.job, batch, observation="hidden")
+    assert "measured, full" in refusal(GrindError, job_env.make, batch, observation="hidden")
     for spread in (-0.1, float("nan"), 3.0):
-        assert "from 0 to 2" in refusal(GrindError, ids.job, batch, spread=spread)
-    assert "'svg'" in refusal(GrindError, ids.job, batch, render_mode="svg")
-    assert "0" in refusal(GrindError, ids.job_vector, program=batch, num_envs=0)
-    assert "'Sometimes'" in refusal(GrindError, ids.job_vector, program=batch, autoreset_mode="Sometimes")
+        assert "from 0 to 2" in refusal(GrindError, job_env.make, batch, spread=spread)
+    assert "'svg'" in refusal(GrindError, job_env.make, batch, render_mode="svg")
+    assert "0" in refusal(GrindError, job_env.make_vector, program=batch, num_envs=0)
+    assert "'Sometimes'" in refusal(GrindError, job_env.make_vector, program=batch, autoreset_mode="Sometimes")
 
 
 # --- a batch of parts ---------------------------------------------------------------------------------
 
 
 def test_a_program_is_run_for_a_batch_of_parts() -> None:
-    env = ids.job(parts=3)
+    env = job_env.make(parts=3)
     text = env.simulation.program([])
     assert [line for line in text.splitlines() if line.endswith(("M00", "M30"))] == ["M00", "M00", "N100 M30"]
     assert text.count("G82") == 6 and text.count("O9100") == 1
@@ -547,7 +547,7 @@ def test_a_program_is_run_for_a_batch_of_parts() -> None:
 def test_every_part_of_a_batch_is_what_the_program_makes_of_one(tmp_path: Path) -> None:
     once = f"G71 G94 G90 G19 S1910 M03 M08 (NO M30 HERE)\nM98 P2\nG00 Y20.{{}}\nO2\nG00 Y20.\n{PLATE}M99\n{DRESS}"
     for ending in ("\nM30", "\nM2 (END)", ""):
-        env = ids.job(written(tmp_path, once.format(ending)), parts=3, spread=0.0)
+        env = job_env.make(written(tmp_path, once.format(ending)), parts=3, spread=0.0)
         assert (len(env.simulation.blocks), env.simulation.parts) == (6, 3)
     lines = [source.text for source in env.simulation.programs.main.blocks]
     assert [line for line in lines if line.startswith("M")] == ["M98 P2", "M00"] * 2 + ["M98 P2"]
@@ -555,15 +555,15 @@ def test_every_part_of_a_batch_is_what_the_program_makes_of_one(tmp_path: Path) 
 
 def test_a_program_that_ends_in_a_subprogram_is_not_run_for_a_batch(tmp_path: Path) -> None:
     path = written(tmp_path, f"G71 G94 G90 G19 S1910 M03 M08\nM98 P2\nO2\nG00 Y20.\n{PLATE}M30\nM99\n{DRESS}")
-    assert len(ids.job(path).simulation.blocks) == 2
-    for make in (ids.job, ids.job_vector):
+    assert len(job_env.make(path).simulation.blocks) == 2
+    for make in (job_env.make, job_env.make_vector):
         message = refusal(GrindError, make, program=path, parts=3)
         assert "part.nc:11: the program ends in a subprogram" in message and "main program" in message
 
 
 @pytest.mark.parametrize("parts", [0, -1, 1.5, True, "3", 1001])
 def test_a_batch_of_no_whole_number_of_parts_is_refused(parts: Any) -> None:
-    for make in (ids.job, ids.job_vector):
+    for make in (job_env.make, job_env.make_vector):
         message = refusal(GrindError, make, parts=parts)
         assert message == f"parts is {parts!r}, but must be a whole number from 1 to 1000"
 
@@ -571,7 +571,7 @@ def test_a_batch_of_no_whole_number_of_parts_is_refused(parts: Any) -> None:
 def test_the_lots_of_the_job_say_how_parts_differ(tmp_path: Path) -> None:
     lots = f"{JOB}[lots]\nprobability = 0\nstock = 0.1"
     path = written(tmp_path, f"G71 G94 G90 G19 S1910 M03 M08\nG00 Y20.\n{PLATE}M30\n{DRESS}", lots)
-    env = ids.job(path, parts=100)
+    env = job_env.make(path, parts=100)
     stocks = []
     for seed in range(20):
         env.reset(seed=seed)
@@ -580,7 +580,7 @@ def test_the_lots_of_the_job_say_how_parts_differ(tmp_path: Path) -> None:
         stocks += [condition.stock for condition in tape_of_job(env).conditions]
     assert np.mean(stocks) == pytest.approx(0.06, rel=0.01)
     assert np.std(stocks) == pytest.approx(0.1 * 0.06, rel=0.06)
-    exact = ids.job(path, parts=3, spread=0.0)
+    exact = job_env.make(path, parts=3, spread=0.0)
     exact.reset(seed=0)
     assert [condition.stock for condition in tape_of_job(exact).conditions] == [None] * 3
 
@@ -610,7 +610,7 @@ def test_it_is_said_why_the_control_executes_a_program(
 ) -> None:
     head = "G71 G94 G90 G19 S1910 M03 M08\nG00 X-30. Y0 Z0\n"
     path = written(tmp_path, f"{head}{cycle}G80\nG00 Y20.\nM30\n{DRESS}", job)
-    env = ids.job(path)
+    env = job_env.make(path)
     reason = str(env.simulation.why)
     assert reason.startswith(f"part.nc:{line}: there is no script of this program: {why}") and "\n" not in reason
     play(env, policy_seed=0)
@@ -621,7 +621,7 @@ def test_a_wheel_that_is_changed_at_the_end_of_an_executed_program_takes_its_tim
     cycle = "G82 X230. I-30. Y-.03 J-.01 F1. E12000. P9100"
     plate = f"G71 G94 G90 G19 S1910 M03 M08\nG00 X-30. Y0 Z0\n{cycle}\nG80\nG00 Y20.\nM30\n"
     worn = f"{JOB}\n[times]\nwheel_change = 300\n[wheel]\ndiameter = 220.01\n"
-    env = ids.job(written(tmp_path, plate + DRESS, worn), spread=0.0)
+    env = job_env.make(written(tmp_path, plate + DRESS, worn), spread=0.0)
     assert env.simulation.why is not None
     env.reset(seed=0)
     info = env.step(env.codec.encode(9000.0, 1)[0])[4]
@@ -631,14 +631,15 @@ def test_a_wheel_that_is_changed_at_the_end_of_an_executed_program_takes_its_tim
 def test_a_batch_stops_the_table_and_cancels_a_preset_between_its_parts(tmp_path: Path) -> None:
     plate = "G71 G94 G90 G19 S1910 M03 M08\nG00 X-30. Y0 Z0\nG92 X-10. Y1.\n"
     plate += "G82 X250. I-10. Y.97 J-.01 L1 F100. E12000. P9100\nM30\n"
-    env = ids.job(written(tmp_path, plate + DRESS), spread=0.0, parts=3)
+    env = job_env.make(written(tmp_path, plate + DRESS), spread=0.0, parts=3)
     assert env.simulation.why is None
     play(env, policy_seed=1)
     assert np.ptp(env.record().parts["S"]) < 2e-3
 
 
 def test_a_stop_in_the_dress_program_gauges_no_part(tmp_path: Path) -> None:
-    env = ids.job(written(tmp_path, BATCH.replace("N4 G00 Y10.", "N4 M00\nN5 G00 Y10.").replace("N5 G91", "N6 G91")))
+    stopped = BATCH.replace("N4 G00 Y10.", "N4 M00\nN5 G00 Y10.").replace("N5 G91", "N6 G91")
+    env = job_env.make(written(tmp_path, stopped))
     assert env.simulation.why is None
     infos = play(env, policy_seed=3)
     record = env.record()
@@ -650,8 +651,8 @@ def test_a_stop_in_the_dress_program_gauges_no_part(tmp_path: Path) -> None:
 @pytest.mark.parametrize("program", [BATCH, GROOVED], ids=["replayed", "executed"])
 def test_the_vector_form_has_the_bits_of_single_environments(tmp_path: Path, program: str) -> None:
     path = written(tmp_path, program)
-    singles = [ids.job(path, observation="full", show_block=False) for _ in range(3)]
-    vector = ids.job_vector(3, program=path, observation="full", autoreset_mode="Disabled")
+    singles = [job_env.make(path, observation="full", show_block=False) for _ in range(3)]
+    vector = job_env.make_vector(3, program=path, observation="full", autoreset_mode="Disabled")
     assert (singles[0].simulation.why is None) == (program == BATCH)
     observations, _ = vector.reset(seed=[5, 6, 7])
     for i, env in enumerate(singles):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import grind_env
-from grind_env.envs import ids
+from grind_env.envs import any_task
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.names import shipped_names
 from grind_env.envs.observations import HIDDEN, constant_readings, readings
@@ -94,7 +94,7 @@ def simulation_of(name: str) -> Simulation:
     if name.endswith(".nc"):
         return gym.make("grind/Job-v0", program=str(EXAMPLES[0].with_name(name)), parts=12).unwrapped.simulation
     task: Task = read_task(name)
-    return StrokeSimulation(task) if name == "stroke" else ids.simulation_of(task, "measured")
+    return StrokeSimulation(task) if name == "stroke" else any_task.simulation_of(task, "measured")
 
 
 @pytest.mark.parametrize("name", shipped_names())

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grind_env.control import read
-from grind_env.envs import ids
 from grind_env.envs.blocks.program import conditions, job_from_surface
 from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.env import GrindEnv
+from grind_env.envs.ids import reciprocation
 from grind_env.envs.infeed.simulation import InfeedSimulation
 from grind_env.envs.names import task_names
 from grind_env.envs.observations import physical
@@ -46,7 +46,7 @@ def ground(env: GrindEnv, blocks: int) -> GrindingRecord:
 @settings(max_examples=10, deadline=None)
 @given(seed=st.integers(0, 10_000), policy_seed=st.integers(0, 10_000), predress=st.booleans())
 def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_seed: int, predress: bool) -> None:
-    env = ids.reciprocation(predress=predress)
+    env = reciprocation.make(predress=predress)
     infos = play(env, seed, policy_seed, 6)
     record = ground(env, 6)
     parts = record.parts
@@ -61,7 +61,7 @@ def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_
 
 
 def test_the_blocks_of_a_step_are_the_literal_form() -> None:
-    env = ids.reciprocation(predress=True)
+    env = reciprocation.make(predress=True)
     env.reset(seed=0)
     assert env.episodes is not None
     stock = env.episodes.tape[0, 0, 1]
@@ -78,7 +78,7 @@ def test_the_blocks_of_a_step_are_the_literal_form() -> None:
 
 
 def test_strokes_get_thinner_as_the_table_gets_faster() -> None:
-    env = ids.reciprocation()
+    env = reciprocation.make()
     picks = []
     for u in (-1.0, 0.0, 0.7):
         env.reset(seed=0)
@@ -92,7 +92,7 @@ def test_strokes_get_thinner_as_the_table_gets_faster() -> None:
 
 @pytest.mark.parametrize("pre_dress", [0.0, 1.0])
 def test_the_volume_ground_since_the_dress_is_kept_by_book(pre_dress: float) -> None:
-    env = ids.reciprocation(predress=True)
+    env = reciprocation.make(predress=True)
     env.reset(seed=6)
     assert env.episodes is not None
     stocks = env.episodes.tape[0, :, TapeRow._fields.index("gauged")]
@@ -109,7 +109,7 @@ def test_the_volume_ground_since_the_dress_is_kept_by_book(pre_dress: float) -> 
 
 
 def test_the_last_block_pays_for_the_wheel_it_leaves() -> None:
-    env = ids.reciprocation()
+    env = reciprocation.make()
     env.reset(seed=0)
     handed = [env.step(env.codec.encode(9000.0, 1.0)[0])[4]["reward_terms"]["handover"] for _ in range(60)]
     assert handed[:-1] == [0.0] * 59
@@ -151,14 +151,14 @@ def test_a_fixed_plan_earns_minus_one_a_step() -> None:
 def test_the_vector_form_that_shows_everything_keeps_the_contract() -> None:
     kwargs = {"observation": "full", "predress": True}
     check_vector_env(
-        lambda mode: ids.reciprocation_vector(3, autoreset_mode=mode, show_block=True, **kwargs),
-        single=lambda: ids.reciprocation(**kwargs),
+        lambda mode: reciprocation.make_vector(3, autoreset_mode=mode, show_block=True, **kwargs),
+        single=lambda: reciprocation.make(**kwargs),
         steps=125,
     )
 
 
 def test_the_terms_add_up_to_the_reward() -> None:
-    env = ids.reciprocation()
+    env = reciprocation.make()
     env.reset(seed=0)
     vector = gym.make_vec(ID, 4)
     vector.reset(seed=0)

@@ -9,7 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grind_env.control import read
-from grind_env.envs import ids
 from grind_env.envs.actions import ActionError
 from grind_env.envs.blocks.program import conditions, job
 from grind_env.envs.blocks.tables import Outcome
@@ -17,6 +16,7 @@ from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import ContextError
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.gauge import GAUGE
+from grind_env.envs.ids import stroke
 from grind_env.envs.strokes.simulation import StrokeEpisodes, StrokeSimulation
 from grind_env.envs.strokes.step import TOGETHER
 from grind_env.envs.tasks import TaskError, read_task
@@ -71,7 +71,7 @@ def play(env: GrindEnv, seed: int, policy_seed: int, dress: float, fastest: floa
 @settings(max_examples=8, deadline=None)
 @given(seed=st.integers(0, 10_000), policy_seed=st.integers(0, 10_000), dress=st.sampled_from([0.0, 0.05, 0.3, 1.0]))
 def test_the_part_program_of_an_episode_grinds_the_same_record(seed: int, policy_seed: int, dress: float) -> None:
-    env = ids.stroke()
+    env = stroke.make()
     infos = play(env, seed, policy_seed, dress)
     record = ground(env)
     # random speeds ask a lot of the spindle, and of nothing else
@@ -95,7 +95,7 @@ def test_the_part_program_of_an_episode_grinds_the_same_record(seed: int, policy
 
 
 def test_the_program_of_a_stroke() -> None:
-    env = ids.stroke()
+    env = stroke.make()
     env.reset(seed=0)
     blocks = [
         env.step(env.codec.encode(speed, executions)[0])[4]["block"].split("\n")
@@ -110,7 +110,7 @@ def test_the_program_of_a_stroke() -> None:
 
 
 def test_a_part_is_ground_in_picks_to_its_stock() -> None:
-    env = ids.stroke()
+    env = stroke.make()
     infos = play(env, 3, 0, 0.1)
     record = ground(env)
     for number, row in enumerate(tape_of(env), 1):
@@ -127,7 +127,7 @@ def seen(env: GrindEnv, observation: Any) -> dict[str, float]:
 
 
 def test_what_is_seen() -> None:
-    env = ids.stroke(observation="full")
+    env = stroke.make(observation="full")
     first = seen(env, env.reset(seed=1)[0])
     assert (first["starts_part"], first["remaining"]) == (1.0, 1.0)
     assert first["pick"] == pytest.approx(0.02, abs=1e-7)
@@ -146,7 +146,7 @@ def test_what_is_seen() -> None:
 
 
 def test_the_size_gauge_and_the_roughness_gauge() -> None:
-    env = ids.stroke()
+    env = stroke.make()
     env.reset(seed=2)
     views, terminated = [], False
     while not terminated:
@@ -164,7 +164,7 @@ def test_the_size_gauge_and_the_roughness_gauge() -> None:
 
 
 def test_a_stalled_spindle_grinds_the_part_no_more_and_costs_its_time_once() -> None:
-    env = ids.stroke()
+    env = stroke.make()
     infos = play(env, 0, 0, 0.03, fastest=0.2)
     record, task = ground(env), env.task
     strokes, parts = record.strokes, record.parts
@@ -184,7 +184,7 @@ def test_a_stalled_spindle_grinds_the_part_no_more_and_costs_its_time_once() -> 
 
 def test_a_fixed_plan_earns_in_the_environment_what_its_evaluation_says() -> None:
     simulation, seeds = find_problem("stroke").simulation(), range(3)
-    env, run = ids.stroke(show_block=False), run_seeds(make_policy("interval", simulation), simulation, seeds)
+    env, run = stroke.make(show_block=False), run_seeds(make_policy("interval", simulation), simulation, seeds)
     assert (run.executions == 1).any(axis=1).all()
     for episode in seeds:
         env.reset(seed=episode)
@@ -204,7 +204,7 @@ def test_the_best_fixed_plan_earns_minus_one_a_stroke() -> None:
 
 
 def test_the_noise_does_not_depend_on_the_policy() -> None:
-    envs = [ids.stroke(), ids.stroke()]
+    envs = [stroke.make(), stroke.make()]
     for policy_seed, env in enumerate(envs):
         play(env, 5, policy_seed, 0.1)
     assert_same(noise_of(envs[0]), noise_of(envs[1]))
@@ -213,7 +213,7 @@ def test_the_noise_does_not_depend_on_the_policy() -> None:
 
 
 def test_what_is_out_of_turn_or_out_of_range_is_refused() -> None:
-    env = ids.stroke()
+    env = stroke.make()
     for call in (lambda: env.step(np.zeros(2)), env.part_program):
         with pytest.raises(ResetNeeded):
             call()
@@ -225,8 +225,8 @@ def test_what_is_out_of_turn_or_out_of_range_is_refused() -> None:
         with pytest.raises(ActionError):
             env.step(action)
     with pytest.raises(TaskError, match="measured, full"):
-        ids.stroke(observation="hidden")
-    for make in (ids.stroke, ids.stroke_vector):
+        stroke.make(observation="hidden")
+    for make in (stroke.make, stroke.make_vector):
         with pytest.raises(ActionError, match=r"^predress is True, but D = 1 in grind/Stroke-v0 is the dress before"):
             make(predress=True)
 
@@ -285,7 +285,7 @@ def test_a_stroke_takes_a_context_and_a_split() -> None:
     material=st.sampled_from([None, "inconel_718"]),
 )
 def test_every_stroke_is_that_of_the_machine(seed: int, dress: float, material: str | None) -> None:
-    env = ids.stroke(show_block=False)
+    env = stroke.make(show_block=False)
     env.reset(options={"context": {"material": material} if material else None})
     infos = play(env, seed, seed, dress)
     record, shown = ground(env), Outcome(*np.array(env.outcomes).T)
@@ -339,7 +339,7 @@ def test_a_planner_branches_an_episode() -> None:
 
 
 def test_a_stroke_that_sparks_out_adds_no_heat_that_counts() -> None:
-    env = ids.stroke()
+    env = stroke.make()
     env.reset(seed=0)
     strokes = env.task.strokes(env.task.kinds[0], tape_of(env)[0].stock)
     for _ in range(strokes):

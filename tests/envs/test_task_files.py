@@ -7,7 +7,7 @@ from pathlib import Path
 import gymnasium as gym
 import pytest
 
-from grind_env.envs import ids, tasks
+from grind_env.envs import any_task, tasks
 from grind_env.envs.blocks.episode import EpisodeGenerator
 from grind_env.envs.blocks.program import check_task
 from grind_env.envs.names import environment_id
@@ -42,7 +42,7 @@ def test_the_task_of_an_environment_of_its_own_is_none_of_cycle_blocks(name: str
     task = read_task(name)
     assert task.name == name and environment_id(name) in gym.registry
     assert name not in task_names()
-    for make in (load_task, ids.task):
+    for make in (load_task, any_task.make):
         with pytest.raises(TaskError, match=f"there is no task '{name}'"):
             make(name)
 

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 import grind_env
-from grind_env.envs import ids
+from grind_env.envs import any_task
 from grind_env.envs.blocks.tables import ShopMemory
 from grind_env.envs.names import task_names
 from grind_env.envs.observations import physical
@@ -17,7 +17,7 @@ STALLED = ShopMemory._fields.index("stalled")
 
 @pytest.mark.parametrize("name", task_names())
 def test_a_view_agrees_with_what_the_env_hands_out(name: str) -> None:
-    env = ids.task(name, observation="full")
+    env = any_task.make(name, observation="full")
     task = env.task
     observation, _ = env.reset(seed=3)
     rng = np.random.default_rng(0)
@@ -46,7 +46,7 @@ def test_a_view_agrees_with_what_the_env_hands_out(name: str) -> None:
 
 
 def test_before_the_first_block_the_part_has_all_its_stock() -> None:
-    env = ids.task("oracle6")
+    env = any_task.make("oracle6")
     env.reset(seed=0)
     view = env.view()
     assert (view.ground, view.text, view.last, view.number) == ((), "", None, 0)

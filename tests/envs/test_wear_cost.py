@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from grind_env.envs import ids
+from grind_env.envs import any_task
 from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.contexts import CONTEXT_FACTORS, Given, read_options, without_effect
 from grind_env.envs.names import shipped_names
@@ -26,7 +26,7 @@ LARGEST_ERROR = 0.1
 
 
 def simulation_of(task: Task) -> Simulation:
-    return StrokeSimulation(task) if task.name == "stroke" else ids.simulation_of(task, "measured")
+    return StrokeSimulation(task) if task.name == "stroke" else any_task.simulation_of(task, "measured")
 
 
 def corners(task: Task) -> list[dict[str, Any]]:

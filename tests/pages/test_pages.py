@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from grind_env.cli import main
-from grind_env.envs import ids
+from grind_env.envs.ids import stroke
 from grind_env.envs.observations import physical
 from grind_env.envs.wen.actions import decode
 from grind_env.envs.wen.judging import judged
@@ -216,7 +216,7 @@ def stroke_costs(
     speed: float, dress: bool, seeds: int, context: dict[str, Any] | None = None
 ) -> list[dict[str, float]]:
     """Terms of the cost of every stroke in $, with one E (mm/min) and a dress before every stroke or none."""
-    env = ids.stroke(action="dict", show_block=False)
+    env = stroke.make(action="dict", show_block=False)
     steps = []
     for seed in range(seeds):
         env.reset(seed=seed, options={"context": context})
@@ -241,7 +241,7 @@ def test_the_reward_of_a_stroke_lies_in_the_range_that_its_page_states() -> None
         assert span.least * (1.0 - 1e-9) <= min(values) and max(values) <= span.most * (1.0 + 1e-9), name
     # both ends of the time are reached: a bare stroke, and one with loading and a dress or, on a dull wheel, a stall
     assert min(step["time"] for step in played[30_000.0, False]) == pytest.approx(about.costs["time"].least, rel=1e-9)
-    task, most = ids.stroke().task, about.costs["time"].most
+    task, most = stroke.make().task, about.costs["time"].most
     load, stall = (task.rates.hourly * seconds / 3600.0 for seconds in (task.setup.load, task.machine.stall_time))
     assert max(step["time"] for step in played[3000.0, True]) == pytest.approx(most - stall, rel=1e-9)
     stalled = max(step["time"] for step in stroke_costs(3000.0, True, 1, DULL))

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from gymnasium import spaces
 
-from grind_env.envs import ids
+from grind_env.envs import any_task
 from grind_env.envs.memory import BeliefMemory, belief_entries
 from grind_env.policies.learned.view import STACKED, LearnerView, MemoryKind
 from grind_env.policies.scripted.rules import REFERENCE_AREA
@@ -19,7 +19,7 @@ ESTIMATES = 4
 
 def observations(n: int, blocks: int, seed: int = 3) -> list[np.ndarray]:
     """What `n` episodes measure under random actions."""
-    env = ids.task_vector(n, observation="measured", autoreset_mode="SameStep")
+    env = any_task.make_vector(n, observation="measured", autoreset_mode="SameStep")
     seen = [env.reset(seed=seed)[0]]
     rng = np.random.default_rng(seed)
     for _ in range(blocks):

@@ -19,7 +19,7 @@ EXAMPLE = examples.path("plate_g82.nc")
 
 
 def load_simulation(program: str | None, job: str | None, parts: int, spread: float, observation: str) -> JobSimulation:
-    """The simulation of a program in a file; arguments as for `grind_env.envs.ids.job`.
+    """The simulation of a program in a file; arguments as for `grind_env.envs.ids.job.make`.
 
     Raises:
         GrindError: the program or the job cannot be run, or an argument is not legal.

@@ -1,0 +1,108 @@
+"""The ids of tasks of blocks: the arguments that `gym.make` takes for them, and the simulation of a task.
+
+The docstrings of `make` here and in the modules of `grind_env.envs.ids` are what the pages of the ids say.
+"""
+
+from grind_env.envs.arguments import check_flags, is_full
+from grind_env.envs.blocks.program import check_task
+from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.env import GrindEnv
+from grind_env.envs.infeed.simulation import InfeedSimulation
+from grind_env.envs.showing import renders
+from grind_env.envs.strips.simulation import StripSimulation
+from grind_env.envs.tasks import Task, load_task
+from grind_env.envs.vector_env import side_by_side
+
+SIMULATIONS = {"G81": InfeedSimulation, "G82": BlockSimulation, "G83": StripSimulation}
+"""What steps the blocks of a task, by their cycle."""
+
+
+def simulation_of(
+    task: Task, observation: str | None = None, predress: bool = False, cycle: str | None = None
+) -> BlockSimulation:
+    """The simulation of a task of blocks; arguments as for `make`.
+
+    Raises:
+        TaskError: an argument is not legal.
+    """
+    check_flags(predress=predress)
+    check_task(task, cycle)
+    full = is_full(task.observation if observation is None else observation)
+    return SIMULATIONS[task.cycle](task, full=full, pre_dress=predress)
+
+
+@renders
+def make(
+    task: str = "power_limited",
+    observation: str | None = None,
+    show_block: bool = True,
+    action: str = "box",
+    predress: bool = False,
+    cycle: str | None = None,
+    render_mode: str | None = None,
+) -> GrindEnv:
+    """Choose the table speed and the dressing of every cycle block of a batch.
+
+    ## Description
+
+    A step is one G82 cycle block of a surface grinder: the table reciprocates with feedrate **E**, the wheel
+    plunges at every reversal point until the stock is removed, sparks out, and the control runs the dress
+    program **D** times within the cycle, evenly in depth. (A task with an infeed has G81 blocks, one with a cross pick
+    G83 blocks: see `grind/Reciprocation-v0` and `grind/WidePlates-v0`.) The wheel dulls, loads, wears and grows waves;
+    slow tables glaze it and burn the part, fast tables cost power, roughness and size, and dressing costs time and
+    wheel.
+
+    ## Action space
+
+    By default `Box(-1, 1, (2,), float32)`: E geometric over the speed range of the task (or equal bins over its speed
+    levels), D = 0 up to 1/3 and in bins of equal width above it, from 1 to the most executions that the task allows: a
+    policy that has learned nothing dresses in the minority of its blocks. The same decision is taken with
+    `action="multidiscrete"`, `MultiDiscrete([levels, most + 1])`, with `action="discrete"`, the pair as one number, or
+    with `action="dict"`, `{"E": mm/min, "D": executions}`. The two discrete forms have 24 levels of E that divide its
+    range geometrically, or those of the task. `predress=True` adds a third component (a dress if it is above 0), factor
+    or key: a dress before the first plunge, G82.1. `env.unwrapped.codec` converts both ways.
+
+    ## Observation space
+
+    `Box`, float32: what a machine measures, noisy and delayed, scaled to about -1..1. `observation_info()`
+    lists every entry; what never changes in a task is none. `observation="full"` adds the hidden state of the wheel and
+    of the lot, behind all that is measured.
+
+    ## Reward
+
+    Minus the cost of the block in units of `task.reference_cost`: machine time, wheel, dresser, the expected
+    cost of scrap, and with the last block the price of handing over a dull wheel; where the task has them, lateness
+    and wheel changes. The best fixed plan earns about -1 a step, a good policy -0.6; a scrapped part costs 10 and
+    more. `info["reward_terms"]` holds the terms, `info["cost"]` the probability that the part which this block
+    finished is scrap. `info["burn_ratio"]`, `info["power_ratio"]` and `info["roughness_ratio"]` say how near the block
+    came to burning and to its limits of power and Ra, which are at 1; the last one is 0 where Ra has no limit.
+
+    A part is scrap by its size, its Ra, the highest temperature rise that it has felt, or a spindle that has
+    stalled. The burn ratio (Malkin) only warns of heat: it scraps nothing.
+
+    ## Episode
+
+    Starts with a freshly dressed wheel (unless the task says otherwise) and ends `terminated` after the last
+    block. Everything random is drawn at reset; `reset(options={"context": ..., "split": ...})` fixes factors or
+    restricts what they are drawn from (`grind_env.envs.contexts`). What is fixed is not told in the observation: a
+    material other than that of a task with a single material has to be found out like a lot or a wheel.
+
+    With two blocks per part, `machine.grind` gives other part times: it adds the travel between the blocks (2 to 4 s).
+
+    Args:
+        task: name of a task, for example `"power_limited"`, or the path of a task file, such as `"shop.toml"`; what
+            stands in one, `grind tasks --schema` says. `grind/Task-v0` takes any; each other id fixes its task, and
+            through `gym.make` another would carry the wrong id and reference scores.
+        observation: `"measured"` or `"full"`; by default what the task says, which is `"measured"` for all but Oracle6.
+        show_block: put the text of the block that was run into `info["block"]`.
+        action: form of the action: `"box"`, `"multidiscrete"`, `"discrete"` or `"dict"`.
+        predress: let an action ask for a dress before the first plunge.
+        cycle: that of the blocks, or None; any other is refused.
+        render_mode: `"rgb_array"` for a picture, `"human"` for a window that follows the
+            episode (without a screen, text in the terminal), `"ansi"` for text.
+    """
+    simulation = simulation_of(load_task(task), observation, predress, cycle)
+    return GrindEnv(simulation, show_block=show_block, action=action, render_mode=render_mode)
+
+
+make_vector = side_by_side(make)

@@ -1,0 +1,92 @@
+"""`grind/Job-v0`: E and D of every cycle block of a part program."""
+
+from grind_env.envs.arguments import check_flags, refuse_cycle, refuse_predress
+from grind_env.envs.env import GrindEnv
+from grind_env.envs.job.loading import load_simulation
+from grind_env.envs.showing import renders
+from grind_env.envs.vector_env import side_by_side
+
+
+@renders
+def make(
+    program: str | None = None,
+    job: str | None = None,
+    observation: str = "measured",
+    spread: float = 1.0,
+    show_block: bool = True,
+    action: str = "box",
+    predress: bool = False,
+    render_mode: str | None = None,
+    cycle: str | None = None,
+    parts: int = 1,
+) -> GrindEnv:
+    """Choose the table speed and the dressing of every cycle block of a part program.
+
+    ## Description
+
+    Before every G81, G82 or G83 the program takes E and D from the agent in place of those in the block, and goes on to
+    the next cycle block. A step is therefore everything from one cycle block to the next one. The program is run in
+    compiled code if it alone settles where the strokes lie, and by the control if the wheel, the operator or a grooving
+    cycle has a say (`env.unwrapped.simulation.why` says it). `part_program()` is the program with the words chosen;
+    `machine.grind` runs it to the same record. A cycle block that runs more than once, in a subprogram that M98 calls
+    several times, is several steps, and no one text holds what was chosen for them: write such calls out where the
+    program is to be taken back to the machine.
+
+    With `parts` the program is run for a batch: the operator loads the next part where it ends, the wheel carries over,
+    and lots and stocks change as the job's `[lots]` says. A program that loads its parts itself (M00) needs none.
+
+    ## Action space
+
+    By default `Box(-1, 1, (2,), float32)`: E geometric from 3 to 30 m/min, D = 0 up to 1/3 and 1 to 3 in equal bins
+    above. The other forms are those of `GrindEnv`, with E in mm/min for a program in inches, too. In a G81, which has
+    no D word, and in a block for which no dress program P is known, D has no effect (`info["D"]` is then 0). There is
+    no third component for a pre-dress: it is not a word of the block but another code, and whether a G82 is a G82.1 the
+    program says.
+
+    ## Observation space
+
+    `Box`, float32: what a machine measures, noisy and delayed, and the coming block, scaled to about -1..1.
+    `observation_info()` lists every entry; what is the same in all blocks of the program is none, so that two programs
+    may have observations of different length. `observation="full"` adds the hidden state of the wheel and of the lot,
+    behind all that is measured.
+
+    ## Reward
+
+    Minus the cost of the step in units of `task.reference_cost`, which is what a cycle block costs when the program
+    runs with its own words on nominal parts: a program with good words earns about -1 a step. `info["reward_terms"]`
+    holds the terms: machine time, wheel, dresser, the expected cost of scrap when a part is finished, and with the last
+    block the price of handing over a dull wheel. `info["cost"]` is the expected number of parts scrapped, and the
+    ratios of burning, power and Ra to their limits are those of `GrindEnv`. No cost is negative, so no step earns more
+    than 0. No lower bound is known: what the program does between two of its cycle blocks, and how often it strokes
+    while a G81 reciprocates, is up to the program.
+
+    ## Episode
+
+    The program from its start to its end, `parts` times, where it is `terminated`. Wheel, coolant and lots of material
+    differ from episode to episode as in the other tasks; everything random is drawn at reset. `reset(options=...)`
+    fixes the factors of lot, wheel, coolant and noise or restricts what they are drawn from
+    (`grind_env.envs.contexts`); stock and material are those of the job.
+
+    Args:
+        program: file of the part program; the example plate if not given.
+        job: its job file; the program's name with `.toml` if not given.
+        parts: how often the program is run.
+        observation: `"measured"` or `"full"`.
+        spread: factor on all that is random; 0 for the nominal job with exact gauges.
+        show_block: put the text of the block that was run into `info["block"]`.
+        action: form of the action: `"box"`, `"multidiscrete"`, `"discrete"` or `"dict"`.
+        predress: False; the program says which cycles begin with a dress.
+        render_mode: as for `GrindEnv`.
+        cycle: None; the program says which cycles it runs.
+
+    Raises:
+        GrindError: the program or the job cannot be run, or an argument is not legal.
+    """
+    check_flags(predress=predress)
+    refuse_predress(predress, "the program says where a cycle of grind/Job-v0 is a G82.1")
+    refuse_cycle(cycle, "the program of grind/Job-v0 says which cycles it runs")
+    simulation = load_simulation(program, job, parts, spread, observation)
+    return GrindEnv(simulation, show_block=show_block, action=action, render_mode=render_mode)
+
+
+make_vector = side_by_side(make)
