@@ -15,8 +15,10 @@ TESTS = "".join(path.read_text() for path in (ROOT / "tests").rglob("test_*.py")
 @pytest.mark.parametrize("name", TREE)
 def test_a_command_is_told_shown_and_tested(name: str) -> None:
     click, (_, *words) = TREE[name].click, TREE[name].words
-    assert click.help
-    assert click.epilog and name in click.epilog
-    assert f"{name}`" in PAGES or f"{name} " in PAGES or f"{name}\n" in PAGES
+    assert click.help, f"{name} has no docstring, which is its help"
+    assert click.epilog and name in click.epilog, f"{name} is registered without an example (epilog)"
+    shown = any(f"{name}{end}" in PAGES for end in "` \n")
+    assert shown, f"{name} is on no page: show it in docs/howto/"
     # the first word of what is run: a key such as outcomes["cost"] is none
-    assert re.search(rf"""[(,] ?\[?\*?["'](agents |grind )?{words[0]}["' ]""", TESTS)
+    run = re.search(rf"""[(,] ?\[?\*?["'](agents |grind )?{words[0]}["' ]""", TESTS)
+    assert run, f"no test runs {name}"
