@@ -17,9 +17,9 @@ from pathlib import Path
 import numpy as np
 
 from agents.provenance import ROOT
-from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.contexts import EVERY, split_ranges
 from grind_env.envs.simulation import Simulation, advance
+from grind_env.envs.tables import Outcome
 from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds, start_episodes
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem

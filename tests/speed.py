@@ -19,9 +19,9 @@ from rich.table import Table
 
 from grind_env.control.rules import DEPTH_TOLERANCE, motion_time
 from grind_env.envs.blocks.episode import EpisodeGenerator
-from grind_env.envs.blocks.tables import kind_row, shop_row
 from grind_env.envs.infeed.infeed import write_motions
 from grind_env.envs.infeed.step import feeding_of, infeed_of, infeed_stroking
+from grind_env.envs.tables import kind_row, shop_row
 from grind_env.envs.tasks import Task, load_task, read_task
 from grind_env.machine.loops.batch import NO_MOTIONS, longest_plunges
 from grind_env.machine.loops.feeding import FeedMotion

@@ -11,8 +11,8 @@ from rich.table import Table
 
 import grind_env
 from grind_env.envs.blocks import step
-from grind_env.envs.blocks.tables import shop_row
 from grind_env.envs.gauge import GAUGE
+from grind_env.envs.tables import shop_row
 from grind_env.machine.loops.batch import CYCLE_FIELDS, NO_MOTIONS, longest_plunges
 from grind_env.machine.loops.tally import Tally
 from grind_env.process.process import PROCESS

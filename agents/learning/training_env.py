@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
 from grind_env.arrays import Table
-from grind_env.envs.blocks.tables import Outcome, reward_terms
 from grind_env.envs.learning import WORST_REWARD, eased
+from grind_env.envs.tables import Outcome, reward_terms
 from grind_env.envs.tasks import Task
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.policies.learned.view import FORMS, Actions, LearnerView, MemoryKind

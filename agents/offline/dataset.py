@@ -13,9 +13,9 @@ import numpy as np
 from agents.cells import RUNS
 from agents.offline.writer import PLACE, SPLIT, Content, Recorded, write_apart
 from grind_env.envs.actions import ActionCodec
-from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.contexts import EVERY
 from grind_env.envs.simulation import advance
+from grind_env.envs.tables import Outcome
 from grind_env.errors import GrindError
 from grind_env.files import FileError
 from grind_env.lock import alone

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_flags, refuse_render
-from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.contexts import Given, read_options
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.infos import InfoWriter
@@ -17,6 +16,7 @@ from grind_env.envs.observations import Reading
 from grind_env.envs.showing import RENDER_MODES, Showing
 from grind_env.envs.shown import shown_space
 from grind_env.envs.simulation import Simulation, Written
+from grind_env.envs.tables import Outcome
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.render.view import View

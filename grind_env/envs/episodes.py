@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from grind_env.arrays import Numbers, Table
-from grind_env.envs.blocks.tape import TapeRow
+from grind_env.envs.tape import TapeRow
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.process.state import WheelState
 

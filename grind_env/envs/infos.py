@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from grind_env.arrays import Array
-from grind_env.envs.blocks.tables import Outcome, reward_terms
+from grind_env.envs.tables import Outcome, reward_terms
 from grind_env.envs.tasks import Task
 from grind_env.kernel import entry
 

@@ -12,13 +12,13 @@ from gymnasium.vector.utils import batch_space
 from grind_env.arrays import Array
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_count, check_flags, refuse_render
-from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.contexts import Given, read_all_options, read_options
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.observations import Reading
 from grind_env.envs.shown import shown_space
 from grind_env.envs.simulation import Simulation
+from grind_env.envs.tables import Outcome
 from grind_env.envs.vector_common import (
     VECTOR_RENDER_MODES,
     Generators,

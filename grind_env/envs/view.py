@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.blocks.tables import Outcome
-from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.episodes import Episodes
+from grind_env.envs.tables import Outcome
+from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.render.view import Extent, GroundBlock, View, Workpiece
 

@@ -1,7 +1,7 @@
 """The columns of the tables of `Episodes` that policies read and simulations write."""
 
-from grind_env.envs.blocks.tables import Outcome, ShopMemory
-from grind_env.envs.blocks.tape import TapeRow
+from grind_env.envs.tables import Outcome, ShopMemory
+from grind_env.envs.tape import TapeRow
 from grind_env.process.state import WheelState
 
 STOCK, GAUGED = TapeRow._fields.index("stock"), TapeRow._fields.index("gauged")

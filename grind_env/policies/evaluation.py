@@ -7,10 +7,10 @@ import numpy as np
 
 from grind_env.arrays import Array
 from grind_env.envs.actions import ActionCodec
-from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.contexts import EVERY, SPLITS, Given, split_ranges
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
+from grind_env.envs.tables import Outcome
 from grind_env.errors import GrindError, quoted
 from grind_env.policies.choices import Decision
 from grind_env.policies.policy import Policy, reveal

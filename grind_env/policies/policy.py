@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.arrays import Array
-from grind_env.envs.blocks.tables import KindRow
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
+from grind_env.envs.tables import KindRow
 from grind_env.envs.tasks import Due
 from grind_env.policies.choices import Decision
 from grind_env.policies.columns import (

@@ -5,20 +5,17 @@ Grinding Doc, and Drazumeric, Badger, Roininen & Krajnik 2020, On geometry and k
 theory of aggressiveness.
 """
 
-from typing import TypeAlias
-
 import numpy as np
-from numpy.typing import NDArray
 
-Numbers: TypeAlias = NDArray[np.float64]
+from grind_env.arrays import Table
 
 
-def ground_volume(ae: Numbers, b: Numbers, Lw: Numbers) -> Numbers:
+def ground_volume(ae: Table, b: Table, Lw: Table) -> Table:
     """Volume that strokes of depth `ae`, width `b` and length `Lw` remove, mm3; all of shape (strokes,)."""
     return ae * b * Lw
 
 
-def grinding_energy(power: Numbers, Lw: Numbers, vw: Numbers) -> Numbers:
+def grinding_energy(power: Table, Lw: Table, vw: Table) -> Table:
     """Energy of strokes over the length `Lw` at table speed `vw`, J: `power` lasts over the part.
 
     All are of shape (strokes,).
@@ -26,12 +23,12 @@ def grinding_energy(power: Numbers, Lw: Numbers, vw: Numbers) -> Numbers:
     return power * Lw / vw
 
 
-def speed_ratio(vs: Numbers, vw: Numbers) -> Numbers:
+def speed_ratio(vs: Table, vw: Table) -> Table:
     """Speed ratio q = vs/vw of wheel and table [M]; all of shape (strokes,)."""
     return 1000.0 * vs / vw
 
 
-def aggressiveness(vw: Numbers, vs: Numbers, ae: Numbers, ds: Numbers) -> Numbers:
+def aggressiveness(vw: Table, vs: Table, ae: Table, ds: Table) -> Table:
     """Aggressiveness of surface grinding, Aggr = 10^6 (vw/vs) (ae/ds)^0.5 [B]: chip thickness, whatever the grains.
 
     All are of shape (strokes,).

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from grind_env.arrays import Array
 from grind_env.control import Programs
-from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.job.outline import JobProgramError
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.job.text import repeated
+from grind_env.envs.tables import Outcome
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job, JobError
 from grind_env.machine.loops.tally import Tally

@@ -10,7 +10,7 @@ from agents.learning.imitation import WORST, ClonedPPO, CostPlanner, Teacher, ch
 from agents.learning.saving import save_policy
 from agents.learning.settings import settings_for
 from agents.learning.training_env import LearnerVecEnv
-from grind_env.envs.blocks.tables import Outcome
+from grind_env.envs.tables import Outcome
 from grind_env.errors import GrindError
 from grind_env.policies.choices import Decision, all_choices
 from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes

@@ -3,8 +3,8 @@ import pytest
 
 from agents.learning.training_env import LearnerVecEnv
 from grind_env.envs import any_task
-from grind_env.envs.blocks.tables import Outcome, reward_terms
 from grind_env.envs.learning import eased
+from grind_env.envs.tables import Outcome, reward_terms
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.policies.learned.view import LearnerView, MemoryKind
 from grind_env.policies.problem import find_problem

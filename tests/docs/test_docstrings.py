@@ -34,8 +34,8 @@ UNIT = re.compile(
 ENUMERATOR = re.compile(r"([A-Za-z]|[ivxlcdm]+|[IVXLCDM]+)\.")
 """A text that is no more than this makes an empty list on the site."""
 BEHIND = (
-    "envs.blocks.tables",
-    "envs.blocks.tape",
+    "envs.tables",
+    "envs.tape",
     "machine.loops.cycle",
     "machine.script.tables",
     "machine.loops.tally",

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 import grind_env
 from grind_env.envs.actions import ActionCodec
-from grind_env.envs.blocks.tables import Outcome
-from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import Given
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.job.tape import JobGenerator, JobTape, job_tape
 from grind_env.envs.names import environment_id, task_names
 from grind_env.envs.simulation import Simulation
+from grind_env.envs.tables import Outcome
+from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task, load_task
 from grind_env.machine.job import Lots
 from grind_env.process.state import WheelState

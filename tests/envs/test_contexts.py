@@ -10,7 +10,6 @@ from gymnasium.vector import AutoresetMode
 from grind_env.belief.hidden import CUT
 from grind_env.envs import any_task
 from grind_env.envs.blocks.simulation import BlockSimulation
-from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import (
     CONTEXT_FACTORS,
     SPLITS,
@@ -20,6 +19,7 @@ from grind_env.envs.contexts import (
     nominal_context,
     read_options,
 )
+from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task, task_names
 from grind_env.errors import GrindError
 from grind_env.process.catalogue import load_catalogue

@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 
 from grind_env.control import read
 from grind_env.envs.blocks.program import conditions, job_from_surface
-from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import nominal_context
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.ids import wide_plates
 from grind_env.envs.observations import physical
 from grind_env.envs.strips.simulation import StripSimulation
+from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import read_task
 from grind_env.machine.grind import grind
 from grind_env.machine.loops.strips import strips_of

@@ -11,11 +11,11 @@ import pytest
 
 import grind_env
 from grind_env.envs import any_task
-from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.names import shipped_names
 from grind_env.envs.observations import HIDDEN, constant_readings, readings
 from grind_env.envs.simulation import Simulation, advance
 from grind_env.envs.strokes.simulation import StrokeSimulation
+from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task, load_task, read_task
 from grind_env.process.state import WheelState
 from tests.envs.harness import Array, every_id, start

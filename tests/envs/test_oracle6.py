@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from grind_env.envs.blocks.simulation import BlockSimulation
-from grind_env.envs.blocks.tables import Outcome
+from grind_env.envs.tables import Outcome
 from grind_env.envs.tasks import load_task
 from tests.envs.harness import Array, actions, assert_same, native, rollout, start
 

@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 
 from grind_env.control import read
 from grind_env.envs.blocks.program import conditions, job_from_surface
-from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.ids import reciprocation
 from grind_env.envs.infeed.simulation import InfeedSimulation
 from grind_env.envs.names import task_names
 from grind_env.envs.observations import physical
+from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import read_task
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord

@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grind_env.control import Line, Source, execute, read
-from grind_env.envs.blocks.tables import KindRow, Shop
 from grind_env.envs.infeed.infeed import Infeed, Segment, segments, write_motions
 from grind_env.envs.infeed.step import feeding_of, infeed_stroking
+from grind_env.envs.tables import KindRow, Shop
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.loops.cycle import PartState

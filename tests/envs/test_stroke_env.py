@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 from grind_env.control import read
 from grind_env.envs.actions import ActionError
 from grind_env.envs.blocks.program import conditions, job
-from grind_env.envs.blocks.tables import Outcome
-from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import ContextError
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.gauge import GAUGE
 from grind_env.envs.ids import stroke
 from grind_env.envs.strokes.simulation import StrokeEpisodes, StrokeSimulation
 from grind_env.envs.strokes.step import TOGETHER
+from grind_env.envs.tables import Outcome
+from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import TaskError, read_task
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord

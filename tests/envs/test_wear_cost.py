@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from grind_env.envs import any_task
-from grind_env.envs.blocks.tables import Outcome
 from grind_env.envs.contexts import CONTEXT_FACTORS, Given, read_options, without_effect
 from grind_env.envs.names import shipped_names
 from grind_env.envs.simulation import Simulation, advance
 from grind_env.envs.strokes.simulation import StrokeSimulation
+from grind_env.envs.tables import Outcome
 from grind_env.envs.tasks import Task, read_task
 from grind_env.process.state import WheelState
 from tests.envs.harness import Array

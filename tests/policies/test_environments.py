@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
+from grind_env.envs.tape import TapeRow
 from grind_env.policies.choices import Decision, nearest_speed
 from grind_env.policies.columns import LISTED
 from grind_env.policies.evaluation import Evaluation, roll_out, run_seeds, start_episodes

@@ -6,8 +6,8 @@ import pytest
 
 import grind_env
 from grind_env.envs.actions import ActionError
-from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.episodes import NOISE
+from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Due
 from grind_env.errors import GrindError
 from grind_env.policies.choices import Decision

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from grind_env.envs.blocks.tape import TapeRow
+from grind_env.envs.tape import TapeRow
 from grind_env.errors import GrindError
 from grind_env.policies.choices import Decision, all_choices, speed_grid
 from grind_env.policies.columns import CHANGES, CLOCK, DIAMETER, OF_WHEEL

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from grind_env.envs.blocks.simulation import BlockSimulation
-from grind_env.envs.blocks.tables import Outcome
+from grind_env.envs.tables import Outcome
 from grind_env.envs.tasks import Spread
 from grind_env.policies.scripted.burn_line import BurnLine
 from grind_env.policies.scripted.roughness_gauge import RoughnessGauge

@@ -17,11 +17,11 @@ from grind_env.control import execute, read
 from grind_env.envs.any_task import SIMULATIONS
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.blocks.step import NEW_PART
-from grind_env.envs.blocks.tables import Outcome, ShopMemory
 from grind_env.envs.gauge import GAUGE, Gauge, Shown
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.simulation import Simulation, Written
 from grind_env.envs.strokes.simulation import StrokeSimulation
+from grind_env.envs.tables import Outcome, ShopMemory
 from grind_env.envs.tasks import read_task
 from grind_env.kernel import exp, inlined
 from grind_env.kernel.columns import replacer

@@ -7,9 +7,9 @@ import numpy as np
 
 from grind_env.arrays import Numbers, Table
 from grind_env.envs.blocks.episode import EpisodeGenerator
-from grind_env.envs.blocks.tables import KindRow, kind_table, parameter_table
-from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.episodes import Episodes, EpisodesT
+from grind_env.envs.tables import KindRow, kind_table, parameter_table
+from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.process.cost import running_cost
 from grind_env.process.equations import dressed_volume

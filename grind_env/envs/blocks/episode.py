@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.arrays import Table
-from grind_env.envs.blocks.tape import Sigmas, deal_orders, fill, fill_dates, unless
 from grind_env.envs.contexts import Fixed, Given, from_ranges
+from grind_env.envs.tape import Sigmas, deal_orders, fill, fill_dates, unless
 from grind_env.envs.tasks import Task
 from grind_env.kernel import entry
 from grind_env.kernel.columns import column_reader

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from grind_env.envs.blocks.tables import Shop, read_kind, read_memory, read_shop
-from grind_env.envs.blocks.tape import TapeRow, read_row
 from grind_env.envs.observations import LEAST_SLACK, Layout, Readings
+from grind_env.envs.tables import Shop, read_kind, read_memory, read_shop
+from grind_env.envs.tape import TapeRow, read_row
 from grind_env.kernel import entry, inlined, log
 from grind_env.kernel.columns import column_writer
 from grind_env.machine.loops.rows import read_wheel

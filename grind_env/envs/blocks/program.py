@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from grind_env.belief.hidden import FACTORS
 from grind_env.control import read
-from grind_env.envs.blocks.tables import ShopMemory
-from grind_env.envs.blocks.tape import SPARE_FACTORS, TapeRow
 from grind_env.envs.episodes import Episodes
+from grind_env.envs.tables import ShopMemory
+from grind_env.envs.tape import SPARE_FACTORS, TapeRow
 from grind_env.envs.tasks import DRESS_CLEARANCE, PICK_FEED, Kind, Task, TaskError
 from grind_env.errors import quoted
 from grind_env.machine.dress.program import run_dress

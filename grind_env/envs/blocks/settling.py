@@ -1,9 +1,9 @@
 """What a block that was run has cost, and what the shop floor remembers of it."""
 
-from grind_env.envs.blocks.tables import KindRow, Outcome, Shop, ShopMemory
-from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.gauge import Shown
 from grind_env.envs.observations import GAUGE_EVERY
+from grind_env.envs.tables import KindRow, Outcome, Shop, ShopMemory
+from grind_env.envs.tape import TapeRow
 from grind_env.kernel import inlined
 from grind_env.kernel.columns import replacer
 from grind_env.machine.loops.cycle import PartState

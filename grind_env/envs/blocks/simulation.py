@@ -20,13 +20,13 @@ from grind_env.envs.blocks.observe import observe_blocks
 from grind_env.envs.blocks.program import block_text, coming_block, drawn_job, job_of_kinds, part_program
 from grind_env.envs.blocks.requests import request_times
 from grind_env.envs.blocks.step import NEW_PART, blocks_step
-from grind_env.envs.blocks.tables import Outcome, Shop, ShopMemory, kind_table, shop_row
-from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import Given, without_effect
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.gauge import GAUGE, Gauge
 from grind_env.envs.observations import Reading, constant_readings, physical, readings, scaling
 from grind_env.envs.simulation import Written
+from grind_env.envs.tables import Outcome, Shop, ShopMemory, kind_table, shop_row
+from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.envs.view import view_of
 from grind_env.machine.grind import grind

@@ -20,7 +20,9 @@ from grind_env.envs.blocks.settling import (
     remembered,
     truth_of,
 )
-from grind_env.envs.blocks.tables import (
+from grind_env.envs.gauge import Gauge
+from grind_env.envs.step import Work, step_of
+from grind_env.envs.tables import (
     FOUND,
     KindRow,
     Shop,
@@ -31,9 +33,7 @@ from grind_env.envs.blocks.tables import (
     write_memory,
     write_outcome,
 )
-from grind_env.envs.blocks.tape import SPARE_FACTORS, TapeRow, read_row
-from grind_env.envs.gauge import Gauge
-from grind_env.envs.step import Work, step_of
+from grind_env.envs.tape import SPARE_FACTORS, TapeRow, read_row
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.machine.loops.batch import NO_MOTIONS, longest_plunges

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 from grind_env.envs.blocks.program import DRESS_PROGRAM, CycleBlock, approach, number, program_of
 from grind_env.envs.blocks.requests import REQUEST
-from grind_env.envs.blocks.tables import KindRow, kind_row
 from grind_env.envs.infeed.infeed import Infeed, segments
 from grind_env.envs.infeed.step import infeed_of
+from grind_env.envs.tables import KindRow, kind_row
 from grind_env.envs.tasks import Task
 
 

@@ -6,10 +6,10 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from grind_env.envs.blocks.step import Choices, EpisodeArrays, floor_of, stroking_of
-from grind_env.envs.blocks.tables import KindRow, Shop, ShopMemory, read_shop
 from grind_env.envs.gauge import Gauge
 from grind_env.envs.infeed.infeed import Infeed, write_motions
 from grind_env.envs.step import Work, step_of
+from grind_env.envs.tables import KindRow, Shop, ShopMemory, read_shop
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_writer, replacer
 from grind_env.machine.loops.cycle import Stroking

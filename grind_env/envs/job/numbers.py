@@ -3,9 +3,9 @@
 import numpy as np
 
 from grind_env.control.rules import DEPTH_TOLERANCE
-from grind_env.envs.blocks.tables import KindRow, Shop
 from grind_env.envs.job.outline import BlockOutline
 from grind_env.envs.program_episode import BlockRun
+from grind_env.envs.tables import KindRow, Shop
 from grind_env.machine.job import Job
 from grind_env.machine.loops.feeding import FULL
 from grind_env.machine.loops.tally import NOTHING, POWER_WINDOW, Tally

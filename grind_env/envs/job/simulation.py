@@ -19,7 +19,6 @@ from grind_env.control.cycles import codes_said
 from grind_env.control.rewriting import with_words
 from grind_env.envs.blocks.observe import observe_blocks
 from grind_env.envs.blocks.simulation import DIAMETER, forget, readings_of, room_for, without_least_diameter
-from grind_env.envs.blocks.tables import FOUND, Outcome, Shop
 from grind_env.envs.contexts import Given
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.gauge import GAUGE, Gauge
@@ -45,6 +44,7 @@ from grind_env.envs.job.view import RunBlock, job_view
 from grind_env.envs.observations import scaling
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step_all
 from grind_env.envs.simulation import Written
+from grind_env.envs.tables import FOUND, Outcome, Shop
 from grind_env.machine.job import Job, require_conditions
 from grind_env.machine.loops.compiled import handover_cost
 from grind_env.machine.loops.cycle import PartState

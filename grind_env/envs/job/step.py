@@ -16,7 +16,9 @@ from grind_env.envs.blocks.settling import (
     truth_of,
 )
 from grind_env.envs.blocks.step import CHANGES, DIAMETER, NEW_PART, write_factored
-from grind_env.envs.blocks.tables import (
+from grind_env.envs.gauge import Gauge
+from grind_env.envs.step import Work, step_of
+from grind_env.envs.tables import (
     FOUND,
     Shop,
     ShopMemory,
@@ -26,9 +28,7 @@ from grind_env.envs.blocks.tables import (
     write_memory,
     write_outcome,
 )
-from grind_env.envs.blocks.tape import TapeRow, read_row
-from grind_env.envs.gauge import Gauge
-from grind_env.envs.step import Work, step_of
+from grind_env.envs.tape import TapeRow, read_row
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader, column_writer, replacer
 from grind_env.machine.dress.mounting import USUAL_DEPTH, USUAL_LEAD

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.belief.hidden import FACTORS
-from grind_env.envs.blocks.tape import TapeRow, log_normal, unless, write_row
 from grind_env.envs.contexts import CONTEXT_FACTORS, Fixed, Given, from_ranges
+from grind_env.envs.tape import TapeRow, log_normal, unless, write_row
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader
 from grind_env.machine.job import JobError, Lots, PartConditions

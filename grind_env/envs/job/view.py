@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from grind_env.envs.blocks.tables import Outcome
-from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.job.outline import BlockOutline, parts_of
 from grind_env.envs.job.readings import ACTION
+from grind_env.envs.tables import Outcome
+from grind_env.envs.tape import TapeRow
 from grind_env.envs.view import STOCK_ROOM
 from grind_env.machine.job import Job
 from grind_env.machine.loops.cycle import PartState

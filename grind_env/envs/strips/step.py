@@ -8,9 +8,9 @@ import numpy as np
 
 from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.envs.blocks.step import Choices, block_stroking, floor_of
-from grind_env.envs.blocks.tables import read_shop
 from grind_env.envs.gauge import Gauge
 from grind_env.envs.step import Work, step_of
+from grind_env.envs.tables import read_shop
 from grind_env.kernel import entry
 from grind_env.kernel.columns import column_writer, replacer
 from grind_env.machine.loops.batch import NO_MOTIONS, longest_traverses

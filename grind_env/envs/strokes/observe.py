@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 
 from grind_env.envs.blocks.observe import scaled
-from grind_env.envs.blocks.tables import read_memory
-from grind_env.envs.blocks.tape import read_row
 from grind_env.envs.strokes.readings import StrokeReadings
 from grind_env.envs.strokes.step import PART, kind_of, pick_before, read_strokes, strokes_of
+from grind_env.envs.tables import read_memory
+from grind_env.envs.tape import read_row
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_writer
 from grind_env.machine.loops.rows import read_wheel

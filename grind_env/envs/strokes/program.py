@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 from grind_env.envs.blocks.program import DRESS_PROGRAM, approach, end_of, next_part, number, start_of
 from grind_env.envs.blocks.requests import REQUEST
-from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.strokes.episodes import StrokeEpisodes
 from grind_env.envs.strokes.rules import Pace, TableRun, depth_of, last_dwell, next_turn, pick_before, setting_out
 from grind_env.envs.strokes.step import StrokeMemory
+from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Kind, Task
 from grind_env.process.process import Drive
 from grind_env.process.state import WheelState

@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 
 from grind_env.envs.blocks.program import job
 from grind_env.envs.blocks.simulation import BlockSimulation, room_for
-from grind_env.envs.blocks.tables import KindRow, Outcome
-from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.contexts import CONTEXT_FACTORS, Given
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.gauge import Gauge
@@ -21,6 +19,8 @@ from grind_env.envs.strokes.readings import StrokeReadings, stroke_readings
 from grind_env.envs.strokes.rules import Pace
 from grind_env.envs.strokes.step import StrokeMemory, strokes_step
 from grind_env.envs.strokes.view import in_strokes
+from grind_env.envs.tables import KindRow, Outcome
+from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.machine.job import Job
 from grind_env.machine.loops.tally import Plunges

@@ -17,7 +17,11 @@ from grind_env.envs.blocks.settling import (
     with_powers,
 )
 from grind_env.envs.blocks.step import DIAMETER, NEW_PART, WEAR, Choices, stroking_of, write_factored, write_plunge
-from grind_env.envs.blocks.tables import (
+from grind_env.envs.gauge import Gauge, Shown
+from grind_env.envs.step import Work, step_of
+from grind_env.envs.strokes import rules
+from grind_env.envs.strokes.rules import Pace, TableRun
+from grind_env.envs.tables import (
     FOUND,
     KindRow,
     Shop,
@@ -28,11 +32,7 @@ from grind_env.envs.blocks.tables import (
     write_memory,
     write_outcome,
 )
-from grind_env.envs.blocks.tape import read_row, write_row
-from grind_env.envs.gauge import Gauge, Shown
-from grind_env.envs.step import Work, step_of
-from grind_env.envs.strokes import rules
-from grind_env.envs.strokes.rules import Pace, TableRun
+from grind_env.envs.tape import read_row, write_row
 from grind_env.kernel import entry, inlined, inlined_rule
 from grind_env.kernel.columns import column_reader, column_writer, replacer
 from grind_env.machine.loops.batch import NO_MOTIONS

@@ -16,16 +16,14 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grind_env.arrays import Table
 from grind_env.control import Arc, Control, Dwell, Line, Motion, Rapid, Source
 from grind_env.control.dressing import REMEMBERED
 from grind_env.kernel import entry
 from grind_env.machine.axes import cross_axis, plunge_axis
 from grind_env.machine.dress.program import STEP, DressRun
 from grind_env.machine.loops.rules import motion_time
-
-Numbers = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,11 +35,11 @@ class Laid:
         rates: speeds along them, mm/s, each of shape (N,); 0 along an arc.
     """
 
-    points: list[Numbers]
-    rates: list[Numbers]
+    points: list[Table]
+    rates: list[Table]
 
 
-def dress_seconds(run: DressRun, control: Control, passes: Numbers, feed: Numbers, depth: Numbers) -> Numbers:
+def dress_seconds(run: DressRun, control: Control, passes: Table, feed: Table, depth: Table) -> Table:
     """Time of an execution with other numbers than the program's own, s, shape (N,); exactly its own with its own.
 
     Args:
@@ -60,7 +58,7 @@ def dress_seconds(run: DressRun, control: Control, passes: Numbers, feed: Number
     return seconds
 
 
-def _seconds(run: DressRun, control: Control, passes: int, feed: Numbers, depth: Numbers) -> Numbers:
+def _seconds(run: DressRun, control: Control, passes: int, feed: Table, depth: Table) -> Table:
     """Time of the straight moves of an execution, s, shape (N,)."""
     out = _way_out(run, control, passes, feed, depth)
     back = _way_back(run, control, out, feed)
@@ -89,7 +87,7 @@ def _is_leg(motion: Motion) -> bool:
     return motion.source is not Source.RETRACE and not isinstance(motion, Dwell)
 
 
-def _way_out(run: DressRun, control: Control, passes: int, feed: Numbers, depth: Numbers) -> Laid:
+def _way_out(run: DressRun, control: Control, passes: int, feed: Table, depth: Table) -> Laid:
     legs, strokes = _legs(run)
     plunge, cross = plunge_axis(run.axis), cross_axis(run.axis)
     infeeds = [k for k, leg in enumerate(legs) if abs(leg.end[plunge] - leg.start[plunge]) >= STEP]
@@ -97,11 +95,11 @@ def _way_out(run: DressRun, control: Control, passes: int, feed: Numbers, depth:
     steps = [range(begin, end + 1) for begin, end in zip([first, *(k + 1 for k in strokes)], strokes, strict=False)]
     laid = Laid([np.tile(np.array(legs[0].start), (len(feed), 1))], [])
 
-    def move(leg: Motion, end: Numbers) -> None:
+    def move(leg: Motion, end: Table) -> None:
         laid.points.append(end)
         laid.rates.append(_rate(leg, run, control, feed))
 
-    def ways(step: range) -> Numbers:
+    def ways(step: range) -> Table:
         return np.array([np.subtract(legs[k].end, legs[k].start) for k in step])
 
     for leg in legs[:first]:
@@ -124,7 +122,7 @@ def _way_out(run: DressRun, control: Control, passes: int, feed: Numbers, depth:
     return laid
 
 
-def _way_back(run: DressRun, control: Control, out: Laid, feed: Numbers) -> Laid:
+def _way_back(run: DressRun, control: Control, out: Laid, feed: Table) -> Laid:
     """The link to the end of the last move that is remembered, and these moves run backwards."""
     legs, _ = _legs(run)
     retrace = [motion for motion in run.motions if motion.source is Source.RETRACE]
@@ -138,7 +136,7 @@ def _way_back(run: DressRun, control: Control, out: Laid, feed: Numbers) -> Laid
     return Laid(points, [link, *reversed(out.rates[:remembered])])
 
 
-def _rate(leg: Motion, run: DressRun, control: Control, feed: Numbers) -> Numbers:
+def _rate(leg: Motion, run: DressRun, control: Control, feed: Table) -> Table:
     """Speed along a leg, mm/s, shape (N,); 0 along an arc."""
     if isinstance(leg, Rapid):
         return np.full(len(feed), control.rapid_feed / 60.0)

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from grind_env.arrays import Array
 from grind_env.belief.wheel import WheelBelief
-from grind_env.envs.blocks.tables import Outcome, ShopMemory
-from grind_env.envs.blocks.tape import TapeRow
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.model import MemberModel
 from grind_env.envs.simulation import Simulation
+from grind_env.envs.tables import Outcome, ShopMemory
+from grind_env.envs.tape import TapeRow
 from grind_env.policies.choices import Decision, all_choices, nearest_speed, speed_bounds
 from grind_env.policies.columns import AREA, COST, LOADING, PRESSURE
 from grind_env.policies.policy import Sees

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.belief.wheel import WheelBelief
-from grind_env.envs.blocks.tables import ShopMemory
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.model import MemberModel
+from grind_env.envs.tables import ShopMemory
 from grind_env.machine.loops.tally import Tally
 from grind_env.policies.columns import AREA, COST, LOADING
 from grind_env.policies.scripted.rules import LOADED_AREA, REFERENCE_AREA

@@ -14,9 +14,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from grind_env.envs.blocks.tables import Shop
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.program_episode import Words
+from grind_env.envs.tables import Shop
 from grind_env.errors import GrindError, quoted, reason
 from grind_env.files import FileError, csv_cell, is_file, read_bytes, read_text, shown, write_atomically
 from grind_env.lock import alone
