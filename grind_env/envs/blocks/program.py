@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from grind_env.belief.hidden import FACTORS
 from grind_env.control import read
+from grind_env.control.cycles import RULES
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.tables import ShopMemory
 from grind_env.envs.tape import SPARE_FACTORS, TapeRow
@@ -36,8 +37,6 @@ CLEAR = 20.0
 NO_COMMENT = re.compile(r"[^A-Z0-9 ,.:/+-]")
 """What is left out of a comment: parentheses, which end it, and what a control may not have."""
 LONGEST_COMMENT = 80
-CYCLES = ("G81", "G82", "G83")
-"""The cycles of blocks: with an infeed of the program, with plunge picks, and with cross picks on wider parts."""
 NEAR = 1.0
 """mm; from here on the wheel comes down beside the part with a feed."""
 
@@ -187,8 +186,8 @@ def check_task(task: Task, cycle: str | None = None) -> None:
         raise TaskError(error.message, error.key, error.found, error.legal, task.file) from None
     if cycle is None:
         return
-    if cycle not in CYCLES:
-        raise TaskError(f"cycle is {quoted(cycle)}, but must be one of {', '.join(CYCLES)}")
+    if cycle not in RULES:
+        raise TaskError(f"cycle is {quoted(cycle)}, but must be one of {', '.join(RULES)}")
     if cycle != task.cycle:
         raise TaskError(f"cycle is {cycle!r}, but the blocks of {task.name} are {task.cycle}: leave it out")
 
