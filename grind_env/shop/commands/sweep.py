@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from grind_env.arguments import Writes
-from grind_env.shop.commands.arguments import JobFile, ProgramFile, Runs, Seed
+from grind_env.shop.commands.arguments import FirstVariables, JobFile, ProgramFile, Runs, Seed
 from grind_env.terminal import table_console
 
 
@@ -24,6 +24,7 @@ def sweep(
     depth: Annotated[str | None, typer.Option(help="Of the dress, as .005..0.03, mm a pass.")] = None,
     parts: Runs = 50,
     seed: Seed = 1,
+    variables: FirstVariables = None,
     plot: Annotated[Path | None, typer.Option(help="Draw it into this .png, .svg or .pdf file."), Writes()] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
 ) -> None:
@@ -37,6 +38,7 @@ def sweep(
     (um), highest power (kW) and temperature rise (K), size error (um), scrap, and whether 95 of 100 parts keep every
     limit; if not, what they keep of the worst one.
     """
+    from grind_env.control.options import variables_of
     from grind_env.render.figures import prepare_figure
     from grind_env.shop import calls
     from grind_env.shop.commands import texts
@@ -54,6 +56,7 @@ def sweep(
         depth=None if depth is None else texts.ends("--depth", "depth", depth),
         parts=parts,
         seed=seed,
+        variables=variables_of(variables or ()),
     )
     if plot is not None:
         plot_sweep(found, plot)

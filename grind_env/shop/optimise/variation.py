@@ -79,7 +79,7 @@ class Variation(NamedTuple):
         return any(each.name not in ("E", "D") for each in self.choices.variables)
 
     def settings(self, own: Array, points: NDArray[np.int64]) -> Array:
-        """Settings of the blocks of one run; points of shape (C, variables)."""
+        """Settings of the blocks of the trials; points of shape (C, variables)."""
         table = settings_like(own, len(points))
         for k, variable in enumerate(self.choices.variables):
             table[:, variable.blocks, variable.column] = variable.settings[points[:, k], None]
@@ -147,6 +147,12 @@ def variation_of(
     margins = np.array([wishes.margin(name) for name in LIMITS])
     ranges = _ranges(choices)
     base = _base(programs, job, runs, seed, ranges, budget.require_first)
+    seen = once.simulation
+    if not base.alike:
+        seen = base.as_written(programs)
+        choices = choices_of(seen, text, wishes)
+        ranges = _ranges(choices)
+        base = _base(programs, job, runs, seed, ranges, budget.require_first)
     variation = Variation(programs, text, job, runs, seed, choices, ranges, margins, once, base, budget)
     why = base.simulation.why
     if why is None or not any(ranges):
@@ -155,7 +161,7 @@ def variation_of(
     remark = f"J and L are kept as they are: {why}"
     if not others.words:
         raise WishError(remark)
-    choices = choices_of(once.simulation, text, others)
+    choices = choices_of(seen, text, others)
     return variation._replace(
         choices=Choices(choices.variables, (*choices.remarks, remark)),
         ranges=ScriptRanges(),

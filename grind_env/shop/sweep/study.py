@@ -1,7 +1,7 @@
 """A dress study of a user's own part: table speed and dress interval, then lead and depth of the dress."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -101,6 +101,7 @@ class Sweep:
         own: the program as it is.
         speeds: over E and dress interval.
         dresses: over lead and depth, with the best E and interval of these.
+        remarks: sentences on variables that were given and that nothing reads.
     """
 
     program: str
@@ -109,6 +110,7 @@ class Sweep:
     own: SweepPoint
     speeds: tuple[SweepPoint, ...]
     dresses: tuple[SweepPoint, ...]
+    remarks: tuple[str, ...] = ()
 
     @property
     def best(self) -> SweepPoint:
@@ -176,6 +178,7 @@ def sweep(
     *,
     parts: int = 50,
     seed: int = 1,
+    variables: Mapping[int, float] = {},
     progress: Callable[[str, int], object] = lambda label, count: None,
 ) -> Sweep:
     """Grind a program with a grid of settings, every one on the same lots.
@@ -186,6 +189,7 @@ def sweep(
         ranges: what is swept; E and dress intervals from 1 to 20 if nothing is said.
         parts: how often the program is run; the wheel carries over.
         seed: of the lots.
+        variables: values that `#` variables have before the first part.
         progress: called with what is being done and by how many points it has come on.
 
     Raises:
@@ -193,7 +197,8 @@ def sweep(
     """
     program = Path(program)
     job = job_beside(program) if job is None else Path(job)
-    trials = trials_of(read_file(program), load_job(job), parts, lots_of(seed, LotUse.SWEEP, LOTS))
+    held = replace(load_job(job), variables=variables)
+    trials = trials_of(read_file(program), held, parts, lots_of(seed, LotUse.SWEEP, LOTS))
     study = _Study(trials, parts, progress)
     if ranges is None or not any(ranges):
         programmed = float(trials.own[0, E])
@@ -219,7 +224,13 @@ def sweep(
         ]
         dresses = study.points("leads and depths", grid)
     return Sweep(
-        program=program.name, parts=parts, lots=len(trials.seeds), own=own, speeds=tuple(speeds), dresses=tuple(dresses)
+        program=program.name,
+        parts=parts,
+        lots=len(trials.seeds),
+        own=own,
+        speeds=tuple(speeds),
+        dresses=tuple(dresses),
+        remarks=trials.simulation.unread,
     )
 
 
@@ -240,14 +251,21 @@ class _Study:
 
     def __init__(self, trials: Trials, runs: int, progress: Callable[[str, int], object]) -> None:
         self.trials, self.runs, self.progress = trials, runs, progress
-        simulation, own = trials.simulation, trials.own
+        simulation = trials.simulation
         self.turns = simulation.task.wheel_revolutions
-        takes = np.array([block.takes_dresses for block in simulation.blocks[: trials.blocks]])
-        self.dresses = bool(takes.any())
-        self.dressing = (own[:, D] > 0.0) & takes
-        if self.dresses and not self.dressing.any():
-            self.dressing[takes.argmax()] = True
-        self.dressed = own[:, DRESS_PASSES] > 0.0
+        self.own = np.tile(trials.own, (len(simulation.blocks) // len(trials.blocks), 1))
+        self.dressed = self.own[:, DRESS_PASSES] > 0.0
+        takes = np.array([block.takes_dresses for block in simulation.blocks])
+        run_of_block = simulation.part_of_block // (simulation.parts // runs)
+        self.regular = len(set(np.bincount(run_of_block).tolist())) == 1
+        self.dresses = bool(takes.any()) and self.regular
+        if self.dresses:
+            most = self.own[:, D].reshape(runs, -1).max(axis=0)
+            take = takes.reshape(runs, -1).max(axis=0)
+            dressing = (most > 0.0) & take
+            if not dressing.any():
+                dressing[take.argmax()] = True
+            self.executions = np.where(dressing, np.maximum(most, 1.0), 0.0)
 
     def refuse(self, ranges: Ranges) -> None:
         """Refuse ranges of what the program does not have."""
@@ -256,6 +274,8 @@ class _Study:
             if ends is not None and not ends[0] > 0.0:
                 raise SweepError(f"--{option} begins at {ends[0]:g}; begin above 0, for its values are swept by ratio")
         if ranges.every is not None:
+            if not self.regular:
+                raise SweepError(f"{name} runs other cycle blocks from part to part: --dress-every has no place for D")
             if not self.dresses:
                 raise SweepError(f"{name} has no block that takes a D word: --dress-every has nothing to place")
             if not 1 <= ranges.every[0] <= ranges.every[1] <= self.runs:
@@ -279,19 +299,16 @@ class _Study:
 
     def _table(self, setting: Setting) -> Array:
         """Settings of all blocks of a batch, shape (runs x blocks, fields of `BlockSettings`)."""
-        own = self.trials.own
-        table = np.tile(own, (self.runs, 1))
+        table = self.own.copy()
         if setting.E is not None:
-            table[:, E] *= setting.E / own[0, E]
+            table[:, E] *= setting.E / table[0, E]
         if setting.every is not None:
             due = (np.arange(self.runs) + 1) % setting.every == 0
-            executions = np.where(self.dressing, np.maximum(own[:, D], 1.0), 0.0)
-            table[:, D] = (due[:, None] * executions).ravel()
-        dressed = np.tile(self.dressed, self.runs)
+            table[:, D] = (due[:, None] * self.executions).ravel()
         if setting.lead is not None:
-            table[dressed, DRESS_FEED] = setting.lead * self.turns
+            table[self.dressed, DRESS_FEED] = setting.lead * self.turns
         if setting.depth is not None:
-            table[dressed, DRESS_DEPTH] = setting.depth
+            table[self.dressed, DRESS_DEPTH] = setting.depth
         return table
 
     def _points(self, tables: Array, settings: Sequence[Setting], found: Measures) -> list[SweepPoint]:
