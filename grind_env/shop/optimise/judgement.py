@@ -9,7 +9,8 @@ from grind_env.machine.script.settings import D
 from grind_env.policies.statistics import Interval, bootstrap
 from grind_env.process.cost import NO_LIMIT, Limits
 from grind_env.shop.optimise.outcome import LimitUse, Quantity, Verdict, WordChange
-from grind_env.shop.optimise.variables import Spot, Variable
+from grind_env.shop.optimise.spots import Spot
+from grind_env.shop.optimise.variables import Variable
 from grind_env.shop.optimise.variation import Variation
 from grind_env.shop.trials import LIMITS, Measures, Trials
 

@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_UP, Decimal
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +12,6 @@ from grind_env.control import Programs
 from grind_env.control.cycles import codes_said
 from grind_env.control.numbers import MILLIMETRES_PER_INCH
 from grind_env.control.paths import INTEGRANDS
-from grind_env.control.source import SourceText
 from grind_env.envs.job.outline import BlockOutline
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.errors import listed
@@ -22,6 +20,7 @@ from grind_env.machine.part.feeds import FEED_WORD, speed_word
 from grind_env.machine.script import settings
 from grind_env.shop.optimise.dress_text import DressText, DressTextError, dress_text
 from grind_env.shop.optimise.editing import ProgramText, number_text, word_of
+from grind_env.shop.optimise.spots import Assignments, Spot, variable_of
 from grind_env.shop.optimise.wishes import WishError, Wishes
 
 COLUMNS = {
@@ -55,16 +54,6 @@ STEPS = {
 }
 """Of which values are multiples, metric and in inches; of a lead those of its F."""
 ONE = Decimal(1)
-
-
-class Spot(NamedTuple):
-    """Where a word of a cycle block stands, or would stand."""
-
-    source: SourceText
-    letter: str
-    form: str
-    """Its number as it is written, or what a new one is to look like."""
-    missing: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -140,10 +129,11 @@ def choices_of(simulation: JobSimulation, text: ProgramText, wishes: Wishes) -> 
     if simulation.script is None:
         names = tuple(name for name in names if name not in IN_SCRIPTS)
         remarks.append(f"E and D alone are varied, and few programs can be tried: {simulation.why}")
+    assignments = Assignments(simulation.programs, simulation.job.variables)
     found: list[Variable] = []
     for name in names:
         if name in ("E", "D", "J", "L"):
-            found += _words(name, simulation, wishes, remarks)
+            found += _words(name, simulation, wishes, assignments, remarks)
         else:
             found += _dresses(name, simulation, text, wishes, remarks)
     varied = tuple(each for each in found if len(each.levels) > 1 or each.levels != (each.own,))
@@ -154,8 +144,14 @@ def choices_of(simulation: JobSimulation, text: ProgramText, wishes: Wishes) -> 
     return Choices(varied, tuple(dict.fromkeys(remarks)))
 
 
-def _words(name: str, simulation: JobSimulation, wishes: Wishes, remarks: list[str]) -> Iterator[Variable]:
-    """The words of cycle blocks; one word holds for all runs of its block, and for blocks that take it over."""
+def _words(
+    name: str, simulation: JobSimulation, wishes: Wishes, assignments: Assignments, remarks: list[str]
+) -> Iterator[Variable]:
+    """The words of cycle blocks; one word holds for all runs of its block, and for blocks that take it over.
+
+    The number of a variable that words read holds for all of them.
+    """
+    assigned = _assigned(name, simulation.blocks, wishes, assignments)
     blocks: dict[tuple[int, int], list[int]] = {}
     spots: dict[tuple[int, int], tuple[Spot, int]] = {}
     governing: dict[str, tuple[int, int] | None] = {}
@@ -164,8 +160,9 @@ def _words(name: str, simulation: JobSimulation, wishes: Wishes, remarks: list[s
         if letter is None:
             continue
         word = word_of(source, letter)
-        place = (source.line, source.column)
-        usable = _usable(word, letter, outline, simulation.programs, wishes, remarks)
+        at = assigned.get(variable_of(word))
+        place = (at.source.line, at.source.column) if isinstance(at, Spot) else (source.line, source.column)
+        usable = isinstance(at, Spot) or _usable(word, letter, outline, simulation.programs, wishes, remarks, at)
         if word is None and not (wishes.add and usable and (name != "D" or outline.takes_dresses)):
             before = governing.get(letter)
             # F in force may be that of another feed move
@@ -178,15 +175,17 @@ def _words(name: str, simulation: JobSimulation, wishes: Wishes, remarks: list[s
         governing[letter] = place if usable else None
         if usable:
             blocks.setdefault(place, []).append(number)
-            form = _form(name, outline) if word is None else number_text(source, word)
-            spots[place] = Spot(source, letter, form, word is None), number
+            if not isinstance(at, Spot):
+                form = _form(name, outline) if word is None else number_text(source, word)
+                at = Spot(source, letter, form, word is None)
+            spots[place] = at, number
     for place, (spot, number) in spots.items():
         outline = simulation.blocks[number]
         unit = MILLIMETRES_PER_INCH if outline.inch and name in ("E", "J") else MILLIMETRE
         own = _own(name, outline, spot, unit)
         yield Variable(
             name=name,
-            place=_place(outline, simulation.blocks),
+            place=_place(outline, simulation.blocks) if spot.variable is None else f"#{spot.variable}",
             blocks=tuple(blocks[place]),
             own=own,
             levels=_levels(name, own, unit, wishes, simulation, _fastest(simulation, blocks[place])),
@@ -209,10 +208,39 @@ def _letter(name: str, outline: BlockOutline) -> str | None:
     return INTEGRANDS[plan.plunge_axis] if name == "J" else name
 
 
+def _assigned(
+    name: str, blocks: Sequence[BlockOutline], wishes: Wishes, assignments: Assignments
+) -> dict[int | None, Spot | str]:
+    """Of each variable that words of a name read, where its number stands, or what to do so that it has one."""
+    readers: dict[int, list[BlockOutline]] = {}
+    for outline in blocks:
+        letter = _letter(name, outline)
+        read = variable_of(word_of(outline.block.source, letter)) if letter else None
+        if read is not None:
+            readers.setdefault(read, []).append(outline)
+    found: dict[int | None, Spot | str] = {}
+    for variable, outlines in readers.items():
+        kept = next((_label(each) for each in outlines if each.block.place.block in wishes.kept), None)
+        if kept is not None:
+            found[variable] = f"give it a variable of its own, for {kept}, which is kept, reads this one, too"
+        elif len({each.inch for each in outlines}) > 1:
+            found[variable] = "give it a variable of its own, for this one is read in inches and in millimetres"
+        else:
+            letter = _letter(name, outlines[0]) or name
+            found[variable] = assignments.spot(variable, letter, {each.block.source for each in outlines})
+    return found
+
+
 def _usable(
-    word: object, letter: str, outline: BlockOutline, programs: Programs, wishes: Wishes, remarks: list[str]
+    word: object,
+    letter: str,
+    outline: BlockOutline,
+    programs: Programs,
+    wishes: Wishes,
+    remarks: list[str],
+    remedy: str | None,
 ) -> bool:
-    """Whether a word may be changed, with a remark where it cannot."""
+    """Whether a word may be changed, with a remark where it cannot, and what to do besides writing a number there."""
     source, label = outline.block.source, _label(outline)
     if outline.block.place.block in wishes.kept:
         return False
@@ -222,7 +250,8 @@ def _usable(
     expression = next((each.expression for each in outline.block.words if each.letter == letter), "")
     if expression:
         remarks.append(
-            f"{label}: {letter}{expression.strip()} is kept as it is; write a number there, or change what is assigned"
+            f"{label}: {letter}{expression.strip()} is kept as it is; write a number there, or "
+            f"{remedy or 'change what is assigned'}"
         )
         return False
     return True

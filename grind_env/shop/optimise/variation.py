@@ -12,9 +12,10 @@ from grind_env.arrays import Array
 from grind_env.control import Programs
 from grind_env.machine.job import Job
 from grind_env.shop.optimise.budget import Budget
-from grind_env.shop.optimise.editing import ProgramText, added_word, like, other_number, word_of
+from grind_env.shop.optimise.editing import ProgramText
 from grind_env.shop.optimise.search import Point, Search
-from grind_env.shop.optimise.variables import INHERITED, Choices, Spot, choices_of
+from grind_env.shop.optimise.spots import Spot
+from grind_env.shop.optimise.variables import INHERITED, Choices, choices_of
 from grind_env.shop.optimise.wishes import WishError, Wishes
 from grind_env.shop.trials import LIMITS, Between, LotUse, Measures, Trials, lots_of, nothing, settings_like, trials_of
 
@@ -105,10 +106,7 @@ class Variation(NamedTuple):
             if level == variable.own and not takes_over:
                 continue
             if isinstance(at, Spot):
-                word, number = word_of(at.source, at.letter), like(level, at.form)
-                changes.append(
-                    added_word(at.source, at.letter, number) if word is None else other_number(at.source, word, number)
-                )
+                changes.append(at.change(level))
             elif variable.name == "passes":
                 passes.append((at, level))
             else:
