@@ -334,7 +334,7 @@ class Job:
     are several, and `part` is then that of the first one; `met`, which a run finds out, says at which of them each
     part of its program lies, in machine coordinates. `process` is what grinds, and `own` what it remembers besides the
     wheel as the shift begins, in the units of its fields; empty for what it begins with by itself. `variables` are
-    values of `#` variables that the control holds then (`Control.variables`).
+    values that `#` variables of the control have then (`Control.variables`), which have no unit of their own.
     """
 
     part: Part

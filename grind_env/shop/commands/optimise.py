@@ -55,7 +55,8 @@ def optimise(
     has to execute the program step by step and the budget has no time for more. It is written only if the
     upper end of the 95 % interval of the difference is below 0, and if 95 of 100 parts keep every limit with its
     margin. Only the words that change are changed in the text, and a comment at each block says what it was; a block
-    that runs several times keeps one value for all its runs.
+    that runs several times keeps one value for all its runs. A word that reads a variable, as E#101, is changed where
+    #101 is assigned, if that is one number and no other word reads it.
 
     The report is written whatever was found.
 

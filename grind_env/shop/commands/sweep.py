@@ -32,7 +32,7 @@ def sweep(
 
     Every point is ground on the same lots of the job ([lots]), in batches of parts in which the wheel carries over.
     Lead and depth are swept with the best E and dress interval. Without any range E is swept from half to twice its
-    value, and dress intervals from 1 to 20.
+    value, and dress intervals from 1 to 20. A dress interval takes the place of D words and of what the program counts.
 
     Columns: E (mm/min), every (parts from dress to dress), lead (mm a revolution), depth (mm a pass), cost, time, Ra
     (um), highest power (kW) and temperature rise (K), size error (um), scrap, and whether 95 of 100 parts keep every
