@@ -5,10 +5,12 @@ docstrings here are what the pages of the ids say.
 """
 
 import inspect
+import warnings
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from grind_env.envs.arguments import check_flags, is_full, refuse_cycle, refuse_predress
+from grind_env.control.options import variables_of
+from grind_env.envs.arguments import check_flags, check_variables, is_full, refuse_cycle, refuse_predress
 from grind_env.envs.blocks.program import check_task
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.env import GrindEnv
@@ -291,6 +293,7 @@ def job(
     render_mode: str | None = None,
     cycle: str | None = None,
     parts: int = 1,
+    variables: str | None = None,
 ) -> GrindEnv:
     """Choose the table speed and the dressing of every cycle block of a part program.
 
@@ -305,7 +308,8 @@ def job(
     program is to be taken back to the machine.
 
     With `parts` the program is run for a batch: the operator loads the next part where it ends, the wheel carries over,
-    and lots and stocks change as the job's `[lots]` says. A program that loads its parts itself (M00) needs none.
+    and lots and stocks change as the job's `[lots]` says. A program that loads its parts itself (M00) needs none. What
+    a program keeps in #100 to #199 and #500 to #999 carries over from run to run, so that it may count.
 
     ## Action space
 
@@ -350,6 +354,7 @@ def job(
         predress: False; the program says which cycles begin with a dress.
         render_mode: as for `GrindEnv`.
         cycle: None; the program says which cycles it runs.
+        variables: values of # variables before the first part, as `"#500=0, #101=15000"`.
 
     Raises:
         GrindError: the program or the job cannot be run, or an argument is not legal.
@@ -357,7 +362,10 @@ def job(
     check_flags(predress=predress)
     refuse_predress(predress, "the program says where a cycle of grind/Job-v0 is a G82.1")
     refuse_cycle(cycle, "the program of grind/Job-v0 says which cycles it runs")
-    simulation = load_simulation(program, job, parts, spread, observation)
+    held = variables_of(check_variables(variables), "variables:")
+    simulation = load_simulation(program, job, parts, spread, observation, held)
+    for sentence in simulation.unread:
+        warnings.warn(sentence, stacklevel=2)
     return GrindEnv(simulation, show_block=show_block, action=action, render_mode=render_mode)
 
 

@@ -22,19 +22,15 @@ class DressInterval:
     every: int
     of: str = "part"
 
-    def due(self, dressing: NDArray[np.bool_], runs: int) -> NDArray[np.bool_]:
-        """Blocks in which dresses are executed.
+    def due(self, dressing: NDArray[np.bool_], run: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Blocks in which dresses are executed, shape (blocks,).
 
         Args:
-            dressing: which blocks of one run have dresses, shape (blocks,).
-            runs: how often the program is run.
-
-        Returns:
-            Shape (runs, blocks).
+            dressing: which blocks of all runs have dresses, shape (blocks,).
+            run: number of the run of each block, from 0, shape (blocks,).
         """
-        every_run = np.tile(dressing, (runs, 1))
-        number = every_run.cumsum().reshape(every_run.shape) if self.of == "block" else np.arange(1, runs + 1)[:, None]
-        return np.asarray(every_run & (number % self.every == 0))
+        number = dressing.cumsum() if self.of == "block" else run + 1
+        return np.asarray(dressing & (number % self.every == 0))
 
     def __str__(self) -> str:
         return f"every {self.of}" if self.every == 1 else f"every {self.every} {self.of}s"

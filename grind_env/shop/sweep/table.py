@@ -72,7 +72,7 @@ def print_sweep(found: Sweep, console: "Console") -> None:
 
 def sentences(found: Sweep) -> list[str]:
     """What is best, and how flat the valley is."""
-    best, said = found.best, []
+    best, said = found.best, list(found.remarks)
     if any(point.every for point in found.speeds):
         point = min((each for each in found.intervals if each.keeps_limits), key=_cost, default=None)
         first, last = found.valley
@@ -107,6 +107,7 @@ def as_data(found: Sweep) -> dict[str, Any]:
         "dresses": [_data(point) for point in found.dresses],
         "best": _data(found.best),
         "valley": list(found.valley) if found.speeds else None,
+        "remarks": list(found.remarks),
     }
 
 

@@ -1,0 +1,149 @@
+"""Words that read a variable are varied by the number that is assigned to it, and by nothing else."""
+
+from pathlib import Path
+
+import pytest
+
+from grind_env.control import read, read_file
+from grind_env.files import read_bytes
+from grind_env.machine.grind import grind
+from grind_env.machine.job.file import load_job
+from grind_env.shop.optimise.editing import text_of
+from grind_env.shop.optimise.finding import find_words
+from grind_env.shop.optimise.outcome import Optimised
+from grind_env.shop.optimise.variation import Variation, variation_of
+from grind_env.shop.optimise.wishes import WishError, wishes_of
+from tests.shop.programs import DRESS, FEEDS, INCH, JOB, PLATE
+
+SHOP = load_job(Path(__file__).parents[2] / "grind_env" / "examples" / "plate_g82.toml")
+ASSIGNED = (
+    PLATE.replace("N30 G00 X-30.", "#101 = 15000. (ROUGH)\n N31 #102=9000\n#103=+1(DRESSES)\n#104=-.01\nN30 G00 X-30.")
+    .replace("E15000.", "E#101")
+    .replace("E9000.", "E[#102]")
+    .replace("D1", "D#103")
+    .replace("J-.01", "J #104")
+)
+"""Four words of the plate by variables."""
+
+
+def asked_for(text: str, folder: Path, vary: str | None = None, keep: tuple[int, ...] = ()) -> Variation:
+    path = folder / "part.nc"
+    path.write_bytes(text.encode("latin-1"))
+    wishes = wishes_of(vary and vary.split(","), kept=keep)
+    return variation_of(read_file(path), text_of(read_bytes(path)), SHOP, wishes, 2, 1)
+
+
+def found_in(text: str, folder: Path, **asked: object) -> Optimised:
+    path = folder / "part.nc"
+    path.write_text(text, encoding="utf-8")
+    path.with_suffix(".toml").write_text(JOB, encoding="utf-8")
+    return find_words(path, parts=3, seconds=1000.0, **asked)  # type: ignore[arg-type]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return tmp_path
+
+
+def test_a_program_with_variables_is_made_as_good_as_its_twin_with_numbers(folder: Path) -> None:
+    wishes = wishes_of(("E", "D", "J"), bounds={"D": (0, 1)})
+    theirs, mine = (found_in(text, folder, wishes=wishes) for text in (PLATE, ASSIGNED))
+    assert [(word.name, word.before, word.after) for word in mine.words] == [
+        (word.name, word.before, word.after) for word in theirs.words
+    ]
+    assert [word.place for word in mine.words] == ["#101", "#102", "#103", "N70", "#104", "N70"]
+    for name in ("cost", "seconds", "Ra"):
+        assert mine.quantity(name).expected[1] == pytest.approx(theirs.quantity(name).expected[1], rel=1e-12)
+    part = grind(read(mine.after), SHOP).parts[0]
+    assert mine.quantity("cost").expected[1] == pytest.approx(part["total_cost"], rel=1e-9)
+
+
+def test_only_the_number_that_is_assigned_changes(folder: Path) -> None:
+    text = ASSIGNED.replace("\n", "\r\n").replace("(ROUGH)", "(#101=7, GRÖSSE)")
+    asked = asked_for(text, folder, "E,D,J")
+    point = [*asked.start]
+    for number in (0, 1, 4):
+        point[number] -= 1
+    rough, finish, _, _, pick, _ = asked.choices.variables
+    new = asked.with_words(tuple(point)).bytes().decode("latin-1").split("\r\n")
+    old = text.split("\r\n")
+    changed = {line: new[line] for line in range(len(old)) if new[line] != old[line]}
+    assert [*changed.values()] == [
+        "#101 = 14900. (#101=7, GRÖSSE) (#101=15000. TO #101=14900.)",
+        " N31 #102=8900 (#102=9000 TO #102=8900)",
+        f"#104=-{pick.levels[pick.start - 1]:f} (#104=-.01 TO #104=-.009)".replace("=-0.", "=-."),
+    ]
+    assert (rough.place, finish.place) == ("#101", "#102")
+
+
+def test_blocks_that_read_one_variable_are_varied_together(folder: Path) -> None:
+    text = PLATE.replace("N30", "#101=12000\nN30", 1).replace("E15000.", "E#101").replace("E9000.", "E#101")
+    asked = asked_for(text, folder, "E")
+    (speed,) = asked.choices.variables
+    assert (speed.blocks, speed.place, speed.own) == ((0, 1), "#101", 12_000)
+    found = found_in(text, folder)
+    cost = grind(read(found.after), SHOP).parts["total_cost"][0]
+    assert found.quantity("cost").expected[1] == pytest.approx(cost, rel=1e-9)
+    new = found.after.splitlines()
+    assert sum(old != line for old, line in zip(text.splitlines(), new, strict=True)) == 2
+    assert [(word.name, word.place) for word in found.words] == [("E", "#101"), ("D", "N50"), ("interval", "dresses")]
+
+
+def test_a_block_that_takes_a_word_over_reads_the_variable_too(folder: Path) -> None:
+    text = PLATE.replace("N30", "#101=12000\nN30", 1).replace("E15000.", "E#101").replace(" E9000.", "")
+    asked = asked_for(text, folder)
+    assert [each.blocks for each in asked.choices.variables if each.name == "E"] == [(0, 1)]
+
+
+def test_inches_and_feed_moves_are_read_likewise(folder: Path) -> None:
+    inch = asked_for(INCH.replace("N30", "#1=590.55\nN30", 1).replace("E590.55", "E#1"), folder, "E")
+    assert [float(each.own * each.unit) for each in inch.choices.variables] == pytest.approx(
+        [15_000.0, 9000.0], rel=1e-4
+    )
+    strokes = asked_for(FEEDS.replace("N3 ", "#1=9000\nN3 ", 1).replace("F9000.", "F#1") + DRESS, folder)
+    literal = asked_for(FEEDS + DRESS, folder)
+    assert [each.own for each in strokes.choices.variables] == [each.own for each in literal.choices.variables]
+
+
+KEPT = {
+    "#101=6000*2": "in line 7, where it is worked out",
+    "#101=12000\n#101=11000": "give it a variable of its own, for this one is assigned in lines 7, 8",
+    "#101=12000\nG04 P[#101/10000]": "give it a variable of its own, for this one is read in line 8, too",
+    "#101=12000\n#105=101\n#106=#[#105]": "name variables by their numbers, for one whose number is worked out",
+    "IF [1 EQ 1] THEN #101=12000": "in line 7, where it is worked out",
+}
+
+
+@pytest.mark.parametrize(("assigned", "remedy"), KEPT.items())
+def test_what_has_no_number_of_its_own_is_told_with_what_to_do(assigned: str, remedy: str, folder: Path) -> None:
+    text = PLATE.replace("N30", f"{assigned}\nN30", 1).replace("E15000.", "E#101")
+    asked = asked_for(text, folder)
+    (remark,) = asked.choices.remarks
+    assert remark.startswith(f"N50: E#101 is kept as it is; write a number there, or {remedy}")
+    assert "#101" not in {each.place for each in asked.choices.variables}
+
+
+def test_a_block_that_is_kept_keeps_what_others_read_with_it(folder: Path) -> None:
+    text = PLATE.replace("N30", "#101=12000\nN30", 1).replace("E15000.", "E#101").replace("E9000.", "E#101")
+    asked = asked_for(text, folder, keep=(70,))
+    assert [each.name for each in asked.choices.variables] == ["D"]
+    assert asked.choices.remarks == (
+        "N50: E#101 is kept as it is; write a number there, or give it a variable of its own, for N70, which is kept, "
+        "reads this one, too",
+    )
+
+
+def test_one_variable_for_two_kinds_of_words_is_kept(folder: Path) -> None:
+    text = PLATE.replace("N30", "#101=1\nN30", 1).replace("D1", "D#101").replace("L4", "L#101")
+    with pytest.raises(WishError, match=r"N50: D#101 is kept .* this one is read in line 14, too"):
+        asked_for(text, folder, "D", keep=(70,))
+
+
+def test_a_value_from_outside_stays(folder: Path) -> None:
+    text = PLATE.replace("E15000.", "E#101")
+    found = found_in(text, folder, variables={101: 12_000.0})
+    assert {word.place for word in found.words} == {"N50", "N70", "dresses"}
+    assert (
+        "N50: E#101 is kept as it is; write a number there, or assign one in the program, for #101 has a value from "
+        in (found.remarks[0])
+    )
