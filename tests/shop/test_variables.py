@@ -240,6 +240,12 @@ def test_values_that_cannot_be_taken_are_refused(folder: Path) -> None:
     assert status("advise", program, "--set", "nothing") == 2
 
 
+def test_a_mistake_is_told_with_the_line_of_the_file(folder: Path) -> None:
+    line = COUNTING.splitlines().index("#500=#500+1") + 1
+    with pytest.raises(ControlError, match=rf"counting.nc:{line}:6: #500 has no value"):
+        sweep(folder / "counting.nc", parts=5)
+
+
 def test_a_jump_that_is_worked_out_is_refused_for_several_parts() -> None:
     text = STEPS.replace("GOTO 45", "GOTO [40+5]")
     with pytest.raises(JobProgramError, match=r"GOTO leads to an N number that is worked out.*write the number there"):
