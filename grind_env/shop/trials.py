@@ -258,7 +258,12 @@ def trials_of(
             "parts",
         )
     batch = batch_of(programs, runs, job.variables)
-    simulation = JobSimulation(batch.programs, job, spread, picks=picks, spark_outs=spark_outs, between=between)
+    try:
+        simulation = JobSimulation(batch.programs, job, spread, picks=picks, spark_outs=spark_outs, between=between)
+    except GrindError:
+        if runs > 1:
+            JobSimulation(programs, job, spread, picks=picks, spark_outs=spark_outs)  # tells the line of the file
+        raise
     if simulation.parts % runs:
         raise JobProgramError(f"{programs.name} does not grind as many parts in every run; choose --parts 1 for it")
     stand = tuple(replace(each, block=batch.origin(each.block)) for each in simulation.blocks)

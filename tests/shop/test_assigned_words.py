@@ -2,7 +2,10 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from grind_env.control import read, read_file
 from grind_env.files import read_bytes
@@ -13,6 +16,7 @@ from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.outcome import Optimised
 from grind_env.shop.optimise.variation import Variation, variation_of
 from grind_env.shop.optimise.wishes import WishError, wishes_of
+from grind_env.shop.trials import LotUse, lots_of, trials_of
 from tests.shop.programs import DRESS, FEEDS, INCH, JOB, PLATE
 
 SHOP = load_job(Path(__file__).parents[2] / "grind_env" / "examples" / "plate_g82.toml")
@@ -51,7 +55,14 @@ def test_a_program_with_variables_is_made_as_good_as_its_twin_with_numbers(folde
     assert [(word.name, word.before, word.after) for word in mine.words] == [
         (word.name, word.before, word.after) for word in theirs.words
     ]
-    assert [word.place for word in mine.words] == ["#101", "#102", "#103", "N70", "#104", "N70"]
+    assert [word.place for word in mine.words] == [
+        "#101, line 7",
+        "#102, line 8",
+        "#103, line 9",
+        "N70",
+        "#104, line 10",
+        "N70",
+    ]
     for name in ("cost", "seconds", "Ra"):
         assert mine.quantity(name).expected[1] == pytest.approx(theirs.quantity(name).expected[1], rel=1e-12)
     part = grind(read(mine.after), SHOP).parts[0]
@@ -73,20 +84,43 @@ def test_only_the_number_that_is_assigned_changes(folder: Path) -> None:
         " N31 #102=8900 (#102=9000 TO #102=8900)",
         f"#104=-{pick.levels[pick.start - 1]:f} (#104=-.01 TO #104=-.009)".replace("=-0.", "=-."),
     ]
-    assert (rough.place, finish.place) == ("#101", "#102")
+    assert (rough.place, finish.place) == ("#101, line 7", "#102, line 8")
 
 
 def test_blocks_that_read_one_variable_are_varied_together(folder: Path) -> None:
     text = PLATE.replace("N30", "#101=12000\nN30", 1).replace("E15000.", "E#101").replace("E9000.", "E#101")
     asked = asked_for(text, folder, "E")
     (speed,) = asked.choices.variables
-    assert (speed.blocks, speed.place, speed.own) == ((0, 1), "#101", 12_000)
+    assert (speed.blocks, speed.place, speed.own) == ((0, 1), "#101, line 7", 12_000)
     found = found_in(text, folder)
     cost = grind(read(found.after), SHOP).parts["total_cost"][0]
     assert found.quantity("cost").expected[1] == pytest.approx(cost, rel=1e-9)
     new = found.after.splitlines()
     assert sum(old != line for old, line in zip(text.splitlines(), new, strict=True)) == 2
-    assert [(word.name, word.place) for word in found.words] == [("E", "#101"), ("D", "N50"), ("interval", "dresses")]
+    assert [(word.name, word.place) for word in found.words] == [
+        ("E", "#101, line 7"),
+        ("D", "N50"),
+        ("interval", "dresses"),
+    ]
+
+
+def test_a_variable_assigned_anew_is_one_of_its_own(folder: Path) -> None:
+    text = (
+        PLATE.replace("N30", "#1=15000.\nN30", 1)
+        .replace("E15000.", "E#1")
+        .replace("N60 M01", "N59 #1=9000.\nN60 M01")
+        .replace("E9000.", "E#1")
+    )
+    asked = asked_for(text, folder, "E")
+    assert [(each.blocks, each.own, each.place) for each in asked.choices.variables] == [
+        ((0,), 15_000, "#1, line 7"),
+        ((1,), 9000, "#1, line 12"),
+    ]
+    theirs, mine = (found_in(each, folder) for each in (PLATE, text))
+    assert [word.after for word in mine.words] == [word.after for word in theirs.words]
+    assert mine.quantity("cost") == theirs.quantity("cost")
+    cost = grind(read(mine.after), SHOP).parts["total_cost"][0]
+    assert mine.quantity("cost").expected[1] == pytest.approx(cost, rel=1e-9)
 
 
 def test_a_block_that_takes_a_word_over_reads_the_variable_too(folder: Path) -> None:
@@ -107,7 +141,7 @@ def test_inches_and_feed_moves_are_read_likewise(folder: Path) -> None:
 
 KEPT = {
     "#101=6000*2": "in line 7, where it is worked out",
-    "#101=12000\n#101=11000": "give it a variable of its own, for this one is assigned in lines 7, 8",
+    "#101=12000\nGOTO 25\nN25 #101=11000": "give it a variable of its own, for this one is assigned in lines 7, 9",
     "#101=12000\nG04 P[#101/10000]": "give it a variable of its own, for this one is read in line 8, too",
     "#101=12000\n#105=101\n#106=#[#105]": "name variables by their numbers, for one whose number is worked out",
     "IF [1 EQ 1] THEN #101=12000": "in line 7, where it is worked out",
@@ -120,7 +154,7 @@ def test_what_has_no_number_of_its_own_is_told_with_what_to_do(assigned: str, re
     asked = asked_for(text, folder)
     (remark,) = asked.choices.remarks
     assert remark.startswith(f"N50: E#101 is kept as it is; write a number there, or {remedy}")
-    assert "#101" not in {each.place for each in asked.choices.variables}
+    assert all("#101" not in each.place for each in asked.choices.variables)
 
 
 def test_a_block_that_is_kept_keeps_what_others_read_with_it(folder: Path) -> None:
@@ -147,3 +181,51 @@ def test_a_value_from_outside_stays(folder: Path) -> None:
         "N50: E#101 is kept as it is; write a number there, or assign one in the program, for #101 has a value from "
         in (found.remarks[0])
     )
+
+
+LEVELS = {"E": ("9000.", "12000"), "J": ("-.01", "-.02"), "L": ("1", "3"), "D": ("0", "1")}
+HEAD, TAIL = PLATE[: PLATE.index("(ROUGH")], PLATE[PLATE.index("N80") :]
+
+
+@st.composite
+def with_variables(draw: st.DrawFn) -> str:
+    """Blocks of which some words read variables, assigned before or in between, and some read elsewhere, too."""
+    lines, held = list[str](), dict[int, str]()
+
+    def word(letter: str) -> str:
+        value = draw(st.sampled_from(LEVELS[letter]))
+        if draw(st.booleans()):
+            return f" {letter}{value}"
+        known = [number for number, of in held.items() if of == letter]
+        number = draw(st.sampled_from([*known, 101 + len(held)]))
+        if number not in known or draw(st.integers(0, 3)) == 0:
+            form = draw(st.sampled_from(["#{}={}", " N7 # {} = {}(SET)", "IF [1 EQ 1] THEN #{}={}"]))
+            lines.append(form.format(number, value))
+            held[number] = letter
+        return f" {letter}" + draw(st.sampled_from(["#{}", "[#{}]"])).format(number)
+
+    for k in range(draw(st.integers(1, 4))):
+        words = [word(letter) for letter in "EJLD" if k == 0 or letter == "D" or draw(st.booleans())]
+        way = "X230. I-30. F60. P9100" if k == 0 else ""
+        lines.append(f"N{50 + k} G82 {way} Y-{0.04 * (k + 1):.2f}{''.join(words)}")
+        if held and draw(st.integers(0, 5)) == 0:
+            lines.append(f"G04 P[ABS[#{draw(st.sampled_from([*held]))}]]")
+    looped = ["DO 1", "IF [1 EQ 1] GOTO 79", "END 1", "N79"] if draw(st.booleans()) else []
+    return "\n".join([HEAD, *looped[:1], *lines, *looped[1:], TAIL])
+
+
+@settings(max_examples=15, deadline=None)
+@given(text=with_variables(), data=st.data())
+def test_the_text_says_what_was_asked(text: str, data: st.DataObject) -> None:
+    programs = read(text, "part.nc")
+    try:
+        asked = variation_of(programs, text_of(text.encode()), SHOP, wishes_of((*"EDJL", "interval")), 1, 1)
+    except WishError:
+        return
+    point = tuple(data.draw(st.integers(0, count - 1)) for count in asked.counts)
+    new = asked.with_words(point)
+    trials = trials_of(read(new.text, "part.nc"), SHOP, 1, lots_of(1, LotUse.SEARCH, 2))
+    other = asked.settings(asked.base.own, np.array([point]))
+    assert trials.own[:, :4] == pytest.approx(other[0, :, :4], rel=1e-9)
+    mine = asked.measure(asked.base.on(lots_of(1, LotUse.SEARCH, 2)), [point])
+    assert trials.measure(trials.own[None]).cost == pytest.approx(mine.cost, rel=1e-9)

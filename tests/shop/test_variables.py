@@ -22,6 +22,9 @@ from grind_env.machine.job import Job
 from grind_env.machine.job.file import load_job
 from grind_env.machine.script.settings import D, E
 from grind_env.shop.calls import optimise
+from grind_env.shop.optimise.editing import text_of
+from grind_env.shop.optimise.variation import variation_of
+from grind_env.shop.optimise.wishes import wishes_of
 from grind_env.shop.sweep.study import Ranges, sweep
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 from tests.shop.programs import DRESS, EXAMPLES, JOB, PLATE
@@ -145,6 +148,19 @@ def test_jumps_stay_in_their_run(text: str, parts: int, start: int) -> None:
     assert [(plan.feed, plan.dresses, plan.depth_target) for plan in plans] == list(by_hand(text, parts, held))
 
 
+@settings(max_examples=8, deadline=None)
+@given(text=jumping(), parts=st.integers(1, 5), start=st.integers(0, 3), data=st.data())
+def test_words_that_are_varied_are_said_in_every_run(text: str, parts: int, start: int, data: st.DataObject) -> None:
+    shop, lots = job({500: float(start)}), lots_of(1, LotUse.SEARCH, 2)
+    asked = variation_of(read(text, "part.nc"), text_of(text.encode()), shop, wishes_of((*"EDL", "interval")), parts, 1)
+    point = tuple(data.draw(st.integers(0, count - 1)) for count in asked.counts)
+    trials = trials_of(read(asked.with_words(point).text, "part.nc"), shop, parts, lots)
+    other = asked.settings(asked.base.own, np.array([point]))
+    assert trials.own[:, :4] == pytest.approx(other[0, :, :4], rel=1e-9)
+    mine, theirs = asked.measure(asked.base.on(lots), [point]), trials.measure(trials.own[None])
+    assert theirs.cost == pytest.approx(mine.cost, rel=1e-9)
+
+
 def test_a_program_that_jumps_is_swept_as_its_straight_twin(folder: Path) -> None:
     ranges = Ranges(E=(12_000.0, 18_000.0), every=(1, 2))
     jumping, straight = (sweep(folder / f"{name}.nc", None, ranges, parts=4) for name in ("steps", "straight"))
@@ -240,6 +256,12 @@ def test_values_that_cannot_be_taken_are_refused(folder: Path) -> None:
     assert status("sweep", program, "--set", "nothing") == 2
     assert status("optimise", program, "--set", "nothing") == 2
     assert status("advise", program, "--set", "nothing") == 2
+
+
+def test_a_mistake_is_told_with_the_line_of_the_file(folder: Path) -> None:
+    line = COUNTING.splitlines().index("#500=#500+1") + 1
+    with pytest.raises(ControlError, match=rf"counting.nc:{line}:6: #500 has no value"):
+        sweep(folder / "counting.nc", parts=5)
 
 
 def test_a_jump_that_is_worked_out_is_refused_for_several_parts() -> None:

@@ -110,11 +110,12 @@ def other_number(source: SourceText, word: Word, number: str) -> Change:
 
 def added_word(source: SourceText, letter: str, number: str) -> Change:
     """A word behind the last one of a block, in the case and with the blanks of that block."""
-    words = read_block(source).words
-    match = _match(source, max(words, key=lambda word: word.column))
-    before = source.text[: match.end()]
+    last = max(read_block(source).words, key=lambda word: word.column)
+    letter_ends = last.column - source.column + 1
+    end = letter_ends + len(last.expression.rstrip()) if last.expression else _match(source, last).end()
+    before = source.text[:end]
     blank = " " if _BLANKS.search(before) else ""
-    edit = Edit(source.line, source.column + match.end(), 0, f"{blank}{_cased(letter, before)}{number}")
+    edit = Edit(source.line, source.column + end, 0, f"{blank}{_cased(letter, before)}{number}")
     return Change(source, edit, f"{letter}{number} ADDED")
 
 

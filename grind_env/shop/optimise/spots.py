@@ -17,6 +17,7 @@ _READ = re.compile(r"[-+]?\[?[-+]?#([0-9]+)\]?")
 _ANY = re.compile(r"#[ \t]*([0-9]+)")
 _ASSIGNED = re.compile(r"#[ \t]*([0-9]+)[ \t]*=")
 _WORKED_OUT = re.compile(r"#[ \t]*[\[#]")
+_TURN = re.compile(r"GOTO|WHILE|DO[ \t]*[0-9]|M[ \t]*0*99(?![0-9])", re.IGNORECASE)
 _MACRO = re.compile(r"[Gg][ \t]*0*65(?![0-9.])")
 
 
@@ -30,6 +31,11 @@ class Spot(NamedTuple):
     missing: bool
     variable: int | None = None
     """The one that the block assigns and the word reads; None if the number stands in the word."""
+
+    @property
+    def place(self) -> str:
+        """The variable and the line that assigns it, as tables show them."""
+        return f"#{self.variable}, line {self.source.line}"
 
     def change(self, number: str) -> Change:
         """Another number there, or what stands for one."""
@@ -61,6 +67,9 @@ class Assignments:
         for program in programs:
             for source in program.blocks:
                 self._add(source)
+        main = [*programs.main.blocks]
+        straight = not any(_TURN.search(_COMMENT.sub("", each.text)) for each in main)
+        self._order = {source: number for number, source in enumerate(main)} if straight else {}
 
     def _add(self, source: SourceText) -> None:
         text = _COMMENT.sub("", source.text)
@@ -72,36 +81,49 @@ class Assignments:
         for number, times in (Counter(map(int, _ANY.findall(text))) - Counter(assigned)).items():
             self._read.setdefault(number, Counter())[source] += times
 
-    def spot(self, variable: int, letter: str, readers: Collection[SourceText]) -> Spot | str:
-        """The one number that is ever assigned to a variable.
+    def place(self, variable: int, reader: SourceText) -> SourceText | None:
+        """The block that assigns what a block reads; None if that is not known from the text.
+
+        It is the only one that assigns the variable, or the last one before, in a main program that runs straight on.
+        """
+        places = self._assigned.get(variable, [])
+        if len(places) != 1:
+            order = self._order
+            known = all(each in order for each in (*places, reader))
+            places = [each for each in places if known and order[each] < order[reader]][-1:]
+        return places[0] if places else None
+
+    def spot(self, variable: int, letter: str, readers: Sequence[SourceText]) -> Spot | str:
+        """The one number that some blocks read of a variable.
 
         Args:
             variable: its number.
             letter: of the words that read it.
-            readers: blocks in which such words do.
+            readers: the blocks, whose `place` is the same.
 
         Returns:
             Where it stands, or what else to do so that there is one.
         """
-        places = self._assigned.get(variable, [])
+        place, places = self.place(variable, readers[0]), self._assigned.get(variable, [])
         others = self._read.get(variable, Counter()) - Counter(dict.fromkeys(readers, 1))
-        number = value_text(places[0]) if places else None
+        others = Counter({each: n for each, n in others.items() if self.place(variable, each) in (place, None)})
+        number = value_text(place) if place else None
         own = "give it a variable of its own"
         reasons = {
             f"assign one in the program, for #{variable} has a value from outside": variable in self.given,
             "name variables by their numbers, for one whose number is worked out may be this one": self._worked_out,
             "take a variable from #100 on, for a G65 may assign this one": self._macro and variable in LOCALS,
             "change what is assigned": not places,
-            f"{own}, for this one is assigned in {_lines(places)}": len(places) > 1,
-            f"in {_lines(places)}, where it is worked out": number is None,
+            f"{own}, for this one is assigned in {_lines(places)}": place is None,
+            f"in {_lines([place] if place else [])}, where it is worked out": number is None,
             f"{own}, for this one is read in {_lines(others)}, too": bool(others),
-            f"assign it in {self.file}": bool(places) and places[0].file != self.file,
+            f"assign it in {self.file}": place is not None and place.file != self.file,
         }
         why = next((remedy for remedy, holds in reasons.items() if holds), None)
         if why is not None:
             return why
-        assert number is not None
-        return Spot(places[0], letter, number, missing=False, variable=variable)
+        assert number is not None and place is not None
+        return Spot(place, letter, number, missing=False, variable=variable)
 
 
 def _lines(sources: Collection[SourceText]) -> str:

@@ -215,7 +215,7 @@ def _words(
         if letter is None:
             continue
         word = word_of(source, letter)
-        at = assigned.get(variable_of(word))
+        at = assigned.get((variable_of(word), source))
         place = (at.source.line, at.source.column) if isinstance(at, Spot) else (source.line, source.column)
         usable = isinstance(at, Spot) or _usable(word, letter, outline, simulation.programs, wishes, remarks, at)
         if word is None and not (wishes.add and usable and (name != "D" or outline.takes_dresses)):
@@ -240,7 +240,7 @@ def _words(
         own = _own(name, outline, spot, unit)
         yield Variable(
             name=name,
-            place=_place(outline, simulation.blocks) if spot.variable is None else f"#{spot.variable}",
+            place=_place(outline, simulation.blocks) if spot.variable is None else spot.place,
             blocks=tuple(blocks[place]),
             own=own,
             levels=_levels(name, own, unit, wishes, simulation, _fastest(simulation, blocks[place])),
@@ -265,24 +265,26 @@ def _letter(name: str, outline: BlockOutline) -> str | None:
 
 def _assigned(
     name: str, blocks: Sequence[BlockOutline], wishes: Wishes, assignments: Assignments
-) -> dict[int | None, Spot | str]:
-    """Of each variable that words of a name read, where its number stands, or what to do so that it has one."""
-    readers: dict[int, list[BlockOutline]] = {}
+) -> dict[tuple[int | None, SourceText], Spot | str]:
+    """Of each variable that words of a name read in a block, where its number stands, or how it could have one."""
+    readers: dict[tuple[int, SourceText | None], list[BlockOutline]] = {}
     for outline in blocks:
         letter = _letter(name, outline)
         read = variable_of(word_of(outline.block.source, letter)) if letter else None
         if read is not None:
-            readers.setdefault(read, []).append(outline)
-    found: dict[int | None, Spot | str] = {}
-    for variable, outlines in readers.items():
+            readers.setdefault((read, assignments.place(read, outline.block.source)), []).append(outline)
+    found: dict[tuple[int | None, SourceText], Spot | str] = {}
+    for (variable, _), outlines in readers.items():
+        sources = [each.block.source for each in outlines]
         kept = next((_label(each) for each in outlines if each.block.place.block in wishes.kept), None)
         if kept is not None:
-            found[variable] = f"give it a variable of its own, for {kept}, which is kept, reads this one, too"
+            at: Spot | str = f"give it a variable of its own, for {kept}, which is kept, reads this one, too"
         elif len({each.inch for each in outlines}) > 1:
-            found[variable] = "give it a variable of its own, for this one is read in inches and in millimetres"
+            at = "give it a variable of its own, for this one is read in inches and in millimetres"
         else:
             letter = _letter(name, outlines[0]) or name
-            found[variable] = assignments.spot(variable, letter, {each.block.source for each in outlines})
+            at = assignments.spot(variable, letter, sources)
+        found |= {(variable, source): at for source in sources}
     return found
 
 
