@@ -32,6 +32,11 @@ class DressInterval:
         number = dressing.cumsum() if self.of == "block" else run + 1
         return np.asarray(dressing & (number % self.every == 0))
 
+    @staticmethod
+    def counting(parts: int) -> str:
+        """What runs are called that grind so many parts each."""
+        return "part" if parts == 1 else "run"
+
     def __str__(self) -> str:
         return f"every {self.of}" if self.every == 1 else f"every {self.every} {self.of}s"
 
@@ -45,7 +50,7 @@ def intervals_between(low: int, high: int, *, blocks: int = 1, parts: int = 1) -
         blocks: that dress in one run; a single one is not counted by itself.
         parts: that one run grinds.
     """
-    runs = [DressInterval(every, "part" if parts == 1 else "run") for every in range(low, high + 1)]
+    runs = [DressInterval(every, DressInterval.counting(parts)) for every in range(low, high + 1)]
     some = {*range(2, LONGEST + 1), *range(blocks, high * blocks + 1, blocks)} if blocks > 1 else ()
     counted = [DressInterval(every, "block") for every in sorted(some) if low == 1 or low * blocks <= every]
     within = [each for each in counted if each.every <= high * blocks]

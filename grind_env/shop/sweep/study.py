@@ -53,7 +53,7 @@ class SweepPoint:
 
     Attributes:
         E: mm/min, of the first cycle block.
-        every: parts from dress to dress; 0 for the D words of the program, in every part.
+        every: runs of the program from dress to dress; 0 for the D words of the program, in every part.
         lead: mm a revolution; 0 without a dress program.
         depth: mm a pass; 0 without a dress program.
         cost: $ a part, with its 95 % interval.
@@ -98,6 +98,7 @@ class Sweep:
         program: name of the program.
         parts: of a batch.
         lots: on which every point was ground.
+        counted: what a run of the program is called: "part", or "run" where it grinds several of them.
         own: the program as it is.
         speeds: over E and dress interval.
         dresses: over lead and depth, with the best E and interval of these.
@@ -107,6 +108,7 @@ class Sweep:
     program: str
     parts: int
     lots: int
+    counted: str
     own: SweepPoint
     speeds: tuple[SweepPoint, ...]
     dresses: tuple[SweepPoint, ...]
@@ -227,6 +229,7 @@ def sweep(
         program=program.name,
         parts=parts,
         lots=len(trials.seeds),
+        counted=DressInterval.counting(trials.simulation.parts // parts),
         own=own,
         speeds=tuple(speeds),
         dresses=tuple(dresses),
