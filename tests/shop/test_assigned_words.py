@@ -173,6 +173,19 @@ def test_one_variable_for_two_kinds_of_words_is_kept(folder: Path) -> None:
         asked_for(text, folder, "D", keep=(70,))
 
 
+def test_a_dress_interval_is_written_where_the_executions_are_assigned(folder: Path) -> None:
+    text = PLATE.replace("N30", "#103=1\nN30", 1).replace("D1", "D#103")
+    asked = asked_for(text, folder, "D,interval")
+    (executions, *_) = asked.choices.variables
+    assert executions.place == "#103, line 7"
+    point = (1, *(0 for _ in asked.counts[2:]), len(asked.choices.intervals) - 1)
+    new = asked.with_words(point)
+    assert "#103=#501 (#103=1 TO #103=#501)" in new.text
+    trials = trials_of(read(new.text), SHOP, 2, lots_of(1, LotUse.SEARCH, 2))
+    assert trials.own[:, 1].tolist() == asked.settings(asked.base.own, np.array([point]))[0, :, 1].tolist()
+    assert trials.own[:, 1].tolist() == [0, 0, 1, 0]
+
+
 def test_a_value_from_outside_stays(folder: Path) -> None:
     text = PLATE.replace("E15000.", "E#101")
     found = found_in(text, folder, variables={101: 12_000.0})
