@@ -19,6 +19,8 @@ from grind_env.shop.optimise.wishes import WishError, wishes_of
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 from tests.shop.programs import DRESS, FEEDS, INCH, JOB, PLATE
 
+pytestmark = pytest.mark.usefixtures("few_lots")
+
 SHOP = load_job(Path(__file__).parents[2] / "grind_env" / "examples" / "plate_g82.toml")
 ASSIGNED = (
     PLATE.replace("N30 G00 X-30.", "#101 = 15000. (ROUGH)\n N31 #102=9000\n#103=+1(DRESSES)\n#104=-.01\nN30 G00 X-30.")

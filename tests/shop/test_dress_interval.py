@@ -24,6 +24,8 @@ from grind_env.shop.optimise.wishes import Wishes, wishes_of
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 from tests.command import Grind
 
+pytestmark = pytest.mark.usefixtures("few_lots")
+
 EXAMPLES = Path(examples).parent
 PLATE = EXAMPLES / "plate_g82.nc"
 RAIL = EXAMPLES / "rail_g83.nc"

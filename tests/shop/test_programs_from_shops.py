@@ -21,6 +21,8 @@ from grind_env.machine.job.file import load_job
 from grind_env.shop.calls import optimise, sweep
 from tests.command import Grind
 
+pytestmark = pytest.mark.usefixtures("few_lots")
+
 FOLDER = Path(__file__).with_name("programs_from_shops")
 
 

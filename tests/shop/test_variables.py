@@ -30,6 +30,8 @@ from grind_env.shop.trials import LotUse, lots_of, trials_of
 from tests.shop.programs import DRESS, EXAMPLES, JOB, PLATE
 from tests.shop.test_optimise import status
 
+pytestmark = pytest.mark.usefixtures("few_lots")
+
 HEAD = "O7\nN10 G71 G94 G90 G19 S1910 M03\nN20 G00 Y2. Z-2.5 M08\nN30 G00 X-30.\nN40 G01 Y0 F500.\n"
 TAIL = "N80 G80\nN90 G00 Y20. M09 M05\nN100 M30\n"
 ROUGH = "N50 G82 X230. I-30. Y-.17 J-.01 L0 F60. E15000. P9100 {}\n"

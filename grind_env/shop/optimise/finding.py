@@ -165,14 +165,16 @@ def _optimised(variation: Variation, job: str, progress: Progress) -> Optimised:
     )
 
 
-def _chosen(variation: Variation, ranked: list[Point], tried: dict[Point, Trade]) -> Point:
+def _chosen(
+    variation: Variation, ranked: list[Point], tried: dict[Point, Trade], finalists_each: int = FINALISTS
+) -> Point:
     """The best of the first programs on lots that no search has seen; the nearest to the limits if none keeps them.
 
     Without the time for that it is the first of them.
     """
     if variation.base.simulation.compiled:
         lots = CHOSEN
-        best = [[point for point in ranked if tried[point].share <= share][:FINALISTS] for share in CLEARANCES]
+        best = [[point for point in ranked if tried[point].share <= share][:finalists_each] for share in CLEARANCES]
         finalists = list(dict.fromkeys(chain.from_iterable(best))) or ranked[:1]
     else:
         count, lots = STEP_BY_STEP
@@ -223,7 +225,7 @@ def _freed(variation: Variation, judged: Trials, best: Point, budget: Budget, pr
         tried: dict[Point, Trade] = {}
         search = other.search(other.trials(LotUse.SEARCH, SEARCHED), progress, f"without the limit of {name}", tried)
         search.run(best, variation.seed, GENERATIONS // FEWER)
-        point = _chosen(other, [best, *search.ranked], tried)
+        point = _chosen(other, search.ranked, tried, 1)
         found = less(other.measure(other.trials(LotUse.JUDGEMENT, JUDGED), [point]))[0]
         share = float(variation.measure(judged, [point]).ratios[0, k])
         words[name] = Freed(paired(with_all - found), share)
