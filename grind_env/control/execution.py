@@ -48,6 +48,11 @@ class Execution(Iterator[Event]):
         return self._interpreter.system.dependent or self._interpreter.variables.dependent
 
     @property
+    def unread(self) -> tuple[str, ...]:
+        """What to say of each variable given at the start whose value nothing has read so far."""
+        return tuple(self._interpreter.variables.unread())
+
+    @property
     def changing_dress(self) -> int | None:
         """The first dress program that has left offsets, other tables, wheel or coolant not as it has found them."""
         return self._interpreter.interruptions.changing_dress

@@ -38,8 +38,12 @@ def radii_of(options: Sequence[str]) -> tuple[float, dict[int, float]]:
     return every, radii
 
 
-def variables_of(options: Sequence[str]) -> Mapping[int, float]:
+def variables_of(options: Sequence[str], name: str = "--set") -> Mapping[int, float]:
     """Values of ``#`` variables from texts such as #101=15000.
+
+    Args:
+        options: the texts.
+        name: of what they have been given as.
 
     Raises:
         ControlError: setting, one is no assignment.
@@ -48,7 +52,7 @@ def variables_of(options: Sequence[str]) -> Mapping[int, float]:
     for option in options:
         match = _ASSIGNMENT.fullmatch("".join(option.split()))
         if match is None:
-            message = f"--set {shortened(option)} is no assignment; write a number for a variable, as in '#101=15000'"
+            message = f"{name} {shortened(option)} is no assignment; write a number for a variable, as in '#101=15000'"
             raise ControlError("setting", message)
         variables[int(match[1])] = float(match[2])
     return variables

@@ -102,6 +102,19 @@ def check_file(name: str, value: object) -> None:
         raise TaskError(f"{name} is {value!r}, but must be the name of a file, or left out")
 
 
+def check_variables(variables: object) -> list[str]:
+    """The assignments in a text such as "#500=0, #101=15000", which may be left out.
+
+    Raises:
+        TaskError: if it is no text.
+    """
+    if variables is None:
+        return []
+    if not isinstance(variables, str):
+        raise TaskError(f"variables is {variables!r}, but must be a text such as '#500=0, #101=15000', or left out")
+    return [each for each in variables.split(",") if each.strip()]
+
+
 def is_full(observation: object) -> bool:
     """Whether the hidden state is asked for.
 

@@ -1,6 +1,6 @@
 """A part program run on the machine: every stroke, infeed and dress that the control commands, with its physics."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from itertools import chain
@@ -66,20 +66,19 @@ def grind(
     return run.record()
 
 
-def refuse_unjudged(programs: Programs, job: Job, variables: Mapping[int, float] | None = None) -> None:
+def refuse_unjudged(programs: Programs, job: Job) -> None:
     """Refuse a program that grinds what is not simulated; other faults are for those who grind with it.
 
     Args:
         programs: what `control.read` or `control.read_file` returned.
         job: part, set-up and wheel.
-        variables: values that `#` variables have at the start.
 
     Raises:
         UnjudgedError: a part of it is not judged.
     """
     found: list[Unjudged] = []
     with suppress(GrindError):
-        record = grind(programs, job, control=replace(job.control, variables=variables or {}))
+        record = grind(programs, job)
         found += chain.from_iterable(record.unjudged)
     if found:
         raise UnjudgedError(f"{programs.name}:{found[0].lines[0]}: {found[0].why}")

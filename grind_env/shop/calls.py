@@ -100,6 +100,7 @@ def optimise(
     parts: int = 50,
     budget: Number = 60.0,
     seed: int = 1,
+    variables: Mapping[int, float] = {},
 ) -> Optimised:
     """Find better words for a program: E and D, or others, with which a part costs less and keeps its limits.
 
@@ -120,6 +121,7 @@ def optimise(
         parts: runs of the program in a batch; the wheel carries over.
         budget: time of the search, s.
         seed: of lots and search; the same seed finds the same.
+        variables: values of # variables before the first part, as `{500: 0}`; what it keeps carries over.
 
     Raises:
         GrindError: the program cannot be run, there is nothing to vary in it, or a wish is none.
@@ -130,7 +132,15 @@ def optimise(
     wishes = wishes_of(vary, bounds, rounding, keep, margin, objective, within, free, dress_by)
     with progress() as advance:
         return find_words(
-            program, job, wishes, parts=parts, seconds=seconds, seed=seed, unroll=unroll, progress=advance
+            program,
+            job,
+            wishes,
+            parts=parts,
+            seconds=seconds,
+            seed=seed,
+            unroll=unroll,
+            variables=variables,
+            progress=advance,
         )
 
 
@@ -144,6 +154,7 @@ def sweep(
     depth: Ends | None = None,
     parts: int = 50,
     seed: int = 1,
+    variables: Mapping[int, float] = {},
 ) -> Sweep:
     """What a part costs, and how near its limits are, over E and dress interval, then over lead and depth of the dress.
 
@@ -157,6 +168,7 @@ def sweep(
         depth: of the dress, mm a pass.
         parts: runs of the program in a batch; the wheel carries over.
         seed: of the lots.
+        variables: values of # variables before the first part, as `{500: 0}`; what it keeps carries over.
 
     Raises:
         GrindError: the program cannot be run so, or a range is none.
@@ -168,7 +180,7 @@ def sweep(
         depth=_ends("depth", depth),
     )
     with progress() as advance:
-        return study(program, job, ranges, parts=parts, seed=seed, progress=advance)
+        return study(program, job, ranges, parts=parts, seed=seed, variables=variables, progress=advance)
 
 
 def calibrate(

@@ -22,19 +22,20 @@ class DressInterval:
     every: int
     of: str = "part"
 
-    def due(self, dressing: NDArray[np.bool_], runs: int) -> NDArray[np.bool_]:
-        """Blocks in which dresses are executed.
+    def due(self, dressing: NDArray[np.bool_], run: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Blocks in which dresses are executed, shape (blocks,).
 
         Args:
-            dressing: which blocks of one run have dresses, shape (blocks,).
-            runs: how often the program is run.
-
-        Returns:
-            Shape (runs, blocks).
+            dressing: which blocks of all runs have dresses, shape (blocks,).
+            run: number of the run of each block, from 0, shape (blocks,).
         """
-        every_run = np.tile(dressing, (runs, 1))
-        number = every_run.cumsum().reshape(every_run.shape) if self.of == "block" else np.arange(1, runs + 1)[:, None]
-        return np.asarray(every_run & (number % self.every == 0))
+        number = dressing.cumsum() if self.of == "block" else run + 1
+        return np.asarray(dressing & (number % self.every == 0))
+
+    @staticmethod
+    def counting(parts: int) -> str:
+        """What runs are called that grind so many parts each."""
+        return "part" if parts == 1 else "run"
 
     def __str__(self) -> str:
         return f"every {self.of}" if self.every == 1 else f"every {self.every} {self.of}s"
@@ -49,7 +50,7 @@ def intervals_between(low: int, high: int, *, blocks: int = 1, parts: int = 1) -
         blocks: that dress in one run; a single one is not counted by itself.
         parts: that one run grinds.
     """
-    runs = [DressInterval(every, "part" if parts == 1 else "run") for every in range(low, high + 1)]
+    runs = [DressInterval(every, DressInterval.counting(parts)) for every in range(low, high + 1)]
     some = {*range(2, LONGEST + 1), *range(blocks, high * blocks + 1, blocks)} if blocks > 1 else ()
     counted = [DressInterval(every, "block") for every in sorted(some) if low == 1 or low * blocks <= every]
     within = [each for each in counted if each.every <= high * blocks]

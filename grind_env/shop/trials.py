@@ -1,5 +1,6 @@
 """What a program costs with other words, on the same lots for all of them."""
 
+import copy
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
@@ -10,14 +11,14 @@ from numpy.typing import NDArray
 
 from grind_env.arrays import Array
 from grind_env.control import Programs
-from grind_env.envs.job.outline import JobProgramError
+from grind_env.envs.job.outline import BlockOutline, JobProgramError
 from grind_env.envs.job.simulation import JobSimulation
-from grind_env.envs.job.text import repeated
+from grind_env.envs.job.text import batch_of
 from grind_env.envs.tables import Outcome
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job, JobError
 from grind_env.machine.loops.tally import Tally
-from grind_env.machine.script.settings import D, E, own_settings
+from grind_env.machine.script.settings import DRESS_SECONDS, D, E, own_settings
 from grind_env.machine.script.tables import BlockRow
 from grind_env.process.cost import NO_LIMIT
 
@@ -41,6 +42,8 @@ def nothing() -> None:
 
 ROWS_AT_ONCE = 60_000
 """Episodes times blocks that are replayed together; bounds the memory."""
+SAME = 1e-6
+"""Relative difference of settings that are the same but for rounding."""
 KEPT = 0.95
 """Share of the parts, over all lots, that must keep a limit."""
 LIMITS = ("power", "temp", "Ra", "size")
@@ -88,21 +91,37 @@ class Trials:
         simulation: of the batch.
         runs: how often the program is run in it.
         seeds: of the lots.
+        stand: the cycle blocks of all runs as they stand in the program.
+        alike: whether each run has the same blocks as the first one, with the same settings; not so in a program that
+            counts its parts.
     """
 
     simulation: JobSimulation
     runs: int
     seeds: tuple[tuple[int, ...], ...]
+    stand: tuple[BlockOutline, ...]
+    alike: bool
 
     @property
-    def blocks(self) -> int:
-        """Cycle blocks of one run."""
-        return len(self.simulation.blocks) // self.runs
+    def blocks(self) -> tuple[BlockOutline, ...]:
+        """Those of one run, or of all runs where these are not alike."""
+        return self.stand[: len(self.stand) // self.runs] if self.alike else self.stand
 
     @property
     def own(self) -> Array:
-        """What the program itself sets in the blocks of all runs, shape (runs x blocks, fields of `BlockSettings`)."""
-        return np.array([own_settings(block.plan, block.dress) for block in self.simulation.blocks])
+        """What the program itself sets in the blocks of all runs, shape (blocks, fields of `BlockSettings`)."""
+        return _settings_of(self.stand)
+
+    @property
+    def run_of_block(self) -> NDArray[np.int64]:
+        """Number of the run of each block of all runs, from 0."""
+        return np.asarray(self.simulation.part_of_block // (self.simulation.parts // self.runs))
+
+    def as_written(self, programs: Programs) -> JobSimulation:
+        """The simulation with its blocks as they stand in the program."""
+        simulation = copy.copy(self.simulation)
+        simulation.programs, simulation.blocks = programs, self.blocks
+        return simulation
 
     @property
     def at_once(self) -> int:
@@ -120,7 +139,7 @@ class Trials:
         """Run candidates.
 
         Args:
-            settings: of the blocks of all runs, shape (C, runs x blocks, fields of `BlockSettings`).
+            settings: of the blocks of all runs, shape (C, blocks, fields of `BlockSettings`).
             besides: whether J, L and dress settings are others than the program's.
             handover: whether the dull wheel that is left is charged for.
             between: called between two blocks of a program that the control executes; what it raises ends the run.
@@ -227,8 +246,8 @@ def trials_of(
         between: called between two blocks of its first executions by the control; what it raises ends them.
 
     Raises:
-        GrindError: the program cannot be run, or runs other blocks for the next part; or there is no run, or there are
-            more of them than parts that the job states.
+        GrindError: the program cannot be run, or grinds other numbers of parts from run to run; or there is no run, or
+            there are more of them than parts that the job states.
     """
     if runs < 1:
         raise TrialsError(f"{programs.name} cannot be run for {runs} parts; choose --parts 1 or more")
@@ -238,13 +257,30 @@ def trials_of(
             f"choose --parts {len(job.parts)} or fewer, or give [[parts]] for every part or for none",
             "parts",
         )
-    batch = repeated(programs, runs)
-    simulation = JobSimulation(batch, job, spread, picks=picks, spark_outs=spark_outs, between=between)
-    if len(simulation.blocks) % runs:
-        raise JobProgramError(
-            f"{programs.name} does not run the same cycle blocks for every part; choose --parts 1 for it"
-        )
-    return Trials(simulation, runs, ()).on(seeds)
+    batch = batch_of(programs, runs, job.variables)
+    try:
+        simulation = JobSimulation(batch.programs, job, spread, picks=picks, spark_outs=spark_outs, between=between)
+    except GrindError:
+        if runs > 1:
+            JobSimulation(programs, job, spread, picks=picks, spark_outs=spark_outs)  # tells the line of the file
+        raise
+    if simulation.parts % runs:
+        raise JobProgramError(f"{programs.name} does not grind as many parts in every run; choose --parts 1 for it")
+    stand = tuple(replace(each, block=batch.origin(each.block)) for each in simulation.blocks)
+    return Trials(simulation, runs, (), stand, _alike(stand, runs)).on(seeds)
+
+
+def _alike(stand: Sequence[BlockOutline], runs: int) -> bool:
+    """Whether all runs have the same blocks with the same settings."""
+    count, left = divmod(len(stand), runs)
+    if left or any(stand[k].block.source != stand[k % count].block.source for k in range(len(stand))):
+        return False
+    settings = np.delete(_settings_of(stand), DRESS_SECONDS, axis=1)  # the way to the diamond may begin elsewhere
+    return np.allclose(settings, np.tile(settings[:count], (runs, 1)), rtol=SAME, atol=0.0)
+
+
+def _settings_of(blocks: Sequence[BlockOutline]) -> Array:
+    return np.array([own_settings(block.plan, block.dress) for block in blocks])
 
 
 def lots_of(seed: int, use: LotUse, count: int) -> tuple[tuple[int, ...], ...]:

@@ -18,7 +18,7 @@ FACTS = load_facts()
 ROWS = {
     **{"16-13.": 28, "22-11.": 17, "15-20.": 12, "L23-7.": 27},
     **{"PD-": 24, "ruling-": 13},
-    **{"grammar-D": 19, "paramacro-D": 17, "dressing-D": 22},
+    **{"grammar-D": 19, "paramacro-D": 18, "dressing-D": 22},
     **{"grooving-D": 18, "compensation-D": 18},
 }
 PAGES = """

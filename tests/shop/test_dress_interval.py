@@ -24,6 +24,8 @@ from grind_env.shop.optimise.wishes import Wishes, wishes_of
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 from tests.command import Grind
 
+pytestmark = pytest.mark.usefixtures("few_lots")
+
 EXAMPLES = Path(examples).parent
 PLATE = EXAMPLES / "plate_g82.nc"
 RAIL = EXAMPLES / "rail_g83.nc"
@@ -51,8 +53,9 @@ def test_blocks_and_runs_are_counted_as_one_counts_them_by_hand(every: int, dres
         for each in dressing:
             number += each
             by_blocks[-1].append(each and number % every == 0)
-    assert DressInterval(every).due(np.array(dressing), runs).tolist() == by_runs
-    assert DressInterval(every, "block").due(np.array(dressing), runs).tolist() == by_blocks
+    blocks, run = np.tile(dressing, runs), np.repeat(np.arange(runs), len(dressing))
+    assert DressInterval(every).due(blocks, run).tolist() == [each for row in by_runs for each in row]
+    assert DressInterval(every, "block").due(blocks, run).tolist() == [each for row in by_blocks for each in row]
 
 
 def test_what_counts_runs_of_several_parts_says_so() -> None:

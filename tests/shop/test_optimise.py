@@ -52,7 +52,7 @@ def status(*arguments: object) -> int:
 
 @pytest.fixture(scope="module", params=["plate_g82", "rail_g83", "keyway_g81"])
 def found(request: pytest.FixtureRequest) -> Optimised:
-    return find_words(EXAMPLES / f"{request.param}.nc", parts=PARTS, seconds=1000.0)
+    return find_words(EXAMPLES / f"{request.param}.nc", None, wishes_of(steps={"E": 500}), parts=PARTS, seconds=1000.0)
 
 
 def test_every_example_is_made_better(found: Optimised) -> None:

@@ -1,6 +1,9 @@
 """`grind/Job-v0`: E and D of every cycle block of a part program."""
 
-from grind_env.envs.arguments import check_flags, refuse_cycle, refuse_predress
+import warnings
+
+from grind_env.control.options import variables_of
+from grind_env.envs.arguments import check_flags, check_variables, refuse_cycle, refuse_predress
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.job.loading import load_simulation
 from grind_env.envs.showing import renders
@@ -19,6 +22,7 @@ def make(
     render_mode: str | None = None,
     cycle: str | None = None,
     parts: int = 1,
+    variables: str | None = None,
 ) -> GrindEnv:
     """Choose the table speed and the dressing of every cycle block of a part program.
 
@@ -33,7 +37,8 @@ def make(
     program is to be taken back to the machine.
 
     With `parts` the program is run for a batch: the operator loads the next part where it ends, the wheel carries over,
-    and lots and stocks change as the job's `[lots]` says. A program that loads its parts itself (M00) needs none.
+    and lots and stocks change as the job's `[lots]` says. A program that loads its parts itself (M00) needs none. What
+    a program keeps in #100 to #199 and #500 to #999 carries over from run to run, so that it may count.
 
     ## Action space
 
@@ -78,6 +83,7 @@ def make(
         predress: False; the program says which cycles begin with a dress.
         render_mode: as for `GrindEnv`.
         cycle: None; the program says which cycles it runs.
+        variables: values of # variables before the first part, as `"#500=0, #101=15000"`.
 
     Raises:
         GrindError: the program or the job cannot be run, or an argument is not legal.
@@ -85,7 +91,10 @@ def make(
     check_flags(predress=predress)
     refuse_predress(predress, "the program says where a cycle of grind/Job-v0 is a G82.1")
     refuse_cycle(cycle, "the program of grind/Job-v0 says which cycles it runs")
-    simulation = load_simulation(program, job, parts, spread, observation)
+    held = variables_of(check_variables(variables), "variables:")
+    simulation = load_simulation(program, job, parts, spread, observation, held)
+    for sentence in simulation.unread:
+        warnings.warn(sentence, stacklevel=2)
     return GrindEnv(simulation, show_block=show_block, action=action, render_mode=render_mode)
 
 

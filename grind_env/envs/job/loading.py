@@ -1,5 +1,7 @@
 """A user's own program and its job, from their files."""
 
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from grind_env import examples
@@ -18,8 +20,15 @@ EXAMPLE = examples.path("plate_g82.nc")
 """The program that the environment steps if none is given."""
 
 
-def load_simulation(program: str | None, job: str | None, parts: int, spread: float, observation: str) -> JobSimulation:
-    """The simulation of a program in a file; arguments as for `grind_env.envs.ids.job.make`.
+def load_simulation(
+    program: str | None,
+    job: str | None,
+    parts: int,
+    spread: float,
+    observation: str,
+    variables: Mapping[int, float] = {},
+) -> JobSimulation:
+    """The simulation of a program in a file; as for `grind_env.envs.ids.job.make`, but `variables` by their numbers.
 
     Raises:
         GrindError: the program or the job cannot be run, or an argument is not legal.
@@ -30,8 +39,8 @@ def load_simulation(program: str | None, job: str | None, parts: int, spread: fl
     check_parts(parts, MOST_PARTS)
     full = is_full(observation)
     path = EXAMPLE if program is None else Path(program)
-    programs = repeated(read_file(path), parts)
-    settings = load_job(beside(path, ".toml") if job is None else job)
+    programs = repeated(read_file(path), parts, variables)
+    settings = replace(load_job(beside(path, ".toml") if job is None else job), variables=variables)
     if settings.parts:
         message = "the job says how each part differs, but here lots and stocks are drawn; leave [[parts]] out of it"
         raise JobError(message, "parts")

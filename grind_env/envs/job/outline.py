@@ -145,8 +145,11 @@ def course_of(blocks: Sequence[BlockOutline]) -> tuple[Passage, ...]:
     return tuple(Passage(block.block.source, block.part + 1, block.finished) for block in blocks)
 
 
-def refuse_many(programs: Programs, job: Job) -> None:
+def refuse_many(programs: Programs, job: Job) -> tuple[str, ...]:
     """Refuse a program of too many cycle blocks, or of none; other faults are for those who grind with it.
+
+    Returns:
+        What to say of each variable of the job whose value it does not read.
 
     Raises:
         JobProgramError: it has them.
@@ -156,6 +159,8 @@ def refuse_many(programs: Programs, job: Job) -> None:
     with suppress(ControlError):
         cycles = (event for event in events if isinstance(event, CycleStart))
         refuse_more(programs, sum(1 for _ in islice(cycles, MOST_BLOCKS + 1)))
+        return events.unread
+    return ()
 
 
 def refuse_more(programs: Programs, blocks: int) -> None:

@@ -83,6 +83,7 @@ class JobSimulation:
         blocks: the cycle blocks of the program.
         parts: how many parts it grinds.
         why: why the control has to execute it; None if it has a script.
+        unread: what to say of each variable of the job whose value it does not read.
 
     Raises:
         GrindError: it cannot be run, or there is nothing to choose in it.
@@ -106,7 +107,7 @@ class JobSimulation:
         between: Callable[[], object] = lambda: None,
         gauge: Gauge = GAUGE,
     ) -> None:
-        refuse_many(programs, job)
+        self.unread = refuse_many(programs, job)
         self.gauge, self._start = gauge, (*job.own_at_start, *gauge.own())
         task = job_task(name or Path(programs.name).stem, job, spread, file)
         low, high = (1000.0 * speed for speed in task.action.speed_ends)

@@ -1,13 +1,18 @@
 """A user's program as text: run for many parts, and with the words that an agent has chosen for its cycle blocks."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from decimal import Decimal
+from functools import partial
+from itertools import repeat
 from pathlib import Path
+from typing import NamedTuple, TypeAlias
 
 from grind_env.control import ControlError, Programs, read
 from grind_env.control.rewriting import with_words
 from grind_env.control.source import SourceText, readable
-from grind_env.control.statements import Goto
+from grind_env.control.statements import Goto, label_of, with_label
+from grind_env.control.variables import LOCALS
 from grind_env.control.words import Block, read_block
 from grind_env.envs.job.outline import JobProgramError
 from grind_env.envs.program_episode import Words
@@ -18,8 +23,17 @@ LOAD = ("G80", "M00", "G92.1", "G00 G18 G07 G71 G90 G94 G97 G40 G54")
 MOST_PARTS = 1000
 """Parts for which a program can be run."""
 
+MOST_LABELS = 100_000
+"""N numbers that there are, 0 among them."""
+
 _COMMENT = r"\([^()]*\)"
+_COMMENTS = re.compile(_COMMENT)
 _END = re.compile(rf"({_COMMENT})|[Mm]0*(?:2|30)(?![\d.])")
+_TO = r"GOTO[ \t]*\[?[ \t]*"
+_GOTO = re.compile(rf"({_COMMENT})|({_TO})[0-9]+", re.IGNORECASE)
+_LITERAL = re.compile(rf"{_TO}([0-9]+)[ \t]*\]?[ \t]*$", re.IGNORECASE)
+_ASSIGNED = re.compile(r"#[ \t]*([0-9]+)[ \t]*=")
+_INDIRECT = re.compile(r"#[ \t]*[\[#]")
 
 _LINE = re.compile(r"[^\r\n]*(?:\r\n|\r|\n|\Z)")
 
@@ -61,27 +75,46 @@ def batch_name(program: Path, parts: int) -> str:
     return f"{program.stem}_x{parts}" if parts > 1 else program.stem
 
 
-def repeated(programs: Programs, parts: int) -> Programs:
+class Batch(NamedTuple):
+    """A program that is run for many parts, as one program."""
+
+    programs: Programs
+    origins: Mapping[int, SourceText]
+    """Blocks of the program itself, by the line at which each stands in the one program; empty if it is the same."""
+
+    def origin(self, block: Block) -> Block:
+        """A block as it stands in the program itself."""
+        source = self.origins.get(block.source.line) if block.source.file == self.programs.name else None
+        return block if source is None else read_block(source)
+
+
+Written: TypeAlias = tuple[str, SourceText | None]
+"""A block of a batch, and the block of the program that it is."""
+
+
+def repeated(programs: Programs, parts: int, variables: Mapping[int, float] = {}) -> Programs:
+    """A program that is run for many parts; arguments and errors as of `batch_of`."""
+    return batch_of(programs, parts, variables).programs
+
+
+def batch_of(programs: Programs, parts: int, variables: Mapping[int, float] = {}) -> Batch:
     """A program that is run for many parts, as one program: an M00, at which the operator loads, in place of its end.
 
-    The table is stopped and G92 cancelled before, as the end does; what G10 has written stays written.
+    The table is stopped and G92 cancelled before, as the end does; what G10 has written stays written. Common variables
+    keep their values from run to run, and local ones begin each as they began the first. N numbers to which GOTO leads
+    are others in every run but the last.
 
     Args:
         programs: the program.
         parts: how often it is run.
+        variables: values that `#` variables have before the first run.
 
     Raises:
-        JobProgramError: it may come to its end in a subprogram, behind which the next part cannot begin, or it jumps
-            by GOTO, which would lead from one part into another.
+        JobProgramError: it may come to its end in a subprogram, behind which the next part cannot begin, or a jump of
+            it may lead from one part into another.
     """
     if parts == 1:
-        return programs
-    for block in programs.main.blocks:
-        if _jumps(block):
-            raise JobProgramError(
-                f"{block.file}:{block.line}: the program jumps by GOTO and cannot be run for {parts} parts; loop by "
-                "WHILE, or put what is jumped over into a subprogram"
-            )
+        return Batch(programs, {})
     for program in [*programs][1:]:
         for block in program.blocks:
             if _ends(block.text):
@@ -89,23 +122,89 @@ def repeated(programs: Programs, parts: int) -> Programs:
                     f"{block.file}:{block.line}: the program ends in a subprogram and cannot be run for {parts} parts; "
                     "put its M30 into the main program"
                 )
-    blocks = [source.text for source in programs.main.blocks]
-    ends = [number for number, text in enumerate(blocks) if _ends(text)]
-    last = ends[0] if ends else len(blocks)
-    last_block = [_END.sub(lambda match: match[1] or "", blocks[last])] if ends else []
-    again = [*blocks[:last], *last_block, *LOAD]
-    lines = again * (parts - 1) + blocks
-    return read("\n".join([*lines, *_others(programs)]), programs.name, programs.folder)
+    main = [*programs.main.blocks]
+    again = [(text, None) for text in _local_variables(programs, variables)]
+    if any(map(jumps, main)):
+        runs = _jumping_runs(main, parts)
+    else:
+        end = next((number for number, source in enumerate(main) if _ends(source.text)), len(main))
+        straight = [(_without_end(source.text), source) for source in main[: end + 1]]
+        runs = repeat([*straight, *((text, None) for text in LOAD)], parts - 1)
+    written = [each for run in runs for each in (*run, *again)]
+    written += [(source.text, source) for source in main]
+    written += _others(programs)
+    text = "\n".join(text for text, _ in written)
+    origins = {line: source for line, (_, source) in enumerate(written, 1) if source is not None}
+    return Batch(read(text, programs.name, programs.folder), origins)
 
 
-def _others(programs: Programs) -> Iterator[str]:
-    """The texts of the programs behind the main one."""
+def _jumping_runs(main: Sequence[SourceText], parts: int) -> Iterator[list[Written]]:
+    """All runs but the last one of a program that jumps, each with N numbers of its own to which its jumps lead."""
+    labels = {label for source in main if (label := label_of(source.text)) is not None}
+    targets = sorted({target for source in main if (target := _target(source, parts)) in labels})
+    others = (number for number in range(1, MOST_LABELS) if number not in labels)
+    for _ in range(parts - 1):
+        own = dict(zip(targets, others, strict=False))
+        end = next(others, None)
+        if end is None:
+            raise JobProgramError(
+                f"{main[0].file} cannot be run for {parts} parts: its jumps need more N numbers than there are; choose "
+                "fewer parts"
+            )
+        run = list[Written]()
+        for source in main:
+            text, label, target = source.text, label_of(source.text), _target(source, parts)
+            if label in own:
+                text = with_label(text, own[label])
+            if target in own:
+                text = _GOTO.sub(partial(_led, own[target]), text)
+            run.append((_without_end(text), source))
+            if _ends(text):
+                run.append((f"{'/' if source.deletable else ''}GOTO {end}", source))
+        yield [*run, (f"N{end} {LOAD[0]}", None), *((text, None) for text in LOAD[1:])]
+
+
+def _led(number: int, match: re.Match[str]) -> str:
+    """The GOTO of a block led elsewhere; a comment as it is."""
+    return match[1] or f"{match[2]}{number}"
+
+
+def _target(source: SourceText, parts: int) -> int | None:
+    """The N number to which a block jumps; None if it does not jump.
+
+    Raises:
+        JobProgramError: it follows from a variable.
+    """
+    if not jumps(source):
+        return None
+    match = _LITERAL.search(_COMMENTS.sub("", source.text))
+    if match is None:
+        raise JobProgramError(
+            f"{source.file}:{source.line}: GOTO leads to an N number that is worked out, so that the program cannot be "
+            f"run for {parts} parts; write the number there"
+        )
+    return int(match[1])
+
+
+def _local_variables(programs: Programs, variables: Mapping[int, float]) -> Iterator[str]:
+    """Assignments by which local variables are again as they were before the first run: the end takes them (20-13)."""
+    texts = [_COMMENTS.sub("", source.text) for program in programs for source in program.blocks]
+    assigned = {int(number) for text in texts for number in _ASSIGNED.findall(text)}
+    if any(_INDIRECT.search(text) for text in texts):
+        assigned |= set(LOCALS)
+    for number in sorted(assigned & set(LOCALS)):
+        yield f"#{number}={f'{Decimal(repr(float(variables[number]))):f}' if number in variables else '#0'}"
+
+
+def _others(programs: Programs) -> Iterator[Written]:
+    """The programs behind the main one."""
     for program in [*programs][1:]:
-        yield f"O{program.number}"
-        yield from (source.text for source in program.blocks)
+        yield f"O{program.number}", None
+        yield from ((source.text, source) for source in program.blocks)
 
 
-def _jumps(source: SourceText) -> bool:
+def jumps(source: SourceText) -> bool:
+    """Whether a block jumps by GOTO."""
     try:
         return isinstance(read_block(source).statement, Goto)
     except ControlError:  # it is refused when it is executed
@@ -115,3 +214,8 @@ def _jumps(source: SourceText) -> bool:
 def _ends(text: str) -> bool:
     """Whether a block ends the program it stands in, and all that call it."""
     return any(match[1] is None for match in _END.finditer(text))
+
+
+def _without_end(text: str) -> str:
+    """A block without the word that ends the program."""
+    return _END.sub(lambda match: match[1] or "", text)

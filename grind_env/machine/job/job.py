@@ -333,7 +333,8 @@ class Job:
     `part`, one after the other; empty if none does. `stations` are the parts that lie on the table together, if there
     are several, and `part` is then that of the first one; `met`, which a run finds out, says at which of them each
     part of its program lies, in machine coordinates. `process` is what grinds, and `own` what it remembers besides the
-    wheel as the shift begins, in the units of its fields; empty for what it begins with by itself.
+    wheel as the shift begins, in the units of its fields; empty for what it begins with by itself. `variables` are
+    values that `#` variables of the control have then (`Control.variables`), which have no unit of their own.
     """
 
     part: Part
@@ -347,6 +348,7 @@ class Job:
     met: tuple[Station, ...] = ()
     process: Process = PROCESS
     own: tuple[float, ...] = ()
+    variables: Mapping[int, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check what depends on more than one table."""
@@ -461,6 +463,7 @@ class Job:
             acceleration=machine.acceleration,
             rapid_feed=machine.rapid_feed,
             reversal_dwell=machine.reversal_dwell,
+            variables=self.variables,
             work_offsets={each.offset: each.origin for each in self.stations if each.offset is not None},
         )
 

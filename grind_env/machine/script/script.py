@@ -102,7 +102,7 @@ def script_of(
         programs: what `control.read` or `control.read_file` returned.
         job: part, set-up and wheel.
         ranges: with which its blocks may be run instead of their own words.
-        variables: values that `#` variables have at the start (`Control.variables`).
+        variables: values that `#` variables have at the start (`Control.variables`); those of the job if None.
 
     Raises:
         UnjudgedError: it grinds what is not simulated.
@@ -110,9 +110,10 @@ def script_of(
         ControlError: the program is faulty.
         DressProgramError: the dress program does not dress the wheel.
     """
-    refuse_unjudged(programs, job, variables)
+    job = job if variables is None else replace(job, variables=variables)
+    refuse_unjudged(programs, job)
     refuse_unlike_parts(programs, job)
-    writer = functools.partial(_Writer, programs, job, variables or {})
+    writer = functools.partial(_Writer, programs, job)
     as_it_is = writer()
     blocks = as_it_is.run()
     job = replace(job, met=met_by(programs, job, blocks))
@@ -143,7 +144,6 @@ class _Writer:
     Args:
         programs: the program.
         job: the job.
-        variables: values that `#` variables have at the start.
         dressing: blocks in which a dress is asked for, as others may ask for it; None for those of the program alone.
         elsewhere: whether the table comes to rest at its other end at every stop.
         across: whether every crossover comes to its end where it would with a traverse more.
@@ -153,7 +153,6 @@ class _Writer:
         self,
         programs: Programs,
         job: Job,
-        variables: Mapping[int, float],
         dressing: Sequence[bool] | None = None,
         *,
         elsewhere: bool = False,
@@ -161,9 +160,7 @@ class _Writer:
     ) -> None:
         self.programs, self.job, self.dressing = programs, job, dressing
         self.elsewhere, self.across = elsewhere, across
-        self.control = replace(
-            job.control, announce_cycles=True, announce_feeds=True, whole_cycles=True, variables=variables
-        )
+        self.control = replace(job.control, announce_cycles=True, announce_feeds=True, whole_cycles=True)
         self.execution: Execution = execute(programs, self.control)
         self.execution.set_wheel_radius(0.5 * first_diameter(job))
         self.running = Running(job)

@@ -1,9 +1,10 @@
 """The arguments of `grind advise` -> a session."""
 
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 
-from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.job.loading import load_simulation
 from grind_env.errors import GrindError, printable, quoted
 from grind_env.files import beside
 from grind_env.machine.job.file import job_beside
@@ -28,6 +29,7 @@ def open_session(
     *,
     policy: str | None,
     parts: int,
+    variables: Mapping[int, float],
     by: str,
     measurements: Path | None,
     follow: bool,
@@ -45,8 +47,10 @@ def open_session(
     if follow and measurements is None:
         raise ArgumentError("--follow waits for rows of a file: name it with --measurements")
     path = job_beside(program) if job is None else job
-    simulation = find_problem(str(program), str(path), parts).simulation()
-    assert isinstance(simulation, JobSimulation)
+    given = dict(find_problem(str(program), str(path), parts).arguments)
+    simulation = load_simulation(given.get("program"), given["job"], parts, 1.0, "measured", variables)
+    for sentence in simulation.unread:
+        _tell(sentence)
     chosen = policy_for(policy, simulation)
     if values is not None and by == PART:
         check_variables(simulation)
@@ -72,6 +76,10 @@ def _input() -> Source:
     if sys.stdin is None or sys.stdin.closed:
         raise ArgumentError("standard input is closed, so that no readings can come: name a file with --measurements")
     return Prompt() if sys.stdin.isatty() else JsonLines(sys.stdin.buffer)
+
+
+def _tell(text: str) -> None:
+    print(printable(text), file=sys.stderr)
 
 
 def _say(text: str) -> None:

@@ -73,6 +73,7 @@ def origin_of(simulation: JobSimulation, policy: Policy, file: Path | None) -> O
     numbers = simulation.kinds, simulation.branches.base, simulation.branches.first_wheels(1), shops
     tables = [table.tolist() for table in numbers]
     job = [tables, asdict(simulation.task.spread), asdict(simulation.job.lots)]
+    job += [sorted(simulation.job.variables.items())] if simulation.job.variables else []
     rule = _hash(read_bytes(file)) if file is not None else _hash(repr(policy))
     return Origin(
         parts=simulation.parts,

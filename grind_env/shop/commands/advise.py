@@ -7,7 +7,7 @@ import typer
 
 from grind_env.arguments import FILE, Writes
 from grind_env.shop.advise.own import LOG, STATE, VALUES
-from grind_env.shop.commands.arguments import JobFile, ProgramFile
+from grind_env.shop.commands.arguments import FirstVariables, JobFile, ProgramFile
 
 
 def advise(
@@ -19,6 +19,7 @@ def advise(
         FILE,
     ] = None,
     parts: Annotated[int, typer.Option(help="Parts of the batch.")] = 30,
+    variables: FirstVariables = None,
     by: Annotated[str, typer.Option(help="block or part: what a row of readings is of.")] = "block",
     measurements: Annotated[Path | None, typer.Option(help="CSV with a row for each block or part."), FILE] = None,
     follow: Annotated[bool, typer.Option("--follow", help="Wait for further rows of that file.")] = False,
@@ -45,6 +46,7 @@ def advise(
     (mm), new_lot, new_wheel (1 or 0); E and D where they were not the advised ones. It goes on where it was stopped,
     and logs everything into a CSV beside its state, with which one adviser at a time works.
     """
+    from grind_env.control.options import variables_of
     from grind_env.shop.advise.command import open_session
     from grind_env.shop.advise.state import held
 
@@ -55,6 +57,7 @@ def advise(
             job,
             policy=policy,
             parts=parts,
+            variables=variables_of(variables or ()),
             by=by,
             measurements=measurements,
             follow=follow,

@@ -20,6 +20,14 @@ Variables = Annotated[
     list[str] | None,
     typer.Option("--set", help="Value of a # variable at the start, such as '#101=15000'; repeatable."),
 ]
+FirstVariables = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        help="Value of a # variable before the first part, such as '#500=0'; what the program keeps in #100 to #199 "
+        "and #500 to #999 carries over from run to run; repeatable.",
+    ),
+]
 DressAt = Annotated[
     list[float] | None,
     typer.Option(

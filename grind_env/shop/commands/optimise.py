@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from grind_env.arguments import Writes
-from grind_env.shop.commands.arguments import JobFile, ProgramFile, ReportFile, Runs, Seed
+from grind_env.shop.commands.arguments import FirstVariables, JobFile, ProgramFile, ReportFile, Runs, Seed
 from grind_env.terminal import table_console
 
 NOT_BETTER, INFEASIBLE = 3, 4
@@ -57,6 +57,7 @@ def optimise(
     parts: Runs = 50,
     budget: Annotated[str, typer.Option(help="Time of the search: 60s, 2min.")] = "60s",
     seed: Seed = 1,
+    variables: FirstVariables = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Write the program here, if it is better."), Writes()
     ] = None,
@@ -76,12 +77,14 @@ def optimise(
     that runs several times keeps one value for all its runs, and so do blocks of parts that are alike.
 
     The interval between dresses is searched, too: a program that does not dress in every part counts parts, or the
-    blocks that dress, by a # variable.
+    blocks that dress, by a # variable. A word that reads a variable, as E#101, is changed where #101 is assigned, if
+    that is one number and no other word reads it.
 
     The report is written whatever was found.
 
     Exit status 3: no better program was found, or there was no time to try one. 4: no program keeps the limits.
     """
+    from grind_env.control.options import variables_of
     from grind_env.machine.job.file import job_beside, load_job
     from grind_env.render.figures import prepare_figure
     from grind_env.shop import calls
@@ -112,6 +115,7 @@ def optimise(
         parts=parts,
         budget=texts.seconds(budget),
         seed=seed,
+        variables=variables_of(variables or ()),
     )
     if found.verdict is Verdict.BETTER and output is not None:
         found.write(output)

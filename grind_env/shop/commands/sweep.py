@@ -9,7 +9,7 @@ import typer
 
 from grind_env.arguments import Writes
 from grind_env.files import write_atomically
-from grind_env.shop.commands.arguments import JobFile, ProgramFile, Runs, Seed
+from grind_env.shop.commands.arguments import FirstVariables, JobFile, ProgramFile, Runs, Seed
 from grind_env.terminal import table_console
 
 NOTHING_BETTER = 3
@@ -33,6 +33,7 @@ def sweep(
         typer.Option("--output", "-o", help="Write the program with the words of the cheapest point here."),
         Writes(),
     ] = None,
+    variables: FirstVariables = None,
     plot: Annotated[Path | None, typer.Option(help="Draw it into this .png, .svg or .pdf file."), Writes()] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
 ) -> None:
@@ -40,7 +41,7 @@ def sweep(
 
     Every point is ground on the same lots of the job ([lots]), in batches of parts in which the wheel carries over.
     Lead and depth are swept with the best E and dress interval. Without any range E is swept from half to twice its
-    value, and dress intervals from 1 to 20.
+    value, and dress intervals from 1 to 20. A dress interval takes the place of D words and of what the program counts.
 
     Columns: E (mm/min), every (parts from dress to dress), lead (mm a revolution), depth (mm a pass), cost, time, Ra
     (um), highest power (kW) and temperature rise (K), size error (um), scrap, and whether 95 of 100 parts keep every
@@ -49,6 +50,7 @@ def sweep(
     With -o the cheapest point that keeps the limits is written into the program, which is ground so before it is. D on
     every n-th part alone is counted by a # variable. Exit status 3: there is none that costs less than the program.
     """
+    from grind_env.control.options import variables_of
     from grind_env.render.figures import prepare_figure
     from grind_env.shop import calls
     from grind_env.shop.commands import texts
@@ -67,6 +69,7 @@ def sweep(
         depth=None if depth is None else texts.ends("--depth", "depth", depth),
         parts=parts,
         seed=seed,
+        variables=variables_of(variables or ()),
     )
     if plot is not None:
         plot_sweep(found, plot)
@@ -79,7 +82,7 @@ def sweep(
     if found.best == found.own or not found.best.keeps_limits:
         print(f"{output} is not written: no point keeps the limits and costs less than the program", file=sys.stderr)
         raise typer.Exit(NOTHING_BETTER)
-    best = recommended(found, program, job, seed=seed)
+    best = recommended(found, program, job, seed=seed, variables=variables_of(variables or ()))
     write_atomically(output, lambda temporary: temporary.write_bytes(best.data))
     if not as_json:
         beyond = "" if best.keeps_limits else ", and its rounded words are beyond a limit"

@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import TypeAlias
 
 from grind_env.envs.job.simulation import JobSimulation
+from grind_env.shop.optimise.spots import Spot
 from grind_env.shop.optimise.variables import Variable
 
 Likeness: TypeAlias = tuple[object, ...]
@@ -19,14 +20,16 @@ def together(variables: Iterable[Variable], simulation: JobSimulation) -> tuple[
     kinds = _kinds(simulation)
     found: dict[Likeness, Variable] = {}
     for each in variables:
-        alike = each.name, each.own, each.unit, each.levels, frozenset(kinds[number] for number in each.blocks)
+        # a dress program is one of its own, whatever blocks it dresses in
+        place = "" if isinstance(each.at, Spot) else each.place
+        alike = place, each.name, each.own, each.unit, each.levels, frozenset(kinds[number] for number in each.blocks)
         first = found.get(alike)
-        # dress programs are one each, whatever blocks they dress in
-        if first is None or each.place.startswith("O"):
-            found[alike if first is None else (alike, each.place)] = each
-        else:
-            found[alike] = replace(first, blocks=(*first.blocks, *each.blocks), twins=(*first.twins, each))
+        found[alike] = each if first is None else _joined(first, each)
     return tuple(found.values())
+
+
+def _joined(one: Variable, other: Variable) -> Variable:
+    return replace(one, blocks=(*one.blocks, *other.blocks), twins=(*one.twins, other))
 
 
 def _kinds(simulation: JobSimulation) -> list[Likeness]:

@@ -20,7 +20,6 @@ KEPT = range(500, 1000)
 
 _NUMBER = re.compile(r"#[ \t\[]*(\d+)")
 _COMMENT = re.compile(r"\([^()]*\)")
-_JUMP = re.compile("GOTO", re.IGNORECASE)
 _LINE_END = re.compile(r"\r\n|\r|\n")
 
 
@@ -111,11 +110,6 @@ def counting_of(
                     "dresses by a variable instead"
                 )
     return Counting(interval, free[0], None, _places(interval, programs, blocks))
-
-
-def jumps(programs: Programs) -> bool:
-    """Whether a program jumps by GOTO."""
-    return any(_JUMP.search(_COMMENT.sub("", block.text)) for program in programs for block in program.blocks)
 
 
 def _places(interval: DressInterval, programs: Programs, blocks: Sequence[SourceText]) -> tuple[SourceText, ...]:

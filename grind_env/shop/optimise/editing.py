@@ -7,6 +7,7 @@ from decimal import Decimal
 from typing import NamedTuple
 
 from grind_env.control.source import SourceText
+from grind_env.control.statements import PREFIX
 from grind_env.control.words import Word, read_block
 
 BYTE_ORDER_MARK = "\ufeff"
@@ -14,6 +15,10 @@ LATIN = "latin-1"
 
 _LINE = re.compile(r"[^\r\n]*(?:\r\n|\r|\n|\Z)")
 _NUMBER = re.compile(r"([A-Za-z][ \t]*)([+-]?[ \t]*[0-9. \t]*[0-9.])")
+_ASSIGNMENT = re.compile(
+    PREFIX + r"(?:[Nn][ \t]*[0-9]{1,5}[ \t]*)?#[ \t]*([0-9]+)[ \t]*="
+    r"[ \t]*([-+]?[ \t]*(?:[0-9]+\.?[0-9]*|\.[0-9]+))[ \t]*(?:\([^()]*\)[ \t]*)*"
+)
 _BLANKS = re.compile(r"[ \t](?=[A-Za-z])")
 
 
@@ -105,12 +110,27 @@ def other_number(source: SourceText, word: Word, number: str) -> Change:
 
 def added_word(source: SourceText, letter: str, number: str) -> Change:
     """A word behind the last one of a block, in the case and with the blanks of that block."""
-    words = read_block(source).words
-    match = _match(source, max(words, key=lambda word: word.column))
-    before = source.text[: match.end()]
+    last = max(read_block(source).words, key=lambda word: word.column)
+    letter_ends = last.column - source.column + 1
+    end = letter_ends + len(last.expression.rstrip()) if last.expression else _match(source, last).end()
+    before = source.text[:end]
     blank = " " if _BLANKS.search(before) else ""
-    edit = Edit(source.line, source.column + match.end(), 0, f"{blank}{_cased(letter, before)}{number}")
+    edit = Edit(source.line, source.column + end, 0, f"{blank}{_cased(letter, before)}{number}")
     return Change(source, edit, f"{letter}{number} ADDED")
+
+
+def value_text(source: SourceText) -> str | None:
+    """The number that a block assigns to a variable, as it is written; None of other blocks."""
+    match = _ASSIGNMENT.fullmatch(source.text)
+    return match[2] if match else None
+
+
+def other_value(source: SourceText, number: str) -> Change:
+    """Another number in a block that assigns one to a variable."""
+    match = _ASSIGNMENT.fullmatch(source.text)
+    assert match is not None
+    edit = Edit(source.line, source.column + match.start(2), len(match[2]), number)
+    return Change(source, edit, f"#{match[1]}={match[2]} TO #{match[1]}={number}")
 
 
 def comment_edit(source: SourceText, text: str) -> Edit:

@@ -1,5 +1,6 @@
 """Better words for a part program: searched on some lots, chosen on others, judged on unseen ones."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import chain
 from operator import attrgetter
@@ -35,7 +36,7 @@ from grind_env.shop.optimise.search import GENERATIONS, Point
 from grind_env.shop.optimise.unrolling import unrolled
 from grind_env.shop.optimise.variation import Progress, Variation, one_run, variation_of
 from grind_env.shop.optimise.wishes import Wishes
-from grind_env.shop.trials import LIMITS, LotUse, Trials, lots_said
+from grind_env.shop.trials import LIMITS, SAME, LotUse, Trials, lots_said
 
 SEARCHED, CHOSEN, JUDGED = 16, 128, 256
 """Lots on which programs are searched, on which the best of them are compared, and on which that one is judged; more of
@@ -48,8 +49,6 @@ STEP_BY_STEP = 3, 8
 """Finalists, and lots on which they are compared, of a program that the control executes, a thousand times slower."""
 FEWER = 4
 """Generations of a search without a limit, over those of the whole one."""
-SAME = 1e-6
-"""Relative difference of settings that are the same but for rounding."""
 
 FREE = {"temp": ("rise_allowance", 2000.0), "Ra": ("roughness_limit", NO_LIMIT), "size": ("tolerance", NO_LIMIT)}
 """Field of a part that holds a limit, and what it is without."""
@@ -64,6 +63,7 @@ def find_words(
     seconds: float = 60.0,
     seed: int = 1,
     unroll: bool = False,
+    variables: Mapping[int, float] = {},
     progress: Progress = lambda label, count: None,
 ) -> Optimised:
     """Search better words for a program.
@@ -79,6 +79,7 @@ def find_words(
         seconds: for the search; it ends with them, and what follows within four times as many and 10 s.
         seed: of lots and search.
         unroll: whether M98 calls of cycle blocks are written out, each with words of its own.
+        variables: values that `#` variables have before the first part.
         progress: called with what is being done and by how many programs it has come on.
 
     Raises:
@@ -91,7 +92,8 @@ def find_words(
         text = unrolled(programs, text)
         programs = read(text.text, programs.name, programs.folder)
     try:
-        variation = variation_of(programs, text, load_job(job), wishes or Wishes(), parts, seed, seconds)
+        held = replace(load_job(job), variables=variables)
+        variation = variation_of(programs, text, held, wishes or Wishes(), parts, seed, seconds)
         return _optimised(variation, job.name, progress)
     except TimeUp:
         raise GrindError(
@@ -148,6 +150,7 @@ def _optimised(variation: Variation, job: str, progress: Progress) -> Optimised:
         chosen=(tried[variation.start], tried[point]),
         remarks=(
             *variation.choices.remarks,
+            *variation.base.simulation.unread,
             *undressed(before, after, variation.runs),
             *few(len(before.seeds), lots, JUDGED),
         ),
@@ -162,14 +165,16 @@ def _optimised(variation: Variation, job: str, progress: Progress) -> Optimised:
     )
 
 
-def _chosen(variation: Variation, ranked: list[Point], tried: dict[Point, Trade]) -> Point:
+def _chosen(
+    variation: Variation, ranked: list[Point], tried: dict[Point, Trade], finalists_each: int = FINALISTS
+) -> Point:
     """The best of the first programs on lots that no search has seen; the nearest to the limits if none keeps them.
 
     Without the time for that it is the first of them.
     """
     if variation.base.simulation.compiled:
         lots = CHOSEN
-        best = [[point for point in ranked if tried[point].share <= share][:FINALISTS] for share in CLEARANCES]
+        best = [[point for point in ranked if tried[point].share <= share][:finalists_each] for share in CLEARANCES]
         finalists = list(dict.fromkeys(chain.from_iterable(best))) or ranked[:1]
     else:
         count, lots = STEP_BY_STEP
@@ -195,8 +200,8 @@ def _require_said(variation: Variation, before: Trials, after: Trials, point: Po
     counting = variation.counting(point)
     if counting is not None and counting.counter is None:
         deleted = variation.trials_of(variation.read(point, block_delete=True), LotUse.BASE, 1).own
-        every = said.shape[0] // variation.runs * counting.interval.every
-        said = np.where((np.arange(len(said)) % every >= every - len(said) // variation.runs)[:, None], said, deleted)
+        dressed = (after.run_of_block + 1) % counting.interval.every == 0
+        said = np.where(dressed[:, None], said, deleted)
     columns = [k for k in range(asked.shape[1]) if k != DRESS_SECONDS]
     if asked.shape != said.shape or not np.allclose(asked[:, columns], said[:, columns], rtol=SAME, atol=0.0):
         raise GrindError(
@@ -220,7 +225,7 @@ def _freed(variation: Variation, judged: Trials, best: Point, budget: Budget, pr
         tried: dict[Point, Trade] = {}
         search = other.search(other.trials(LotUse.SEARCH, SEARCHED), progress, f"without the limit of {name}", tried)
         search.run(best, variation.seed, GENERATIONS // FEWER)
-        point = _chosen(other, [best, *search.ranked], tried)
+        point = _chosen(other, search.ranked, tried, 1)
         found = less(other.measure(other.trials(LotUse.JUDGEMENT, JUDGED), [point]))[0]
         share = float(variation.measure(judged, [point]).ratios[0, k])
         words[name] = Freed(paired(with_all - found), share)

@@ -11,7 +11,8 @@ from grind_env.process.cost import NO_LIMIT, Limits
 from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.optimise.outcome import LimitUse, Quantity, Verdict, WishUse, WordChange
 from grind_env.shop.optimise.search import Point
-from grind_env.shop.optimise.variables import Choices, Spot, Variable
+from grind_env.shop.optimise.spots import Spot
+from grind_env.shop.optimise.variables import Choices, Variable
 from grind_env.shop.optimise.variation import Variation
 from grind_env.shop.optimise.wishes import INTERVAL, Wishes
 from grind_env.shop.trials import LIMITS, Measures, Trials

@@ -16,14 +16,15 @@ from grind_env.control.paths import INTEGRANDS
 from grind_env.control.source import SourceText
 from grind_env.envs.job.outline import BlockOutline
 from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.job.text import jumps
 from grind_env.errors import listed
 from grind_env.machine.dress.program import DEEPEST_INFEED
 from grind_env.machine.part.feeds import FEED_WORD, speed_word
 from grind_env.machine.script import settings
 from grind_env.shop.dress_interval import LONGEST, DressInterval, intervals_between
-from grind_env.shop.optimise.counting import jumps
 from grind_env.shop.optimise.dress_text import DressText, DressTextError, dress_text
 from grind_env.shop.optimise.editing import ProgramText, number_text, word_of
+from grind_env.shop.optimise.spots import Assignments, Spot, variable_of
 from grind_env.shop.optimise.wishes import INTERVAL, WishError, Wishes, whole_ends_of
 
 COLUMNS = {
@@ -57,16 +58,6 @@ STEPS = {
 }
 """Of which values are multiples, metric and in inches; of a lead those of its F."""
 ONE = Decimal(1)
-
-
-class Spot(NamedTuple):
-    """Where a word of a cycle block stands, or would stand."""
-
-    source: SourceText
-    letter: str
-    form: str
-    """Its number as it is written, or what a new one is to look like."""
-    missing: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,7 +130,9 @@ class Choices(NamedTuple):
     remarks: tuple[str, ...]
 
 
-def choices_of(simulation: JobSimulation, text: ProgramText, wishes: Wishes, runs: int) -> Choices:
+def choices_of(
+    simulation: JobSimulation, text: ProgramText, wishes: Wishes, runs: int, *, of_all: bool = False
+) -> Choices:
     """What can be varied in a program.
 
     Args:
@@ -147,6 +140,7 @@ def choices_of(simulation: JobSimulation, text: ProgramText, wishes: Wishes, run
         text: of its file.
         wishes: what is asked for.
         runs: how often it is run.
+        of_all: whether the simulation is of all runs, for these are not alike.
 
     Raises:
         WishError: a block is to be kept that is none, or nothing can be varied.
@@ -160,21 +154,25 @@ def choices_of(simulation: JobSimulation, text: ProgramText, wishes: Wishes, run
     if simulation.script is None:
         names = tuple(name for name in names if name not in IN_SCRIPTS)
         remarks.append(f"E and D alone are varied, and few programs can be tried: {simulation.why}")
+    assignments = Assignments(simulation.programs, simulation.job.variables)
     found: list[Variable] = []
     for name in names:
         if name in ("E", "D", "J", "L"):
-            found += _words(name, simulation, wishes, remarks)
+            found += _words(name, simulation, wishes, assignments, remarks)
         else:
             found += _dresses(name, simulation, text, wishes, remarks)
     intervals: tuple[DressInterval, ...] = (DressInterval(1),)
     if INTERVAL in wishes.words:
         if "D" not in names:
-            found += [
-                replace(each, levels=(each.own,)) for each in _words("D", simulation, wishes, remarks) if each.own
-            ]
-        intervals = _intervals(simulation, [each for each in found if each.name == "D"], wishes, runs)
-    counted = intervals[-1].every > 1
-    varied = [each for each in found if each.levels != (each.own,) or (each.name == "D" and counted)]
+            words = _words("D", simulation, wishes, assignments, remarks)
+            found += [replace(each, levels=(each.own,)) for each in words if each.own]
+        dressing = [each for each in found if each.name == "D"]
+        parts = simulation.parts // runs if of_all else simulation.parts
+        # blocks are counted before each that dresses: not by the operator, nor where a jump may lead past the counting
+        counted = not (of_all or wishes.by_block_delete or any(map(jumps, _sources(simulation.programs))))
+        intervals = _intervals(dressing, wishes, runs, parts, counted=counted)
+    several = intervals[-1].every > 1
+    varied = [each for each in found if each.levels != (each.own,) or (each.name == "D" and several)]
     if not varied:
         lacks = f"; it has no word {' or '.join(names)} in a {codes_said('or')}; --vary adds words that a block lacks"
         why = f": {remarks[0]}" if remarks else lacks
@@ -183,7 +181,7 @@ def choices_of(simulation: JobSimulation, text: ProgramText, wishes: Wishes, run
 
 
 def _intervals(
-    simulation: JobSimulation, dressing: Sequence[Variable], wishes: Wishes, runs: int
+    dressing: Sequence[Variable], wishes: Wishes, runs: int, parts: int, *, counted: bool
 ) -> tuple[DressInterval, ...]:
     """How often the blocks with some D words may dress."""
     low, high = whole_ends_of("--bounds", INTERVAL, wishes.bounds.get(INTERVAL, (1, max(min(LONGEST, runs), 1))))
@@ -191,14 +189,24 @@ def _intervals(
         raise WishError(f"--bounds: a dress every {low} to {high} parts; it may be from 1 to --parts, which is {runs}")
     if not dressing:
         return (DressInterval(1),)
-    blocks = sum(len(each.blocks) for each in dressing)
-    # a jump to the label of a block leaves out what is written before it, and the operator counts no blocks
-    whole_parts = wishes.by_block_delete or jumps(simulation.programs)
-    return intervals_between(low, high, blocks=1 if whole_parts else blocks, parts=simulation.parts)
+    counted &= all(isinstance(each.at, Spot) and each.at.variable is None for each in dressing)
+    blocks = sum(len(each.blocks) for each in dressing) if counted else 1
+    return intervals_between(low, high, blocks=blocks, parts=parts)
 
 
-def _words(name: str, simulation: JobSimulation, wishes: Wishes, remarks: list[str]) -> Iterator[Variable]:
-    """The words of cycle blocks; one word holds for all runs of its block, and for blocks that take it over."""
+def _sources(programs: Programs) -> Iterator[SourceText]:
+    """All blocks of a file."""
+    return (block for program in programs for block in program.blocks)
+
+
+def _words(
+    name: str, simulation: JobSimulation, wishes: Wishes, assignments: Assignments, remarks: list[str]
+) -> Iterator[Variable]:
+    """The words of cycle blocks; one word holds for all runs of its block, and for blocks that take it over.
+
+    The number of a variable that words read holds for all of them.
+    """
+    assigned = _assigned(name, simulation.blocks, wishes, assignments)
     blocks: dict[tuple[int, int], list[int]] = {}
     spots: dict[tuple[int, int], tuple[Spot, int]] = {}
     governing: dict[str, tuple[int, int] | None] = {}
@@ -207,8 +215,9 @@ def _words(name: str, simulation: JobSimulation, wishes: Wishes, remarks: list[s
         if letter is None:
             continue
         word = word_of(source, letter)
-        place = (source.line, source.column)
-        usable = _usable(word, letter, outline, simulation.programs, wishes, remarks)
+        at = assigned.get((variable_of(word), source))
+        place = (at.source.line, at.source.column) if isinstance(at, Spot) else (source.line, source.column)
+        usable = isinstance(at, Spot) or _usable(word, letter, outline, simulation.programs, wishes, remarks, at)
         if word is None and not (wishes.add and usable and (name != "D" or outline.takes_dresses)):
             before = governing.get(letter)
             # F in force may be that of another feed move
@@ -221,15 +230,17 @@ def _words(name: str, simulation: JobSimulation, wishes: Wishes, remarks: list[s
         governing[letter] = place if usable else None
         if usable:
             blocks.setdefault(place, []).append(number)
-            form = _form(name, outline) if word is None else number_text(source, word)
-            spots[place] = Spot(source, letter, form, word is None), number
+            if not isinstance(at, Spot):
+                form = _form(name, outline) if word is None else number_text(source, word)
+                at = Spot(source, letter, form, word is None)
+            spots[place] = at, number
     for place, (spot, number) in spots.items():
         outline = simulation.blocks[number]
         unit = MILLIMETRES_PER_INCH if outline.inch and name in ("E", "J") else MILLIMETRE
         own = _own(name, outline, spot, unit)
         yield Variable(
             name=name,
-            place=_place(outline, simulation.blocks),
+            place=_place(outline, simulation.blocks) if spot.variable is None else spot.place,
             blocks=tuple(blocks[place]),
             own=own,
             levels=_levels(name, own, unit, wishes, simulation, _fastest(simulation, blocks[place])),
@@ -252,10 +263,41 @@ def _letter(name: str, outline: BlockOutline) -> str | None:
     return INTEGRANDS[plan.plunge_axis] if name == "J" else name
 
 
+def _assigned(
+    name: str, blocks: Sequence[BlockOutline], wishes: Wishes, assignments: Assignments
+) -> dict[tuple[int | None, SourceText], Spot | str]:
+    """Of each variable that words of a name read in a block, where its number stands, or how it could have one."""
+    readers: dict[tuple[int, SourceText | None], list[BlockOutline]] = {}
+    for outline in blocks:
+        letter = _letter(name, outline)
+        read = variable_of(word_of(outline.block.source, letter)) if letter else None
+        if read is not None:
+            readers.setdefault((read, assignments.place(read, outline.block.source)), []).append(outline)
+    found: dict[tuple[int | None, SourceText], Spot | str] = {}
+    for (variable, _), outlines in readers.items():
+        sources = [each.block.source for each in outlines]
+        kept = next((_label(each) for each in outlines if each.block.place.block in wishes.kept), None)
+        if kept is not None:
+            at: Spot | str = f"give it a variable of its own, for {kept}, which is kept, reads this one, too"
+        elif len({each.inch for each in outlines}) > 1:
+            at = "give it a variable of its own, for this one is read in inches and in millimetres"
+        else:
+            letter = _letter(name, outlines[0]) or name
+            at = assignments.spot(variable, letter, sources)
+        found |= {(variable, source): at for source in sources}
+    return found
+
+
 def _usable(
-    word: object, letter: str, outline: BlockOutline, programs: Programs, wishes: Wishes, remarks: list[str]
+    word: object,
+    letter: str,
+    outline: BlockOutline,
+    programs: Programs,
+    wishes: Wishes,
+    remarks: list[str],
+    remedy: str | None,
 ) -> bool:
-    """Whether a word may be changed, with a remark where it cannot."""
+    """Whether a word may be changed, with a remark where it cannot, and what to do besides writing a number there."""
     source, label = outline.block.source, _label(outline)
     if outline.block.place.block in wishes.kept:
         return False
@@ -265,7 +307,8 @@ def _usable(
     expression = next((each.expression for each in outline.block.words if each.letter == letter), "")
     if expression:
         remarks.append(
-            f"{label}: {letter}{expression.strip()} is kept as it is; write a number there, or change what is assigned"
+            f"{label}: {letter}{expression.strip()} is kept as it is; write a number there, or "
+            f"{remedy or 'change what is assigned'}"
         )
         return False
     return True

@@ -11,15 +11,17 @@ from numpy.typing import NDArray
 
 from grind_env.arrays import Array
 from grind_env.control import Programs, read
+from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.job import Job
 from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.optimise.alike import together
 from grind_env.shop.optimise.budget import Budget
 from grind_env.shop.optimise.counting import Counting, counting_of
-from grind_env.shop.optimise.editing import ProgramText, added_word, like, other_number, word_of
+from grind_env.shop.optimise.editing import ProgramText, like
 from grind_env.shop.optimise.outcome import Trade
 from grind_env.shop.optimise.search import Point, Search
-from grind_env.shop.optimise.variables import COLUMNS, INHERITED, Choices, Spot, choices_of
+from grind_env.shop.optimise.spots import Spot
+from grind_env.shop.optimise.variables import COLUMNS, INHERITED, Choices, Variable, choices_of
 from grind_env.shop.optimise.wishes import WishError, Wishes
 from grind_env.shop.trials import LIMITS, Between, LotUse, Measures, Trials, lots_of, nothing, trials_of
 
@@ -116,16 +118,24 @@ class Variation(NamedTuple):
 
     def settings(self, own: Array, points: NDArray[np.int64]) -> Array:
         """Settings of the blocks of all runs; points of shape (C, coordinates)."""
-        table = np.repeat(own.reshape(1, self.runs, -1, own.shape[-1]), len(points), axis=0)
-        varied = np.zeros(table.shape[2], bool)
+        table = np.repeat(own[None], len(points), axis=0)
+        varied = np.zeros(len(own), bool)
         for k, variable in enumerate(self.choices.variables):
-            table[:, :, variable.blocks, variable.column] = variable.settings[points[:, k], None, None]
-            varied[[*variable.blocks] if variable.name == "D" else []] = True
-        executions = table[..., COLUMNS["D"]]
+            blocks = self._everywhere(variable)
+            table[:, blocks, variable.column] = variable.settings[points[:, k], None]
+            varied[blocks if variable.name == "D" else []] = True
+        executions, run = table[..., COLUMNS["D"]], self.base.run_of_block
         for k, number in enumerate(points[:, -1].tolist()):
-            dressing = varied & (executions[k, 0] > 0.0)
-            executions[k] *= self.choices.intervals[number].due(dressing, self.runs) | ~varied
-        return table.reshape(len(points), *own.shape)
+            due = self.choices.intervals[number].due(varied & (executions[k] > 0.0), run)
+            executions[k] *= due | ~varied
+        return table
+
+    def _everywhere(self, variable: Variable) -> NDArray[np.int64]:
+        """Its blocks in all runs."""
+        blocks = np.array(variable.blocks)
+        if not self.base.alike:
+            return blocks
+        return np.asarray(np.add.outer(np.arange(self.runs) * len(self.base.blocks), blocks).ravel())
 
     def measure(self, trials: Trials, points: list[Point], between: Between = nothing) -> Measures:
         """What programs with other words come to."""
@@ -138,7 +148,13 @@ class Variation(NamedTuple):
         if not dressing:
             return None
         spots = [twin.at.source for each in dressing for twin in (each, *each.twins) if isinstance(twin.at, Spot)]
-        return counting_of(self.interval(point), self.programs, spots, by_block_delete=self.wishes.by_block_delete)
+        return counting_of(
+            self.interval(point),
+            self.programs,
+            spots,
+            by_block_delete=self.wishes.by_block_delete,
+            taken=self.job.variables,
+        )
 
     def with_words(self, point: Point) -> ProgramText:
         """The text with the words of a point, a comment at each block that has changed; all else stays.
@@ -156,17 +172,13 @@ class Variation(NamedTuple):
         changes, passes = [], []
         for variable, level in chosen:
             at = variable.at
-            counted = counting is not None and variable.name == "D" and level > 0
+            executions = counting.word(level) if counting and variable.name == "D" and level > 0 else None
             # a block that would take over what has changed in the one before needs a word of its own
             takes_over = isinstance(at, Spot) and at.missing and variable.name in INHERITED and variable.name in moved
-            if level == variable.own and not takes_over and not counted:
+            if level == variable.own and not takes_over and executions is None:
                 continue
             if isinstance(at, Spot):
-                word = word_of(at.source, at.letter)
-                number = counting.word(level) if counting is not None and counted else like(level, at.form)
-                changes.append(
-                    added_word(at.source, at.letter, number) if word is None else other_number(at.source, word, number)
-                )
+                changes.append(at.change(executions or like(level, at.form)))
             elif variable.name == "passes":
                 passes.append((at, level))
             else:
@@ -251,10 +263,16 @@ def variation_of(
     """
     once = one_run(programs, job)
     budget = Budget(seconds)  # from here on, for the first run compiles what has never been compiled on this machine
-    choices = _choices(once, text, wishes, runs)
+    choices = _choices(once.simulation, text, wishes, runs)
     margins = np.array([wishes.margin(name) for name in LIMITS])
     ranges = _ranges(choices)
     base = _base(programs, job, runs, seed, ranges, budget.require_first)
+    seen = once.simulation
+    if not base.alike:
+        seen = base.as_written(programs)
+        choices = _choices(seen, text, wishes, runs, of_all=True)
+        ranges = _ranges(choices)
+        base = _base(programs, job, runs, seed, ranges, budget.require_first)
     variation = Variation(programs, text, job, runs, seed, wishes, choices, ranges, margins, once, base, budget)
     why = base.simulation.why
     if why is None or not any(ranges):
@@ -263,7 +281,7 @@ def variation_of(
     remark = f"J and L are kept as they are: {why}"
     if not others.words:
         raise WishError(remark)
-    choices = _choices(once, text, others, runs)
+    choices = _choices(seen, text, others, runs, of_all=not base.alike)
     return variation._replace(
         choices=choices._replace(remarks=(*choices.remarks, remark)),
         ranges=ScriptRanges(),
@@ -271,10 +289,12 @@ def variation_of(
     )
 
 
-def _choices(once: Trials, text: ProgramText, wishes: Wishes, runs: int) -> Choices:
+def _choices(
+    simulation: JobSimulation, text: ProgramText, wishes: Wishes, runs: int, *, of_all: bool = False
+) -> Choices:
     """What can be varied; what parts that are alike say is one value, unless that is not wished."""
-    choices = choices_of(once.simulation, text, wishes, runs)
-    return choices if wishes.free else choices._replace(variables=together(choices.variables, once.simulation))
+    choices = choices_of(simulation, text, wishes, runs, of_all=of_all)
+    return choices if wishes.free else choices._replace(variables=together(choices.variables, simulation))
 
 
 def one_run(programs: Programs, job: Job) -> Trials:

@@ -8,6 +8,7 @@ import numpy as np
 
 from grind_env.render.figures import check_format, new_figure, write_figure
 from grind_env.render.plots import BLUE, GREEN, GREY, ORANGE, RED
+from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.sweep.study import Sweep, SweepPoint, cheapest
 from grind_env.shop.trials import LIMITS, lots_said
 
@@ -50,7 +51,7 @@ def draw_sweep(found: Sweep) -> "Figure":
         draw_cost(upper)
         draw_limits(lower)
         for axes in (upper, lower):
-            if "parts from dress" in axes.get_xlabel():
+            if "from dress to dress" in axes.get_xlabel():
                 axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     return figure
 
@@ -63,13 +64,13 @@ def _panels(found: Sweep) -> list[tuple[Draw, Draw]]:
     if len(found.intervals) > 1:
         points = found.intervals
         every = [float(point.every) for point in points]
-        label = "parts from dress to dress, each with its best E"
+        label = f"{found.counted}s from dress to dress, each with its best E"
         panels.append((lambda axes: _intervals(axes, found, points), lambda axes: _shares(axes, every, points, label)))
     if len({point.E for point in found.speeds}) > 1:
         best = cheapest(found.speeds)
         row = [point for point in found.speeds if point.every == best.every]
         at = [point.E / 1000.0 for point in row]
-        which = f", a dress every {best.every} parts" if best.every > 1 else ""
+        which = f", a dress {DressInterval(best.every, found.counted)}" if best.every > 1 else ""
         name = f"E of the first cycle block, m/min{which}"
         panels.append((lambda axes: _speeds(axes, found), lambda axes: _shares(axes, at, row, name)))
     if found.dresses:
@@ -92,7 +93,7 @@ def _intervals(axes: "Axes", found: Sweep, points: Sequence[SweepPoint]) -> None
     )
     axes.axhline(found.own.cost.value, color=GREY, ls="--", lw=1.2, label="the program as it is")
     _finish(axes, best, found)
-    axes.set(xlabel="parts from dress to dress", ylabel="$ a part")
+    axes.set(xlabel=f"{found.counted}s from dress to dress", ylabel="$ a part")
 
 
 def _speeds(axes: "Axes", found: Sweep) -> None:

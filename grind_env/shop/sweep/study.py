@@ -1,7 +1,7 @@
 """A dress study of a user's own part: table speed and dress interval, then lead and depth of the dress."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from grind_env.arrays import Array
 from grind_env.control import read_file
+from grind_env.control.source import SourceText
 from grind_env.errors import GrindError
 from grind_env.machine.job.file import job_beside, load_job
 from grind_env.machine.script.settings import DRESS_DEPTH, DRESS_FEED, DRESS_PASSES, D, E
@@ -52,7 +53,7 @@ class SweepPoint:
 
     Attributes:
         E: mm/min, of the first cycle block.
-        every: parts from dress to dress; 0 for the D words of the program, in every part.
+        every: runs of the program from dress to dress; 0 for the D words of the program, in every part.
         lead: mm a revolution; 0 without a dress program.
         depth: mm a pass; 0 without a dress program.
         cost: $ a part, with its 95 % interval.
@@ -97,17 +98,21 @@ class Sweep:
         program: name of the program.
         parts: of a batch.
         lots: on which every point was ground.
+        counted: what a run of the program is called: "part", or "run" where it grinds several of them.
         own: the program as it is.
         speeds: over E and dress interval.
         dresses: over lead and depth, with the best E and interval of these.
+        remarks: sentences on variables that were given and that nothing reads.
     """
 
     program: str
     parts: int
     lots: int
+    counted: str
     own: SweepPoint
     speeds: tuple[SweepPoint, ...]
     dresses: tuple[SweepPoint, ...]
+    remarks: tuple[str, ...] = ()
 
     @property
     def best(self) -> SweepPoint:
@@ -175,6 +180,7 @@ def sweep(
     *,
     parts: int = 50,
     seed: int = 1,
+    variables: Mapping[int, float] = {},
     progress: Callable[[str, int], object] = lambda label, count: None,
 ) -> Sweep:
     """Grind a program with a grid of settings, every one on the same lots.
@@ -185,6 +191,7 @@ def sweep(
         ranges: what is swept; E and dress intervals from 1 to 20 if nothing is said.
         parts: how often the program is run; the wheel carries over.
         seed: of the lots.
+        variables: values that `#` variables have before the first part.
         progress: called with what is being done and by how many points it has come on.
 
     Raises:
@@ -192,7 +199,8 @@ def sweep(
     """
     program = Path(program)
     job = job_beside(program) if job is None else Path(job)
-    trials = trials_of(read_file(program), load_job(job), parts, lots_of(seed, LotUse.SWEEP, LOTS))
+    held = replace(load_job(job), variables=variables)
+    trials = trials_of(read_file(program), held, parts, lots_of(seed, LotUse.SWEEP, LOTS))
     study = _Study(trials, parts, progress)
     if ranges is None or not any(ranges):
         programmed = float(trials.own[0, E])
@@ -218,7 +226,14 @@ def sweep(
         ]
         dresses = study.points("leads and depths", grid)
     return Sweep(
-        program=program.name, parts=parts, lots=len(trials.seeds), own=own, speeds=tuple(speeds), dresses=tuple(dresses)
+        program=program.name,
+        parts=parts,
+        lots=len(trials.seeds),
+        counted=DressInterval.counting(trials.simulation.parts // parts),
+        own=own,
+        speeds=tuple(speeds),
+        dresses=tuple(dresses),
+        remarks=trials.simulation.unread,
     )
 
 
@@ -239,14 +254,12 @@ class _Study:
 
     def __init__(self, trials: Trials, runs: int, progress: Callable[[str, int], object]) -> None:
         self.trials, self.runs, self.progress = trials, runs, progress
-        simulation, own = trials.simulation, trials.own
+        simulation = trials.simulation
         self.turns = simulation.task.wheel_revolutions
-        takes = np.array([block.takes_dresses for block in simulation.blocks[: trials.blocks]])
-        self.dresses = bool(takes.any())
-        self.dressing = (own.reshape(runs, trials.blocks, -1)[:, :, D] > 0.0).any(axis=0) & takes
-        if self.dresses and not self.dressing.any():
-            self.dressing[takes.argmax()] = True
-        self.dressed = own[:, DRESS_PASSES] > 0.0
+        self.own, self.run_of_block = trials.own, trials.run_of_block
+        self.dressed = self.own[:, DRESS_PASSES] > 0.0
+        self.executions = _executions(trials)
+        self.dresses = bool(self.executions.any())
 
     def refuse(self, ranges: Ranges) -> None:
         """Refuse ranges of what the program does not have."""
@@ -278,13 +291,12 @@ class _Study:
 
     def _table(self, setting: Setting) -> Array:
         """Settings of all blocks of a batch, shape (runs x blocks, fields of `BlockSettings`)."""
-        table = self.trials.own
+        table = self.own.copy()
         if setting.E is not None:
             table[:, E] *= setting.E / table[0, E]
         if setting.every is not None:
-            due = DressInterval(setting.every).due(self.dressing, self.runs)
-            most = table[:, D].reshape(due.shape).max(axis=0)
-            table[:, D] = np.where(due, np.maximum(most, 1.0), 0.0).ravel()
+            due = DressInterval(setting.every).due(self.executions > 0.0, self.run_of_block)
+            table[:, D] = due * self.executions
         if setting.lead is not None:
             table[self.dressed, DRESS_FEED] = setting.lead * self.turns
         if setting.depth is not None:
@@ -310,6 +322,19 @@ class _Study:
             )
             for k, (table, setting) in enumerate(zip(tables, settings, strict=True))
         ]
+
+
+def _executions(trials: Trials) -> Array:
+    """D of each block of all runs where a dress is due: the most that it ever has, or 1 in the first of a run."""
+    takes = np.array([block.takes_dresses for block in trials.stand], bool)
+    most: dict[SourceText, float] = {}
+    for block, executions in zip(trials.stand, trials.own[:, D].tolist(), strict=True):
+        most[block.block.source] = max(most.get(block.block.source, 0.0), executions)
+    found = np.array([most[block.block.source] for block in trials.stand]) * takes
+    if not found.any() and takes.any():
+        runs = trials.run_of_block
+        found[[np.flatnonzero(takes & (runs == run))[0] for run in np.unique(runs[takes])]] = 1.0
+    return np.asarray(found)
 
 
 def _values(ends: tuple[float, float] | None) -> Sequence[float | None]:

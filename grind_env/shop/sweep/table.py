@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.sweep.study import Sweep, SweepPoint, cheapest
 from grind_env.shop.trials import LIMITS, lots_said
 
@@ -12,7 +13,7 @@ if TYPE_CHECKING:
 
 HEADINGS = {
     "E": "E\nmm/min",
-    "every": "every\nparts",
+    "every": "every\n{counted}s",
     "lead": "lead\nmm/rev",
     "depth": "depth\nmm",
     "cost": "cost\n$",
@@ -39,17 +40,17 @@ class PointTable(NamedTuple):
 
 def tables_of(found: Sweep) -> list[PointTable]:
     """The program as it is, the best point of each dress interval, and the grid of lead and depth."""
-    tables = [_table("as it is", [found.own])]
+    tables = [_table("as it is", [found.own], found.counted)]
     if found.speeds:
         several = len({point.every for point in found.speeds}) > 1
         title = "the best E of each dress interval" if several else "over E"
-        tables.append(_table(title, found.intervals if several else found.speeds))
+        tables.append(_table(title, found.intervals if several else found.speeds, found.counted))
     if found.dresses:
         leads = sorted({point.lead for point in found.dresses})
         several = len(leads) > 1
         best = [cheapest([point for point in found.dresses if point.lead == lead]) for lead in leads]
         title = "the best depth of each dress lead" if several else "over depth"
-        tables.append(_table(title, best if several else found.dresses))
+        tables.append(_table(title, best if several else found.dresses, found.counted))
     return tables
 
 
@@ -72,19 +73,19 @@ def print_sweep(found: Sweep, console: "Console") -> None:
 
 def sentences(found: Sweep) -> list[str]:
     """What is best, and how flat the valley is."""
-    best, said = found.best, []
+    best, said = found.best, list(found.remarks)
     if any(point.every for point in found.speeds):
         point = min((each for each in found.intervals if each.keeps_limits), key=_cost, default=None)
         first, last = found.valley
         if point is not None:
             valley = f"{first} to {last}" if first != last else f"{first} alone"
             said.append(
-                f"best dress interval: every {_parts(point.every)} with E{point.E:.0f}, {point.cost.value:.3f} $ a "
-                f"part; its valley, up to 2 % dearer: {valley}"
+                f"best dress interval: {DressInterval(point.every, found.counted)} with E{point.E:.0f}, "
+                f"{point.cost.value:.3f} $ a part; its valley, up to 2 % dearer: {valley}"
             )
     for name, point in found.refused.items():
         cost, share = point.cost.value, 100.0 * point.shares[LIMITS.index(name)]
-        words = _settings(point, found.own)
+        words = _settings(point, found)
         said.append(f"the limit of {name} binds: {words} would cost {cost:.3f} $ and come to {share:.0f} % of it")
     if not best.keeps_limits:
         said.append("no point of the sweep keeps all limits")
@@ -102,11 +103,13 @@ def as_data(found: Sweep) -> dict[str, Any]:
         "program": found.program,
         "parts": found.parts,
         "lots": found.lots,
+        "counted": found.counted,
         "own": _data(found.own),
         "speeds": [_data(point) for point in found.speeds],
         "dresses": [_data(point) for point in found.dresses],
         "best": _data(found.best),
         "valley": list(found.valley) if found.speeds else None,
+        "remarks": list(found.remarks),
     }
 
 
@@ -114,11 +117,13 @@ def _data(point: SweepPoint) -> dict[str, Any]:
     return asdict(point) | {"cost": point.cost._asdict(), "keeps_limits": point.keeps_limits}
 
 
-def _table(title: str, points: Sequence[SweepPoint]) -> PointTable:
+def _table(title: str, points: Sequence[SweepPoint], counted: str) -> PointTable:
     rows = [_cells(point) for point in points]
     same = {name for name in VARIED if len(rows) > 1 and len({row[name] for row in rows}) == 1}
     used = [name for name in HEADINGS if name not in same and any(row[name] for row in rows)]
-    return PointTable(title, [HEADINGS[name] for name in used], [[row[name] for name in used] for row in rows])
+    return PointTable(
+        title, [HEADINGS[name].format(counted=counted) for name in used], [[row[name] for name in used] for row in rows]
+    )
 
 
 def _cells(point: SweepPoint) -> dict[str, str]:
@@ -138,10 +143,10 @@ def _cells(point: SweepPoint) -> dict[str, str]:
     }
 
 
-def _settings(point: SweepPoint, own: SweepPoint) -> str:
+def _settings(point: SweepPoint, found: Sweep) -> str:
     """E of a point, its dress interval, and lead and depth where they are not those of the program."""
-    said = [f"E{point.E:.0f}"]
-    said += [f"a dress every {_parts(point.every)}"] if point.every else []
+    own, said = found.own, [f"E{point.E:.0f}"]
+    said += [f"a dress {DressInterval(point.every, found.counted)}"] if point.every else []
     said += [f"lead {point.lead:.3f} mm"] if point.lead != own.lead else []
     said += [f"depth {point.depth:.4f} mm"] if point.depth != own.depth else []
     return ", ".join(said)
@@ -149,7 +154,3 @@ def _settings(point: SweepPoint, own: SweepPoint) -> str:
 
 def _cost(point: SweepPoint) -> float:
     return point.cost.value
-
-
-def _parts(every: int) -> str:
-    return "part" if every == 1 else f"{every} parts"

@@ -1,5 +1,6 @@
 """The best point of a sweep, written into its program."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from pathlib import Path
@@ -35,7 +36,14 @@ class Recommended:
     keeps_limits: bool
 
 
-def recommended(found: Sweep, program: str | Path, job: str | Path | None = None, *, seed: int = 1) -> Recommended:
+def recommended(
+    found: Sweep,
+    program: str | Path,
+    job: str | Path | None = None,
+    *,
+    seed: int = 1,
+    variables: Mapping[int, float] = {},
+) -> Recommended:
     """Write the best point into its program, and grind it so.
 
     Args:
@@ -43,6 +51,7 @@ def recommended(found: Sweep, program: str | Path, job: str | Path | None = None
         program: file of its program.
         job: its job file; the program's name with `.toml` if not given.
         seed: of its lots.
+        variables: values that `#` variables have before the first part.
 
     Raises:
         SweepError: no point that keeps the limits is cheaper than the program as it is, or its text cannot say it.
@@ -51,7 +60,8 @@ def recommended(found: Sweep, program: str | Path, job: str | Path | None = None
     best, program = found.best, Path(program)
     if best == found.own or not best.keeps_limits:
         raise SweepError(f"{program.name}: no point of the sweep keeps the limits and costs less than it does as it is")
-    text, settings = text_of(read_bytes(program)), load_job(job_beside(program) if job is None else Path(job))
+    settings = replace(load_job(job_beside(program) if job is None else Path(job)), variables=variables)
+    text = text_of(read_bytes(program))
     names = [name for name in EXACT if getattr(best, name) != getattr(found.own, name)]
     dresses = ["D", INTERVAL] if best.every else []
     wishes = wishes_of([*names, *dresses], {INTERVAL: (best.every, best.every)} if dresses else {}, free=True)

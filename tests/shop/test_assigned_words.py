@@ -1,0 +1,246 @@
+"""Words that read a variable are varied by the number that is assigned to it, and by nothing else."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from grind_env.control import read, read_file
+from grind_env.files import read_bytes
+from grind_env.machine.grind import grind
+from grind_env.machine.job.file import load_job
+from grind_env.shop.optimise.editing import text_of
+from grind_env.shop.optimise.finding import find_words
+from grind_env.shop.optimise.outcome import Optimised
+from grind_env.shop.optimise.variation import Variation, variation_of
+from grind_env.shop.optimise.wishes import WishError, wishes_of
+from grind_env.shop.trials import LotUse, lots_of, trials_of
+from tests.shop.programs import DRESS, FEEDS, INCH, JOB, PLATE
+
+pytestmark = pytest.mark.usefixtures("few_lots")
+
+SHOP = load_job(Path(__file__).parents[2] / "grind_env" / "examples" / "plate_g82.toml")
+ASSIGNED = (
+    PLATE.replace("N30 G00 X-30.", "#101 = 15000. (ROUGH)\n N31 #102=9000\n#103=+1(DRESSES)\n#104=-.01\nN30 G00 X-30.")
+    .replace("E15000.", "E#101")
+    .replace("E9000.", "E[#102]")
+    .replace("D1", "D#103")
+    .replace("J-.01", "J #104")
+)
+"""Four words of the plate by variables."""
+
+
+def asked_for(text: str, folder: Path, vary: str | None = None, keep: tuple[int, ...] = ()) -> Variation:
+    path = folder / "part.nc"
+    path.write_bytes(text.encode("latin-1"))
+    wishes = wishes_of(vary and vary.split(","), kept=keep)
+    return variation_of(read_file(path), text_of(read_bytes(path)), SHOP, wishes, 2, 1)
+
+
+def found_in(text: str, folder: Path, **asked: object) -> Optimised:
+    path = folder / "part.nc"
+    path.write_text(text, encoding="utf-8")
+    path.with_suffix(".toml").write_text(JOB, encoding="utf-8")
+    return find_words(path, parts=3, seconds=1000.0, **asked)  # type: ignore[arg-type]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return tmp_path
+
+
+def test_a_program_with_variables_is_made_as_good_as_its_twin_with_numbers(folder: Path) -> None:
+    wishes = wishes_of(("E", "D", "J"), bounds={"D": (0, 1)})
+    theirs, mine = (found_in(text, folder, wishes=wishes) for text in (PLATE, ASSIGNED))
+    assert [(word.name, word.before, word.after) for word in mine.words] == [
+        (word.name, word.before, word.after) for word in theirs.words
+    ]
+    assert [word.place for word in mine.words] == [
+        "#101, line 7",
+        "#102, line 8",
+        "#103, line 9",
+        "N70",
+        "#104, line 10",
+        "N70",
+    ]
+    for name in ("cost", "seconds", "Ra"):
+        assert mine.quantity(name).expected[1] == pytest.approx(theirs.quantity(name).expected[1], rel=1e-12)
+    part = grind(read(mine.after), SHOP).parts[0]
+    assert mine.quantity("cost").expected[1] == pytest.approx(part["total_cost"], rel=1e-9)
+
+
+def test_only_the_number_that_is_assigned_changes(folder: Path) -> None:
+    text = ASSIGNED.replace("\n", "\r\n").replace("(ROUGH)", "(#101=7, GRÖSSE)")
+    asked = asked_for(text, folder, "E,D,J")
+    point = [*asked.start]
+    for number in (0, 1, 4):
+        point[number] -= 1
+    rough, finish, _, _, pick, _ = asked.choices.variables
+    new = asked.with_words(tuple(point)).bytes().decode("latin-1").split("\r\n")
+    old = text.split("\r\n")
+    changed = {line: new[line] for line in range(len(old)) if new[line] != old[line]}
+    assert [*changed.values()] == [
+        "#101 = 14900. (#101=7, GRÖSSE) (#101=15000. TO #101=14900.)",
+        " N31 #102=8900 (#102=9000 TO #102=8900)",
+        f"#104=-{pick.levels[pick.start - 1]:f} (#104=-.01 TO #104=-.009)".replace("=-0.", "=-."),
+    ]
+    assert (rough.place, finish.place) == ("#101, line 7", "#102, line 8")
+
+
+def test_blocks_that_read_one_variable_are_varied_together(folder: Path) -> None:
+    text = PLATE.replace("N30", "#101=12000\nN30", 1).replace("E15000.", "E#101").replace("E9000.", "E#101")
+    asked = asked_for(text, folder, "E")
+    (speed,) = asked.choices.variables
+    assert (speed.blocks, speed.place, speed.own) == ((0, 1), "#101, line 7", 12_000)
+    found = found_in(text, folder)
+    cost = grind(read(found.after), SHOP).parts["total_cost"][0]
+    assert found.quantity("cost").expected[1] == pytest.approx(cost, rel=1e-9)
+    new = found.after.splitlines()
+    assert sum(old != line for old, line in zip(text.splitlines(), new, strict=True)) == 2
+    assert [(word.name, word.place) for word in found.words] == [
+        ("E", "#101, line 7"),
+        ("D", "N50"),
+        ("interval", "dresses"),
+    ]
+
+
+def test_a_variable_assigned_anew_is_one_of_its_own(folder: Path) -> None:
+    text = (
+        PLATE.replace("N30", "#1=15000.\nN30", 1)
+        .replace("E15000.", "E#1")
+        .replace("N60 M01", "N59 #1=9000.\nN60 M01")
+        .replace("E9000.", "E#1")
+    )
+    asked = asked_for(text, folder, "E")
+    assert [(each.blocks, each.own, each.place) for each in asked.choices.variables] == [
+        ((0,), 15_000, "#1, line 7"),
+        ((1,), 9000, "#1, line 12"),
+    ]
+    theirs, mine = (found_in(each, folder) for each in (PLATE, text))
+    assert [word.after for word in mine.words] == [word.after for word in theirs.words]
+    assert mine.quantity("cost") == theirs.quantity("cost")
+    cost = grind(read(mine.after), SHOP).parts["total_cost"][0]
+    assert mine.quantity("cost").expected[1] == pytest.approx(cost, rel=1e-9)
+
+
+def test_a_block_that_takes_a_word_over_reads_the_variable_too(folder: Path) -> None:
+    text = PLATE.replace("N30", "#101=12000\nN30", 1).replace("E15000.", "E#101").replace(" E9000.", "")
+    asked = asked_for(text, folder)
+    assert [each.blocks for each in asked.choices.variables if each.name == "E"] == [(0, 1)]
+
+
+def test_inches_and_feed_moves_are_read_likewise(folder: Path) -> None:
+    inch = asked_for(INCH.replace("N30", "#1=590.55\nN30", 1).replace("E590.55", "E#1"), folder, "E")
+    assert [float(each.own * each.unit) for each in inch.choices.variables] == pytest.approx(
+        [15_000.0, 9000.0], rel=1e-4
+    )
+    strokes = asked_for(FEEDS.replace("N3 ", "#1=9000\nN3 ", 1).replace("F9000.", "F#1") + DRESS, folder)
+    literal = asked_for(FEEDS + DRESS, folder)
+    assert [each.own for each in strokes.choices.variables] == [each.own for each in literal.choices.variables]
+
+
+KEPT = {
+    "#101=6000*2": "in line 7, where it is worked out",
+    "#101=12000\nGOTO 25\nN25 #101=11000": "give it a variable of its own, for this one is assigned in lines 7, 9",
+    "#101=12000\nG04 P[#101/10000]": "give it a variable of its own, for this one is read in line 8, too",
+    "#101=12000\n#105=101\n#106=#[#105]": "name variables by their numbers, for one whose number is worked out",
+    "IF [1 EQ 1] THEN #101=12000": "in line 7, where it is worked out",
+}
+
+
+@pytest.mark.parametrize(("assigned", "remedy"), KEPT.items())
+def test_what_has_no_number_of_its_own_is_told_with_what_to_do(assigned: str, remedy: str, folder: Path) -> None:
+    text = PLATE.replace("N30", f"{assigned}\nN30", 1).replace("E15000.", "E#101")
+    asked = asked_for(text, folder)
+    (remark,) = asked.choices.remarks
+    assert remark.startswith(f"N50: E#101 is kept as it is; write a number there, or {remedy}")
+    assert all("#101" not in each.place for each in asked.choices.variables)
+
+
+def test_a_block_that_is_kept_keeps_what_others_read_with_it(folder: Path) -> None:
+    text = PLATE.replace("N30", "#101=12000\nN30", 1).replace("E15000.", "E#101").replace("E9000.", "E#101")
+    asked = asked_for(text, folder, keep=(70,))
+    assert [each.name for each in asked.choices.variables] == ["D"]
+    assert asked.choices.remarks == (
+        "N50: E#101 is kept as it is; write a number there, or give it a variable of its own, for N70, which is kept, "
+        "reads this one, too",
+    )
+
+
+def test_one_variable_for_two_kinds_of_words_is_kept(folder: Path) -> None:
+    text = PLATE.replace("N30", "#101=1\nN30", 1).replace("D1", "D#101").replace("L4", "L#101")
+    with pytest.raises(WishError, match=r"N50: D#101 is kept .* this one is read in line 14, too"):
+        asked_for(text, folder, "D", keep=(70,))
+
+
+def test_a_dress_interval_is_written_where_the_executions_are_assigned(folder: Path) -> None:
+    text = PLATE.replace("N30", "#103=1\nN30", 1).replace("D1", "D#103")
+    asked = asked_for(text, folder, "D,interval")
+    (executions, *_) = asked.choices.variables
+    assert executions.place == "#103, line 7"
+    point = (1, *(0 for _ in asked.counts[2:]), len(asked.choices.intervals) - 1)
+    new = asked.with_words(point)
+    assert "#103=#501 (#103=1 TO #103=#501)" in new.text
+    trials = trials_of(read(new.text), SHOP, 2, lots_of(1, LotUse.SEARCH, 2))
+    assert trials.own[:, 1].tolist() == asked.settings(asked.base.own, np.array([point]))[0, :, 1].tolist()
+    assert trials.own[:, 1].tolist() == [0, 0, 1, 0]
+
+
+def test_a_value_from_outside_stays(folder: Path) -> None:
+    text = PLATE.replace("E15000.", "E#101")
+    found = found_in(text, folder, variables={101: 12_000.0})
+    assert {word.place for word in found.words} == {"N50", "N70", "dresses"}
+    assert (
+        "N50: E#101 is kept as it is; write a number there, or assign one in the program, for #101 has a value from "
+        in (found.remarks[0])
+    )
+
+
+LEVELS = {"E": ("9000.", "12000"), "J": ("-.01", "-.02"), "L": ("1", "3"), "D": ("0", "1")}
+HEAD, TAIL = PLATE[: PLATE.index("(ROUGH")], PLATE[PLATE.index("N80") :]
+
+
+@st.composite
+def with_variables(draw: st.DrawFn) -> str:
+    """Blocks of which some words read variables, assigned before or in between, and some read elsewhere, too."""
+    lines, held = list[str](), dict[int, str]()
+
+    def word(letter: str) -> str:
+        value = draw(st.sampled_from(LEVELS[letter]))
+        if draw(st.booleans()):
+            return f" {letter}{value}"
+        known = [number for number, of in held.items() if of == letter]
+        number = draw(st.sampled_from([*known, 101 + len(held)]))
+        if number not in known or draw(st.integers(0, 3)) == 0:
+            form = draw(st.sampled_from(["#{}={}", " N7 # {} = {}(SET)", "IF [1 EQ 1] THEN #{}={}"]))
+            lines.append(form.format(number, value))
+            held[number] = letter
+        return f" {letter}" + draw(st.sampled_from(["#{}", "[#{}]"])).format(number)
+
+    for k in range(draw(st.integers(1, 4))):
+        words = [word(letter) for letter in "EJLD" if k == 0 or letter == "D" or draw(st.booleans())]
+        way = "X230. I-30. F60. P9100" if k == 0 else ""
+        lines.append(f"N{50 + k} G82 {way} Y-{0.04 * (k + 1):.2f}{''.join(words)}")
+        if held and draw(st.integers(0, 5)) == 0:
+            lines.append(f"G04 P[ABS[#{draw(st.sampled_from([*held]))}]]")
+    looped = ["DO 1", "IF [1 EQ 1] GOTO 79", "END 1", "N79"] if draw(st.booleans()) else []
+    return "\n".join([HEAD, *looped[:1], *lines, *looped[1:], TAIL])
+
+
+@settings(max_examples=15, deadline=None)
+@given(text=with_variables(), data=st.data())
+def test_the_text_says_what_was_asked(text: str, data: st.DataObject) -> None:
+    programs = read(text, "part.nc")
+    try:
+        asked = variation_of(programs, text_of(text.encode()), SHOP, wishes_of((*"EDJL", "interval")), 1, 1)
+    except WishError:
+        return
+    point = tuple(data.draw(st.integers(0, count - 1)) for count in asked.counts)
+    new = asked.with_words(point)
+    trials = trials_of(read(new.text, "part.nc"), SHOP, 1, lots_of(1, LotUse.SEARCH, 2))
+    other = asked.settings(asked.base.own, np.array([point]))
+    assert trials.own[:, :4] == pytest.approx(other[0, :, :4], rel=1e-9)
+    mine = asked.measure(asked.base.on(lots_of(1, LotUse.SEARCH, 2)), [point])
+    assert trials.measure(trials.own[None]).cost == pytest.approx(mine.cost, rel=1e-9)

@@ -1,0 +1,272 @@
+"""Programs that count in variables from outside, and jumps: what a run keeps, the next one finds."""
+
+import json
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from grind_env.control import Control, ControlError, CycleStart, execute, read
+from grind_env.envs.arguments import TaskError
+from grind_env.envs.job.outline import JobProgramError
+from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.job.text import repeated
+from grind_env.machine.grind import grind
+from grind_env.machine.job import Job
+from grind_env.machine.job.file import load_job
+from grind_env.machine.script.settings import D, E
+from grind_env.shop.calls import optimise
+from grind_env.shop.optimise.editing import text_of
+from grind_env.shop.optimise.variation import variation_of
+from grind_env.shop.optimise.wishes import wishes_of
+from grind_env.shop.sweep.study import Ranges, sweep
+from grind_env.shop.trials import LotUse, lots_of, trials_of
+from tests.shop.programs import DRESS, EXAMPLES, JOB, PLATE
+from tests.shop.test_optimise import status
+
+pytestmark = pytest.mark.usefixtures("few_lots")
+
+HEAD = "O7\nN10 G71 G94 G90 G19 S1910 M03\nN20 G00 Y2. Z-2.5 M08\nN30 G00 X-30.\nN40 G01 Y0 F500.\n"
+TAIL = "N80 G80\nN90 G00 Y20. M09 M05\nN100 M30\n"
+ROUGH = "N50 G82 X230. I-30. Y-.17 J-.01 L0 F60. E15000. P9100 {}\n"
+FINISH = "N70 G82 Y-.2 J-.005 L4 F60. E9000.\n"
+COUNTING = (
+    HEAD
+    + "#500=#500+1\n#110=0\nIF [#500 LT 3] GOTO 50\n#500=0\n#110=1\n"
+    + ROUGH.format("D#110")
+    + FINISH
+    + TAIL
+    + DRESS
+)
+"""Dresses on every third part, as its counter says."""
+EVERY = 3
+STEPS = (
+    HEAD
+    + "#101=0\nN45 #101=#101+1\nN50 G82 X230. I-30. Y[-.05*#101] J-.01 L0 F60. E15000. P9100 D1\n"
+    + "IF [#101 LT 3] GOTO 45\nIF [#101 EQ 7] GOTO 80\n"
+    + FINISH
+    + TAIL
+    + DRESS
+)
+STRAIGHT = (
+    HEAD
+    + "".join(f"N50 G82 X230. I-30. Y-{depth} J-.01 L0 F60. E15000. P9100 D1\n" for depth in (".05", ".1", ".15"))
+    + FINISH
+    + TAIL
+    + DRESS
+)
+"""The same without a jump."""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("variables")
+    for name, text in {"counting": COUNTING, "steps": STEPS, "straight": STRAIGHT, "plate": PLATE}.items():
+        (path / f"{name}.nc").write_text(text, encoding="utf-8")
+        (path / f"{name}.toml").write_text(JOB, encoding="utf-8")
+    return path
+
+
+def job(variables: Mapping[int, float] = {}) -> Job:
+    return replace(load_job(EXAMPLES / "plate_g82.toml"), variables=variables)
+
+
+def by_hand(text: str, parts: int, variables: Mapping[int, float]) -> Iterator[tuple[float, float, float]]:
+    """E, D and depth of each cycle, the program being run anew for each part with the common variables of before."""
+    for _ in range(parts):
+        execution = execute(read(text), Control(variables=variables))
+        execution.set_wheel_radius(150.0)
+        for event in execution:
+            if isinstance(event, CycleStart):
+                yield event.plan.feed, event.plan.dresses, event.plan.depth_target
+        left = execution._interpreter.variables.values
+        variables = {number: value for number, value in left.items() if number > 33}
+
+
+def in_a_batch(text: str, parts: int, variables: Mapping[int, float]) -> list[tuple[float, float, float]]:
+    simulation = JobSimulation(repeated(read(text), parts, variables), job(variables), 0.0)
+    return [(each.plan.feed, each.plan.dresses, each.plan.depth_target) for each in simulation.blocks]
+
+
+@pytest.mark.parametrize("start", [0, 1, 2])
+def test_what_a_program_keeps_carries_over_from_part_to_part(start: int) -> None:
+    held = {500: float(start)}
+    found = in_a_batch(COUNTING, 7, held)
+    assert found == list(by_hand(COUNTING, 7, held))
+    assert [part + 1 for part in range(7) if found[2 * part][1]] == list(range(EVERY - start, 8, EVERY))
+
+
+def test_a_batch_is_ground_as_its_runs_are_one_by_one() -> None:
+    shop, held = job(), {500: 0.0}
+    batch = grind(repeated(read(COUNTING), 4), replace(shop, variables=held))
+    dresses = []
+    for part in range(4):
+        record = grind(read(COUNTING), replace(shop, variables={500: float(part % EVERY)}))
+        mine = batch.strokes[batch.strokes["part"] == part + 1]
+        for name in ("E", "Z", "number"):
+            assert np.array_equal(mine[name], record.strokes[name])
+        dresses.append(record.dresses.size)
+    assert dresses == [np.sum(batch.dresses["part"] == part + 1) for part in range(4)] == [0, 0, 1, 0]
+
+
+def test_local_variables_begin_each_run_as_the_first() -> None:
+    text = HEAD + "IF [#1 EQ #0] THEN #1=5\n#1=#1+1\n" + ROUGH.format("D[#1-5]") + TAIL + DRESS
+    for held in ({}, {1: 6.0}):
+        assert in_a_batch(text, 3, held) == list(by_hand(text, 1, held)) * 3
+
+
+@st.composite
+def jumping(draw: st.DrawFn) -> str:
+    """A program that loops by GOTO, skips blocks and may end early, by what it has counted."""
+    steps, each = draw(st.integers(1, 3)), draw(st.integers(2, 4))
+    early = draw(st.booleans())
+    label = draw(st.sampled_from([45, 1, 9000, 99_999]))
+    skip = draw(st.sampled_from(["GOTO 70 (GOTO 5)", "goto [70]", "GOTO 0070"]))
+    return (
+        HEAD
+        + f"#500=#500+1\n#101=0\nN{label} #101=#101+1\n"
+        + "N50 G82 X230. I-30. Y[-.05*#101] J-.01 L0 F60. E[9000+#500*100] P9100 D1\n"
+        + f"IF [#101 LT {steps}] GOTO {label}\nIF [[#500 MOD {each}] NE 0] {skip}\n"
+        + ("N60 G80 (M30)\nN61 G00 Y20. M09 M05 M30\n" if early else "N60 G82 Y[-.05*#101-.01] E7000. L2\n")
+        + "N70 G82 Y[-.05*#101-.02] E8000. L1\n"
+        + TAIL
+        + DRESS
+    )
+
+
+@settings(max_examples=20, deadline=None)
+@given(text=jumping(), parts=st.integers(1, 5), start=st.integers(0, 3))
+def test_jumps_stay_in_their_run(text: str, parts: int, start: int) -> None:
+    held = {500: float(start)}
+    events = execute(repeated(read(text), parts, held), Control(variables=held))
+    events.set_wheel_radius(150.0)
+    plans = [event.plan for event in events if isinstance(event, CycleStart)]
+    assert [(plan.feed, plan.dresses, plan.depth_target) for plan in plans] == list(by_hand(text, parts, held))
+
+
+@settings(max_examples=8, deadline=None)
+@given(text=jumping(), parts=st.integers(1, 5), start=st.integers(0, 3), data=st.data())
+def test_words_that_are_varied_are_said_in_every_run(text: str, parts: int, start: int, data: st.DataObject) -> None:
+    shop, lots = job({500: float(start)}), lots_of(1, LotUse.SEARCH, 2)
+    asked = variation_of(read(text, "part.nc"), text_of(text.encode()), shop, wishes_of((*"EDL", "interval")), parts, 1)
+    point = tuple(data.draw(st.integers(0, count - 1)) for count in asked.counts)
+    trials = trials_of(read(asked.with_words(point).text, "part.nc"), shop, parts, lots)
+    other = asked.settings(asked.base.own, np.array([point]))
+    assert trials.own[:, :4] == pytest.approx(other[0, :, :4], rel=1e-9)
+    mine, theirs = asked.measure(asked.base.on(lots), [point]), trials.measure(trials.own[None])
+    assert theirs.cost == pytest.approx(mine.cost, rel=1e-9)
+
+
+def test_a_program_that_jumps_is_swept_as_its_straight_twin(folder: Path) -> None:
+    ranges = Ranges(E=(12_000.0, 18_000.0), every=(1, 2))
+    jumping, straight = (sweep(folder / f"{name}.nc", None, ranges, parts=4) for name in ("steps", "straight"))
+    assert jumping.own == straight.own
+    assert jumping.speeds == straight.speeds
+
+
+def test_a_program_that_counts_costs_what_it_costs_written_out() -> None:
+    parts, shop = 6, job()
+    straight = HEAD + ROUGH.format("D0") + FINISH + TAIL + DRESS
+    lines = "\n".join(source.text for source in repeated(read(straight), parts).main.blocks).split("D0")
+    written = lines[0] + "".join(f"D{int((k + 1) % EVERY == 0)}{rest}" for k, rest in enumerate(lines[1:]))
+    lots = lots_of(1, LotUse.SWEEP, 8)
+    twin = trials_of(read(f"{written}\n{DRESS}"), shop, 1, lots)
+    trials = trials_of(read(COUNTING), replace(shop, variables={500: 0.0}), parts, lots)
+    assert not trials.alike
+    assert trials.own[:, D].tolist() == [0, 0, 0, 0, 1, 0] * 2
+    mine, theirs = (each.measure(each.own[None]) for each in (trials, twin))
+    assert mine.cost.mean() * parts == pytest.approx(theirs.cost.mean() * parts, rel=1e-9)
+    assert mine.Ra.mean() == pytest.approx(theirs.Ra.mean(), rel=1e-9)
+
+
+def test_intervals_take_the_place_of_what_the_program_counts(folder: Path) -> None:
+    found = sweep(folder / "counting.nc", None, Ranges(every=(EVERY, EVERY)), parts=6, variables={500: 0.0})
+    assert found.speeds[0].cost.value == pytest.approx(found.own.cost.value, rel=1e-12)
+
+
+def test_words_of_a_program_that_counts_are_varied_on_all_parts() -> None:
+    held, lots = {500: 0.0}, lots_of(1, LotUse.SWEEP, 4)
+    trials = trials_of(read(COUNTING), job(held), 6, lots)
+    faster = trials_of(read(COUNTING.replace("E9000.", "E11000.")), job(held), 6, lots)
+    asked = trials.own[None].copy()
+    asked[0, 1::2, E] = 11_000.0
+    assert trials.measure(asked).cost.tolist() == faster.measure(faster.own[None]).cost.tolist()
+
+
+def test_optimise_takes_a_program_that_counts(folder: Path) -> None:
+    found = optimise(folder / "counting.nc", variables={500: 0.0}, parts=6, budget=1000, bounds={"E": (8000, 20_000)})
+    record = grind(read(found.after), job({500: 0.0}))
+    assert found.quantity("cost").expected[1] == pytest.approx(record.parts["total_cost"].sum(), rel=1e-9)
+    assert {word.place for word in found.words} == {"N50", "N70"}
+    assert "N50: D#110 is kept as it is" in " ".join(found.remarks)
+    assert not any("#500 was given" in each for each in found.remarks)
+
+
+def test_runs_of_other_blocks_than_the_first_are_dressed_in_every_nth(folder: Path) -> None:
+    """Six runs have six, three and two dresses: what these take of a part is in that ratio."""
+    text = COUNTING.replace(FINISH, "IF [#500 EQ 1] GOTO 80\n" + FINISH)
+    (folder / "uneven.nc").write_text(text, encoding="utf-8")
+    swept = Ranges(every=(1, 3))
+    found = sweep(folder / "uneven.nc", folder / "counting.toml", swept, parts=6, variables={500: 0.0})
+    one, two, three = (point.seconds for point in found.speeds)
+    assert one - two == pytest.approx(3.0 * (two - three), rel=1e-6)
+    assert one > two
+
+
+def test_a_variable_that_nothing_reads_is_told(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    plate = folder / "plate.nc"
+    told = "#500 was given a value at the start, but nothing has read it; leave it out, or mend its number"
+    for words in (["sweep", "--E", "15000..16000"], ["optimise", "--budget", "1s"]):
+        status(words[0], plate, *words[1:], "--parts", "2", "--set", "#500=3", "--json")
+        assert told in json.loads(capfd.readouterr().out)["remarks"]
+    readings = folder / "readings.csv"
+    readings.write_text("mean_power\n", encoding="utf-8")
+    words = ["--measurements", readings, "--state", folder / "state.json", "--policy", "E12D0", "--parts", "2"]
+    assert status("advise", plate, *words, "--set", "#500=3") == 0
+    assert told in capfd.readouterr().err
+    with pytest.warns(UserWarning, match=re.escape(told)):
+        gym.make("grind/Job-v0", program=str(plate), variables="#500=3")
+
+
+def test_the_environment_runs_a_program_that_counts(folder: Path) -> None:
+    env = gym.make("grind/Job-v0", program=str(folder / "counting.nc"), parts=4, variables="#500=1, ")
+    assert env.spec is not None
+    again = gym.make(gym.spec(env.spec.id), **json.loads(json.dumps(env.spec.kwargs)))
+    for each in (env, again):
+        each.reset(seed=3)
+        taken = [each.step(np.array([0.0, 1.0], np.float32))[4]["D"] for _ in range(8)]
+        assert taken == [3] * 8
+    made = env.unwrapped
+    record = grind(read(made.part_program(), "part.nc"), made.part_job())  # type: ignore[attr-defined]
+    assert record.strokes.tobytes() == made.record().strokes.tobytes()  # type: ignore[attr-defined]
+
+
+def test_values_that_cannot_be_taken_are_refused(folder: Path) -> None:
+    program = str(folder / "counting.nc")
+    with pytest.raises(TaskError, match="must be a text such as '#500=0, #101=15000'"):
+        gym.make("grind/Job-v0", program=program, variables={500: 0})
+    with pytest.raises(ControlError, match="variables: #500 is no assignment"):
+        gym.make("grind/Job-v0", program=program, variables="#500")
+    with pytest.raises(ControlError, match="variable #5000 cannot be set at the start"):
+        sweep(program, variables={5000: 1.0})
+    assert status("sweep", program, "--set", "nothing") == 2
+    assert status("optimise", program, "--set", "nothing") == 2
+    assert status("advise", program, "--set", "nothing") == 2
+
+
+def test_a_mistake_is_told_with_the_line_of_the_file(folder: Path) -> None:
+    line = COUNTING.splitlines().index("#500=#500+1") + 1
+    with pytest.raises(ControlError, match=rf"counting.nc:{line}:6: #500 has no value"):
+        sweep(folder / "counting.nc", parts=5)
+
+
+def test_a_jump_that_is_worked_out_is_refused_for_several_parts() -> None:
+    text = STEPS.replace("GOTO 45", "GOTO [40+5]")
+    with pytest.raises(JobProgramError, match=r"GOTO leads to an N number that is worked out.*write the number there"):
+        repeated(read(text), 2)
