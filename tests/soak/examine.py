@@ -207,6 +207,7 @@ def _see(record: GrindingRecord, examined: Examined) -> None:
         "stall in a groove": (strokes["torque"][strokes["groove"] > 0] >= STALL).any(),
         "air": any(not (table["ae"][table["line"] == line] > 0.0).any() for line in np.unique(table["line"])),
         "several parts": len(record.parts) > 1,
+        "several stations ground": len({station.name for station in record.job.met}) > 1,
         "dresses": len(record.dresses) > 0,
         "wheel destroyed": bool(strokes.size) and float(strokes["A"].max()) >= 0.999 * p.Amax,
     }

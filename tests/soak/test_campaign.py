@@ -47,6 +47,8 @@ ASKED = {
     "G65",
     "G91",
     "strokes by G01",
+    "stations",
+    "several stations ground",
     "G52",
     "stages",
     "part conditions",
