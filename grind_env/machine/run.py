@@ -180,7 +180,7 @@ class GrindingRun:
         return PartRun(number, job, conditions, began, new_wheel=self.mount.changes > 0, station=station)
 
     def _begin_cutting(self, time: float, axis: int = 0, stations: Sequence[int] = ()) -> bool:
-        """End the loading of the part, and take off the one before; what is not cut after an M00 is no part.
+        """End the loading of the part; what is not cut after an M00 is no part.
 
         Args:
             time: of the control, s.
@@ -190,7 +190,6 @@ class GrindingRun:
         Returns:
             Whether it has been loaded since the last cycle.
         """
-        self.let_part_go()
         if self.unloaded_at is not None:
             self.part, self.unloaded_at = self._load(self.unloaded_at), None
         if self.job.stations:
@@ -541,6 +540,7 @@ class GrindingRun:
         if self.job.stations:
             place = f"{self.programs.name}:{event.line}"
             raise GrindingError(f"{place}: a groove is cut, and grooves lie at no station; leave [[stations]] out")
+        self.let_part_go()
         loads = self._begin_cutting(event.begin)
         self.blocks[event.line] = event.block
         if self.job.setup.grooving_wheel:
