@@ -314,7 +314,8 @@ class GrindingRun:
         if not self.strokes:
             raise GrindingError(
                 f"{self.programs.name} makes no stroke and no groove; {codes_said('or')} sets the table going, "
-                "G76 or G77 cuts grooves, and without these feed moves grind along the axis across G17, G18 or G19"
+                "G76 or G77 cuts grooves, and without these feed moves grind that go straight along the axis across "
+                "G17, G18 or G19, over the part and below its surface"
             )
         self.let_part_go()
         if self.unloaded_at is not None:
