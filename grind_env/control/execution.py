@@ -85,6 +85,10 @@ class Execution(Iterator[Event]):
         """Let the table reach a share of every E, and rest some s at its reversal points, from the next stroke on."""
         self._interpreter.timeline.share, self._interpreter.timeline.dwell = share, dwell
 
+    def forget_dresses(self) -> None:
+        """Execute every dress program once more, for its way is another one from now on (`Control.whole_cycles`)."""
+        self._interpreter.interruptions.known_dresses.clear()
+
 
 def execute(programs: Programs, control: Control | None = None) -> Execution:
     r"""Execute the main program of a file.

@@ -114,6 +114,7 @@ class GrindingRun:
         self._shared: dict[int, Unjudged] = {}  # stations that strokes have met at once with others in this loading
         self._met: list[Station] = []  # of the parts taken off, as they lie on the machine
         self._unmet = {each.name for each in job.stations}
+        self._elsewhere = False  # at a station from which no dress has gone its way so far
         self.part = self._load(0.0)
         self.unloaded_at: float | None = None
         self._leaving: ProgramStop | None = None  # M00 that takes the part off once the table stands
@@ -150,6 +151,9 @@ class GrindingRun:
         """Tell the control what the machine has become by what has happened: it measures wheel and table."""
         execution.set_wheel_radius(0.5 * self.mount.diameter)
         execution.set_table(*self.drive)
+        if self._elsewhere:
+            execution.forget_dresses()
+            self._elsewhere = False
 
     def take(self, event: Event) -> None:
         """Let an event of the control happen."""
@@ -176,7 +180,7 @@ class GrindingRun:
         return PartRun(number, job, conditions, began, new_wheel=self.mount.changes > 0, station=station)
 
     def _begin_cutting(self, time: float, axis: int = 0, stations: Sequence[int] = ()) -> bool:
-        """End the loading of the part, and take off the one before; what is not cut after an M00 is no part.
+        """End the loading of the part; what is not cut after an M00 is no part.
 
         Args:
             time: of the control, s.
@@ -186,7 +190,6 @@ class GrindingRun:
         Returns:
             Whether it has been loaded since the last cycle.
         """
-        self.let_part_go()
         if self.unloaded_at is not None:
             self.part, self.unloaded_at = self._load(self.unloaded_at), None
         if self.job.stations:
@@ -234,7 +237,10 @@ class GrindingRun:
     def _meet(self, line: int, stations: Sequence[int]) -> None:
         """Strokes of a block have met stations; of several at once none is judged, for that is not simulated."""
         names = [self.job.stations[k].name for k in stations]
-        self._unmet.difference_update(names)
+        if self._unmet.intersection(names):
+            self._unmet.difference_update(names)
+            self._elsewhere = True
+            self.dressing.forget_ways()
         if len(stations) > 1:
             text = shared_strokes(names)
             self.watch.notices.tell(line, "stations", text)
@@ -308,7 +314,8 @@ class GrindingRun:
         if not self.strokes:
             raise GrindingError(
                 f"{self.programs.name} makes no stroke and no groove; {codes_said('or')} sets the table going, "
-                "G76 or G77 cuts grooves, and without these feed moves grind along the axis across G17, G18 or G19"
+                "G76 or G77 cuts grooves, and without these feed moves grind that go straight along the axis across "
+                "G17, G18 or G19, over the part and below its surface"
             )
         self.let_part_go()
         if self.unloaded_at is not None:
@@ -345,6 +352,7 @@ class GrindingRun:
 
     def _take_part(self, time: float, plan: CyclePlan, stations: Sequence[int]) -> bool:
         """The part at the stations that a block of strokes meets is taken up; whether it has been loaded for it."""
+        self.let_part_go()
         self._meet(plan.line, stations)
         loads = self._begin_cutting(time, plan.axis, stations)
         self.part.take_up(self.running.setup)
@@ -533,6 +541,7 @@ class GrindingRun:
         if self.job.stations:
             place = f"{self.programs.name}:{event.line}"
             raise GrindingError(f"{place}: a groove is cut, and grooves lie at no station; leave [[stations]] out")
+        self.let_part_go()
         loads = self._begin_cutting(event.begin)
         self.blocks[event.line] = event.block
         if self.job.setup.grooving_wheel:

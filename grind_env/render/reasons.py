@@ -28,12 +28,12 @@ def reason(cause: str, parts: Sequence[int], record: GrindingRecord, job: Job) -
     rows = record.parts[np.isin(record.parts["part"], parts)]
     if cause == "power":
         unit = "% of the torque at which the spindle stalls"
-        return _of_stroke(record, parts, "torque", rows["peak_torque"].max(), 1.0, 100.0, unit, "lower J or E")
+        return _of_stroke(record, parts, "torque", rows["peak_torque"].max(), 1.0, 100.0, unit)
     if cause == "rise":
-        remedy = "lower J or E, or dress before"
-        return _of_stroke(record, parts, "T", rows["rise"].max(), limits.rise, 1.0, "K", remedy)
+        return f"{_of_stroke(record, parts, 'T', rows['rise'].max(), limits.rise, 1.0, 'K')}, or dress before"
     if cause == "roughness":
-        return f"{rows['Ra'].max():.2f} of {limits.roughness:.2f} µm; dress finer, lower E, or raise L"
+        finer = "lower F, or add strokes at full depth" if _by_feeds(record, parts) else "lower E, or raise L"
+        return f"{rows['Ra'].max():.2f} of {limits.roughness:.2f} µm; dress finer, {finer}"
     if cause == "size":
         worst = rows[np.argmax(np.abs(rows["worst_error"]))]
         return (
@@ -58,17 +58,29 @@ def _of_stroke(
     limit: float,
     scale: float,
     unit: str,
-    remedy: str,
 ) -> str:
-    """The stroke of some parts that has come to `most` in a field."""
+    """The stroke of some parts that has come to `most` in a field, and how to ask less of it."""
     strokes = record.strokes[np.isin(record.strokes["part"], parts)]
     stroke = strokes[np.argmin(np.abs(strokes[field] - most))]
     line = int(stroke["line"])
-    made = f"stroke {stroke['number']}" if stroke["number"] else "a stroke after the cycle"
-    made = f"groove {stroke['groove']}" if stroke["groove"] else made
+    if stroke["groove"]:
+        made, remedy = f" groove {stroke['groove']}", "take smaller steps or a lower F"
+    elif line not in record.cycles:
+        made, remedy = "", "go less deep or lower F"
+    else:
+        made, remedy = (
+            f" stroke {stroke['number']}" if stroke["number"] else " a stroke after the cycle",
+            "lower J or E",
+        )
     block = record.blocks.get(line, line)
     place = f"line {line}" if block == line else f"N{block}"
-    return f"{place} {made}: {scale * most:.0f} of {scale * limit:.0f} {unit}; {remedy}"
+    return f"{place}{made}: {scale * most:.0f} of {scale * limit:.0f} {unit}; {remedy}"
+
+
+def _by_feeds(record: GrindingRecord, parts: Sequence[int]) -> bool:
+    """Whether all strokes of some parts are feed moves."""
+    strokes = record.strokes[np.isin(record.strokes["part"], parts)]
+    return not strokes["groove"].any() and not set(strokes["line"].tolist()) & record.cycles.keys()
 
 
 def _for_size(part: Any, record: GrindingRecord, job: Job) -> str:
@@ -82,7 +94,11 @@ def _for_size(part: Any, record: GrindingRecord, job: Job) -> str:
     remedies = {
         "taper": f"{uneven}: take the last cycle over all of it, or {late}",
         "size_wear": "gauge it with M01 before the last cycle",
-        "size_deflection": "raise L, or end with finer picks J",
+        "size_deflection": (
+            "add strokes at full depth, or end with less deep ones"
+            if _by_feeds(record, [int(part["part"])])
+            else "raise L, or end with finer picks J"
+        ),
         "size_rest": late if max(depths, default=0.0) >= own.stock - DEEP else "program the depth of its stock",
     }
     return remedies[max(remedies, key=lambda field: abs(part[field]))]

@@ -193,7 +193,7 @@ def test_before_the_first_cycle_this_one_says_it() -> None:
 
 
 def test_without_a_stroke_along_the_table_there_is_none() -> None:
-    with pytest.raises(GrindingError, match=r"feed moves grind along the axis across G17, G18 or G19"):
+    with pytest.raises(GrindingError, match=r"feed moves grind that go straight along the axis across G17, G18 or G19"):
         run("G71 G94 G90\nG00 X-30. Y0 Z0\nG01 Y-.01 F500.\nG01 X230. F12000.\nM30\n", job())
 
 

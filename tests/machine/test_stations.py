@@ -23,7 +23,7 @@ from grind_env.machine.run import GrindingError
 from grind_env.machine.script.block import ScriptError
 from grind_env.machine.script.script import script_of
 from grind_env.render.tables import as_data, part_table
-from tests.machine.harness import CATALOGUE, DRESS, job, run
+from tests.machine.harness import CATALOGUE, DRESS, LONG_AFTER, job, run, told_stepped
 
 HEAD = "G71 G94 G90 G19\n"
 STEEL = {"length": 100.0, "width": 20.0, "stock": 0.05, "scrap_cost": 40.0}
@@ -188,6 +188,29 @@ def test_a_rapid_into_the_part_of_another_station_is_a_crash() -> None:
     record = run(HEAD + strokes("G54") + "G00 X200.\n" + through + strokes("G55") + "M30\n", two())
     (told,) = record.warnings
     assert "a rapid outside a cycle takes the wheel 1 mm into the part of station right" in told
+
+
+def test_a_dress_is_watched_on_its_way_from_each_station() -> None:
+    """The dresser stands above the left part; the right one is higher than the way to it."""
+    dress = "O9200\n" + DRESS.split("O9100\n")[1].replace("G71", "G54 G71")
+    text = HEAD + strokes("G54", dress=1) + strokes("G55", dress=1) + "M30\n"
+    text = text.replace("P9100", "P9200") + dress
+    high = two((300.0, 30.0, 0.0))
+    record = run(text, high)
+    (told,) = record.warnings
+    # 30 mm beside it, where the rim of a wheel of 300 mm is 3.03 mm higher than its lowest point, 10 mm too low
+    assert "a rapid of the dress program takes the wheel 6.95 mm into the part of station right" in told
+    late = dataclasses.replace(high.control, operator_dress_at=LONG_AFTER)
+    assert told_stepped(run(text, high, control=late)) == (told,)
+    assert run(text, two()).warnings == ()
+
+
+def test_strokes_after_m00_in_a_running_cycle_are_those_of_the_next_parts() -> None:
+    going_on = strokes("G55").replace("G80\n", "M00\n")
+    both = strokes("G54").replace("X130.", "X430.")
+    record = run(HEAD + strokes("G54") + going_on + both + "M30\n", two())
+    assert [bool(found) for found in record.unjudged] == [False, False, True, True]
+    assert (record.parts["survival"][:2] > 0.9).all() and not record.parts["survival"][2:].any()
 
 
 def test_feed_moves_are_strokes_at_each_station() -> None:

@@ -93,8 +93,15 @@ def test_stations_to_which_a_program_comes_back_are_for_grind_run_alone() -> Non
         sweep(path, parts=2)
 
 
+@pytest.mark.parametrize("command", ["optimise", "sweep", "advise"])
+def test_what_is_refused_for_many_runs_has_the_line_of_the_file(command: str, grind: Grind, tmp_path: Path) -> None:
+    more = ["--state", tmp_path / "state.json"] if command == "advise" else []
+    status, _, err = grind(command, FOLDER / "two_vices.nc", "--parts", 3, *more)
+    assert status == 2 and err.startswith("grind: two_vices.nc:33: ")
+
+
 def test_a_counter_without_a_value_names_the_remedy(grind: Grind) -> None:
-    for command in (["run"], ["optimise"], ["sweep"]):
+    for command in (["run"], ["optimise"], ["sweep"], ["advise"]):
         status, _, err = grind(*command, FOLDER / "counter_500.nc")
-        assert status == 2 and "#500 has no value" in err and "--set '#500=1'" in err
+        assert status == 2 and "counter_500.nc:7:6: #500 has no value" in err and "--set '#500=1'" in err
     assert json.loads(grind("run", FOLDER / "counter_500.nc", "--set", "#500=0", "--json")[1])["good_parts"] > 7.9

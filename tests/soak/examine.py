@@ -48,6 +48,8 @@ QUICK = 1e-3
 SUM = 1e-9
 """Share by which sums over a run may differ, and what comes of them."""
 NAME = "campaign.nc"
+SHARED = " at once, which is not simulated"
+"""Of what is told of strokes that meet two stations."""
 SLOWED = 1.001
 """Torque over that at the power limit from which on the spindle has slowed."""
 STEPPED_BY_CONTROL = 4
@@ -160,6 +162,10 @@ def _run(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
     if known["checked"] is not None:
         examined.differ("check: refuses what is ground", known["checked"], "ground")
     _see(whole, examined)
+    known["record"] = whole
+    if examined.happened & {"stations met at once"}:
+        _compare_shared(whole, stepped, examined)
+        return True
     dressed = bool((whole.dresses["cause"] == "auto").any())
     for name in ("strokes", "dresses", "parts"):
         _compare_tables(
@@ -172,8 +178,18 @@ def _run(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
         examined.differ("run: not judged stroke by stroke", str(whole.unjudged)[:300], str(stepped.unjudged)[:300])
     if whole.stages != stepped.stages:
         examined.differ("run: stages stroke by stroke", whole.stages, stepped.stages)
-    known["record"] = whole
     return True
+
+
+def _compare_shared(whole: GrindingRecord, stepped: GrindingRecord, examined: Examined) -> None:
+    """Strokes that meet two stations at once: a cycle is one part's as a whole, a stroke that of the first it meets."""
+    for name in ("seconds", "line", "E"):
+        found, expected = whole.strokes[name], stepped.strokes[name]
+        if not np.array_equal(found, expected):
+            examined.differ(f"run: strokes stroke by stroke, shared: {name}", found, expected)
+    judged = [[not each for each in record.unjudged] for record in (whole, stepped)]
+    if judged[0] != judged[1]:
+        examined.differ("run: not judged stroke by stroke, shared", *judged)
 
 
 def _ground(programs: Programs, job: Job, control: Control | None) -> GrindingRecord | GrindError:
@@ -207,6 +223,8 @@ def _see(record: GrindingRecord, examined: Examined) -> None:
         "stall in a groove": (strokes["torque"][strokes["groove"] > 0] >= STALL).any(),
         "air": any(not (table["ae"][table["line"] == line] > 0.0).any() for line in np.unique(table["line"])),
         "several parts": len(record.parts) > 1,
+        "stations met at once": any(SHARED in each.why for found in record.unjudged for each in found),
+        "several stations ground": len({station.name for station in record.job.met}) > 1,
         "dresses": len(record.dresses) > 0,
         "wheel destroyed": bool(strokes.size) and float(strokes["A"].max()) >= 0.999 * p.Amax,
     }
@@ -358,11 +376,12 @@ def _compare_wheels(
     """After each block; its wear since it was gauged is known at a stop here, with the next block there.
 
     To the bit as long as no infeed beside the table hangs on the clock, on parts that are one zone of a script: strips
-    joined to zones are counted at once. A script counts the way to where the next block takes over as of the block
-    before.
+    joined to zones are counted at once, and stations at places that round otherwise. A script counts the way to where
+    the next block takes over as of the block before.
     """
     exact, compared, odd, by_clock = 0, 0, None, False
-    script, whole = simulation.script, simulation.script is not None and len(simulation.tables.zones) == 1
+    script, stations = simulation.script, simulation.job.stations
+    whole = script is not None and not stations and len(simulation.tables.zones) == 1
     for number, (one, other) in enumerate(zip(found.tolist(), expected, strict=True)):
         if script is not None:
             by_clock |= any(not isinstance(motion, Dwell) for motion in script.blocks[number].beside)

@@ -47,6 +47,8 @@ ASKED = {
     "G65",
     "G91",
     "strokes by G01",
+    "stations",
+    "several stations ground",
     "G52",
     "stages",
     "part conditions",
@@ -124,7 +126,7 @@ def test_crashes_and_hangs_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(GrindingRun, "let_part_go", falls)
     (found,) = of(PLAIN).findings
-    assert found.kind == "run: ZeroDivisionError in run.py:_begin_cutting" and "Traceback" in found.details
+    assert found.kind == "run: ZeroDivisionError in run.py:_take_part" and "Traceback" in found.details
 
     def hangs(*arguments: Any, **keywords: Any) -> None:
         while True:

@@ -5,7 +5,7 @@ import random
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from grind_env.machine.job import Diamond, Job, Part, PartConditions, Setup, Stage, Times, WheelStart
+from grind_env.machine.job import Diamond, Job, Part, PartConditions, Setup, Stage, Station, Times, WheelStart
 from grind_env.process.catalogue import load_catalogue
 from tests.soak.blocks import DRESSER, INCH, BlockWriter
 
@@ -42,6 +42,7 @@ class Writer(BlockWriter):
     def __init__(self, rng: random.Random) -> None:
         super().__init__(rng)
         self.subprograms: dict[int, list[str]] = {}
+        self.places = [""]  # blocks that lead from one station to the next
 
     def case(self, seed: int) -> Case:
         """Draw job and program."""
@@ -54,6 +55,8 @@ class Writer(BlockWriter):
         self.grooves = self._odd(0.3)
         self.job = self._job()
         self.start, self.surface = self.job.part.start, self.job.part.surface
+        if self._chance(0.12):
+            self._lay_out()
         if self.inch:
             self.constructs.add("inch")
         self.constructs.add(self.plane)
@@ -159,6 +162,47 @@ class Writer(BlockWriter):
             part=own, stock=stock, factors=factors, new_wheel_factors=self._one(None, None, {"kA": 0.6})
         )
 
+    def _lay_out(self) -> None:
+        """Lay another part beside that of the job, so that each is at a station."""
+        self._saw("stations")
+        self.grooves = False
+        one = self._one
+        away = {
+            self.along: one(20.0, 20.0, 20.0, -20.0, 8.5),
+            self.down: one(0.0, 0.0, 1.0),
+            self.across: one(0.0, 0.0, 0.5, 2.0),
+        }  # inches, to which the words of either unit lead
+        x, y, z = (round(INCH * away[letter], 4) for letter in "XYZ")
+        part = self.job.part
+        other = replace(
+            part,
+            material=load_catalogue().material(one("aisi_52100", "aisi_1020")),
+            stock=round(part.stock * one(1.0, 1.0, 0.8), 4),
+            scrap_cost=one(part.scrap_cost, 9.0),
+            stages=(),
+        )
+        if self._chance(0.6):
+            first, second = one(("G54", "G55"), ("G59.1", "G54"))
+            self.places = [first, second]
+            stations = (
+                Station(name="one", offset=first, part=part),
+                Station(name="other", offset=second, origin=(x, y, z), part=other),
+            )
+        else:
+            self._saw("G52")
+            there = {"X": x, "Y": y, "Z": z}
+            words = (" ".join(letter + self._length(share * there[letter]) for letter in "XYZ") for share in (0.0, 1.0))
+            self.places = [f"G52 {each}" for each in words]
+            other = replace(
+                other,
+                start=part.start + there[self.along],
+                surface=part.surface + there[self.down],
+                across=part.across + there[self.across],
+            )
+            stations = Station(name="one", part=part), Station(name="other", part=other)
+        conditions = tuple(replace(each, part=None) for each in self.job.parts for _ in stations)
+        self.job = replace(self.job, stations=stations, parts=conditions)
+
     def _diamond(self) -> Diamond:
         self._saw("diamond")
         at = {self.along: -120.0, self.down: 10.0, self.across: -10.0}
@@ -170,7 +214,7 @@ class Writer(BlockWriter):
         lines = [self._one("", "%", "O1 (CAMPAIGN)")]
         head = f"{'G70' if self.inch else 'G71'} G94 G90 {self.plane}"
         lines.append(head + f" {self._feed(500.0)}" + self._spindle())
-        lines += self._shifted()
+        lines += self._shifted() if self.places == [""] else []
         ways = [self._unrolled, self._unrolled, self._by_while, self._by_goto, self._by_subprogram, self._by_macro]
         lines += self.rng.choice(ways)()
         lines.append(self._one("M30", "M30", "M30", "M02", ""))
@@ -246,7 +290,19 @@ class Writer(BlockWriter):
         return [f"G65 P{MACRO} A{self._length(self.job.part.length)} L{self.parts}"]
 
     def _part(self, last: bool) -> list[str]:
-        """A part from the approach to its end."""
+        """What lies on the table, from the first approach to its end."""
+        lines: list[str] = []
+        for number, place in enumerate(self.places):
+            lines += [*(self._off_the_part() if number else []), place, *self._at_a_place()]
+        return lines + self._end_of_part(last)
+
+    def _off_the_part(self) -> list[str]:
+        """The wheel up, the table at rest."""
+        lines = ["G80"] if self.table.runs else []
+        self.table.runs, self.height = False, self.surface + 60.0
+        return [*lines, f"G00 {self._at(self.down, self.height)}"]
+
+    def _at_a_place(self) -> list[str]:
         self.depth = 0.0
         lines = self._approach()
         for number in range(self._one(1, 1, 2, 2, 3)):
@@ -258,7 +314,6 @@ class Writer(BlockWriter):
             lines += self._after_cycle()
         if self.grooves and self._chance(0.7):
             lines += self._groove()
-        lines += self._end_of_part(last)
         return lines
 
     def _end_of_part(self, last: bool) -> list[str]:

@@ -9,6 +9,7 @@ from grind_env.control import read_file
 from grind_env.envs.arguments import check_file, check_number, check_parts, is_full
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.job.text import MOST_PARTS, batch_name, repeated
+from grind_env.errors import GrindError
 from grind_env.files import beside
 from grind_env.machine.job import JobError
 from grind_env.machine.job.file import load_job
@@ -39,10 +40,15 @@ def load_simulation(
     check_parts(parts, MOST_PARTS)
     full = is_full(observation)
     path = EXAMPLE if program is None else Path(program)
-    programs = repeated(read_file(path), parts, variables)
+    programs = read_file(path)
+    batch = repeated(programs, parts, variables)
     settings = replace(load_job(beside(path, ".toml") if job is None else job), variables=variables)
     if settings.parts:
         message = "the job says how each part differs, but here lots and stocks are drawn; leave [[parts]] out of it"
         raise JobError(message, "parts")
     file = "" if path.resolve().parent == EXAMPLE.parent.resolve() else str(path)
-    return JobSimulation(programs, settings, spread, full=full, name=batch_name(path, parts), file=file)
+    try:
+        return JobSimulation(batch, settings, spread, full=full, name=batch_name(path, parts), file=file)
+    except GrindError:
+        JobSimulation(programs, settings, spread)  # tells the line of the file
+        raise

@@ -1,6 +1,7 @@
 """The dress programs of a run: what each does by itself, and that it does the same where a cycle calls it.
 
-What the first execution shows of a program holds for all, for a control that knows a dress need not go its way again.
+What the first execution at a station shows of a program holds for all, for a control that knows a dress need not go its
+way again.
 """
 
 from collections.abc import Iterator
@@ -114,6 +115,10 @@ class DressPrograms:
         program = self.programs.find(number)
         return self.programs.name if program is None else program.place.file
 
+    def forget_ways(self) -> None:
+        """The next execution of each program goes another way, from another station."""
+        self._compared.clear()
+
     def begin(self, event: DressStart) -> None:
         """An execution begins."""
         self.under_way, self._motions = event, []
@@ -124,7 +129,7 @@ class DressPrograms:
             self._motions.append(motion)
 
     def end(self, event: DressEnd, axis: int) -> Executed:
-        """An execution ends; the first one of a program is compared with what it does by itself.
+        """An execution ends; the first one of a program at a station is compared with what it does by itself.
 
         Raises:
             DressProgramError: the two differ.
