@@ -99,7 +99,9 @@ def test_two_stations_are_two_runs_with_the_wheel_carried_over(found: tuple[Job,
     # all stations are loaded together
     least, most = together.seconds, apart.seconds
     assert least == pytest.approx(most - whole.times.load, abs=1e-6) or most - whole.times.load < least < most
-    assert together.warnings == apart.warnings
+    # a dress may go through the part of the other station, which apart is not there
+    crashes = [each for each in together.warnings if "dress program" in each and "into the part of station b" in each]
+    assert [each for each in together.warnings if each not in crashes] == list(apart.warnings)
 
 
 def test_loading_is_counted_once_a_loading() -> None:
