@@ -2,6 +2,7 @@
 
 import math
 
+from grind_env.kernel import plain
 from grind_env.process import equations as eq
 from grind_env.process.cost import Limits, Rates
 from grind_env.process.entries import ALUMINA, Dresser, Fluid, Machine, Material, Wheel
@@ -78,7 +79,7 @@ def stroke_parameters(
         cw=wheel.waviness_passed,
         Ad=eq.fresh_flats(wheel.dressed_wear_flat, z, st),
         dd=wheel.damage_depth,
-        b0=eq.dress_width(eq.REFERENCE_DEPTH, dresser.tip_radius, 0.0),
+        b0=plain(eq.dress_width)(eq.REFERENCE_DEPTH, dresser.tip_radius, 0.0),
         nf=dresser.lead_exponent,
         na=dresser.depth_exponent,
         nw=dresser.blunting_exponent,

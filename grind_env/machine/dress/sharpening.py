@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
+from grind_env.kernel import plain
 from grind_env.machine.dress.program import DressPlan
 from grind_env.machine.loops.compiled import dress_lead
 from grind_env.process import equations as eq
@@ -27,9 +28,9 @@ NO_SHARPENING = Sharpening(0.0, 0.0, 0.0)
 def sharpening_of(plan: DressPlan, wheel: WheelState, dresser: Dresser, p: StrokeParameters) -> Sharpening:
     """How coarse a dress of a wheel is, which is given as it was before."""
     lead, tip = dress_lead(wheel, plan.feed, p), dresser.tip_radius
-    width = eq.dress_width(min(plan.depth, tip), tip, wheel.wd)  # not wider than the tip, however deep
-    blunt = eq.blunting(wheel.wd, p.b0)
-    return Sharpening(lead, eq.overlap_ratio(width, lead), eq.severity(plan.depth, lead, blunt, p.qs))
+    width = plain(eq.dress_width)(min(plan.depth, tip), tip, wheel.wd)  # not wider than the tip, however deep
+    severity = plain(eq.severity)(plan.depth, lead, plain(eq.blunting)(wheel.wd, p.b0), p.qs)
+    return Sharpening(lead, plain(eq.overlap_ratio)(width, lead), severity)
 
 
 def sharpenings_of(

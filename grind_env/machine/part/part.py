@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from grind_env.arrays import Array
 from grind_env.control import Infeed
 from grind_env.control.rules import DEPTH_TOLERANCE
+from grind_env.kernel import plain
 from grind_env.machine.dress.mounting import Mount
 from grind_env.machine.dress.program import NO_DRESS, DressPlan
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Stage
@@ -275,7 +276,7 @@ class PartRun:
     def find_wheel(self, diameter: float) -> None:
         """A part or a cycle begins with a wheel of that diameter, mm: no more can come off than is left of it."""
         self._excess = self._beyond_wheel()
-        self._left = self._off() + volume_left(diameter, self.job.setup.wheel.width)
+        self._left = self._off() + plain(volume_left)(diameter, self.job.setup.wheel.width)
 
     def _off(self) -> float:
         """Wheel volume worn and dressed off, mm3."""
