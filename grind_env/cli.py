@@ -216,7 +216,7 @@ def run(
     shows, W: torque times the speed that is set); torque (over that at which the spindle stalls); T (temperature rise,
     K); eps (energy partition to the work); Br (burn ratio); G (G-ratio); dw, worn (wheel wear, mm, mm3); Rg, Ra
     (roughness made and left, um); and of the wheel after it A (wear-flat area), lam (loading), V (volume ground since
-    the dress, mm3/mm), ds (diameter, mm), alw (waviness, um), W (wear since gauged, mm).
+    the dress, mm3/mm), ds (diameter, mm), W (wear since gauged, mm).
     """
     from grind_env.control.options import variables_of
     from grind_env.machine.grind_file import grind_file

@@ -59,7 +59,7 @@ class Readings(NamedTuple):
     """Everything that is observed before a block, in physical units; `readings` says what each one means.
 
     `mean_power`, `first_power` and `peak_power` are W. `last_speed` is m/min. `last_pick`, `last_width`, `diameter`,
-    `pick`, `width`, `length` and `diamond_flat` are mm. `size_error`, `roughness_limit`, `tolerance`, `waviness` and
+    `pick`, `width`, `length` and `diamond_flat` are mm. `size_error`, `roughness_limit`, `tolerance` and
     `dressed_roughness` are um. `volume` and `wheel_volume` are mm3/mm, `dressed_density` is 1/mm2. `time_to_due` is s.
     `scrap` is $.
 
@@ -100,7 +100,6 @@ class Readings(NamedTuple):
     slack: float
     wear_flat: float
     loading: float
-    waviness: float
     diamond_flat: float
     dressed_roughness: float
     dressed_density: float
@@ -257,7 +256,6 @@ def _table(task: Task) -> list[Reading]:
                 "ln of the time to the next due date over the nominal time of the work up to it"),
         Reading("wear_flat", "", 0.0, 0.05, 0.0, 5.0, "hidden", "wear-flat area A"),
         Reading("loading", "", 0.0, 1.0, 0.0, 1.0, "hidden", "loading"),
-        Reading("waviness", "um", 0.0, 1.0, 0.0, 5.0, "hidden", "waviness amplitude"),
         Reading("diamond_flat", "mm", 0.0, 0.2, 0.0, 20.0, "hidden", "wear flat of the diamond"),
         Reading("dressed_roughness", "um", 0.0, 1.0, 0.0, 5.0, "hidden", "roughness scale left by the dress"),
         Reading("dressed_density", "1/mm2", 0.0, 10.0, 0.0, 5.0, "hidden", "grain density left by the dress"),

@@ -30,7 +30,7 @@ UNITS = {
     "E": "mm/min",
     **dict.fromkeys(("Z", "b", "Lw", "ae", "lc", "dw", "ds", "W"), "mm"),
     "Q": "mm2/s",
-    **dict.fromkeys(("heq", "Rg", "Ra", "alw"), "um"),
+    **dict.fromkeys(("heq", "Rg", "Ra"), "um"),
     **dict.fromkeys(("Ft", "Fn"), "N/mm"),
     **dict.fromkeys(("power", "load"), "W"),
     "vs": "m/s",

@@ -41,7 +41,7 @@ def stroke_constants(p: StrokeParameters, vw: float, Lw: float) -> StrokeConstan
         beta=p.beta,
         peclet=vw / (4.0 * p.alpha),
         e_ch=p.e_ch,
-        hf=p.hf,
+        hf=eq.CARRYING * p.hf,
         kfilm=p.kfilm,
         Tb=p.Tb,
         u0=p.u0,
@@ -50,8 +50,8 @@ def stroke_constants(p: StrokeParameters, vw: float, Lw: float) -> StrokeConstan
         mG=p.mG,
         per_fc=1.0 / p.fc,
         kf=p.kf,
-        kt=p.kt,
-        per_Vt=1.0 / p.Vt,
+        wi=p.wi,
+        per_Vi=1.0 / p.Vi,
         per_dr=1.0 / p.dr,
         turned=eq.turning(Lw, vw),
         kA=p.kA,
@@ -59,15 +59,16 @@ def stroke_constants(p: StrokeParameters, vw: float, Lw: float) -> StrokeConstan
         Af=p.Af,
         Amax=p.Amax,
         per_Amax=1.0 / p.Amax,
-        per_Vchi=1.0 / p.Vchi,
-        ks=p.ks,
-        per_span=1.0 / (p.kr - p.ks),
-        alw0=p.alw0,
         RaRef=p.RaRef,
         f0=p.f0,
         f1=p.f1,
-        cw=p.cw,
+        per_gm=1.0 / p.gm,
+        nr=p.nr,
         ra_scale=p.ra_scale,
+        per_vw=1.0 / vw,
+        per_capacity=p.per_capacity,
+        per_tau=p.per_tau,
+        swell=p.swell,
     )
 
 
@@ -124,23 +125,22 @@ def grind_stroke(
 
     sink = eq.sink_ratio(wheel.A, vs, k.krw)
     work = eq.work_conductance(lc, k.vw, k.beta, eq.jaeger_factor(lc, k.peclet))
-    film = k.hf * lc * (1.0 - 0.5 * wheel.lam)
+    film = eq.film_conductance(lc, vs, wheel.lam, k.hf)
     T = eq.temperature(eq.retained_heat(P_width, Q, k.e_ch), work * (1.0 + sink), film, k.kfilm, k.Tb)
     Br = eq.burn_ratio(P_width, eq.burn_power(Q, rubbing, k.vw, sink, k.u0, k.Bm))
 
     dV = ae * k.Lw
-    breaking, initial = eq.fracture(fg, k.per_fc, k.kf), eq.settling(wheel.V, k.kt, k.per_Vt)
-    wear = eq.wear_per_volume(heq, breaking, initial, k.per_G, k.mG)
-    dw = dV * wear * per_ds * (1.0 / math.pi)
-    renewal = min(dw * k.per_dr, 1.0)
+    intensity = eq.wear_intensity(heq, eq.fracture(fg, k.per_fc, k.kf), k.mG)
+    steady = dV * intensity * k.per_G * per_ds * (1.0 / math.pi)
+    renewal = min(steady * k.per_dr, 1.0)
+    dw = steady + eq.early_wear(eq.early_loss(wheel.Cd, k.Cref, k.wi), wheel.V, dV, k.per_Vi)
     sliding = eq.grain_sliding(rubbing, vs, per_ds, k.turned)
     growth = eq.wear_flat_growth(sliding, T, wheel.A, k.kA, k.per_Amax)
-    stiffness = k.per_ke * eq.grinding_stiffness(x, b, Kn, sd, k.sa, chip, k.kc)
-    alw = eq.waviness(wheel.alw, dV * k.per_Vchi, stiffness, k.ks, k.per_span, k.alw0)
 
     Rt = eq.wheel_roughness(wheel.Rd, fresh, k.RaRef)
-    Rg = eq.generated_roughness(Rt, Q, per_vs, wheel.lam, wheel.alw, k.f0, k.f1, k.cw, k.ra_scale)
-    Ra = eq.surface_roughness(Rs, Rg, ae, u > 0.0)
+    roughened = eq.roughening(intensity, k.per_gm, k.nr)
+    Rg = eq.generated_roughness(Rt, Q, per_vs, wheel.lam, k.f0, k.f1, roughened, k.ra_scale)
+    Ra = eq.surface_roughness(Rs, Rg, ae, u)
 
     after = WheelState(
         ds=eq.worn_diameter(wheel.ds, dw),
@@ -149,7 +149,6 @@ def grind_stroke(
         V=wheel.V + dV,
         Rd=wheel.Rd,
         Cd=wheel.Cd,
-        alw=alw,
         W=wheel.W + dw,
         wd=wheel.wd,
     )
@@ -169,7 +168,7 @@ def grind_stroke(
         T=T,
         eps=eq.energy_partition(T, work, P_width),
         Br=Br,
-        G=1.0 / wear,
+        G=eq.g_ratio(dV, dw, wheel.ds),
         dw=dw,
         worn=math.pi * wheel.ds * dw * b,
         Rg=Rg,
@@ -204,7 +203,6 @@ def dress_wheel(
         V=keep * wheel.V,
         Rd=phi * new.Rd + keep * wheel.Rd,
         Cd=phi * new.Cd + keep * wheel.Cd,
-        alw=p.alw0 + keep * (wheel.alw - p.alw0),
         W=0.0,
         wd=wheel.wd + p.kd * removed,
     )
@@ -223,7 +221,6 @@ def dressed_wheel(ds: float, wd: float, lead: float, depth: float, p: StrokePara
         V=0.0,
         Rd=eq.dressed_roughness(lead, depth, blunt, p.RaRef, p.nf, p.na, p.nw, p.qr),
         Cd=eq.dressed_density(s, p.Cref),
-        alw=p.alw0,
         W=0.0,
         wd=wd,
     )

@@ -29,6 +29,8 @@ def parameters(
         CATALOGUE.machine("default"),
         wheel_speed=wheel_speed,
         constant_surface_speed=constant_surface_speed,
+        width=20.0,
+        height=20.0,
     )
     return nominal._replace(**changes)
 

@@ -164,7 +164,6 @@ def begin_episodes(
                 V=opening.volume,
                 Rd=wheel.Rd,
                 Cd=wheel.Cd,
-                alw=wheel.alw,
                 W=wheel.W,
                 wd=wheel.wd,
             ),

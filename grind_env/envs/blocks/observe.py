@@ -86,7 +86,6 @@ def observe_block(
         slack=slack,
         wear_flat=wheel.A,
         loading=wheel.lam,
-        waviness=wheel.alw,
         diamond_flat=wheel.wd,
         dressed_roughness=wheel.Rd,
         dressed_density=wheel.Cd,

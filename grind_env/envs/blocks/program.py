@@ -270,6 +270,7 @@ def part_of(task: Task, kinds: Sequence[Kind], stocks: Sequence[float], material
         material=task.catalogue.material(material),
         length=kind.length,
         width=kind.width,
+        height=kind.height,
         stock=depths[-1],
         roughness_limit=kind.roughness_limit,
         tolerance=kind.tolerance,

@@ -45,7 +45,6 @@ SEEN = (
 HIDDEN = (
     "wear_flat",
     "loading",
-    "waviness",
     "diamond_flat",
     "dressed_roughness",
     "dressed_density",

@@ -69,7 +69,6 @@ def observe_stroke(
         remaining=(parts - block[i]) / parts,
         wear_flat=wheel.A,
         loading=wheel.lam,
-        waviness=wheel.alw,
         diamond_flat=wheel.wd,
         wheel_volume=wheel.V,
         growth=row.kA,

@@ -32,7 +32,6 @@ class StrokeReadings(NamedTuple):
     remaining: float
     wear_flat: float
     loading: float
-    waviness: float
     diamond_flat: float
     wheel_volume: float
     growth: float

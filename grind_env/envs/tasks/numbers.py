@@ -11,7 +11,7 @@ from grind_env.envs.tasks.tables import ActionRange, Dress, Due, Kind, Orders, S
 from grind_env.errors import did_you_mean, listed, quoted, shortened
 from grind_env.process.catalogue import Catalogue
 from grind_env.process.cost import Limits, Rates
-from grind_env.process.entries import Dresser, Fluid, Machine, Material, Wheel
+from grind_env.process.entries import Dresser, Fluid, Machine, Wheel
 from grind_env.process.parameters import limits_of, rates_of, stroke_parameters
 from grind_env.process.state import StrokeParameters
 from grind_env.process.user_catalogue import entry_of
@@ -119,19 +119,19 @@ class TaskNumbers:
         """Names of all materials of its catalogue, in alphabetical order; numbers of materials count in it."""
         return tuple(sorted(self.catalogue.materials))
 
-    @cached_property
-    def _parameters(self) -> Mapping[str, StrokeParameters]:
-        """Stroke parameters of every material."""
-        return {name: self._parameters_in(material) for name, material in self.catalogue.materials.items()}
-
-    def _parameters_in(self, material: Material) -> StrokeParameters:
-        tools = self.wheel, self.dresser, self.fluid, self.machine
-        p = stroke_parameters(material, *tools, wheel_speed=self.setup.wheel_speed)
-        return p._replace(**{name: getattr(p, name) * factor for name, factor in self.factors.items()})
-
     def parameters(self, kind: Kind) -> StrokeParameters:
         """Stroke parameters of a block kind, with the fixed factors of this task."""
-        return self._parameters[kind.material]
+        p = stroke_parameters(
+            self.catalogue.materials[kind.material],
+            self.wheel,
+            self.dresser,
+            self.fluid,
+            self.machine,
+            wheel_speed=self.setup.wheel_speed,
+            width=kind.width,
+            height=kind.height,
+        )
+        return p._replace(**{name: getattr(p, name) * factor for name, factor in self.factors.items()})
 
     def limits(self, kind: Kind) -> Limits:
         """Limits of a good part of that kind."""

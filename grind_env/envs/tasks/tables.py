@@ -10,6 +10,7 @@ from typing import Annotated
 
 from grind_env.process.catalogue import USUAL
 from grind_env.process.entries import Quantity
+from grind_env.process.parameters import USUAL_HEIGHT
 from grind_env.process.tables import TableError, check, wrong
 
 SPEED = Quantity("E", "m/min", 1, 60)
@@ -152,6 +153,7 @@ class Kind:
         sparkout: strokes at full depth after the plunges; traverses of a G83.
         width: of the part.
         length: of the part, along the table.
+        height: of the part, by which it warms up and grows.
         scrap: price of a spoilt part, charged with the block that ends it.
         roughness_limit: highest Ra; 0 for none.
         tolerance: on the size error; 0 for none.
@@ -169,6 +171,7 @@ class Kind:
     sparkout: Annotated[int, Quantity("L", "", 0, 1000)] = 2
     width: Annotated[float, Quantity("b", "mm", 0.5, 2000)]
     length: Annotated[float, Quantity("Lw", "mm", 1, 10_000)]
+    height: Annotated[float, Quantity("", "mm", 0.1, 10_000)] = USUAL_HEIGHT
     scrap: Annotated[float, Quantity("", "$", 0, 1e6)] = 50.0
     roughness_limit: Annotated[float, Quantity("Ra", "um", 0, 50)] = 0.0
     tolerance: Annotated[float, Quantity("tol", "um", 0, 1000)] = 0.0

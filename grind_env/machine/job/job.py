@@ -20,7 +20,7 @@ from grind_env.machine.axes import cross_axis, plunge_axis
 from grind_env.process import tables
 from grind_env.process.cost import NO_LIMIT, Limits, Rates
 from grind_env.process.entries import Dresser, Fluid, Machine, Material, Quantity, Wheel
-from grind_env.process.parameters import limits_of, rates_of, stroke_parameters
+from grind_env.process.parameters import USUAL_HEIGHT, limits_of, rates_of, stroke_parameters
 from grind_env.process.process import PROCESS, Process
 from grind_env.process.state import StrokeParameters
 from grind_env.process.tables import TableError
@@ -433,6 +433,8 @@ class Job:
             setup.machine,
             wheel_speed=setup.wheel_speed,
             constant_surface_speed=setup.constant_surface_speed,
+            width=self.part.width,
+            height=USUAL_HEIGHT if self.part.height is None else self.part.height,
         )
 
     @cached_property

@@ -146,7 +146,7 @@ def passes_of(process: Process) -> Callable[..., tuple[WheelState, Tally, float]
             made = TableStroke(time=made.time, seconds=made.seconds, E=made.E, Z=made.Z, b=b, Lw=Lw)
             write_table_stroke(rows, k, made)
             write_stroke(rows, k, stroke)
-            seen = WheelSeen(A=wheel.A, lam=wheel.lam, V=wheel.V, ds=wheel.ds, alw=wheel.alw, W=wheel.W)
+            seen = WheelSeen(A=wheel.A, lam=wheel.lam, V=wheel.V, ds=wheel.ds, W=wheel.W)
             write_wheel_seen(rows, k, seen)
         return wheel, tally, lived
 

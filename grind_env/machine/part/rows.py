@@ -32,7 +32,6 @@ class WheelSeen(NamedTuple):
     lam: float
     V: float
     ds: float
-    alw: float
     W: float
 
 

@@ -9,10 +9,14 @@ of them is a temperature rise.
 
 import math
 
-from grind_env.kernel import inlined
+from grind_env.kernel import exp, inlined
 
 BOILING_SPAN = 20.0
 """K; from the first vapour to a film that has boiled off [C on the jump of Shen et al. 2008, 0.24 to 0.92]."""
+CARRYING_SPEED, CARRYING_LENGTH = 30.0, 2.4
+"""m/s and mm; wheel speed and contact length at which fluids state their convection."""
+CARRYING = math.sqrt(CARRYING_LENGTH / CARRYING_SPEED)
+"""(mm s/m)^0.5; over the root of speed over length, its inverse."""
 MOST_TO_CHIPS = 0.45
 """Share of the power that chips carry off at most."""
 NO_SINK = 1e-150
@@ -44,6 +48,22 @@ def jaeger_factor(lc: float, peclet: float) -> float:
 def work_conductance(lc: float, vw: float, beta: float, jaeger: float) -> float:
     """Conductance into the work over the contact length, W/(m2 K) mm [R]; `jaeger` is the square of the factor."""
     return beta * math.sqrt(vw * lc / jaeger)
+
+
+@inlined
+def film_conductance(lc: float, vs: float, lam: float, hf: float) -> float:
+    """Conductance into the fluid over the contact length, W/(m2 K) mm: the wheel carries it through the contact.
+
+    A fluid of effusivity beta_f that moves with the wheel has h = 1.13 beta_f sqrt(vs/lc) (fluid wheel) [R, from
+    memory; the dependence on speed and arc: doi 10.1177/0954405413476392]. A loaded wheel carries less [C].
+
+    Args:
+        lc: contact length, mm.
+        vs: wheel speed, m/s.
+        lam: loading.
+        hf: convection at `CARRYING_SPEED` over `CARRYING_LENGTH`, W/(m2 K), times `CARRYING`.
+    """
+    return hf * math.sqrt(vs * lc) * (1.0 - 0.5 * lam)
 
 
 @inlined
@@ -94,6 +114,25 @@ def burn_ratio(P_width: float, threshold: float) -> float:
     return P_width / threshold if threshold > 0.0 else 0.0
 
 
-def thermal_bow(alpha_th: float, dTz: float, Lw: float, h: float) -> float:
-    """Bow of a plate, mm, under a mean temperature difference dTz between its faces (length Lw, height h)."""
-    return alpha_th * dTz * Lw * Lw / (8.0 * h)
+@inlined
+def part_heating(heat: float, per_vw: float, per_capacity: float) -> float:
+    """Rise of the mean temperature of the part in a stroke, K: the heat that enters it over what it holds.
+
+    Args:
+        heat: power that enters the work while the wheel passes over it, W.
+        per_vw: one over the table speed, s/mm.
+        per_capacity: one over the heat capacity of the part for each mm of its length, K mm/J.
+    """
+    return heat * per_vw * per_capacity
+
+
+@inlined
+def cooled(dT: float, seconds: float, per_tau: float) -> float:
+    """What is left after a while of a rise `dT` of the part, K, under the flood: Newton, tau = rho c H/h [C]."""
+    return dT * exp(-seconds * per_tau)
+
+
+@inlined
+def part_growth(dT: float, swell: float) -> float:
+    """By how much a part stands higher that is `dT` K warmer, mm; `swell` is alpha H, mm/K."""
+    return swell * dT

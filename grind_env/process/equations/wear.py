@@ -4,13 +4,15 @@ import math
 
 from grind_env.kernel import exp, inlined, power
 
+NEARLY_NOTHING = 1e-300
+"""Keeps a quotient of two zeros a number."""
 LEAST_DIAMETER = 20.0
 """mm; about the spindle's nose: a wheel this small has nothing left to lose (project decision). What it would lose
 still counts as wear, in the size of the part and in money, so that nothing is gained by wearing a wheel away."""
 REFERENCE_CHIP = 0.1
 """um; equivalent chip thickness at which entries state the G-ratio."""
-THINNEST_CHIP = 0.001
-"""um; of equal wear for all that is thinner."""
+THINNEST_CHIP = 0.02
+"""um; of equal wear for all that is thinner: grains that only plough load each other no less [C]."""
 
 
 @inlined
@@ -40,23 +42,53 @@ def fracture(fg: float, per_fc: float, kf: float) -> float:
 
 
 @inlined
-def settling(V: float, kt: float, per_Vt: float) -> float:
-    """Factor of initial wear after a dress, which dies with the root of the volume [C on wear ~ V^0.6 of CBN, D]."""
-    return 1.0 + kt / math.sqrt(1.0 + V * per_Vt)
-
-
-@inlined
-def wear_per_volume(heq: float, breaking: float, initial: float, per_G: float, mG: float) -> float:
-    """1/G: wheel volume worn per volume ground; a power law in the equivalent chip thickness [M; mG D].
+def wear_intensity(heq: float, breaking: float, mG: float) -> float:
+    """Wear over that at the reference chip thickness without fracture; a power law in the thickness [M; mG D].
 
     Args:
         heq: equivalent chip thickness, um.
         breaking: factor of fracture.
-        initial: factor of initial wear.
-        per_G: of a settled wheel at the reference chip thickness, without fracture.
         mG: exponent.
     """
-    return per_G * breaking * initial * power(max(heq, THINNEST_CHIP) * (1.0 / REFERENCE_CHIP), mG)
+    return breaking * power(max(heq, THINNEST_CHIP) * (1.0 / REFERENCE_CHIP), mG)
+
+
+@inlined
+def early_loss(Cd: float, Cref: float, wi: float) -> float:
+    """Radius, mm, that a dressed face loses before it wears steadily: the grains that its dress has loosened.
+
+    In proportion to the severity of the dress, which the grain density `Cd` that it left remembers (`dressed_density`)
+    [C]; `wi` of a medium one, measured as what wear over volume has at no volume, whatever is ground [D].
+    """
+    thinned = Cref / Cd
+    return wi * (thinned * thinned) * (thinned * thinned)
+
+
+@inlined
+def early_wear(loss: float, V: float, dV: float, per_Vi: float) -> float:
+    """Radial part of that loss in a stroke, mm: what is left of it dies away with the volume ground.
+
+    The integral of (loss/Vi) exp(-V/Vi), so that strokes of whatever depth lose the same in all [C].
+
+    Args:
+        loss: in all, mm.
+        V: specific volume since the dress, mm3/mm.
+        dV: of the stroke, mm3/mm.
+        per_Vi: one over the volume in which it dies away, mm/mm3.
+    """
+    return loss * exp(-V * per_Vi) * (1.0 - exp(-dV * per_Vi))
+
+
+@inlined
+def g_ratio(dV: float, dw: float, ds: float) -> float:
+    """Work volume over wheel volume; 0 where nothing is cut.
+
+    Args:
+        dV: specific volume ground, mm3/mm.
+        dw: radius of the wheel that it cost, mm.
+        ds: diameter of the wheel, mm.
+    """
+    return dV / max(math.pi * ds * dw, NEARLY_NOTHING)
 
 
 @inlined
@@ -73,22 +105,6 @@ def worn_flat_area(A: float, growth: float, renewal: float, Af: float, Amax: flo
     A stroke that would wear more than `Amax` flat leaves all of that flat: a whole stroke is one step of the growth.
     """
     return min(max(A + growth - (A - Af) * renewal, 0.0), Amax)
-
-
-@inlined
-def waviness(alw: float, grown: float, stiffness: float, ks: float, per_span: float, alw0: float) -> float:
-    """Waviness amplitude after a stroke, um: regenerative growth above the stiffness ratio ks [C].
-
-    Args:
-        alw: before it.
-        grown: volume removed in it over that in which waviness grows e-fold.
-        stiffness: of the cut over that of the machine.
-        ks: ratio of stiffnesses at which growth begins.
-        per_span: 1/(kr - ks), with the ratio kr of unit growth.
-        alw0: of a dressed wheel.
-    """
-    rate = min(max((stiffness - ks) * per_span, -0.2), 3.0)
-    return min(max(alw * exp(grown * rate), alw0), 3.0)
 
 
 @inlined
