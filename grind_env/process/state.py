@@ -215,6 +215,8 @@ class StrokeConstants(NamedTuple):
     f1: float
     per_gm: float
     nr: float
+    least_chips: float
+    """Factor of the chip thickness on the wear, at which grains only plough."""
     ra_scale: float
     per_vw: float
     """s/mm."""

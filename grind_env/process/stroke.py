@@ -64,6 +64,7 @@ def stroke_constants(p: StrokeParameters, vw: float, Lw: float) -> StrokeConstan
         f1=p.f1,
         per_gm=1.0 / p.gm,
         nr=p.nr,
+        least_chips=eq.chip_wear(eq.PLOUGHING_CHIP, p.mG),
         ra_scale=p.ra_scale,
         per_vw=1.0 / vw,
         per_capacity=p.per_capacity,
@@ -130,15 +131,15 @@ def grind_stroke(
     Br = eq.burn_ratio(P_width, eq.burn_power(Q, rubbing, k.vw, sink, k.u0, k.Bm))
 
     dV = ae * k.Lw
-    intensity = eq.wear_intensity(heq, eq.fracture(fg, k.per_fc, k.kf), k.mG)
-    steady = dV * intensity * k.per_G * per_ds * (1.0 / math.pi)
+    breaking, chips = eq.fracture(fg, k.per_fc, k.kf), eq.chip_wear(heq, k.mG)
+    steady = dV * breaking * chips * k.per_G * per_ds * (1.0 / math.pi)
     renewal = min(steady * k.per_dr, 1.0)
     dw = steady + eq.early_wear(eq.early_loss(wheel.Cd, k.Cref, k.wi), wheel.V, dV, k.per_Vi)
     sliding = eq.grain_sliding(rubbing, vs, per_ds, k.turned)
     growth = eq.wear_flat_growth(sliding, T, wheel.A, k.kA, k.per_Amax)
 
     Rt = eq.wheel_roughness(wheel.Rd, fresh, k.RaRef)
-    roughened = eq.roughening(intensity, k.per_gm, k.nr)
+    roughened = eq.roughening(breaking, chips, k.least_chips, k.per_gm, k.nr)
     Rg = eq.generated_roughness(Rt, Q, per_vs, wheel.lam, k.f0, k.f1, roughened, k.ra_scale)
     Ra = eq.surface_roughness(Rs, Rg, ae, u)
 

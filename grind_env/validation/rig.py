@@ -135,6 +135,9 @@ class SetUp:
     changes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
+NO_GROWTH: Mapping[str, Mapping[str, float]] = {"material": {"thermal_expansion": 0.0}}
+"""A part that stays as high as it is: changes of a set-up for what the elastic loop alone does."""
+
 USUAL = "usual"
 CONDITIONS = (
     "Usual is aisi_52100 ground with a60j in emulsion on the default machine: downfeed 10 um, table 12 m/min, wheel "
@@ -233,6 +236,10 @@ class Rig:
         grinder.grind(SHARP)
         grinder.new_part()
         return grinder
+
+    def steady(self, **setup: Any) -> Grinder:
+        """A freshly dressed wheel over a new part, of which nothing is loose: what it loses is steady wear."""
+        return self.fresh(**setup, changes={"wheel": {"initial_wear": 0.0}})
 
     def dulled(self, flats: float, **setup: Any) -> Grinder:
         """A sharp wheel whose wear-flat area is set to `flats`, share of its face."""

@@ -76,6 +76,7 @@ from grind_env.process.equations.heat import (
 )
 from grind_env.process.equations.roughness import (
     INITIAL_ROUGHNESS,
+    PLOUGHING_CHIP,
     generated_roughness,
     roughening,
     surface_roughness,
@@ -86,6 +87,7 @@ from grind_env.process.equations.spindle import (
 )
 from grind_env.process.equations.wear import (
     LEAST_DIAMETER,
+    chip_wear,
     early_loss,
     early_wear,
     fracture,
@@ -93,7 +95,6 @@ from grind_env.process.equations.wear import (
     grain_sliding,
     turning,
     wear_flat_growth,
-    wear_intensity,
     worn_diameter,
     worn_flat_area,
 )
@@ -102,6 +103,7 @@ __all__ = [
     "CARRYING",
     "INITIAL_ROUGHNESS",
     "LEAST_DIAMETER",
+    "PLOUGHING_CHIP",
     "REFERENCE_DEPTH",
     "REFERENCE_GRADE",
     "REFERENCE_GRADE_CBN",
@@ -112,6 +114,7 @@ __all__ = [
     "burn_power",
     "burn_ratio",
     "chip_force",
+    "chip_wear",
     "contact_length",
     "cooled",
     "curvature_difference",
@@ -167,7 +170,6 @@ __all__ = [
     "turning",
     "wear_flat_growth",
     "wear_flat_pressure",
-    "wear_intensity",
     "wheel_roughness",
     "wheel_speed",
     "work_conductance",

@@ -12,6 +12,8 @@ REFERENCE_SPEED, REFERENCE_RATE = 30.0, 3.0
 """m/s and mm2/s; of the terms below."""
 PEAK_DEPTH = 0.5
 """um; what a pass of no depth takes off the peaks at most [C]."""
+PLOUGHING_CHIP = 0.02
+"""um; equivalent chip thickness below which grains plough: spark-out leaves what they left [C]."""
 TEXTURE_SHARE = 2.0
 """Depth in units of Ra at which a pass replaces half of the texture before it [C]."""
 
@@ -23,17 +25,19 @@ def wheel_roughness(Rd: float, fresh: float, RaRef: float) -> float:
 
 
 @inlined
-def roughening(intensity: float, per_g: float, nr: float) -> float:
+def roughening(breaking: float, chips: float, least: float, per_g: float, nr: float) -> float:
     """Factor of the wheel's wear on the roughness that it leaves: a face that breaks away is a rough one.
 
     Measured over the valve alloys: Ra goes with (wheel wear over volume ground)^.315 beside the removal rate [D].
 
     Args:
-        intensity: of the wear, over that at the reference chip thickness without fracture.
+        breaking: factor of fracture on the wear.
+        chips: that of the chip thickness.
+        least: the same at `PLOUGHING_CHIP`, below which the face is no smoother.
         per_g: one over the factor of the material on the G-ratio.
         nr: exponent of the abrasive.
     """
-    return power(intensity * per_g, nr)
+    return power(breaking * max(chips, least) * per_g, nr)
 
 
 @inlined

@@ -11,8 +11,8 @@ LEAST_DIAMETER = 20.0
 still counts as wear, in the size of the part and in money, so that nothing is gained by wearing a wheel away."""
 REFERENCE_CHIP = 0.1
 """um; equivalent chip thickness at which entries state the G-ratio."""
-THINNEST_CHIP = 0.02
-"""um; of equal wear for all that is thinner: grains that only plough load each other no less [C]."""
+THINNEST_CHIP = 0.001
+"""um; of equal wear for all that is thinner."""
 
 
 @inlined
@@ -42,15 +42,9 @@ def fracture(fg: float, per_fc: float, kf: float) -> float:
 
 
 @inlined
-def wear_intensity(heq: float, breaking: float, mG: float) -> float:
-    """Wear over that at the reference chip thickness without fracture; a power law in the thickness [M; mG D].
-
-    Args:
-        heq: equivalent chip thickness, um.
-        breaking: factor of fracture.
-        mG: exponent.
-    """
-    return breaking * power(max(heq, THINNEST_CHIP) * (1.0 / REFERENCE_CHIP), mG)
+def chip_wear(heq: float, mG: float) -> float:
+    """Wear over that at the reference chip thickness; a power law in the thickness, um [M; exponent mG D]."""
+    return power(max(heq, THINNEST_CHIP) * (1.0 / REFERENCE_CHIP), mG)
 
 
 @inlined
