@@ -34,7 +34,7 @@ def changed(kind: str, **values: float) -> StrokeParameters:
     names = {"material": "aisi_52100", "wheel": "a60j", "dresser": "rotary", "fluid": "emulsion", "machine": "default"}
     entries = {each: getattr(CATALOGUE, each)(name) for each, name in names.items()}
     entries[kind] = dataclasses.replace(entries[kind], **values)
-    return stroke_parameters(*entries.values(), wheel_speed=30.0)
+    return stroke_parameters(*entries.values(), wheel_speed=30.0, width=20.0, height=20.0)
 
 
 def log_slope(value: Callable[[float], float], at: float) -> float:
