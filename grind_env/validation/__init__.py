@@ -13,8 +13,10 @@ from grind_env.toml import read_toml
 from grind_env.validation import (
     dressing,
     fluid,
+    grade,
     grit,
     heat,
+    part_heat,
     published,
     rotary,
     roughness,
@@ -43,7 +45,7 @@ __all__ = [
 CHECKS: tuple[Check, ...] = tuple(
     check
     for module in (
-        *(dressing, rotary, grit, fluid, spark_out, roughness, wear, heat, spindle),
+        *(dressing, rotary, grit, grade, fluid, spark_out, roughness, wear, heat, part_heat, spindle),
         *(published, valve_alloys),
     )
     for check in module.CHECKS

@@ -10,12 +10,12 @@ from grind_env.validation.rig import Rig
 GROUPS = {
     1: "Dress depth and lead",
     2: "Rotary dressers",
-    3: "Grit size and structure",
+    3: "Grit size, structure and grade",
     4: "Fluid",
     5: "Spark-out and threshold force",
     6: "Roughness",
-    7: "G-ratio",
-    8: "Heat and boiling",
+    7: "Wear and G-ratio",
+    8: "Heat, boiling and the heat of the part",
     9: "Spindle",
     10: "Published and measured data",
 }

@@ -17,6 +17,8 @@ HALF_DULL = 0.03
 SHEN = "page_numbers.csv: Shen, Xiao, Guo, Malkin & Shih, ASME JMSE 130 (2008) 051014 (abstract)"
 SLOW = 40.0
 """Table speed of the partitions, mm/s: not stated, and that of other work of the same group (from memory)."""
+BURNING_SPEEDS = (75.0, 100.0, 150.0, 200.0, 300.0)
+"""Table speeds at which a wheel is dulled until it burns, mm/s: 4.5 to 18 m/min."""
 FLATS = tuple(np.geomspace(0.004, 0.145, 181).tolist())
 """Wear-flat areas by which the heat flux is raised."""
 
@@ -64,6 +66,23 @@ def boiling_range(rig: Rig) -> float:
     first = next(k for k in range(middle, -1, -1) if k - 1 not in steep)
     last = next(k for k in range(middle, len(shares)) if k + 1 not in steep)
     return flux(strokes[last + 1]) / flux(strokes[first])
+
+
+def burning(rig: Rig, table_speed: float) -> float:
+    """Temperature rise of a wheel so dull that a cut of 10 um burns by Malkin's threshold, K; found by bisection."""
+    grinder = rig.sharp(table_speed=table_speed)
+    low, high = FLATS[0], FLATS[-1]
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        grinder.wheel = grinder.wheel._replace(A=middle)
+        low, high = (middle, high) if grinder.cut(0.010).Br < 1.0 else (low, middle)
+    return grinder.cut(0.010).T
+
+
+def burning_spread(rig: Rig) -> float:
+    """Highest over lowest of these rises over the table speeds."""
+    rises = [burning(rig, speed) for speed in BURNING_SPEEDS]
+    return max(rises) / min(rises)
 
 
 def rise(flats: float | None = None) -> Callable[[Rig], float]:
@@ -120,6 +139,15 @@ CHECKS = (
         at=f"{USUAL}; A raised from .4 to 14.5 %",
         band=at_least(1.02),
         measure=lambda rig: burn_out_flux(rig, "oil") / burn_out_flux(rig, "emulsion"),
+    ),
+    Check(
+        name="temperature at burn",
+        group=8,
+        what="highest over lowest temperature rise at burn ratio 1: work burns at one, however fast it passes",
+        at=f"{USUAL}; 4.5 to 18 m/min, each with the flats at which a cut of 10 um burns",
+        band=at_most(1.3),
+        measure=burning_spread,
+        source="burn threshold: Malkin 1978 (from memory); band",
     ),
     Check(
         name="temperature sharp",

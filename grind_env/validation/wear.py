@@ -95,7 +95,48 @@ def on_volume(rig: Rig, wheel: str) -> float:
     return exponent(VOLUMES, [used(rig, volume, material="inc751", wheel=wheel).worn for volume in VOLUMES])
 
 
+def early_loss(rig: Rig, **setup: Any) -> float:
+    """Radius that a wheel loses early after a dress, beside its steady wear, um."""
+    whole, steady = (make(**setup) for make in (rig.fresh, rig.steady))
+    for grinder in (whole, steady):
+        grinder.grind_volume(INTERVAL)
+    return 1000.0 * (whole.wheel.W - steady.wheel.W)
+
+
+def early_wear(wheel: str, band: Band) -> Check:
+    """Radius that a wheel loses early."""
+    return Check(
+        name=f"early wear {wheel}",
+        group=7,
+        what=f"radius lost early after a dress, {WHEELS[wheel]}",
+        at=f"{USUAL}; inc751, {wheel}; 100 mm3/mm after the dress",
+        unit="um",
+        band=band,
+        measure=lambda rig: early_loss(rig, material="inc751", wheel=wheel),
+        source=f"wear at no volume in {VALVES}",
+    )
+
+
 CHECKS = (
+    early_wear("a60j", Band(4.0, 9.0)),
+    early_wear("b126", Band(1.3, 2.5)),
+    Check(
+        name="early wear in steel",
+        group=7,
+        what="radius lost early in inc751 over that in aisi_52100: a dress loosens grains, whatever is ground",
+        at=f"{USUAL}; 100 mm3/mm after the dress",
+        band=Band(0.9, 1.1),
+        measure=lambda rig: early_loss(rig, material="inc751") / early_loss(rig),
+        source=f"{VALVES}; band",
+    ),
+    Check(
+        name="early wear of a coarse dress",
+        group=7,
+        what="radius lost early after a dress twice as deep over that after a medium one",
+        at=f"{USUAL}; depth .04 and .02 mm; 100 mm3/mm after the dress",
+        band=at_least(1.3),
+        measure=lambda rig: early_loss(rig, depth=0.040) / early_loss(rig),
+    ),
     *(slope(material, wheel) for material in SLOPES for wheel in WHEELS),
     *(cbn_over_alumina(material) for material in RATIOS),
     Check(
