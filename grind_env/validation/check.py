@@ -19,7 +19,7 @@ GROUPS = {
     7: "G-ratio",
     8: "Heat and boiling",
     9: "Spindle",
-    10: "Published and measured data",
+    10: "Measured, published and remembered numbers",
 }
 """What the checks are about, by number of the group. Groups 1 to 9 are trends that the model has to show."""
 

@@ -63,7 +63,6 @@ from grind_env.process.equations.heat import (
     retained_heat,
     sink_ratio,
     temperature,
-    thermal_bow,
     work_conductance,
 )
 from grind_env.process.equations.roughness import (
@@ -141,7 +140,6 @@ __all__ = [
     "speed_ratio_effect",
     "surface_roughness",
     "temperature",
-    "thermal_bow",
     "threshold_force",
     "turning",
     "waviness",

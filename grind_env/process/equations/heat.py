@@ -92,8 +92,3 @@ def burn_power(Q: float, length: float, vw: float, sink: float, u0: float, Bm: f
 def burn_ratio(P_width: float, threshold: float) -> float:
     """Power over the power at which the work burns; 0 of a wheel in the air."""
     return P_width / threshold if threshold > 0.0 else 0.0
-
-
-def thermal_bow(alpha_th: float, dTz: float, Lw: float, h: float) -> float:
-    """Bow of a plate, mm, under a mean temperature difference dTz between its faces (length Lw, height h)."""
-    return alpha_th * dTz * Lw * Lw / (8.0 * h)
