@@ -25,7 +25,7 @@ from grind_env.validation import (
     valve_alloys,
     wear,
 )
-from grind_env.validation.check import GROUPS, Band, Check, Row, row_of
+from grind_env.validation.check import GROUPS, Band, Check, Kind, Row, Source, row_of
 from grind_env.validation.rig import Rig
 
 __all__ = [
@@ -33,8 +33,10 @@ __all__ = [
     "GROUPS",
     "Band",
     "Check",
+    "Kind",
     "Rig",
     "Row",
+    "Source",
     "is_as_known",
     "known_failures",
     "row_of",

@@ -1,11 +1,11 @@
 """Group 3: a harder grade holds its grains longer, lasts longer and dulls longer."""
 
-from grind_env.validation.check import Check, at_least, at_most
+from grind_env.validation.check import Check, Kind, Source, at_least, at_most
 from grind_env.validation.rig import USUAL, Grinder, Rig
 
 GRADES = {"H": 0.8, "J": 1.2, "L": 2.0, "M": 2.5}
 """Force per grain that breaks grain or bond, N, at the reference grit."""
-MALKIN_COOK = "trend of Malkin & Cook, J. Eng. Ind. 93 (1971) (from memory); band"
+MALKIN_COOK = Source(Kind.OWN, "the way of the trend: Malkin & Cook, J. Eng. Ind. 93 (1971) (from memory)")
 
 
 def ground(rig: Rig, grade: str, volume: float) -> Grinder:

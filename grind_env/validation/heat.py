@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 
 from grind_env.process.state import StrokeResult
-from grind_env.validation.check import Band, Check, around, at_least, at_most
+from grind_env.validation.check import Band, Check, Kind, Source, around, at_least, at_most
+from grind_env.validation.data import MAGNITUDES
 from grind_env.validation.rig import USUAL, Grinder, Rig
 
 IRON = "grey_cast_iron"
 HALF_DULL = 0.03
 """Wear-flat area, share of the wheel face: between a sharp wheel, .009, and 4 %, where burn is expected."""
-SHEN = "page_numbers.csv: Shen, Xiao, Guo, Malkin & Shih, ASME JMSE 130 (2008) 051014 (abstract)"
+SHEN = Source(Kind.MEASURED, "page_numbers.csv: Shen, Xiao, Guo, Malkin & Shih, ASME JMSE 130 (2008) 051014 (abstract)")
 SLOW = 40.0
 """Table speed of the partitions, mm/s: not stated, and that of other work of the same group (from memory)."""
 BURNING_SPEEDS = (75.0, 100.0, 150.0, 200.0, 300.0)
@@ -99,7 +100,7 @@ CHECKS = (
         group=8,
         what="energy partition, wet, before the film boils",
         at=f"{AT}; sharp",
-        measured=0.24,
+        reference=0.24,
         band=around(0.24, 0.05),
         measure=partition,
         source=SHEN,
@@ -109,7 +110,7 @@ CHECKS = (
         group=8,
         what="energy partition, wet, the film boils",
         at=f"{AT}; 25 um; A 3 %",
-        measured=0.92,
+        reference=0.92,
         band=around(0.90, 0.06),
         measure=lambda rig: partition(rig, HALF_DULL, downfeed=0.025),
         source=SHEN,
@@ -119,7 +120,7 @@ CHECKS = (
         group=8,
         what="energy partition, dry",
         at=f"{AT}; dry; sharp",
-        measured=0.84,
+        reference=0.84,
         band=around(0.84, 0.08),
         measure=lambda rig: partition(rig, fluid="dry"),
         source=SHEN,
@@ -147,7 +148,7 @@ CHECKS = (
         at=f"{USUAL}; 4.5 to 18 m/min, each with the flats at which a cut of 10 um burns",
         band=at_most(1.3),
         measure=burning_spread,
-        source="burn threshold: Malkin 1978 (from memory); band",
+        source=Source(Kind.OWN, "the burn threshold of Malkin 1978 is that of one temperature"),
     ),
     Check(
         name="temperature sharp",
@@ -157,7 +158,7 @@ CHECKS = (
         unit="K",
         band=Band(60.0, 250.0),
         measure=rise(),
-        source="expected_magnitudes.csv; 100 to 250 K excludes a partition of .24 and was not chosen",
+        source=Source(Kind.REMEMBERED, f"{MAGNITUDES}; 100 to 250 K excludes a partition of .24 and was not chosen"),
     ),
     Check(
         name="temperature dull",
@@ -167,7 +168,7 @@ CHECKS = (
         unit="K",
         band=Band(300.0, 800.0),
         measure=rise(0.04),
-        source="expected_magnitudes.csv",
+        source=Source(Kind.REMEMBERED, MAGNITUDES),
     ),
     Check(
         name="cBN cooler",
@@ -176,6 +177,6 @@ CHECKS = (
         at=f"{USUAL}; b126 and a60j; dry; sharp",
         band=at_most(0.9),
         measure=lambda rig: rig.sharp(wheel="b126", fluid="dry").grind(5).eps / rig.sharp(fluid="dry").grind(5).eps,
-        source="thermal_partition.csv: conductivity of the grains, Rowe et al.; band",
+        source=Source(Kind.OWN, "which way, by the conductivity of the grains: thermal_partition.csv, Rowe et al."),
     ),
 )
