@@ -32,7 +32,7 @@ UNITS = {
     "Q": "mm2/s",
     **dict.fromkeys(("heq", "Rg", "Ra"), "um"),
     **dict.fromkeys(("Ft", "Fn"), "N/mm"),
-    **dict.fromkeys(("power", "load"), "W"),
+    **dict.fromkeys(("power", "load", "heat"), "W"),
     "vs": "m/s",
     "u_s": "J/mm3",
     "fg": "N",
