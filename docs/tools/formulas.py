@@ -18,7 +18,7 @@ from grind_env.process import equations
 NAME = re.compile(r"\\mathrm\{((?:[^{}\\]|\\_)+)\}")
 SYMBOL = re.compile(r"[A-Za-z][A-Z]?[a-z]?\d?|[A-Za-z]+(ref|max|film)|alw0?|krw")
 """Names that are one letter and its index."""
-GREEK = {"lam": r"\lambda", "alpha": r"\alpha", "beta": r"\beta"}
+GREEK = {"lam": r"\lambda", "beta": r"\beta"}
 KEPT = ("by", "if", "max", "min", "per")
 """Words that look like symbols."""
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.])")

@@ -25,7 +25,10 @@ from grind_env.pages.markdown import table
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 RESULTS = ROOT / "agents" / "results"
-NOT_TASKS = {"fields.md": "reference/fields.md", "validation.md": "validation.md", "validation.png": "validation.png"}
+NOT_TASKS = {
+    "fields.md": "reference/fields.md",
+    **{name: name for name in ("validation.md", "validation.png", "validation.csv")},
+}
 """Where the pages that are not of a task go."""
 PAGES = (".md", ".png", ".svg", ".toml", ".nc", ".csv")
 Page = tuple[str, bytes]

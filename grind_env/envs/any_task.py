@@ -48,7 +48,7 @@ def make(
     A step is one G82 cycle block of a surface grinder: the table reciprocates with feedrate **E**, the wheel
     plunges at every reversal point until the stock is removed, sparks out, and the control runs the dress
     program **D** times within the cycle, evenly in depth. (A task with an infeed has G81 blocks, one with a cross pick
-    G83 blocks: see `grind/Reciprocation-v0` and `grind/WidePlates-v0`.) The wheel dulls, loads, wears and grows waves;
+    G83 blocks: see `grind/Reciprocation-v0` and `grind/WidePlates-v0`.) The wheel dulls, loads, and wears;
     slow tables glaze it and burn the part, fast tables cost power, roughness and size, and dressing costs time and
     wheel.
 

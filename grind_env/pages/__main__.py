@@ -10,11 +10,12 @@ from grind_env.pages.fields import fields_page
 from grind_env.pages.page import page
 from grind_env.pages.sheet import page_ids
 from grind_env.pages.summary import file_name, index
-from grind_env.pages.validation import FILE, PICTURE, validation_page
+from grind_env.pages.validation import FILE, PICTURE, ROWS, validation_page
 from grind_env.process.catalogue import load_catalogue
 from grind_env.validation import Rig, validate
+from grind_env.validation.export import write_csv
+from grind_env.validation.leave_out import left_out
 from grind_env.validation.neighbours import neighbours
-from grind_env.validation.valve_alloys import predictions
 
 
 def write(folder: Path) -> list[Path]:
@@ -28,15 +29,16 @@ def write(folder: Path) -> list[Path]:
     pictures = [PICTURE] if find_spec("matplotlib") else []
     for name in pictures:
         plot_exponents(rows, folder / name)
+    write_csv(rows, folder / ROWS)
     texts = {
         "index.md": index(),
         FIELDS: fields_page(),
-        FILE: validation_page(rows, predictions(rig), neighbours(rig.catalogue, rows), *pictures),
+        FILE: validation_page(rows, left_out(rig), neighbours(rig.catalogue, rows), *pictures),
         **{file_name(env_id): page(env_id) for env_id in page_ids()},
     }
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
-    return [folder / name for name in (*texts, *pictures)]
+    return [folder / name for name in (*texts, *pictures, ROWS)]
 
 
 def main(arguments: list[str]) -> str | None:

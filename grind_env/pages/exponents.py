@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from grind_env.files import write_atomically
-from grind_env.validation import Row
+from grind_env.validation import Kind, Row
 
 BLUE, RED, GREY = "#1f5f8b", "#b5322b", "#8a8a8a"
 MEASURED, PASSED, FAILED = "measured, and its band", "model, within the band", "model, outside"
@@ -19,7 +19,8 @@ def plot_exponents(rows: Sequence[Row], path: Path) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    beside = [(row, row.check.measured) for row in rows if row.check.what.startswith("exponent")]
+    exponents = [row for row in rows if row.check.what.startswith("exponent")]
+    beside = [(row, row.check.reference) for row in exponents if row.check.source.kind is Kind.MEASURED]
     drawn = [(row, measured) for row, measured in beside if measured is not None]
     figure = Figure(figsize=(9, 1.2 + 0.36 * len(drawn)), layout="constrained")
     FigureCanvasAgg(figure)

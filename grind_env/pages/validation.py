@@ -5,47 +5,51 @@ from itertools import groupby
 
 from grind_env.pages.markdown import table
 from grind_env.validation import GROUPS, Row, unfit_uses
+from grind_env.validation.leave_out import LeftOut
 from grind_env.validation.neighbours import Step
 from grind_env.validation.report import (
     PREDICTION,
     PREDICTION_NOTE,
-    STEP,
+    PREDICTION_TITLE,
     STEP_TITLE,
+    beyond_limits,
     comparison,
     expected,
-    failing,
     number,
-    prediction_cells,
+    outside,
+    prediction_rows,
     reason,
+    sources,
+    step_introduction,
+    step_sentence,
     totals,
     verdict,
 )
 from grind_env.validation.rig import CONDITIONS
-from grind_env.validation.valve_alloys import Prediction
 
-FILE, PICTURE = "validation.md", "validation.png"
+FILE, PICTURE, ROWS = "validation.md", "validation.png", "validation.csv"
 
 INTRODUCTION = """\
-Every number below is taken by the functions that all simulations run, under the conditions beside it. A band without a
-source is what this project expects of the trend. Where two published numbers exclude each other, the row says which was
-chosen.
+Every number below is taken by the functions that all simulations run, under the conditions beside it. The first word of
+its source says what its band is worth: *measured*; *drawn* from data or tables that were seen; *remembered*, of a page
+that was not opened; *own*, what this project expects. Where two published numbers exclude each other, the row says
+which was chosen. The rows are also [a CSV file](validation.csv).
 
 Two limits speak of heat. The **temperature limit** of a part (the rise that tempers its material) decides whether it is
 scrap. The **burn ratio**, specific energy over Malkin's threshold, is a warning margin and scraps nothing."""
 
 
-def validation_page(
-    rows: Sequence[Row], predicted: Sequence[Prediction], steps: Sequence[Step], picture: str = ""
-) -> str:
+def validation_page(rows: Sequence[Row], predicted: Sequence[LeftOut], steps: Sequence[Step], picture: str = "") -> str:
     """The page, Markdown.
 
     Args:
         rows: of `validate`.
-        predicted: of `predictions`.
+        predicted: of `left_out`.
         steps: of `neighbours`.
         picture: the file of `plot_exponents` beside the page; none if "".
     """
-    lines = ["# Validation of the process model", INTRODUCTION, CONDITIONS, f"**{totals(rows)}.**"]
+    lines = ["# Validation of the process model", f"**{sources(rows)}** {totals(rows)}. {beyond_limits(rows)}"]
+    lines += [INTRODUCTION, CONDITIONS]
     lines += [
         "## What the model must not be used for",
         "\n".join(f"- {use}: {why}." for use, why in unfit_uses().items()),
@@ -54,15 +58,14 @@ def validation_page(
         lines.append(f"![measured exponents beside those of the model]({picture})")
     for group, members in groupby(rows, lambda row: row.check.group):
         lines += [f"## {group}. {GROUPS[group]}", _rows(list(members))]
-    cells = [prediction_cells(each) for each in predicted]
-    note = f"{PREDICTION_NOTE} {comparison(predicted)}"
-    lines += ["## Valve alloys: one predicted from the other", note, table(PREDICTION, cells)]
-    lines += [f"## {STEP_TITLE}", table(STEP, [(step.change, failing(step)) for step in steps])]
+    lines += [f"## {PREDICTION_TITLE}", PREDICTION_NOTE, table(PREDICTION, prediction_rows(predicted))]
+    lines.append("\n".join(f"- {sentence}" for sentence in comparison(predicted)))
+    lines += [f"## {STEP_TITLE}", step_introduction(steps), "\n".join(f"- {step_sentence(step)}" for step in steps)]
     return "\n\n".join(lines) + "\n"
 
 
 def _rows(rows: list[Row]) -> str:
-    header = ("what", "at", "model", "band (measured)", "unit", "from", "")
+    header = ("what", "at", "model", "band (reference)", "unit", "from", "")
     return table(
         header,
         [
@@ -72,9 +75,13 @@ def _rows(rows: list[Row]) -> str:
                 number(row.value),
                 expected(row),
                 row.check.unit,
-                row.check.source,
-                ": ".join(filter(None, (verdict(row) if row.passed else f"**{verdict(row)}**", reason(row)))),
+                str(row.check.source),
+                "; ".join(filter(None, (_verdict(row), outside(row)))),
             )
             for row in rows
         ],
     )
+
+
+def _verdict(row: Row) -> str:
+    return ": ".join(filter(None, (verdict(row) if row.passed else f"**{verdict(row)}**", reason(row))))

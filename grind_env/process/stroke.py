@@ -80,7 +80,8 @@ def grind_stroke(
     """One pass of the wheel over the part.
 
     Depth of cut and normal force balance the elastic loop at the wheel speed that is set. Where the spindle slows, the
-    force of the slower wheel is that of the result, and its further deflection is left to the next stroke.
+    force of the slower wheel is that of the result; what it deflects further is left out, here and in all later
+    strokes, which begin from the depth that was cut.
 
     Args:
         wheel: state before the stroke.

@@ -1,28 +1,58 @@
-"""A check: one number of the process model beside a band or a measured value, and the row that it makes."""
+"""A check: one number of the process model beside a band, where that is from, and the row that it makes."""
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from enum import Enum
 
 from grind_env.errors import GrindError
+from grind_env.validation.beyond import Beyond
 from grind_env.validation.rig import Rig
 
 GROUPS = {
     1: "Dress depth and lead",
     2: "Rotary dressers",
-    3: "Grit size and structure",
+    3: "Grit size, structure and grade",
     4: "Fluid",
     5: "Spark-out and threshold force",
     6: "Roughness",
-    7: "G-ratio",
-    8: "Heat and boiling",
+    7: "Wear and G-ratio",
+    8: "Heat, boiling and the heat of the part",
     9: "Spindle",
-    10: "Published and measured data",
+    10: "Measured, published and remembered numbers",
 }
 """What the checks are about, by number of the group. Groups 1 to 9 are trends that the model has to show."""
 
-TREND = "band"
-"""Source of a trend whose band is the judgement of this project, and no number that was measured."""
+
+class Kind(Enum):
+    """What a row carries, from the strongest to the weakest."""
+
+    MEASURED = "a measured number"
+    DRAWN = "a band from data or tables"
+    REMEMBERED = "a number from memory"
+    OWN = "only our own band"
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """Where the band of a check is from.
+
+    Attributes:
+        kind: what stands behind its numbers. A relation that says no more than which way a trend goes is no number,
+            whoever found it: what it allows is then a band of this project.
+        text: where it was read, or who says so.
+    """
+
+    kind: Kind
+    text: str
+
+    def __str__(self) -> str:
+        """As in `drawn: page_numbers.csv`."""
+        return f"{self.kind.name.lower()}: {self.text}"
+
+
+TREND = Source(Kind.OWN, "expected of the trend")
+"""Of a band that is the judgement of this project alone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,8 +108,8 @@ class Check:
         band: within which it is right.
         measure: what takes it; raises a `GrindError` where the catalogue lacks what it needs.
         unit: of the number; "" without one.
-        measured: the number that was measured or published, in `unit`, where it is one number.
-        source: where the band or the measured number is from; `TREND` without a source.
+        reference: the number that was measured, published or remembered, in `unit`, where it is one number.
+        source: where that number or the band is from.
     """
 
     name: str
@@ -89,17 +119,25 @@ class Check:
     band: Band
     measure: Callable[[Rig], float]
     unit: str = ""
-    measured: float | None = None
-    source: str = TREND
+    reference: float | None = None
+    source: Source = TREND
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A check with `value`, the number of the model in its unit; NaN, and the reason, where there is none."""
+    """A check with its number.
+
+    Attributes:
+        check: that was made.
+        value: the number of the model, in the unit of the check; NaN where there is none.
+        missing: why there is none.
+        outside: what its conditions ask beyond the limits of the catalogue.
+    """
 
     check: Check
     value: float
     missing: str = ""
+    outside: tuple[Beyond, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -109,7 +147,10 @@ class Row:
 
 def row_of(check: Check, rig: Rig) -> Row:
     """Take the number of a check."""
+    own = replace(rig, outside={})
+    value, missing = math.nan, ""
     try:
-        return Row(check, float(check.measure(rig)))
+        value = float(check.measure(own))
     except GrindError as error:
-        return Row(check, math.nan, str(error))
+        missing = str(error)
+    return Row(check, value, missing, tuple(own.outside.values()))

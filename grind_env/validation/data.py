@@ -4,6 +4,8 @@ import csv
 from pathlib import Path
 
 DATA = Path(__file__).with_name("data")
+MAGNITUDES = "expected_magnitudes.csv: a reading of Malkin and Rowe"
+"""What its orders of magnitude are."""
 
 
 def rows(name: str) -> list[dict[str, str]]:

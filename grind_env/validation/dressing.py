@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from grind_env.process.state import StrokeResult
-from grind_env.validation.check import FALLS, RISES, Band, Check, around
+from grind_env.validation.check import FALLS, RISES, Band, Check, Kind, Source, around
 from grind_env.validation.rig import USUAL, Grinder, Rig
 from grind_env.validation.slopes import exponent, largest_step, smallest_step
 
@@ -13,8 +13,8 @@ ALL_DEPTHS = (0.002, *DEPTHS, 0.050)
 LEADS = (0.04, 0.07, 0.10, 0.14, 0.20)
 """mm per revolution; at the depth of the set-up, 0.02 mm."""
 
-MALKIN = "Ra ~ lead^(1/2) depth^(1/4): Malkin, Grinding Technology (from memory); band"
-SEVERITY = "severity 2 ad (fd/dg)^(1/2): Malkin & Murray 1978 (from memory)"
+MALKIN = Source(Kind.REMEMBERED, "Ra ~ lead^(1/2) depth^(1/4): Malkin, Grinding Technology")
+SEVERITY = Source(Kind.OWN, "which way, by the severity 2 ad (fd/dg)^(1/2): Malkin & Murray 1978 (from memory)")
 
 
 def over(name: str, values: tuple[float, ...], shown: Callable[[Grinder], float]) -> Callable[[Rig], list[float]]:
@@ -164,7 +164,7 @@ CHECKS = (
         at=USUAL,
         band=Band(0.3, 0.95),
         measure=equal_overlap,
-        source=f"{SEVERITY}; band",
+        source=SEVERITY,
     ),
     Check(
         name="flats of further passes",

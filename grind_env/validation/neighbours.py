@@ -9,24 +9,25 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from grind_env.process.catalogue import Catalogue
+from grind_env.validation.beyond import Beyond
 from grind_env.validation.check import Check, Row, row_of
 from grind_env.validation.rig import Rig
 
 STEPS: Mapping[str, Mapping[str, float]] = MappingProxyType(
     {
-        "table 7.2 m/min": {"table_speed": 120.0},
-        "table 20 m/min": {"table_speed": 1000.0 / 3.0},
-        "downfeed 5 um": {"downfeed": 0.005},
-        "downfeed 20 um": {"downfeed": 0.020},
-        "10 mm wide": {"width": 10.0},
-        "40 mm wide": {"width": 40.0},
-        "60 mm long": {"length": 60.0},
-        "wheel 22 m/s": {"wheel_speed": 22.0},
-        "wheel 40 m/s": {"wheel_speed": 40.0},
-        "wheel 240 mm": {"diameter": 240.0},
-        "dress lead .05 mm": {"lead": 0.05},
-        "dress lead .18 mm": {"lead": 0.18},
-        "dress depth .01 mm": {"depth": 0.010},
+        "the table at 7.2 m/min": {"table_speed": 120.0},
+        "the table at 20 m/min": {"table_speed": 1000.0 / 3.0},
+        "a downfeed of 5 um": {"downfeed": 0.005},
+        "a downfeed of 20 um": {"downfeed": 0.020},
+        "a part 10 mm wide": {"width": 10.0},
+        "a part 40 mm wide": {"width": 40.0},
+        "a part 60 mm long": {"length": 60.0},
+        "the wheel at 22 m/s": {"wheel_speed": 22.0},
+        "the wheel at 40 m/s": {"wheel_speed": 40.0},
+        "a wheel of 240 mm": {"diameter": 240.0},
+        "a dress lead of .05 mm": {"lead": 0.05},
+        "a dress lead of .18 mm": {"lead": 0.18},
+        "a dress depth of .01 mm": {"depth": 0.010},
     }
 )
 """What takes the place of the usual set-up, where a row does not say otherwise."""
@@ -34,10 +35,22 @@ STEPS: Mapping[str, Mapping[str, float]] = MappingProxyType(
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A step away from the usual conditions, and the rows that pass there no more."""
+    """A step away from the usual conditions.
+
+    Attributes:
+        change: what is other than usual.
+        rows: of groups 1 to 9, those that pass under the usual conditions, as they come out here.
+        outside: what the step asks of the usual wheel and machine beyond the limits of the catalogue.
+    """
 
     change: str
-    failing: tuple[Row, ...]
+    rows: tuple[Row, ...]
+    outside: tuple[Beyond, ...] = ()
+
+    @property
+    def failing(self) -> tuple[Row, ...]:
+        """The rows that pass no more."""
+        return tuple(row for row in self.rows if not row.passed)
 
 
 def neighbours(catalogue: Catalogue, rows: list[Row]) -> list[Step]:
@@ -46,6 +59,7 @@ def neighbours(catalogue: Catalogue, rows: list[Row]) -> list[Step]:
     steps = []
     for change, usual in STEPS.items():
         rig = Rig(catalogue, usual)
-        moved = [row_of(check, rig) for check in checks]
-        steps.append(Step(change, tuple(row for row in moved if not row.passed)))
+        rig.fresh()
+        outside = tuple(rig.outside.values())
+        steps.append(Step(change, tuple(row_of(check, rig) for check in checks), outside))
     return steps

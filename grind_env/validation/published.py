@@ -4,9 +4,20 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from grind_env.validation import data
-from grind_env.validation.check import Band, Check, around, at_most
+from grind_env.validation.check import Band, Check, Kind, Source, around, at_most
 from grind_env.validation.rig import NO_GROWTH, USUAL, Grinder, Rig, dress_width
 from grind_env.validation.spark_out import after_passes
+
+
+def drawn(text: str) -> Source:
+    """Of a band drawn from what was seen."""
+    return Source(Kind.DRAWN, text)
+
+
+def remembered(text: str) -> Source:
+    """Of a number whose page was not opened."""
+    return Source(Kind.REMEMBERED, text)
+
 
 CASES: Mapping[str, tuple[str, dict[str, Any]]] = {
     "R1": ("52100/A60J, 30 m/s, 12 m/min, 10 um", {}),
@@ -34,9 +45,9 @@ QUANTITIES: Mapping[str, Callable[[Grinder], float]] = {
     "G-ratio": lambda grinder: grinder.grind(5).G,
 }
 
-KALPAKJIAN = "specific_energy_ranges.csv: Kalpakjian & Schmid (from memory)"
-GRID = "burn_threshold_grid.csv: Malkin 1978; Wen, Tay & Nee 1992 (constants from memory)"
-OVERLAP = "dressing_overlap_worked_example.csv: moderngrindingtechnology.com"
+KALPAKJIAN = remembered("specific_energy_ranges.csv: Kalpakjian & Schmid")
+GRID = remembered("burn_threshold_grid.csv: Malkin 1978; Wen, Tay & Nee 1992")
+OVERLAP = drawn("dressing_overlap_worked_example.csv: moderngrindingtechnology.com, worked out there and not measured")
 
 
 def magnitude(row: dict[str, str]) -> Check:
@@ -56,7 +67,7 @@ def magnitude(row: dict[str, str]) -> Check:
         unit=row["unit"].strip("-"),
         band=Band(float(row["low"]), float(row["high"])),
         measure=measure,
-        source="expected_magnitudes.csv: a reading of Malkin and Rowe (from memory)",
+        source=remembered(data.MAGNITUDES),
     )
 
 
@@ -151,7 +162,7 @@ CHECKS = (
         unit="J/mm3",
         band=Band(21.6, 25.5),
         measure=lambda rig: rig.sharp(material="aisi_1045", downfeed=0.020, table_speed=250.0).grind(5).u_s,
-        source="page_numbers.csv: Dietrich & Tschaetsch as coded by others",
+        source=drawn("page_numbers.csv: Dietrich & Tschaetsch as coded by others"),
     ),
     Check(
         name="least specific energy",
@@ -159,10 +170,10 @@ CHECKS = (
         what="specific energy of a cut so deep that only chips count",
         at=f"{USUAL}; 5 mm wide; from cuts of 20 and 80 um; sharp",
         unit="J/mm3",
-        measured=data.number("malkin_energy_wearflat", "u_ch", "value_or_min"),
+        reference=data.number("malkin_energy_wearflat", "u_ch", "value_or_min"),
         band=around(13.8, 0.7),
         measure=least_energy,
-        source="malkin_energy_wearflat.csv: Malkin (from memory)",
+        source=remembered("malkin_energy_wearflat.csv: Malkin"),
     ),
     Check(
         name="energy linear in flats",
@@ -171,7 +182,7 @@ CHECKS = (
         at=f"{USUAL}; 10 um cut",
         band=around(1.0, 0.01),
         measure=linearity,
-        source="Malkin & Cook 1971 (from memory)",
+        source=remembered("Malkin & Cook 1971"),
     ),
     Check(
         name="flats at burn",
@@ -179,10 +190,10 @@ CHECKS = (
         what="wear-flat area at which the burn ratio is 1",
         at=USUAL,
         unit="%",
-        measured=data.number("malkin_energy_wearflat", "A_burn", "value_or_min"),
+        reference=data.number("malkin_energy_wearflat", "A_burn", "value_or_min"),
         band=Band(2.0, 6.0),
         measure=lambda rig: 100.0 * dull_to_burn(rig).wheel.A,
-        source="malkin_energy_wearflat.csv: Malkin & Cook 1971 (from memory)",
+        source=remembered("malkin_energy_wearflat.csv: Malkin & Cook 1971"),
     ),
     Check(
         name="temperature at burn",
@@ -192,7 +203,7 @@ CHECKS = (
         unit="K",
         band=Band(230.0, 980.0),
         measure=lambda rig: dull_to_burn(rig).grind(5).T,
-        source="page_numbers.csv: temper colours from 250 degC, damage up to 1000 degC (Badger 2012, Tarasov 1951)",
+        source=drawn("page_numbers.csv: temper colours from 250, damage up to 1000 degC (Badger 2012, Tarasov 1951)"),
     ),
     Check(
         name="burn threshold grid",
@@ -210,7 +221,7 @@ CHECKS = (
         what="active width of a diamond of .38 mm radius, .025 mm deep",
         at="unworn",
         unit="mm",
-        measured=data.number("dressing_overlap_worked_example", "pitch_for_one_overlay", "value", "quantity"),
+        reference=data.number("dressing_overlap_worked_example", "pitch_for_one_overlay", "value", "quantity"),
         band=around(0.273, 0.003),
         measure=lambda rig: dress_width(0.025, 0.38),
         source=OVERLAP,
@@ -220,7 +231,7 @@ CHECKS = (
         group=10,
         what="overlap ratio of the same at 192.5 mm/min and 1410 rpm",
         at="unworn",
-        measured=2.0,
+        reference=2.0,
         band=around(2.0, 0.05),
         measure=lambda rig: dress_width(0.025, 0.38) / (192.5 / 1410.0),
         source=OVERLAP,
@@ -232,7 +243,7 @@ CHECKS = (
         at=f"{USUAL}; dry; sharp",
         band=Band(0.60, 0.75),
         measure=lambda rig: rig.sharp(fluid="dry").grind(5).eps,
-        source="thermal_partition.csv: Malkin & Guo 2007 (from memory)",
+        source=remembered("thermal_partition.csv: Malkin & Guo 2007"),
     ),
     Check(
         name="G-ratio conventional",
@@ -241,7 +252,7 @@ CHECKS = (
         at=f"{USUAL}; sharp",
         band=Band(20.0, 80.0),
         measure=lambda rig: rig.sharp().grind(5).G,
-        source="page_numbers.csv: toolingu.com; Groover's 95 to 125 excludes it and was not chosen",
+        source=drawn("page_numbers.csv: toolingu.com; Groover's 95 to 125 excludes it and was not chosen"),
     ),
     Check(
         name="share of the dresser",
@@ -251,17 +262,17 @@ CHECKS = (
         unit="%",
         band=Band(70.0, 80.0),
         measure=dressed_share,
-        source="wheelwear_gratio_practice.csv: psiworldweb.com, a vendor on high-volume production",
+        source=drawn("wheelwear_gratio_practice.csv: psiworldweb.com, a vendor on high-volume production"),
     ),
     Check(
         name="smaller wheel wears faster",
         group=10,
         what="radial wear, 15 in wheel over 18 in wheel, same stock and surface speed",
         at=f"{USUAL}; steady wear over 100 mm3/mm from the dress on",
-        measured=1.2,
+        reference=1.2,
         band=Band(1.15, 1.3),
         measure=diameter_effect,
-        source="page_numbers.csv: Badger 2009",
+        source=drawn("page_numbers.csv: Badger 2009, a column: about 20 % more, how found is not said"),
     ),
     Check(
         name="fine cBN roughness",
@@ -269,10 +280,13 @@ CHECKS = (
         what="Ra of a finely dressed cBN wheel after full spark-out",
         at=f"{USUAL}; b126, 35 m/s, lead .04, depth .005; 10 strokes, 40 spark-out",
         unit="um",
-        measured=0.1,
+        reference=0.1,
         band=Band(0.05, 0.2),
         measure=fine_cbn,
-        source="14 of 16 means of 320 parts of 52100 lie at .078 to .108 (Wu & Zha, cylindrical grinding); within x 2",
+        source=Source(
+            Kind.MEASURED,
+            "14 of 16 means of 320 parts of 52100 lie at .078 to .108 (Wu & Zha, cylindrical grinding); within x 2",
+        ),
     ),
     Check(
         name="roughness of M2",
@@ -282,7 +296,7 @@ CHECKS = (
         unit="um",
         band=Band(0.231, 1.25),
         measure=lambda rig: rig.sharp(material="aisi_m2").grind(5).Rg,
-        source="page_numbers.csv: W18CR4V, PMC11904558",
+        source=drawn("page_numbers.csv: W18CR4V, PMC11904558"),
     ),
     Check(
         name="force after spark-out, dull",
@@ -291,6 +305,6 @@ CHECKS = (
         at=f"{USUAL}; A 4 %; 10 strokes before",
         band=around(1.0, 0.1),
         measure=lambda rig: after_passes(rig.dulled(DULL, changes=NO_GROWTH), lambda done: done.Fn),
-        source="the band of a sharp wheel (group 5), asked of a dull one",
+        source=Source(Kind.OWN, "the band of a sharp wheel (group 5), asked of a dull one"),
     ),
 )

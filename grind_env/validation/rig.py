@@ -23,6 +23,7 @@ from grind_env.process.entries import Entry, quantities
 from grind_env.process.parameters import USUAL_HEIGHT, stroke_parameters
 from grind_env.process.process import PROCESS, PartHeat, whole_ms
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
+from grind_env.validation.beyond import Beyond, beyond
 
 SHARP = 25
 """Strokes after a dress at which a wheel is called sharp: the dressed texture has worn in."""
@@ -218,10 +219,12 @@ class Rig:
     Attributes:
         catalogue: whose entries.
         usual: arguments of `SetUp` that take the place of its defaults.
+        outside: kept of all set-ups that were made: of each limit of an entry, the number that was farthest beyond it.
     """
 
     catalogue: Catalogue
     usual: Mapping[str, Any] = field(default_factory=dict)
+    outside: dict[tuple[str, str], Beyond] = field(default_factory=dict)
 
     def fresh(self, **setup: Any) -> Grinder:
         """A freshly dressed wheel over a new part; arguments as of `SetUp`."""
@@ -253,14 +256,27 @@ class Rig:
         return Grinder(chosen, self.parameters(chosen), grinder.wheel._replace(W=0.0))
 
     def parameters(self, setup: SetUp) -> StrokeParameters:
-        """Stroke parameters of a set-up."""
+        """Stroke parameters of a set-up; what it asks beyond the catalogue is kept in `outside`."""
         catalogue, changes = self.catalogue, setup.changes
+        wheel = changed(catalogue.wheel(setup.wheel), changes.get("wheel", {}))
+        machine = changed(catalogue.machine("default"), changes.get("machine", {}))
+        for found in beyond(
+            wheel,
+            machine,
+            wheel_speed=setup.wheel_speed,
+            constant_surface_speed=setup.constant_surface_speed,
+            diameter=setup.diameter,
+            table_speed=setup.table_speed,
+            width=setup.width,
+        ):
+            known = self.outside.setdefault((found.entry, found.what), found)
+            self.outside[found.entry, found.what] = max(known, found, key=lambda each: each.excess)
         return stroke_parameters(
             changed(catalogue.material(setup.material), changes.get("material", {})),
-            changed(catalogue.wheel(setup.wheel), changes.get("wheel", {})),
+            wheel,
             changed(catalogue.dresser(setup.dresser), changes.get("dresser", {})),
             changed(catalogue.fluid(setup.fluid), changes.get("fluid", {})),
-            changed(catalogue.machine("default"), changes.get("machine", {})),
+            machine,
             wheel_speed=setup.wheel_speed,
             constant_surface_speed=setup.constant_surface_speed,
             width=setup.width,

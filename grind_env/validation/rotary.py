@@ -2,12 +2,12 @@
 
 from typing import Any
 
-from grind_env.validation.check import Band, Check, around, at_least, at_most
+from grind_env.validation.check import Band, Check, Kind, Source, around, at_least, at_most
 from grind_env.validation.dressing import DEPTHS, LEADS
 from grind_env.validation.rig import USUAL, Grinder, Rig
 from grind_env.validation.slopes import exponent, smallest_step
 
-L8 = "eight runs with a rotary dresser (Furtwangen University; flat_grinding_L8_dressing.csv)"
+L8 = Source(Kind.MEASURED, "eight runs with a rotary dresser (Furtwangen University; flat_grinding_L8_dressing.csv)")
 RATIOS = (0.3, 0.5, 0.7, 0.9)
 """Speed ratios qd; 1 is crushing."""
 AT = f"{USUAL}; dresser rotary"
@@ -36,7 +36,7 @@ CHECKS = (
         what="exponent of Ra on the overlap ratio Ud, by the lead at equal depth",
         at=f"{AT}; lead .04 to .2 mm, depth .02; stroke 1 after the dress",
         band=around(-1.1, 0.15),
-        measured=-1.10,
+        reference=-1.10,
         measure=on_overlap,
         source=L8,
     ),
@@ -46,7 +46,7 @@ CHECKS = (
         what="exponent of Ra on the speed ratio qd",
         at=f"{AT}; qd .3 to .9; stroke 1 after the dress",
         band=around(0.38, 0.18),
-        measured=0.38,
+        reference=0.38,
         measure=on_speed_ratio,
         source=L8,
     ),

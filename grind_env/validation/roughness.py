@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from grind_env.validation.check import Band, Check, around
+from grind_env.validation.check import Band, Check, Kind, Source, around, at_least, at_most
 from grind_env.validation.rig import NO_GROWTH, USUAL, Rig, roughness_scatter
 from grind_env.validation.slopes import exponent, largest_step
 
@@ -36,6 +36,18 @@ def spark_out_ratio(rig: Rig, downfeed: float, table_speed: float) -> float:
     return grinder.grind(FULL, 0.0).Ra / plunged
 
 
+def settled(rig: Rig, material: str, wheel: str) -> float:
+    """Ra of a wheel that has ground for a while in a material, um."""
+    grinder = rig.fresh(material=material, wheel=wheel)
+    return grinder.grind_volume(100.0).Rg
+
+
+def touched(rig: Rig) -> float:
+    """What a touch of 1 nm takes off the roughness of an unground face, %."""
+    grinder = rig.fresh()
+    return 100.0 * (1.0 - grinder.trial(1e-6).Ra / grinder.Rs)
+
+
 def on_wheel_speed(rig: Rig) -> float:
     """Exponent of Ra on the wheel speed, with one and the same wheel."""
     wheel = rig.sharp()
@@ -43,6 +55,38 @@ def on_wheel_speed(rig: Rig) -> float:
 
 
 CHECKS = (
+    Check(
+        name="roughness in nickel, alumina",
+        group=6,
+        what="Ra in inc751 over that in aisi_52100, alumina: the wheel that wears faster is the rougher",
+        at=f"{USUAL}; a60j; 100 mm3/mm after the dress",
+        band=Band(1.2, 2.4),
+        measure=lambda rig: settled(rig, "inc751", "a60j") / settled(rig, "aisi_52100", "a60j"),
+        source=Source(Kind.DRAWN, "(wear over volume)^.3 of valve_alloys.csv (Nametala, CIRP JMST 2020)"),
+    ),
+    Check(
+        name="roughness in nickel, cBN",
+        group=6,
+        what="that ratio of alumina over that of cBN, which breaks away less",
+        at=f"{USUAL}; a60j and b126; 100 mm3/mm after the dress",
+        band=at_least(1.05),
+        measure=lambda rig: (
+            settled(rig, "inc751", "a60j")
+            / settled(rig, "aisi_52100", "a60j")
+            * settled(rig, "aisi_52100", "b126")
+            / settled(rig, "inc751", "b126")
+        ),
+        source=Source(Kind.DRAWN, "valve_alloys.csv (Nametala, CIRP JMST 2020)"),
+    ),
+    Check(
+        name="first touch",
+        group=6,
+        what="what a touch of 1 nm takes off the Ra of an unground face",
+        at=USUAL,
+        unit="%",
+        band=at_most(0.1),
+        measure=touched,
+    ),
     Check(
         name="spark-out roughness on stiffness",
         group=6,
@@ -92,7 +136,9 @@ CHECKS = (
         at=f"{USUAL}; sharp; 20 to 40 m/s; stroke 5",
         band=Band(-0.7, -0.3),
         measure=on_wheel_speed,
-        source="band; it excludes the -.08 of flat_grinding_L8_dressing.csv, which is of deep and slow passes",
+        source=Source(
+            Kind.OWN, "it excludes the -.08 of flat_grinding_L8_dressing.csv, which is of deep and slow passes"
+        ),
     ),
     Check(
         name="roughness scatter",
@@ -101,6 +147,6 @@ CHECKS = (
         at="a batch of a job with nothing said",
         band=Band(0.10, 0.25),
         measure=lambda rig: roughness_scatter(),
-        source="band; 320 parts of 52100 ground with cBN scatter by 4 to 12 %, 1200 piston rings by more",
+        source=Source(Kind.OWN, "320 parts of 52100 ground with cBN scatter by 4 to 12 %, 1200 piston rings by more"),
     ),
 )

@@ -1,20 +1,20 @@
-"""Group 10: wear and roughness of alumina and cBN in two valve alloys, and each alloy predicted from the other.
+"""Group 10: wear and roughness of alumina and cBN in two valve alloys.
 
 Neither units nor conditions of `valve_alloys.csv` are stated, so that only exponents and ratios are compared. Rates are
 read as mm3/s per mm of width and volumes as mm3 on a width of 20 mm. Valves are ground by plunging at one work speed,
 so the infeed makes the rate; 3NQ is taken for a wheel of ceramic alumina.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Mapping
 from itertools import product
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
 from grind_env.arrays import Array
 from grind_env.validation import data
-from grind_env.validation.check import Check, around
+from grind_env.validation.check import Check, Kind, Source, around
 from grind_env.validation.rig import Rig
 from grind_env.validation.slopes import exponents
 
@@ -24,12 +24,13 @@ TABLE_SPEED = 200.0
 """mm/s; the rates are made by the downfeed."""
 AMPLE = {"machine": {"power_limit": 200_000.0}}
 """A spindle that no run slows."""
+NO_CHANGES: Mapping[str, float] = MappingProxyType({})
 ALLOYS = ("INC751", "21-43")
 RESPONSES = {"wheel_wear_um": "wear", "Ra_um": "Ra"}
 FACTORS = ("removal rate", "volume removed")
 LEAST = 0.1
 """Half width of the band of an exponent where twice its standard error is less."""
-SOURCE = "valve_alloys.csv (Nametala, CIRP JMST 2020): within two standard errors, at least .1"
+SOURCE = Source(Kind.MEASURED, "valve_alloys.csv (Nametala, CIRP JMST 2020): within two standard errors, at least .1")
 POOLED, POOLED_ERROR = 0.29, 0.03
 """Exponent of Ra on the removal rate over all its wheels and alloys, and its standard error."""
 
@@ -68,8 +69,8 @@ def measured(wheel: Wheel, alloy: str) -> Runs:
     return Runs(*(np.array([float(row[name]) for row in chosen]) for name in names))
 
 
-def simulated(rig: Rig, wheel: Wheel) -> Runs:
-    """The same nine runs by the model, in INC751, each from a dress on."""
+def simulated(rig: Rig, wheel: Wheel, changes: Mapping[str, float] = NO_CHANGES) -> Runs:
+    """The same nine runs by the model, each from a dress on, in INC751 or what `changes` make of this material."""
     plan = measured(wheel, "INC751")
     wear, roughness = [], []
     for rate, volume in zip(plan.rate.tolist(), plan.volume.tolist(), strict=True):
@@ -80,7 +81,7 @@ def simulated(rig: Rig, wheel: Wheel) -> Runs:
             table_speed=TABLE_SPEED,
             downfeed=rate / TABLE_SPEED,
             width=WIDTH,
-            changes=AMPLE,
+            changes={**AMPLE, "material": changes},
         )
         roughness.append(grinder.grind_volume(volume / WIDTH).Rg)
         wear.append(1000.0 * grinder.wheel.W)
@@ -111,7 +112,7 @@ def exponent_check(wheel: Wheel, response: str, factor: str) -> Check:
         group=10,
         what=f"exponent of {RESPONSES[response]} on {factor}, INC751, {wheel.measured} at {wheel.speed:g} m/s",
         at=f"{wheel.entry}, {wheel.speed:g} m/s, emulsion; 4.2 to 12.5 um, 12 m/min; 250 to 600 mm3/mm; ample spindle",
-        measured=value,
+        reference=value,
         band=around(value, max(2.0 * error, LEAST)),
         measure=lambda rig: float(fitted(simulated(rig, wheel), response)[place]),
         source=SOURCE,
@@ -125,10 +126,10 @@ CHECKS = (
         group=10,
         what="exponent of Ra on removal rate, all wheels and alloys",
         at="52100, A60J, emulsion, 30 m/s; sharp; 4.2 to 12.5 um, 12 m/min",
-        measured=POOLED,
+        reference=POOLED,
         band=around(POOLED, 2.0 * POOLED_ERROR),
         measure=lambda rig: pooled(rig),
-        source="valve_alloys.csv with its third alloy, pooled: within two standard errors",
+        source=Source(Kind.MEASURED, "valve_alloys.csv with its third alloy, pooled: within two standard errors"),
     ),
 )
 
@@ -138,76 +139,3 @@ def pooled(rig: Rig) -> float:
     wheel, rates = rig.sharp(), np.unique(measured(WHEELS[0], "INC751").rate)
     Ra = [rig.set_up_anew(wheel, downfeed=float(rate) / TABLE_SPEED).grind(5).Rg for rate in rates]
     return float(exponents([rates], Ra)[0])
-
-
-@dataclass(frozen=True, slots=True)
-class Prediction:
-    """How well one alloy is predicted: root mean square error, %, of eight runs; the centre run gives the level.
-
-    Attributes:
-        wheel: as in the data, with its speed.
-        response: wear or Ra.
-        alloy: that is predicted.
-        level: error if all runs were like the centre run.
-        power_law: with both exponents fitted on the other alloy.
-        model_fitted: with the exponent on rate fitted on the other alloy, the course over volume by the model.
-        model: by the model with its own constants of INC751; NaN for the other alloy, which is not in the catalogue.
-    """
-
-    wheel: str
-    response: str
-    alloy: str
-    level: float
-    power_law: float
-    model_fitted: float
-    model: float
-
-
-def predictions(rig: Rig) -> list[Prediction]:
-    """Each alloy predicted from the other, for every wheel and response.
-
-    Raises:
-        CatalogueError: the catalogue has no INC751.
-    """
-    return [
-        predicted(wheel, response, alloy, simulated(rig, wheel))
-        for wheel, response, alloy in product(WHEELS, RESPONSES, ALLOYS)
-    ]
-
-
-def predicted(wheel: Wheel, response: str, alloy: str, model: Runs) -> Prediction:
-    """One alloy predicted from the other."""
-    other = next(name for name in ALLOYS if name != alloy)
-    source, runs = measured(wheel, other), measured(wheel, alloy)
-    truth, course = getattr(runs, response), getattr(model, response)
-    on_rate, on_volume = fitted(source, response)
-    at_centre_rate = np.array([course[_run(model, _centre(model.rate), volume)] for volume in model.volume])
-    centre = _run(runs, _centre(runs.rate), _centre(runs.volume))
-    error = _error(truth, centre)
-    return Prediction(
-        wheel=f"{wheel.measured} {wheel.speed:g} m/s",
-        response=RESPONSES[response],
-        alloy=alloy,
-        level=error(np.ones(len(truth))),
-        power_law=error(runs.rate**on_rate * runs.volume**on_volume),
-        model_fitted=error(runs.rate**on_rate * at_centre_rate),
-        model=error(course) if alloy == "INC751" else float("nan"),
-    )
-
-
-def _centre(values: Array) -> float:
-    return float(np.unique(values)[1])
-
-
-def _run(runs: Runs, rate: float, volume: float) -> int:
-    return int(np.flatnonzero((runs.rate == rate) & (runs.volume == volume))[0])
-
-
-def _error(truth: Array, centre: int) -> Callable[[Array], float]:
-    """The error, %, of a course that is scaled to go through the centre run."""
-
-    def error(course: Array) -> float:
-        deviation = np.delete(np.log(course / course[centre] * truth[centre] / truth), centre)
-        return float(100.0 * np.expm1(np.sqrt(np.mean(deviation**2))))
-
-    return error

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from grind_env.validation.check import Band, Check, at_least
+from grind_env.validation.check import TREND, Band, Check, Kind, Source, at_least
 from grind_env.validation.rig import USUAL, Grinder, Rig
 from grind_env.validation.slopes import exponent
 
@@ -59,7 +59,7 @@ def slope(material: str, wheel: str) -> Check:
         return exponent(SPEEDS, [steady_g(rig, material=material, wheel=wheel, table_speed=vw) for vw in SPEEDS])
 
     band = SLOPES[material]
-    between = "; neither an easy alloy nor a nickel alloy, for which nothing was measured" if band is BETWEEN else ""
+    unmeasured = Source(Kind.OWN, "nothing was measured of what is neither an easy alloy nor a nickel alloy")
     return Check(
         name=f"G slope {material} {wheel}",
         group=7,
@@ -67,7 +67,7 @@ def slope(material: str, wheel: str) -> Check:
         at=f"{USUAL}; {material}, {wheel}; 6, 12, 18 m/min; steady wear over 100 mm3/mm from the dress on",
         band=band,
         measure=measure,
-        source=f"wear exponents of {VALVES}; band{between}",
+        source=unmeasured if band is BETWEEN else Source(Kind.DRAWN, f"wear exponents of two valve alloys, {VALVES}"),
     )
 
 
@@ -78,7 +78,6 @@ def cbn_over_alumina(material: str) -> Check:
         cbn, alumina = (steady_g(rig, material=material, wheel=wheel) for wheel in ("b126", "a60j"))
         return cbn / alumina
 
-    measured = RATIOS[material] is NICKEL
     return Check(
         name=f"G of cBN {material}",
         group=7,
@@ -86,7 +85,7 @@ def cbn_over_alumina(material: str) -> Check:
         at=f"{USUAL}; {material}, b126 and a60j; steady wear over 100 mm3/mm from the dress on",
         band=RATIOS[material],
         measure=measure,
-        source=f"{VALVES}; band" if measured else "band",
+        source=Source(Kind.DRAWN, VALVES) if RATIOS[material] is NICKEL else TREND,
     )
 
 
@@ -95,7 +94,48 @@ def on_volume(rig: Rig, wheel: str) -> float:
     return exponent(VOLUMES, [used(rig, volume, material="inc751", wheel=wheel).worn for volume in VOLUMES])
 
 
+def early_loss(rig: Rig, **setup: Any) -> float:
+    """Radius that a wheel loses early after a dress, beside its steady wear, um."""
+    whole, steady = (make(**setup) for make in (rig.fresh, rig.steady))
+    for grinder in (whole, steady):
+        grinder.grind_volume(INTERVAL)
+    return 1000.0 * (whole.wheel.W - steady.wheel.W)
+
+
+def early_wear(wheel: str, band: Band) -> Check:
+    """Radius that a wheel loses early."""
+    return Check(
+        name=f"early wear {wheel}",
+        group=7,
+        what=f"radius lost early after a dress, {WHEELS[wheel]}",
+        at=f"{USUAL}; inc751, {wheel}; 100 mm3/mm after the dress",
+        unit="um",
+        band=band,
+        measure=lambda rig: early_loss(rig, material="inc751", wheel=wheel),
+        source=Source(Kind.DRAWN, f"wear at no volume in {VALVES}"),
+    )
+
+
 CHECKS = (
+    early_wear("a60j", Band(4.0, 9.0)),
+    early_wear("b126", Band(1.3, 2.5)),
+    Check(
+        name="early wear in steel",
+        group=7,
+        what="radius lost early in inc751 over that in aisi_52100: a dress loosens grains, whatever is ground",
+        at=f"{USUAL}; 100 mm3/mm after the dress",
+        band=Band(0.9, 1.1),
+        measure=lambda rig: early_loss(rig, material="inc751") / early_loss(rig),
+        source=Source(Kind.OWN, f"no alloy of {VALVES} loses more"),
+    ),
+    Check(
+        name="early wear of a coarse dress",
+        group=7,
+        what="radius lost early after a dress twice as deep over that after a medium one",
+        at=f"{USUAL}; depth .04 and .02 mm; 100 mm3/mm after the dress",
+        band=at_least(1.3),
+        measure=lambda rig: early_loss(rig, depth=0.040) / early_loss(rig),
+    ),
     *(slope(material, wheel) for material in SLOPES for wheel in WHEELS),
     *(cbn_over_alumina(material) for material in RATIOS),
     Check(
@@ -105,7 +145,7 @@ CHECKS = (
         at=f"{USUAL}; inc751, b126; 250, 450, 600 mm3/mm",
         band=Band(0.4, 0.65),
         measure=lambda rig: on_volume(rig, "b126"),
-        source=f"{VALVES}: .41 and .64",
+        source=Source(Kind.DRAWN, f"{VALVES}: .41 and .64"),
     ),
     Check(
         name="wear on volume a60j",
@@ -114,7 +154,7 @@ CHECKS = (
         at=f"{USUAL}; inc751; 250, 450, 600 mm3/mm",
         band=Band(0.85, 1.25),
         measure=lambda rig: on_volume(rig, "a60j"),
-        source=f"{VALVES}: .95 to 1.25",
+        source=Source(Kind.DRAWN, f"{VALVES}: .95 to 1.25"),
     ),
     Check(
         name="initial wear",
@@ -123,6 +163,6 @@ CHECKS = (
         at=f"{USUAL}; inc751; 250, 450, 600 mm3/mm",
         band=at_least(0.2),
         measure=lambda rig: on_volume(rig, "a60j") - on_volume(rig, "b126"),
-        source=f"{VALVES}; band",
+        source=Source(Kind.DRAWN, f"{VALVES}: .31 to .84"),
     ),
 )

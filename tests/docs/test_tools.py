@@ -30,7 +30,6 @@ EQUATIONS = [name for name in equations.__all__ if callable(getattr(equations, n
         ("overlap_ratio", r"\frac{b_{\mathrm{d}}}{f_{\mathrm{d}}}"),
         ("fineness", r"\frac{0.25}{d_{\mathrm{g}}}"),
         ("chip_force", r"u_{\mathrm{ch}} \cdot Q \cdot {v_{\mathrm{s}}}^{-1}"),
-        ("thermal_bow", r"\frac{\alpha_{\mathrm{th}} \cdot d_{\mathrm{Tz}} \cdot {L_{\mathrm{w}}}^{2}}{8 h}"),
         ("grit_roughness", r"R_{\mathrm{a}} \cdot z^{-0.7} \cdot s_{\mathrm{t}}^{-0.3}"),
     ],
 )

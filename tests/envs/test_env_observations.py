@@ -251,7 +251,6 @@ def test_the_full_observation_shows_the_true_state(name: str) -> None:
     for reading, true in (
         ("wear_flat", r.wheels.A),
         ("loading", r.wheels.lam),
-        ("waviness", r.wheels.alw),
         ("diamond_flat", r.wheels.wd),
         ("dressed_roughness", r.wheels.Rd),
         ("dressed_density", r.wheels.Cd),
@@ -280,7 +279,7 @@ def test_every_episode_starts_with_the_wheel_of_its_task() -> None:
             rows += [stepped[0]] if stepped[2].all() else []
         assert len(rows) == (11 if name == "oracle6" else 2)
         seen = physical(np.array(rows), entries)
-        for reading, value in (("diameter", 300.0), ("volume", V), ("loading", 0.0), ("waviness", 0.03)):
+        for reading, value in (("diameter", 300.0), ("volume", V), ("loading", 0.0)):
             np.testing.assert_allclose(seen[reading], value, rtol=1e-6, atol=1e-9, err_msg=reading)
         if A is not None:
             np.testing.assert_allclose(seen["wear_flat"], A, rtol=1e-6)
@@ -348,13 +347,13 @@ def test_physical_gives_back_what_observe_scaled(name: str) -> None:
         "dresses": 17.0,
         "diameter": 287.125,
     }
-    worn = {"A": 0.0123, "lam": 0.21, "V": 345.6, "Rd": 0.81, "Cd": 7.5, "alw": 0.41, "wd": 0.037}
+    worn = {"A": 0.0123, "lam": 0.21, "V": 345.6, "Rd": 0.81, "Cd": 7.5, "wd": 0.037}
     for fields, table, values in ((ShopMemory, episodes.memory, remembered), (WheelState, episodes.wheels, worn)):
         for field, value in values.items():
             table[1, fields._fields.index(field)] = value
     shown_as = {"speed": "last_speed", "executions": "last_executions", "pick": "last_pick", "width": "last_width"}
     shown_as |= {"since_gauged": "parts_since_gauged", "A": "wear_flat", "lam": "loading"}
-    shown_as |= {"V": "wheel_volume", "Rd": "dressed_roughness", "Cd": "dressed_density", "alw": "waviness"}
+    shown_as |= {"V": "wheel_volume", "Rd": "dressed_roughness", "Cd": "dressed_density"}
     shown_as |= {"wd": "diamond_flat"}
     observations = r.simulation.observe(episodes)
     both, single = physical(observations, entries), physical(observations[1], entries)

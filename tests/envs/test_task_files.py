@@ -300,14 +300,7 @@ def test_the_flagship_has_the_published_parameters() -> None:
 def test_oracle6_has_its_start() -> None:
     task = load_task("oracle6")
     wheel = EpisodeGenerator(task).wheel(0.0)
-    assert (wheel.ds, wheel.A, wheel.V, wheel.lam, wheel.alw, wheel.wd) == (
-        300.0,
-        0.012,
-        150.0,
-        0.0,
-        0.03,
-        0.0,
-    )
+    assert (wheel.ds, wheel.A, wheel.V, wheel.lam, wheel.wd) == (300.0, 0.012, 150.0, 0.0, 0.0)
     order = [task.kinds[task.kind_of_block(k)].name for k in range(6)]
     assert order == ["plate", "gauge", "plate", "plate", "gauge", "gauge"]
     assert task.parameters(task.kinds[0]).kA == pytest.approx(5.0 * 1.24e-6)

@@ -441,11 +441,3 @@ def test_a_dress_mixes_old_and_new_by_the_restored_fraction() -> None:
     )
     assert new == pytest.approx(expected, rel=1e-12)
     assert removed == pytest.approx(passes * 0.020 * math.pi * 300.0 * 25.0, rel=1e-12)
-
-
-# --- form ---------------------------------------------------------------------------------------------------------
-
-
-def test_a_plate_bows_under_a_temperature_difference() -> None:
-    # 2 K over 200 x 30 mm of steel
-    assert eq.thermal_bow(12e-6, 2.0, 200.0, 30.0) == pytest.approx(0.004, rel=1e-9)

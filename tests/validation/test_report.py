@@ -1,9 +1,11 @@
 """What is printed, written and returned."""
 
+import csv
 import io
 import re
 import subprocess
 import sys
+from collections import Counter
 from dataclasses import replace
 
 import pytest
@@ -16,6 +18,7 @@ from grind_env.validation import (
     CHECKS,
     GROUPS,
     Band,
+    Kind,
     Rig,
     Row,
     is_as_known,
@@ -25,9 +28,11 @@ from grind_env.validation import (
     validate,
 )
 from grind_env.validation import __main__ as module
+from grind_env.validation.beyond import Beyond
+from grind_env.validation.export import COLUMNS, write_csv
+from grind_env.validation.leave_out import left_out
 from grind_env.validation.neighbours import Step, neighbours
-from grind_env.validation.report import comparison, print_report, totals
-from grind_env.validation.valve_alloys import Prediction, predictions
+from grind_env.validation.report import WIDTH, print_report, totals
 
 
 def printed(rows: list[Row]) -> str:
@@ -37,10 +42,16 @@ def printed(rows: list[Row]) -> str:
 
 
 @pytest.fixture(scope="module")
-def page() -> str:
-    rig = Rig(load_catalogue())
-    steps = [Step("10 mm wide", (Row(CHECKS[0], 5.0),)), Step("40 mm wide", ())]
-    return validation_page(validate(rig.catalogue), predictions(rig), steps, "validation.png")
+def rows() -> list[Row]:
+    return validate()
+
+
+@pytest.fixture(scope="module")
+def page(rows: list[Row]) -> str:
+    kept = Row(CHECKS[0], 0.5)
+    too_wide = (Beyond("width", 40.0, "mm", "a60j", 25.0),)
+    steps = [Step("a part 10 mm wide", (Row(CHECKS[0], 5.0), kept)), Step("a part 40 mm wide", (kept,), too_wide)]
+    return validation_page(rows, left_out(Rig(load_catalogue())), steps, "validation.png")
 
 
 def test_a_row_that_fails_is_printed_with_its_number_and_its_reason():
@@ -66,16 +77,60 @@ def test_the_exit_status_says_whether_all_is_as_known():
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == (0 if all(map(is_as_known, validate())) else 1), done.stderr
     assert all(title in done.stdout for title in GROUPS.values())
+    assert max(map(len, done.stdout.splitlines())) <= WIDTH == 120
+
+
+def test_the_first_line_counts_what_the_rows_carry(rows):
+    (first, *_) = printed(rows).splitlines()
+    counts = [int(number) for number in re.findall(r"\d+", first)]
+    kinds = Counter(check.source.kind for check in CHECKS)
+    assert counts == [len(CHECKS), *(kinds[kind] for kind in Kind)]
+    assert counts[0] == sum(counts[1:])
+    assert len(first) <= WIDTH
 
 
 def test_a_row_that_fails_gives_exit_status_1(monkeypatch, capsys):
-    monkeypatch.setattr(module, "predictions", lambda rig: [])
+    monkeypatch.setattr(module, "left_out", lambda rig: [])
     monkeypatch.setattr(module, "neighbours", lambda catalogue, rows: [])
     monkeypatch.setattr(module, "validate", lambda catalogue: [Row(CHECKS[0], 0.5)])
-    assert module.main() == 0
+    assert module.main([]) == 0
     monkeypatch.setattr(module, "validate", lambda catalogue: [Row(CHECKS[0], 5.0)])
-    assert module.main() == 1
+    assert module.main([]) == 1
     assert "1 not as known" in capsys.readouterr().out
+    passing = replace(CHECKS[0], name=next(iter(known_failures())))
+    monkeypatch.setattr(module, "validate", lambda catalogue: [Row(passing, 0.5)])
+    assert module.main([]) == 1
+
+
+def test_the_rows_are_written_as_csv(rows, tmp_path):
+    write_csv(rows, tmp_path / "rows.csv")
+    with (tmp_path / "rows.csv").open(newline="", encoding="utf-8") as file:
+        lines = list(csv.DictReader(file))
+    assert [line["name"] for line in lines] == [row.check.name for row in rows]
+    for line, row in zip(lines, rows, strict=True):
+        assert tuple(line) == COLUMNS
+        assert float(line["predicted"]) == pytest.approx(row.value, rel=1e-5)
+        inside = float(line["low"] or "-inf") <= row.value <= float(line["high"] or "inf")
+        assert inside == row.passed
+        assert (line["verdict"] == "pass") == row.passed
+        assert bool(line["outside limits"]) == bool(row.outside)
+    assert {line["source kind"] for line in lines} == {"measured", "drawn", "remembered", "own"}
+    assert [path.name for path in tmp_path.iterdir()] == ["rows.csv"]
+
+
+def test_a_csv_without_a_number_has_an_empty_cell(tmp_path):
+    write_csv([Row(CHECKS[0], float("nan"), "there is no wheel 'x'")], tmp_path / "rows.csv")
+    with (tmp_path / "rows.csv").open(newline="", encoding="utf-8") as file:
+        (line,) = csv.DictReader(file)
+    assert (line["predicted"], line["low"], line["verdict"]) == ("", "", "FAILS")
+    assert line["reason"] == "there is no wheel 'x'"
+
+
+def test_a_csv_that_cannot_be_written_is_told_before_the_work():
+    command = [sys.executable, "-m", "grind_env.validation", "--csv", "/nowhere/rows.csv"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "validation: /nowhere/rows.csv: there is no folder /nowhere; make it first\n"
 
 
 def test_the_page_has_every_row_and_what_the_model_must_not_be_used_for(page):
@@ -91,19 +146,17 @@ def test_unfit_uses_name(use):
     assert any(use in name for name in unfit_uses())
 
 
-def test_each_alloy_is_predicted_from_the_other():
-    found = predictions(Rig(load_catalogue()))
-    assert len(found) == 12
-    for each in found:
-        assert each.power_law > 0.0 and each.level > 0.0
-    # wear of alumina is nearly in proportion to the volume in both alloys, and not to be had from a level
-    wear = [each for each in found if each.wheel.startswith("3NQ") and each.response == "wear"]
-    assert all(each.power_law < 0.7 * each.level for each in wear)
-
-
 def test_the_page_says_what_fails_a_step_away(page):
-    assert f"| 10 mm wide | {CHECKS[0].name} 5 ({CHECKS[0].band}) |" in page
-    assert "| 40 mm wide | - |" in page
+    assert f"- With a part 10 mm wide 1 of 2 rows leaves its band: {CHECKS[0].what} (" in page
+    assert f"is 5, not {CHECKS[0].band}." in page
+    assert "With a part 40 mm wide (outside the catalogue: width 40 mm (a60j: at most 25)) all 1 rows stay" in page
+    assert "1 rows leave their band in some step; 1 of 2 steps move none." in page
+
+
+def test_the_page_marks_rows_outside_the_catalogue(page):
+    mark = "; outside the catalogue: wheel speed 80 m/s (sg60j: at most 35)"
+    assert len([line for line in page.splitlines() if mark in line]) == 4
+    assert "](validation.csv)" in page
 
 
 def test_a_step_away_takes_the_numbers_anew():
@@ -113,16 +166,11 @@ def test_a_step_away_takes_the_numbers_anew():
     narrow = replace(check, band=Band(value, value))  # no more than the number itself, which few steps leave as it is
     steps = neighbours(catalogue, [row_of(narrow, Rig(catalogue))])
     moved = {step.change: step.failing[0].value for step in steps if step.failing}
-    assert "10 mm wide" in moved or "wheel 240 mm" in moved
+    assert "a part 10 mm wide" in moved or "a wheel of 240 mm" in moved
     assert all(other != value for other in moved.values())
     assert neighbours(catalogue, [Row(narrow, 2.0 * value)])[0].failing == ()  # it failed already
 
 
-def test_the_picture_is_drawn(tmp_path):
-    plot_exponents(validate(), tmp_path / "exponents.png")
+def test_the_picture_is_drawn(rows, tmp_path):
+    plot_exponents(rows, tmp_path / "exponents.png")
     assert (tmp_path / "exponents.png").read_bytes().startswith(b"\x89PNG")
-
-
-def test_the_sentence_on_the_power_law_counts():
-    near = Prediction("3NQ 45 m/s", "wear", "INC751", 70.0, 30.0, 25.0, 20.0)
-    assert "nearer than the power law in 1 of 2" in comparison([near, replace(near, model_fitted=35.0)])

@@ -7,7 +7,19 @@ import pytest
 
 from grind_env.process.catalogue import Catalogue, load_catalogue
 from grind_env.process.entries import CatalogueError, Entry, quantities
-from grind_env.validation import CHECKS, GROUPS, Check, Rig, Row, is_as_known, known_failures, row_of, validate
+from grind_env.validation import (
+    CHECKS,
+    GROUPS,
+    Check,
+    Kind,
+    Rig,
+    Row,
+    data,
+    is_as_known,
+    known_failures,
+    row_of,
+    validate,
+)
 from grind_env.validation.check import Band, at_least, at_most
 from grind_env.validation.grit import idle_fields
 from grind_env.validation.slopes import exponent, exponents, largest_step, smallest_step
@@ -23,6 +35,17 @@ SHAPES = (
     *("power within the limit", "energy linear in flats"),
 )
 """Rows that geometry or the form of a relation decides, and no constant of the catalogue."""
+
+
+MEMORIES = {
+    "expected_magnitudes": {Kind.REMEMBERED},
+    "specific_energy_ranges": {Kind.REMEMBERED},
+    "malkin_energy_wearflat": {Kind.REMEMBERED},
+    "burn_threshold_grid": {Kind.REMEMBERED},
+    "thermal_partition": {Kind.REMEMBERED, Kind.OWN},
+    "dressing_overlap": {Kind.DRAWN},
+}
+"""What may be made of a file whose numbers nobody measured for this package, by name of the file."""
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +87,7 @@ def test_names_are_unique_and_every_group_has_rows():
     assert len({check.name for check in CHECKS}) == len(CHECKS)
     assert [check.group for check in CHECKS] == sorted(check.group for check in CHECKS)
     assert {check.group for check in CHECKS} == set(GROUPS)
-    assert all(check.what and check.at and check.source for check in CHECKS)
+    assert all(check.what and check.at and check.source.text for check in CHECKS)
 
 
 def test_every_number_comes_from_the_process(rows):
@@ -77,8 +100,25 @@ def test_every_number_comes_from_the_process(rows):
 
 
 def test_a_measured_number_may_lie_outside_the_band_of_its_row_only_where_the_band_is_of_the_trend(rows):
-    outside = {check.name for check in CHECKS if check.measured is not None and not check.band.holds(check.measured)}
+    outside = {check.name for check in CHECKS if check.reference is not None and not check.band.holds(check.reference)}
     assert outside == set()
+
+
+def test_what_is_called_measured_has_its_number_and_is_no_file_of_the_memory():
+    for check in CHECKS:
+        source = check.source
+        assert source.kind is not Kind.MEASURED or check.reference is not None, check.name
+        assert source.kind is not Kind.OWN or check.reference is None, check.name
+        for name, lines in MEMORIES.items():
+            assert name not in source.text or source.kind in lines, f"{check.name}: {name}"
+
+
+def test_a_band_of_the_memory_is_so_called_where_the_file_says_so():
+    rows = data.rows("specific_energy_ranges") + data.rows("malkin_energy_wearflat")
+    assert all("from memory" in row["provenance"] for row in rows)
+    readme = (data.DATA / "README.md").read_text(encoding="utf-8")
+    for name in ("expected_magnitudes", "burn_threshold_grid"):
+        assert "from memory" in next(line for line in readme.splitlines() if f"`{name}.csv`" in line)
 
 
 @pytest.mark.parametrize(

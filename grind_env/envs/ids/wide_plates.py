@@ -26,7 +26,8 @@ def make(
     more than in the strips that follow: these come out deeper. This **taper** grows with the force, and so with E and
     with the wear flats of the wheel; the wear of its radius adds to the mean size error, until a dress sets the wheel
     to size anew. The taper is measured on every part, and a part is judged where it is farthest from its size: by the
-    stock left on the strip that has most of it, or that is cut deepest below its size.
+    stock left on the strip that has most of it, or that is cut deepest below its size. The wheel has one radius over
+    its width: the steps that wear makes on the face of a wheel whose leading edge takes the depth are not modelled.
 
     `part_program()` is the episode as a program, and `record()` what `machine.grind` makes of it. Actions, reward and
     episode are those of `GrindEnv`, with E from 3 to 30 m/min and D from 0 to 3; `predress=True` lets an action ask for

@@ -52,7 +52,7 @@ def graded_g_ratio(g: float, hard: float) -> float:
 
 def graded_renewal(dr: float, hard: float) -> float:
     """Wear depth that renews its face, mm: what a harder one holds longer it lets dull longer [likewise; C]."""
-    return float(dr * hard**1.3)
+    return float(dr * hard**1.35)
 
 
 def grit_roughness(Ra: float, z: float, st: float) -> float:

@@ -46,8 +46,8 @@ def generated_roughness(
 ) -> float:
     """Roughness Ra that the wheel generates, um: a floor and a term with the root of the removal rate.
 
-    The floor is what spark-out leaves. Measured: spark-out over plunge .87 at the finest feeds, .4 at heavy ones, and
-    an exponent of .29 on the removal rate in between [D]; exponent -1/2 on the wheel speed [M].
+    The floor is what spark-out leaves: expected is spark-out over plunge .87 at the finest feeds, .4 at heavy ones [C];
+    measured is an exponent of .29 on the removal rate in between [D]; exponent -1/2 on the wheel speed [M].
 
     Args:
         Rt: roughness scale of the wheel, um.
