@@ -238,7 +238,7 @@ def ground(state: State, at: Setup, downfeed: float, seconds: float) -> tuple[St
     dV = ae * at.length
     steady, early = worn(state, at, dV, Q / vs, fg)
     dw = steady + early
-    renewed = min(steady / (wheel.renewal_depth * hardness(wheel) ** 1.3), 1.0)
+    renewed = min(steady / (wheel.renewal_depth * hardness(wheel) ** 1.35), 1.0)
     A = state.A + grown(state, at, length, vs, heat["T"]) - (state.A - wheel.wear_flat_floor) * renewed
     clogged = at.material.loading_rate * at.fluid.loading_factor * dV * (1.0 - state.lam)
     Rg, reach = generated(state, at, Q, vs, fg), 1000.0 * ae + clip(1000.0 * u, 0.0, 0.5)
