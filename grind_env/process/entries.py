@@ -162,7 +162,7 @@ class Wheel(Entry):
     fracture_factor: Annotated[float, Quantity("kf", "", 0, 20)]  # extra wear above fracture_force
     renewal_depth: Annotated[float, Quantity("dr", "mm", 0.0005, 0.5)]  # wear that renews the face
     initial_wear: Annotated[float, Quantity("wi", "mm", 0, 0.1)]  # of the radius, early after a medium dress
-    initial_wear_volume: Annotated[float, Quantity("Vi", "mm3/mm", 1, 1000)]  # in which it dies away
+    initial_wear_volume: Annotated[float, Quantity("Vi", "mm3/mm", 1, 1000)]  # in which three quarters of it are lost
     wear_flat_floor: Annotated[float, Quantity("Af", "", 0, 0.1)]  # of a face renewed by fracture
     wear_flat_rate: Annotated[float, Quantity("ka", "", 0, 10)]  # on the material's wear_flat_growth
     wear_flat_limit: Annotated[float, Quantity("Amax", "", 0.02, 0.5)]

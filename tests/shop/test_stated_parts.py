@@ -87,7 +87,7 @@ def job_with(*parts: PartConditions) -> Job:
     ("job", "told"),
     [
         (job_with(*PARTS[:2]), "grinds more parts than the 2 that have conditions"),
-        (job_with(*PARTS[:2], PartConditions(factors={"kt": 2.0})), "part 3 has a factor on kt"),
+        (job_with(*PARTS[:2], PartConditions(factors={"wi": 2.0})), "part 3 has a factor on wi"),
         (
             job_with(*PARTS[:2], PartConditions(factors={"pm": 1.1}, new_wheel_factors={"kA": 1.2})),
             "part 3 has another pm with a new wheel",

@@ -62,15 +62,19 @@ def early_loss(Cd: float, Cref: float, wi: float) -> float:
 def early_wear(loss: float, V: float, dV: float, per_Vi: float) -> float:
     """Radial part of that loss in a stroke, mm: what is left of it dies away with the volume ground.
 
-    The integral of (loss/Vi) exp(-V/Vi), so that strokes of whatever depth lose the same in all [C].
+    What is left is loss/(1 + V/Vi)^2, so that strokes of whatever depth lose the same in all. Measured is only what is
+    lost in the end [D]; how it dies is calibrated [C].
 
     Args:
         loss: in all, mm.
         V: specific volume since the dress, mm3/mm.
         dV: of the stroke, mm3/mm.
-        per_Vi: one over the volume in which it dies away, mm/mm3.
+        per_Vi: one over the volume in which three quarters of it are lost, mm/mm3.
     """
-    return loss * exp(-V * per_Vi) * (1.0 - exp(-dV * per_Vi))
+    before, more = 1.0 + V * per_Vi, dV * per_Vi
+    after = before + more
+    both = before * after
+    return loss * more * (before + after) / (both * both)
 
 
 @inlined
