@@ -187,7 +187,7 @@ def worn(state: State, at: Setup, dV: float, heq: float, fg: float) -> tuple[flo
     G = wheel.g_ratio * sqrt(hardness(wheel)) * durability(at) * at.fluid.g_ratio_factor**wheel.g_ratio_fluid
     steady = dV * fractured(at, fg) * thickened(at, max(heq, 0.001)) / G / (pi * state.ds)
     loss = wheel.initial_wear * (grains(wheel) / state.Cd) ** 4
-    before, after = (exp(-V / wheel.initial_wear_volume) for V in (state.V, state.V + dV))
+    before, after = ((1.0 + V / wheel.initial_wear_volume) ** -2 for V in (state.V, state.V + dV))
     return steady, loss * (before - after)
 
 

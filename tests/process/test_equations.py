@@ -375,10 +375,11 @@ def test_early_wear_dies_away_with_the_volume() -> None:
     def rate(V: float) -> float:
         return eq.early_wear(0.0045, V, 1e-6, 1.0 / 15.0) / 1e-6
 
-    # at first loss/Vi, after Vi an e-th of that; in all the loss
-    assert rate(0.0) == pytest.approx(0.0045 / 15.0, rel=1e-6)
-    assert rate(15.0) == pytest.approx(0.0045 / 15.0 / math.e, rel=1e-6)
-    assert eq.early_wear(0.0045, 0.0, 1e6, 1.0 / 15.0) == pytest.approx(0.0045, rel=1e-12)
+    # of what is left, 1/(1 + V/Vi)^2 of the loss: at first by 2/Vi, after Vi by an eighth of that
+    assert rate(0.0) == pytest.approx(2.0 * 0.0045 / 15.0, rel=1e-6)
+    assert rate(15.0) == pytest.approx(0.25 * 0.0045 / 15.0, rel=1e-6)
+    assert eq.early_wear(0.0045, 0.0, 15.0, 1.0 / 15.0) == pytest.approx(0.75 * 0.0045, rel=1e-12)
+    assert eq.early_wear(0.0045, 0.0, 1e9, 1.0 / 15.0) == pytest.approx(0.0045, rel=1e-12)
     assert eq.early_wear(0.0045, 0.0, 0.0, 1.0 / 15.0) == 0.0
 
 
@@ -392,8 +393,8 @@ def test_steady_wear_renews_wear_flats_and_loading(layers: float, renewed: float
     machine.wheel = machine.wheel._replace(V=0.0, Cd=1.1 * p.Cref)  # of as many grains as one that has ground for long
     machine.Z = 0.0100 + 20.0 * cut(0.010, machine).Fn / p.ke
     wear = machine.stroke().dw
-    # 2 mm3/mm of 15 in which it dies away, of a loss that a density of 1.1 stands for
-    loose = early / 1.1**4 * (1.0 - math.exp(-2.0 / p.Vi))
+    # after 2 mm3/mm, of a loss that a density of 1.1 stands for
+    loose = early / 1.1**4 * (1.0 - (1.0 + 2.0 / p.Vi) ** -2)
     assert wear == pytest.approx(steady + loose, rel=1e-9)
     assert (0.05 - machine.wheel.A) / (0.05 - p.Af) == pytest.approx(renewed, rel=1e-9)
     assert machine.wheel.lam == pytest.approx(0.5 * (1.0 - renewed), rel=1e-9, abs=1e-12)
