@@ -70,6 +70,16 @@ def test_a_stroke_from_any_state_stays_finite_and_within_bounds(
     assert min(wheel.A, p.Af) <= after.A
 
 
+@pytest.mark.parametrize("setup", [("ti_6al_4v", "dry"), ("inconel_718", "dry")], ids="-".join)
+def test_a_stroke_that_would_clog_more_than_all_of_the_face_clogs_all_of_it(setup: tuple[str, str]) -> None:
+    material, fluid = setup
+    p = parameters(material, fluid=fluid, ke=2e5, dr=1e9)
+    wheel = grinder(p).wheel
+    for u, length in ((0.040, 400.0), (0.3, 400.0)):
+        after, _ = grind_stroke(wheel, 0.0, 1.6, u, 1.0, stroke_constants(p, 50.0, length))
+        assert_within_bounds(after, p)
+
+
 @settings(deadline=None, max_examples=200)
 @given(
     p=st.sampled_from(SETUPS),
