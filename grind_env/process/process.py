@@ -105,7 +105,7 @@ def _stroke(
     wheel: WheelState, own: Any, S: float, Rs: float, Z: float, b: float, k: StrokeConstants, seconds: float
 ) -> tuple[WheelState, Any, StrokeResult]:
     wheel, stroke = grind_stroke(wheel, S, Rs, Z, b, k)
-    warmer = part_heating(stroke.eps * stroke.Ft * stroke.vs * b, k.per_vw, k.per_capacity)
+    warmer = part_heating(stroke.heat, k.per_vw, k.per_capacity)
     return wheel, with_rise(own, (cooled(own.dT + warmer, seconds, k.per_tau),)), stroke
 
 

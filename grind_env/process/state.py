@@ -254,6 +254,8 @@ class StrokeResult(NamedTuple):
     """Ratio of the torque to that at which the spindle stalls; from 1 on it has, and no other number holds."""
     T: float
     """Surface temperature rise, K."""
+    heat: float
+    """Power that enters the part, W."""
     eps: float
     """Energy partition: share of the power that enters the work."""
     Br: float

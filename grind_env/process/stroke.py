@@ -125,10 +125,10 @@ def grind_stroke(
     lc = eq.contact_length(ae, sd, Fn, k.flattening)
     fg = eq.force_per_grain(Fn, C, lc)
 
-    sink = eq.sink_ratio(wheel.A, vs, k.krw)
-    work = eq.work_conductance(lc, k.vw, k.beta, eq.jaeger_factor(lc, k.peclet))
+    work, sink = eq.conductances(lc, k.vw, k.beta, eq.jaeger_factor(lc, k.peclet), wheel.A, vs, k.krw)
     film = eq.film_conductance(lc, vs, wheel.lam, k.hf)
     T = eq.temperature(eq.retained_heat(P_width, Q, k.e_ch), work * (1.0 + sink), film, k.kfilm, k.Tb)
+    flow = eq.heat_flow(T, work)
     Br = eq.burn_ratio(P_width, eq.burn_power(Q, rubbing, k.vw, sink, k.u0, k.Bm))
 
     dV = ae * k.Lw
@@ -168,7 +168,8 @@ def grind_stroke(
         load=load,
         torque=load * k.stall,
         T=T,
-        eps=eq.energy_partition(T, work, P_width),
+        heat=b * flow,
+        eps=eq.energy_partition(flow, P_width),
         Br=Br,
         G=eq.g_ratio(dV, dw, wheel.ds),
         dw=dw,

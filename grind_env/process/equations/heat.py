@@ -24,18 +24,6 @@ NO_SINK = 1e-150
 
 
 @inlined
-def sink_ratio(A: float, vs: float, krw: float) -> float:
-    """Heat that the grains take over what the work takes of theirs, 1/Rws - 1 (Hahn; Rowe) [R].
-
-    Args:
-        A: wear-flat area; the contact of a grain grows with it.
-        vs: wheel speed, m/s.
-        krw: 0.97 kg/(beta sqrt(r0)), (m/s)^0.5.
-    """
-    return krw / math.sqrt((1.0 + 20.8 * A) * vs)
-
-
-@inlined
 def jaeger_factor(lc: float, peclet: float) -> float:
     """Square of the temperature factor of the moving heat source: a fit to the Jaeger solution [R], made continuous.
 
@@ -45,9 +33,23 @@ def jaeger_factor(lc: float, peclet: float) -> float:
 
 
 @inlined
-def work_conductance(lc: float, vw: float, beta: float, jaeger: float) -> float:
-    """Conductance into the work over the contact length, W/(m2 K) mm [R]; `jaeger` is the square of the factor."""
-    return beta * math.sqrt(vw * lc / jaeger)
+def conductances(
+    lc: float, vw: float, beta: float, jaeger: float, A: float, vs: float, krw: float
+) -> tuple[float, float]:
+    """Conductance into the work, W/(m2 K) mm [R], and that into the grains over it, 1/Rws - 1 (Hahn; Rowe) [R].
+
+    Args:
+        lc: contact length, mm.
+        vw: table speed, mm/s.
+        beta: effusivity of the work.
+        jaeger: square of the temperature factor.
+        A: wear-flat area; the contact of a grain grows with it.
+        vs: wheel speed, m/s.
+        krw: 0.97 kg/(beta sqrt(r0)), (m/s)^0.5.
+    """
+    grains = (1.0 + 20.8 * A) * vs
+    per = 1.0 / (jaeger * grains)
+    return beta * math.sqrt(vw * lc * grains * per), krw * math.sqrt(jaeger * per)
 
 
 @inlined
@@ -93,9 +95,15 @@ def temperature(heat: float, work: float, film: float, kfilm: float, Tb: float) 
 
 
 @inlined
-def energy_partition(T: float, work: float, P_width: float) -> float:
-    """Share of the power that enters the work; `work` is the conductance into it over the contact length."""
-    return T * work / (1e6 * P_width) if P_width > 0.0 else 0.0
+def heat_flow(T: float, work: float) -> float:
+    """Power per width that enters the work, W/mm; `work` is the conductance into it over the contact length."""
+    return 1e-6 * T * work
+
+
+@inlined
+def energy_partition(flow: float, P_width: float) -> float:
+    """Share of the power that enters the work."""
+    return flow / P_width if P_width > 0.0 else 0.0
 
 
 @inlined
