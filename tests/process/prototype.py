@@ -235,6 +235,7 @@ def ground(state: State, at: Setup, downfeed: float, seconds: float) -> tuple[St
     lc = sqrt(ae * de + 8.0 * wheel.contact_roughness**2 * Fn * de * yielding / pi)
     fg = Fn / (density(state, wheel) * lc) if lc > 0.0 else 0.0
     heat = heated(state, at, Q, Ft * vs, length, lc, vs)
+    entering = heat["eps"] * Ft * vs * b
     dV = ae * at.length
     steady, early = worn(state, at, dV, Q / vs, fg)
     dw = steady + early
@@ -252,7 +253,7 @@ def ground(state: State, at: Setup, downfeed: float, seconds: float) -> tuple[St
         Z=Z,
         S=state.S + ae,
         Rs=state.Rs + (Rg - state.Rs) * reach / (reach + 2.0 * state.Rs),
-        rise=cooled(state.rise + heat["eps"] * Ft * vs * b / (vw * capacity(at) * b), at, seconds),
+        rise=cooled(state.rise + entering / (vw * capacity(at) * b), at, seconds),
     )
     return after, heat | {
         "ae": ae,
@@ -267,6 +268,7 @@ def ground(state: State, at: Setup, downfeed: float, seconds: float) -> tuple[St
         "vs": vs,
         "load": b * Ft * speed,
         "torque": b * Ft * speed * at.machine.stall_speed / limit,
+        "heat": entering,
         "G": dV / (pi * de * dw) if dV > 0.0 else 0.0,
         "dw": dw,
         "worn": pi * de * dw * b,

@@ -200,7 +200,8 @@ def test_burn_threshold(de: float, ae: float, vw: float, threshold: float) -> No
 
 def test_work_partition_is_higher_for_alumina_than_for_cbn() -> None:
     def partition(A: float, wheel: str) -> float:
-        return 1.0 / (1.0 + eq.sink_ratio(A, 30.0, parameters(wheel=wheel).krw))
+        _, sink = eq.conductances(2.4, 200.0, 11646.0, 1.0, A, 30.0, parameters(wheel=wheel).krw)
+        return 1.0 / (1.0 + sink)
 
     # by hand: 0.97*35/(11646 sqrt(20e-6*30)) = 0.1190; of a B126 grains touch on 20e-6/sqrt(0.25/0.126) = 14.2e-6 m:
     # 0.97*240/(11646 sqrt(14.2e-6*30)) = 0.9685
@@ -235,13 +236,16 @@ def test_heat_is_shared_between_fluid_grains_and_work() -> None:
     assert eq.temperature(heat, work, film, 0.1, wet) == pytest.approx(0.5 * (wet + dry), rel=1e-12)
     # without fluid and grains all of the heat enters the work
     alone = eq.temperature(heat, work, 0.0, 1.0, 1e4)
-    assert eq.energy_partition(alone, work, heat) == pytest.approx(1.0, rel=1e-12)
-    assert eq.energy_partition(alone, 0.5 * work, heat) == pytest.approx(0.5, rel=1e-12)
+    assert eq.energy_partition(eq.heat_flow(alone, work), heat) == pytest.approx(1.0, rel=1e-12)
+    assert eq.energy_partition(eq.heat_flow(alone, 0.5 * work), heat) == pytest.approx(0.5, rel=1e-12)
+    assert eq.energy_partition(0.0, 0.0) == 0.0
 
 
 def test_work_conductance_is_that_of_a_half_space() -> None:
     # Jaeger's band source at high speed: rise = 1.06 (q/beta) sqrt(lc/vw), here 1.06*1e7/11646*sqrt(2.4/200); 24 W/mm
-    rise = 1e6 * 24.0 / eq.work_conductance(2.4, 200.0, 11646.0, 1.06**2)
+    work, sink = eq.conductances(2.4, 200.0, 11646.0, 1.06**2, 0.03, 30.0, 0.0)
+    assert sink == 0.0  # of grains that conduct nothing
+    rise = 1e6 * 24.0 / work
     assert rise == pytest.approx(99.71, rel=1e-3)
 
 

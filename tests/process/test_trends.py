@@ -400,9 +400,9 @@ def test_deep_cuts_are_hotter_at_the_same_removal_rate() -> None:
 
 def test_cbn_is_cooler_at_the_same_power() -> None:
     def rise(p: StrokeParameters, power: float) -> float:
-        work = eq.work_conductance(2.4, 200.0, p.beta, eq.jaeger_factor(2.4, 200.0 / (4.0 * p.alpha)))
-        work *= 1.0 + eq.sink_ratio(0.015, 30.0, p.krw)
-        return eq.temperature(eq.retained_heat(power, 2.0, p.e_ch), work, p.hf * 2.4, p.kfilm, p.Tb)
+        jaeger = eq.jaeger_factor(2.4, 200.0 / (4.0 * p.alpha))
+        work, sink = eq.conductances(2.4, 200.0, p.beta, jaeger, 0.015, 30.0, p.krw)
+        return eq.temperature(eq.retained_heat(power, 2.0, p.e_ch), work * (1.0 + sink), p.hf * 2.4, p.kfilm, p.Tb)
 
     for power in (40.0, 80.0, 160.0, 320.0):
         assert rise(CBN, power) < 0.9 * rise(ALUMINA, power)
