@@ -213,10 +213,11 @@ class StrokeConstants(NamedTuple):
     RaRef: float
     f0: float
     f1: float
-    per_gm: float
+    log_gm: float
+    """Logarithm of gm."""
     nr: float
     least_chips: float
-    """Factor of the chip thickness on the wear, at which grains only plough."""
+    """Logarithm of the factor of the chip thickness on the wear at which grains only plough."""
     ra_scale: float
     per_vw: float
     """s/mm."""

@@ -7,7 +7,7 @@ only, so that they vectorise. What strokes of a cycle have in common is worked o
 
 import math
 
-from grind_env.kernel import inlined
+from grind_env.kernel import inlined, log
 from grind_env.process import equations as eq
 from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeResult, WheelState
 
@@ -62,9 +62,9 @@ def stroke_constants(p: StrokeParameters, vw: float, Lw: float) -> StrokeConstan
         RaRef=p.RaRef,
         f0=p.f0,
         f1=p.f1,
-        per_gm=1.0 / p.gm,
+        log_gm=log(p.gm),
         nr=p.nr,
-        least_chips=eq.chip_wear(eq.PLOUGHING_CHIP, p.mG),
+        least_chips=eq.log_chip_wear(eq.PLOUGHING_CHIP, p.mG),
         ra_scale=p.ra_scale,
         per_vw=1.0 / vw,
         per_capacity=p.per_capacity,
@@ -132,15 +132,15 @@ def grind_stroke(
     Br = eq.burn_ratio(P_width, eq.burn_power(Q, rubbing, k.vw, sink, k.u0, k.Bm))
 
     dV = ae * k.Lw
-    breaking, chips = eq.fracture(fg, k.per_fc, k.kf), eq.chip_wear(heq, k.mG)
-    steady = dV * breaking * chips * k.per_G * per_ds * (1.0 / math.pi)
+    breaking, chips = eq.fracture(fg, k.per_fc, k.kf), eq.log_chip_wear(heq, k.mG)
+    steady = eq.steady_wear(dV, breaking, chips, k.per_G, per_ds)
     renewal = min(steady * k.per_dr, 1.0)
     dw = steady + eq.early_wear(eq.early_loss(wheel.Cd, k.Cref, k.wi), wheel.V, dV, k.per_Vi)
     sliding = eq.grain_sliding(rubbing, vs, per_ds, k.turned)
     growth = eq.wear_flat_growth(sliding, T, wheel.A, k.kA, k.per_Amax)
 
     Rt = eq.wheel_roughness(wheel.Rd, fresh, k.RaRef)
-    roughened = eq.roughening(breaking, chips, k.least_chips, k.per_gm, k.nr)
+    roughened = eq.roughening(breaking, chips, k.least_chips, k.log_gm, k.nr)
     Rg = eq.generated_roughness(Rt, Q, per_vs, wheel.lam, k.f0, k.f1, roughened, k.ra_scale)
     Ra = eq.surface_roughness(Rs, Rg, ae, u)
 

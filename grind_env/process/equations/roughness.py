@@ -2,7 +2,7 @@
 
 import math
 
-from grind_env.kernel import inlined, power
+from grind_env.kernel import exp, inlined
 
 INITIAL_ROUGHNESS = 1.6
 """um; Ra of the surface that a part brings to the machine."""
@@ -25,19 +25,22 @@ def wheel_roughness(Rd: float, fresh: float, RaRef: float) -> float:
 
 
 @inlined
-def roughening(breaking: float, chips: float, least: float, per_g: float, nr: float) -> float:
+def roughening(breaking: float, chips: float, least: float, gm: float, nr: float) -> float:
     """Factor of the wheel's wear on the roughness that it leaves: a face that breaks away is a rough one.
 
-    Measured over the valve alloys: Ra goes with (wheel wear over volume ground)^.315 beside the removal rate [D].
+    The wear over that of the reference, to the power nr. Measured over the valve alloys: Ra goes with (wheel wear over
+    volume ground)^.26 to .32 beside the removal rate [D]. Of fracture the power is its Pade approximant, which is
+    within 1 % of it up to twice the wear and within 5 % up to four times.
 
     Args:
         breaking: factor of fracture on the wear.
-        chips: that of the chip thickness.
+        chips: logarithm of that of the chip thickness.
         least: the same at `PLOUGHING_CHIP`, below which the face is no smoother.
-        per_g: one over the factor of the material on the G-ratio.
+        gm: logarithm of the factor of the material on the G-ratio.
         nr: exponent of the abrasive.
     """
-    return power(breaking * max(chips, least) * per_g, nr)
+    x = 0.5 * (breaking - 1.0)
+    return exp(nr * (max(chips, least) - gm)) * (1.0 + x + nr * x) / (1.0 + x - nr * x)
 
 
 @inlined

@@ -2,7 +2,7 @@
 
 import math
 
-from grind_env.kernel import exp, inlined, power
+from grind_env.kernel import exp, inlined, log
 
 NEARLY_NOTHING = 1e-300
 """Keeps a quotient of two zeros a number."""
@@ -42,9 +42,23 @@ def fracture(fg: float, per_fc: float, kf: float) -> float:
 
 
 @inlined
-def chip_wear(heq: float, mG: float) -> float:
-    """Wear over that at the reference chip thickness; a power law in the thickness, um [M; exponent mG D]."""
-    return power(max(heq, THINNEST_CHIP) * (1.0 / REFERENCE_CHIP), mG)
+def log_chip_wear(heq: float, mG: float) -> float:
+    """Logarithm of the wear over that at the reference chip thickness: a power law in the thickness, um [M; mG D]."""
+    return mG * log(max(heq, THINNEST_CHIP) * (1.0 / REFERENCE_CHIP))
+
+
+@inlined
+def steady_wear(dV: float, breaking: float, chips: float, per_G: float, per_ds: float) -> float:
+    """Radius that a wheel loses in a stroke by the G-ratio, mm.
+
+    Args:
+        dV: specific volume ground, mm3/mm.
+        breaking: factor of fracture.
+        chips: logarithm of that of the chip thickness.
+        per_G: 1/G at the reference chip thickness without fracture.
+        per_ds: one over the wheel diameter, 1/mm.
+    """
+    return dV * breaking * exp(chips) * per_G * per_ds * (1.0 / math.pi)
 
 
 @inlined
