@@ -204,9 +204,11 @@ def generated(state: State, at: Setup, Q: float, vs: float, fg: float) -> float:
     """Roughness that the wheel generates."""
     wheel, scale = at.wheel, smoothness(at.wheel)
     texture = 0.9 * scale + (state.Rd - 0.9 * scale) * faded(state, wheel)
-    worse = fractured(at, fg) * thickened(at, max(Q / vs, 0.02)) / durability(at)
+    nr, x = wheel.roughness_wear_exponent, 0.5 * (fractured(at, fg) - 1.0)
+    worse = (thickened(at, max(Q / vs, 0.02)) / durability(at)) ** nr
+    worse *= (1.0 + (1.0 + nr) * x) / (1.0 + (1.0 - nr) * x)  # for (1 + 2x)^nr, as the package has it
     rate = wheel.roughness_floor + wheel.roughness_rate * sqrt(Q / 3.0)
-    return worse**wheel.roughness_wear_exponent * texture * sqrt(30.0 / vs) * rate * (1.0 + 0.6 * state.lam)
+    return worse * texture * sqrt(30.0 / vs) * rate * (1.0 + 0.6 * state.lam)
 
 
 def ground(state: State, at: Setup, downfeed: float, seconds: float) -> tuple[State, dict[str, float]]:

@@ -1,6 +1,7 @@
 """The relations of the process model against analytic limits, independent solutions and published numbers."""
 
 import math
+from itertools import pairwise
 
 import pytest
 from hypothesis import given, settings
@@ -336,10 +337,13 @@ def test_fracture_sets_in_at_its_force_and_then_grows_with_it() -> None:
 
 
 def test_wear_is_a_power_law_of_the_chip_thickness() -> None:
-    assert eq.chip_wear(0.1, 0.8) == pytest.approx(1.0, rel=1e-12)
-    assert eq.chip_wear(0.2, 0.8) == pytest.approx(2.0**0.8, rel=1e-9)
-    assert eq.chip_wear(0.2, 0.0) == eq.chip_wear(0.1, 0.0) == 1.0
-    assert eq.chip_wear(0.0, 0.8) == eq.chip_wear(0.001, 0.8) == pytest.approx(100.0**-0.8, rel=1e-9)
+    assert eq.log_chip_wear(0.1, 0.8) == pytest.approx(0.0, abs=1e-12)
+    assert eq.log_chip_wear(0.2, 0.8) == pytest.approx(0.8 * math.log(2.0), rel=1e-9)
+    assert eq.log_chip_wear(0.2, 0.0) == 0.0
+    assert eq.log_chip_wear(0.0, 0.8) == eq.log_chip_wear(0.001, 0.8) == pytest.approx(-0.8 * math.log(100.0), rel=1e-9)
+    # 2 mm3/mm at G 40, doubled by fracture and again by the chip: 2*4/(40 pi 300) mm of radius
+    wear = eq.steady_wear(2.0, 2.0, math.log(2.0), 1.0 / 40.0, 1.0 / 300.0)
+    assert wear == pytest.approx(8.0 / (40.0 * math.pi * 300.0), rel=1e-12)
 
 
 def test_g_ratio_is_stock_over_the_ring_that_the_wheel_loses() -> None:
@@ -439,17 +443,29 @@ def test_generated_roughness() -> None:
 
 def test_a_face_that_breaks_away_is_a_rough_one() -> None:
     def factor(breaking: float = 1.0, chips: float = 1.0, g: float = 1.0, nr: float = 0.3) -> float:
-        return eq.roughening(breaking, chips, 0.5, 1.0 / g, nr)
+        thickness = math.log(chips) if chips > 0.0 else -math.inf
+        return eq.roughening(breaking, thickness, math.log(0.5), math.log(g), nr)
 
     # hardened steel at the reference chip, of a wheel that does not break, is what entries state
     assert factor() == 1.0
-    # 2^.3, (1/.22)^.3, and the same of CBN with a tenth
-    assert factor(breaking=2.0) == pytest.approx(1.231144, rel=1e-6)
+    # (1/.22)^.3, and the same of CBN with a tenth; twice the wear by thicker chips, 2^.3
     assert factor(g=0.22) == pytest.approx(1.574973, rel=1e-6)
     assert factor(g=0.22, nr=0.1) == pytest.approx(1.163477, rel=1e-6)
+    assert factor(chips=2.0) == pytest.approx(1.231144, rel=1e-6)
     # thinner than the chip at which grains only plough, the face is no smoother
     assert factor(chips=0.5) == factor(chips=0.0) < factor(chips=0.6)
     assert factor(breaking=5.0, chips=3.0, g=0.1, nr=0.0) == 1.0
+
+
+@pytest.mark.parametrize("nr", [0.1, 0.2, 0.3])
+def test_fracture_roughens_nearly_as_the_same_power_of_the_wear(nr: float) -> None:
+    """Within 1 % up to twice the wear and within 5.1 % up to four times; less than that power, and ever more so."""
+    breakings = [1.0 + 0.05 * step for step in range(200)]
+    factors = [eq.roughening(breaking, 0.0, -1.0, 0.0, nr) for breaking in breakings]
+    assert all(low < high for low, high in pairwise(factors))
+    for breaking, factor in zip(breakings, factors, strict=True):
+        off = 1.0 - factor / breaking**nr
+        assert -1e-12 < off < (0.01 if breaking <= 2.0 else 0.051 if breaking <= 4.0 else 0.2)
 
 
 def test_the_roughness_of_an_entry_is_that_of_hardened_steel_at_the_reference_chip() -> None:
