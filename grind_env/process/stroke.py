@@ -147,7 +147,7 @@ def grind_stroke(
     after = WheelState(
         ds=eq.worn_diameter(wheel.ds, dw),
         A=eq.worn_flat_area(wheel.A, growth, renewal, k.Af, k.Amax),
-        lam=wheel.lam + k.kL * dV * (1.0 - wheel.lam) - wheel.lam * renewal,
+        lam=min(wheel.lam + k.kL * dV * (1.0 - wheel.lam), 1.0) - wheel.lam * renewal,
         V=wheel.V + dV,
         Rd=wheel.Rd,
         Cd=wheel.Cd,

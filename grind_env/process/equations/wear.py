@@ -49,7 +49,7 @@ def log_chip_wear(heq: float, mG: float) -> float:
 
 @inlined
 def steady_wear(dV: float, breaking: float, chips: float, per_G: float, per_ds: float) -> float:
-    """Radius that a wheel loses in a stroke by the G-ratio, mm.
+    """Radius that a wheel loses in a stroke by the G-ratio, mm [M].
 
     Args:
         dV: specific volume ground, mm3/mm.
@@ -93,7 +93,7 @@ def early_wear(loss: float, V: float, dV: float, per_Vi: float) -> float:
 
 @inlined
 def g_ratio(dV: float, dw: float, ds: float) -> float:
-    """Work volume over wheel volume; 0 where nothing is cut.
+    """G-ratio: work volume over wheel volume [M]; 0 where nothing is cut.
 
     Args:
         dV: specific volume ground, mm3/mm.
