@@ -190,7 +190,7 @@ class StrokeConstants(NamedTuple):
     """Peclet number over the contact length, 1/mm."""
     e_ch: float
     hf: float
-    """Convection times `heat.CARRYING`."""
+    """Convection times `heat.CARRYING`, W/(m2 K) (mm s/m)^0.5."""
     kfilm: float
     Tb: float
     u0: float
@@ -214,15 +214,17 @@ class StrokeConstants(NamedTuple):
     f0: float
     f1: float
     log_gm: float
-    """Logarithm of gm."""
+    """Logarithm of gm, no unit."""
     nr: float
     least_chips: float
-    """Logarithm of the factor of the chip thickness on the wear at which grains only plough."""
+    """Logarithm of the factor of the chip thickness on the wear at which grains only plough, no unit."""
     ra_scale: float
     per_vw: float
     """s/mm."""
     per_capacity: float
+    """As of `StrokeParameters`, K mm/J."""
     per_tau: float
+    """As of `StrokeParameters`, 1/s."""
     swell: float
 
 
