@@ -20,12 +20,11 @@ NOISE = [TapeRow._fields.index(name) for name in TapeRow._fields if name.endswit
 class Episodes:
     """The state of N episodes: arrays with one row an episode.
 
-    `tape` has shape (N, rows, fields of `TapeRow`): a row for some coming blocks, or for all of an episode. Block k
-    is in row k modulo the rows; once it has been ground, the row of a later one takes its place. `source`, shape (N,
-    SOURCE), is what rows are drawn from, and `schedule`, shape (N, blocks), says the kinds of the blocks; see
-    `envs.tape`. `wheels`, `parts` and `memory` have shape (N, fields of `WheelState`, `PartState` or `ShopMemory`). All
-    are in the units of these fields. Behind a wheel stands what process and gauge remember besides. `block` is the
-    index of the coming block, shape (N,).
+    `tape` has shape (N, rows, fields of `TapeRow`): a row for each block, or two that take turns, of the coming block
+    and of the next one. `source`, shape (N, SOURCE), is what rows are drawn from, and `schedule`, shape (N, blocks),
+    says the kinds of the blocks; see `envs.tape`. `wheels`, `parts` and `memory` have shape (N, fields of `WheelState`,
+    `PartState` or `ShopMemory`). All are in the units of these fields. Behind a wheel stands what process and gauge
+    remember besides. `block` is the index of the coming block, shape (N,).
     """
 
     tape: Table

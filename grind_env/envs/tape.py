@@ -85,6 +85,16 @@ SPARE_FACTORS = ("spare_kA", "pm", "hf", "fc", "Gref", "spare_ra_scale")
 read_row, write_row = column_reader(TapeRow), column_writer(TapeRow)
 
 
+AHEAD = 2
+"""Rows of a tape that is not whole: of the coming block, and of the next one, whose kind is shown, too."""
+
+
+@inlined
+def place_of(block: int, rows: int) -> int:
+    """Row of a block on a tape of so many rows: those of one that is not whole take turns."""
+    return block & 1 if rows == AHEAD else block
+
+
 class Origin(NamedTuple):
     """What the rows of an episode are drawn from; NaN in `material` to `slack` for what no context fixes."""
 
@@ -357,7 +367,7 @@ def draw_row(tape: Any, i: int, k: int, source: Any, schedule: Any, kinds: Any, 
         work=work,
         is_due=last,
     )
-    write_row(tape[i], k % tape.shape[1], row)
+    write_row(tape[i], place_of(k, tape.shape[1]), row)
     write_carried(source, i, Carried(kA=kA, pm=pm, part_ra=part_ra, parts=parts, due=due))
 
 
@@ -366,7 +376,7 @@ def draw_rows(tape: Any, block: Any, source: Any, schedule: Any, kinds: Any, spr
     """Draw the rows that the tapes have room for: of the coming blocks of the episodes in `active`.
 
     Args:
-        tape: shape (N, rows, fields of `TapeRow`); the row of a block is its number modulo the rows.
+        tape: shape (N, rows, fields of `TapeRow`): the rows of all blocks, or `AHEAD` ones that take turns.
         block: number of the coming block, shape (N,).
         source: shape (N, SOURCE); updated.
         schedule: kind of every block, shape (N, blocks): twice its number, and 1 more if it begins an order. Without

@@ -6,7 +6,7 @@ import numpy as np
 
 from grind_env.envs.observations import LEAST_SLACK, Layout, Readings
 from grind_env.envs.tables import Shop, read_kind, read_memory, read_shop
-from grind_env.envs.tape import TapeRow, read_row
+from grind_env.envs.tape import TapeRow, place_of, read_row
 from grind_env.kernel import entry, inlined, log
 from grind_env.kernel.columns import column_writer
 from grind_env.machine.loops.rows import read_wheel
@@ -47,7 +47,7 @@ def observe_block(
     execution_depth = 2.0 * shop.dress_passes * shop.dress_depth
     wheel, seen = read_wheel(wheels, i), read_memory(memory, i)
     ahead = block[i] < total
-    row = read_row(tape[i], min(block[i], total - 1) % rows)
+    row = read_row(tape[i], place_of(min(block[i], total - 1), rows))
     number, material = int(row.kind), int(row.material)
     kind = read_kind(kinds, number * materials + material)
     here = 1.0 if ahead else 0.0
@@ -106,7 +106,7 @@ def observe_block(
     if ahead and layout.kinds > 0:
         observations[i, layout.first_kind + number] = 1.0
         if block[i] + 1 < total:
-            after = int(tape[i, (block[i] + 1) % rows, KIND])
+            after = int(tape[i, place_of(block[i] + 1, rows), KIND])
             observations[i, layout.first_kind + layout.kinds + after] = 1.0
     if ahead and layout.materials[material] >= 0:
         observations[i, layout.materials[material]] = 1.0

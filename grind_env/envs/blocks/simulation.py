@@ -26,7 +26,7 @@ from grind_env.envs.gauge import GAUGE, Gauge
 from grind_env.envs.observations import Reading, constant_readings, physical, readings, scaling
 from grind_env.envs.simulation import Written
 from grind_env.envs.tables import Outcome, Shop, ShopMemory, kind_table, shop_row
-from grind_env.envs.tape import DRAWN, SOURCE, TapeRow
+from grind_env.envs.tape import AHEAD, DRAWN, SOURCE, TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.envs.view import view_of
 from grind_env.machine.grind import grind
@@ -44,9 +44,6 @@ BOOKED, VOLUME = ShopMemory._fields.index("diameter"), ShopMemory._fields.index(
 DIAMETER, LEAST_DIAMETER = WheelState._fields.index("ds"), Shop._fields.index("least_diameter")
 NOTHING_GROUND = np.array(NEW_PART)
 NOTHING_KNOWN = np.array(ShopMemory(*[0.0] * len(ShopMemory._fields))._replace(gauged=-1.0, survival=1.0))
-
-AHEAD = 2
-"""Rows of a tape that is not whole: of the coming block, and of the next one, whose kind is shown, too."""
 
 SimulationT = TypeVar("SimulationT", bound="BlockSimulation")
 

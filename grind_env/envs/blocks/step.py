@@ -33,7 +33,7 @@ from grind_env.envs.tables import (
     write_memory,
     write_outcome,
 )
-from grind_env.envs.tape import BLOCKS, SPARE_FACTORS, TapeRow, draw_rows, read_row
+from grind_env.envs.tape import BLOCKS, SPARE_FACTORS, TapeRow, draw_rows, place_of, read_row
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.machine.loops.batch import NO_MOTIONS, longest_plunges
@@ -190,7 +190,7 @@ def floor_of(process: Process, gauge: Gauge) -> Floor:
 
     @inlined
     def begin(i: int, tables: Any, episodes: Any, shop: Shop, E: float, results: Any) -> tuple[KindRow, TapeRow, Drive]:
-        place = episodes.block[i] % episodes.tape.shape[1]
+        place = place_of(episodes.block[i], episodes.tape.shape[1])
         row, old = read_row(episodes.tape[i], place), read_memory(episodes.memory, i)
         variant = row_of(row, shop)
         kind = read_kind(tables.kinds, variant)
@@ -211,7 +211,7 @@ def floor_of(process: Process, gauge: Gauge) -> Floor:
     @inlined
     def settle(i: int, tables: Any, episodes: Any, choices: Choices, shop: Shop, results: Any, outcomes: Any) -> None:
         block, tape = episodes.block, episodes.tape
-        row, old = read_row(tape[i], block[i] % tape.shape[1]), read_memory(episodes.memory, i)
+        row, old = read_row(tape[i], place_of(block[i], tape.shape[1])), read_memory(episodes.memory, i)
         kind = read_kind(tables.kinds, row_of(row, shop))
         wheel, part, result = read_wheel(episodes.wheels, i), read_part(episodes.parts, i), read_tally(results, i)
         p = read_parameters(tables.parameters, i)

@@ -49,6 +49,7 @@ from grind_env.envs.tape import (
     STROKE,
     TapeRow,
     deviation,
+    place_of,
     read_row,
     read_sigmas,
     words_of,
@@ -152,7 +153,7 @@ gone_on = replacer(StrokeMemory, "made", "all_made", "torque", "rise", "noise")
 @inlined
 def row_in_work(tape: Any, block: Any, parts: int, i: int) -> TapeRow:
     """The row of the part in work or coming of episode i, at the end that of the last one of so many `parts`."""
-    row: TapeRow = read_row(tape[i], min(block[i], parts - 1) % tape.shape[1])
+    row: TapeRow = read_row(tape[i], place_of(min(block[i], parts - 1), tape.shape[1]))
     return row
 
 
@@ -178,7 +179,7 @@ def strokes_step(process: Process, gauge: Gauge) -> Callable[..., None]:
 
         In its result, a spindle that has stalled on the part is noted.
         """
-        place = episodes.block[i] % episodes.tape.shape[1]
+        place = place_of(episodes.block[i], episodes.tape.shape[1])
         row, done = read_row(episodes.tape[i], place), read_strokes(episodes.strokes, i)
         made = done.made
         results[i, TORQUE] = done.torque if done.torque >= STALL else 0.0
@@ -225,7 +226,7 @@ def strokes_step(process: Process, gauge: Gauge) -> Callable[..., None]:
         """Write what the stroke of episode i has cost and shown, and go on to the next one or to the next part."""
         kinds, materials = tables.kinds, int(shop.materials)
         tape, block = episodes.tape, episodes.block
-        row, done = read_row(tape[i], block[i] % tape.shape[1]), read_strokes(episodes.strokes, i)
+        row, done = read_row(tape[i], place_of(block[i], tape.shape[1])), read_strokes(episodes.strokes, i)
         result, old, part = read_tally(results, i), read_memory(episodes.memory, i), read_part(episodes.parts, i)
         kind = kind_of(kinds, materials, row.material, PART)
         last = done.made + 1.0 >= strokes_of(row.stock, kind.pick, kind.sparkout)
