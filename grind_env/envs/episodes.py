@@ -7,13 +7,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from grind_env.arrays import Numbers, Table
-from grind_env.envs.tape import BLOCKS, DRAWN, KEY_0, KEY_1, NOISE_FACTOR, TapeRow
+from grind_env.envs.tape import BLOCKS, DRAWN, SOURCE, TapeRow
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.process.state import WheelState
 
 EpisodesT = TypeVar("EpisodesT", bound="Episodes")
 
 NOISE = [TapeRow._fields.index(name) for name in TapeRow._fields if name.endswith("_noise")]
+
+DRAWN_FROM = [k for k in range(SOURCE) if k not in (BLOCKS, DRAWN)]
 
 
 @dataclass(slots=True)
@@ -66,9 +68,9 @@ class Episodes:
         return np.asarray(self.tape[np.arange(len(at)), at])
 
     def hide_noise(self) -> None:
-        """Take the noise of the gauges to come out of the tapes, and the key to it: a machine cannot know it."""
+        """Take the noise of the gauges to come out of whole tapes, and what it is drawn from: no machine knows it."""
         self.tape[..., NOISE] = 0.0
-        self.source[:, [KEY_0, KEY_1, NOISE_FACTOR]] = 0.0
+        self.source[:, DRAWN_FROM] = 0.0
 
     def window(self: EpisodesT, tape: Table, owner: Numbers, first: int, blocks: int) -> EpisodesT:
         """Branches at block `first` with a tape of some blocks only, after which they end: whole ones are long to copy.
