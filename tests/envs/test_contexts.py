@@ -287,7 +287,7 @@ def test_every_factor_of_an_episode_comes_from_the_ranges_of_its_split() -> None
         columns = TapeRow(*np.moveaxis(tape, 2, 0))
         for factor, sigma in sigmas.items():
             z = np.log(getattr(columns, factor)) / sigma
-            assert set(np.digitize(z, DECILES)) == set(split or range(10)), (name, factor)
+            assert set(np.digitize(z.ravel(), DECILES)) == set(split or range(10)), (name, factor)
     plain = start(simulation, 300).tape
     z = np.log(TapeRow(*np.moveaxis(plain, 2, 0)).hf[:, 0]) / 0.15
     assert set(np.digitize(z, DECILES)) == set(range(10))

@@ -342,7 +342,7 @@ def test_a_planner_branches_an_episode() -> None:
 
 def test_a_stroke_that_sparks_out_adds_no_heat_that_counts() -> None:
     env = stroke.make()
-    env.reset(seed=0)
+    env.reset(seed=1)
     strokes = env.task.strokes(env.task.kinds[0], tape_of(env)[0].stock)
     for _ in range(strokes):
         env.step(env.codec.encode(9000.0, 0)[0])
