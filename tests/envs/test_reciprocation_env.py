@@ -110,10 +110,10 @@ def test_the_volume_ground_since_the_dress_is_kept_by_book(pre_dress: float) -> 
 
 def test_the_last_block_pays_for_the_wheel_it_leaves() -> None:
     env = reciprocation.make()
-    env.reset(seed=0)
+    env.reset(seed=1)
     handed = [env.step(env.codec.encode(9000.0, 1.0)[0])[4]["reward_terms"]["handover"] for _ in range(60)]
     assert handed[:-1] == [0.0] * 59
-    wheel = WheelState(*env.simulation.start([np.random.default_rng(0)]).wheels[0])
+    wheel = WheelState(*env.simulation.start([np.random.default_rng(1)]).wheels[0])
     assert env.episodes is not None
     worn = WheelState(*env.episodes.wheels[0])
     assert worn.A > wheel.A
