@@ -228,7 +228,7 @@ def key_of(u_0: float, u_1: float) -> tuple[float, float]:
 @inlined
 def words_of(key_0: float, key_1: float, what: int, number: int) -> Words:
     """The random words of the episode with this key for what is drawn, and for its number."""
-    return philox(int(key_0), int(key_1), number, what, 0, 0)
+    return philox(int(key_0), int(key_1), int(number), what, 0, 0)
 
 
 @inlined
