@@ -83,7 +83,7 @@ def make(
     ## Episode
 
     Starts with a freshly dressed wheel (unless the task says otherwise) and ends `terminated` after the last
-    block. Everything random is drawn at reset; `reset(options={"context": ..., "split": ...})` fixes factors or
+    block. Everything random is decided at reset; `reset(options={"context": ..., "split": ...})` fixes factors or
     restricts what they are drawn from (`grind_env.envs.contexts`). What is fixed is not told in the observation: a
     material other than that of a task with a single material has to be found out like a lot or a wheel.
 

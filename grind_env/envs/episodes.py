@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from grind_env.arrays import Numbers, Table
-from grind_env.envs.tape import TapeRow
+from grind_env.envs.tape import BLOCKS, DRAWN, SOURCE, TapeRow
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.process.state import WheelState
 
@@ -15,13 +15,17 @@ EpisodesT = TypeVar("EpisodesT", bound="Episodes")
 
 NOISE = [TapeRow._fields.index(name) for name in TapeRow._fields if name.endswith("_noise")]
 
+DRAWN_FROM = [k for k in range(SOURCE) if k not in (BLOCKS, DRAWN)]
+
 
 @dataclass(slots=True)
 class Episodes:
     """The state of N episodes: arrays with one row an episode.
 
-    `tape` has shape (N, blocks, fields of `TapeRow`), and `wheels`, `parts` and `memory` (N, fields of `WheelState`,
-    `PartState` or `ShopMemory`), all in the units of these fields. Behind a wheel stands what process and gauge
+    `tape` has shape (N, rows, fields of `TapeRow`): a row for each block, or two that take turns, of the coming block
+    and of the next one. `source`, shape (N, SOURCE), is what rows are drawn from, and `schedule`, shape (N, blocks),
+    says the kinds of the blocks; see `envs.tape`. `wheels`, `parts` and `memory` have shape (N, fields of `WheelState`,
+    `PartState` or `ShopMemory`). All are in the units of these fields. Behind a wheel stands what process and gauge
     remember besides. `block` is the index of the coming block, shape (N,).
     """
 
@@ -30,6 +34,8 @@ class Episodes:
     wheels: Table
     parts: Table
     memory: Table
+    source: Table
+    schedule: NDArray[np.int16]
 
     def arrays(self) -> dict[str, Any]:
         """All of them by name, in the order in which the compiled step takes them."""
@@ -52,14 +58,19 @@ class Episodes:
         """Copies of the episodes at `index`, shape (M,), which may repeat: what-if branches for a planner."""
         return type(self)(**{name: array[np.asarray(index)] for name, array in self.arrays().items()})
 
+    def row(self, i: int) -> Table:
+        """The row of the coming block of episode i, shape (fields of `TapeRow`,); its last block must not be over."""
+        return np.asarray(self.tape[i, self.block[i] % self.tape.shape[1]])
+
     def coming(self) -> Table:
         """The rows of the coming blocks, or of the last ones, on the tapes; shape (N, fields of `TapeRow`)."""
-        at = np.minimum(self.block, self.tape.shape[1] - 1)
+        at = np.minimum(self.block, self.source[:, BLOCKS].astype(np.int64) - 1) % self.tape.shape[1]
         return np.asarray(self.tape[np.arange(len(at)), at])
 
     def hide_noise(self) -> None:
-        """Take the noise of the gauges to come out of the tapes: a machine cannot know it."""
+        """Take the noise of the gauges to come out of whole tapes, and what it is drawn from: no machine knows it."""
         self.tape[..., NOISE] = 0.0
+        self.source[:, DRAWN_FROM] = 0.0
 
     def window(self: EpisodesT, tape: Table, owner: Numbers, first: int, blocks: int) -> EpisodesT:
         """Branches at block `first` with a tape of some blocks only, after which they end: whole ones are long to copy.
@@ -72,4 +83,10 @@ class Episodes:
             first: the coming block of all of them.
             blocks: length of the tape.
         """
-        return replace(self, tape=tape[owner, first : first + blocks], block=np.zeros_like(self.block))
+        return replace(self, block=np.zeros_like(self.block)).on(tape[owner, first : first + blocks])
+
+    def on(self: EpisodesT, tape: Table) -> EpisodesT:
+        """The same with another tape, shape (N, rows, fields of `TapeRow`), after which they end."""
+        source = self.source.copy()
+        source[:, [BLOCKS, DRAWN]] = tape.shape[1]
+        return replace(self, tape=tape, source=source)

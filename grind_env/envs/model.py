@@ -1,7 +1,6 @@
 """A simulation as the filter of a belief grinds its members with it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,7 +70,7 @@ class MemberModel:
 
     def room(self, n: int) -> Episodes:
         """As `Model.room`."""
-        return replace(self.simulation.room(n), tape=np.zeros((n, 1, len(TapeRow._fields))))
+        return self.simulation.room(n).on(np.zeros((n, 1, len(TapeRow._fields))))
 
     def begin(self, members: Episodes, index: Numbers) -> None:
         """As `Model.begin`."""

@@ -82,6 +82,11 @@ def job_drawn(
     return job_tape(tape[0], blocks, parts, [0.2] * parts)
 
 
+def whole_tape(env: Any) -> np.ndarray:
+    """The tape of the episode that an environment is in, shape (blocks, fields of `TapeRow`)."""
+    return env.unwrapped.simulation.tape(env.unwrapped.episodes, 0)
+
+
 def tape_of_job(env: Any) -> JobTape:
     """What was drawn for the episode of a program that an environment is in."""
     return env.simulation.tape(env.episodes, 0)

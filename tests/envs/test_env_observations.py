@@ -13,7 +13,7 @@ from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task, task_names
 from grind_env.machine.loops.tally import Tally
 from grind_env.process.state import WheelState
-from tests.envs.harness import IDS, Array, actions, native, rollout, start
+from tests.envs.harness import IDS, Array, actions, native, rollout, start, whole_tape
 
 N = 300
 
@@ -233,7 +233,7 @@ def test_a_pre_dress_is_remembered_for_one_block() -> None:
     env.reset(seed=0)
     for wanted, D in ((1.0, 1), (0.0, 0), (1.0, 0)):
         action = env.codec.encode([9000.0], [D], [wanted])[0]
-        stock = env.episodes.tape[0, env.episodes.block[0], TapeRow._fields.index("gauged")]
+        stock = whole_tape(env)[env.episodes.block[0], TapeRow._fields.index("gauged")]
         before = physical(env.simulation.observe(env.episodes)[0], env.simulation.entries)
         observation, *_, info = env.step(action)
         seen = physical(observation, env.simulation.entries)

@@ -25,7 +25,7 @@ from grind_env.machine.job import WheelStart
 from grind_env.process.state import WheelState
 from grind_env.testing.conformance import check_vector_env
 from grind_env.toml import tomllib
-from tests.envs.harness import assert_same, native, row_of, sync
+from tests.envs.harness import assert_same, native, row_of, sync, whole_tape
 
 ID = "grind/Task-v0"
 
@@ -256,7 +256,7 @@ def test_the_machine_grinds_the_same_parts_from_the_program_of_a_file(
     )
     programs = read(env.part_program())
     control = replace(shop.control, operator_dress_at=request_times(programs, shop)) if cycle == "G81" else None
-    parts = conditions(task, env.episodes.tape[0])[:count]
+    parts = conditions(task, whole_tape(env))[:count]
     record = grind(programs, replace(shop, wheel=start), control=control, conditions=parts)
     assert record.parts["survival"] == pytest.approx([info["good_parts"] for info in infos], rel=1e-5, abs=1e-9)
     assert record.parts["seconds"] == pytest.approx([info["seconds"] for info in infos], rel=1e-9, abs=2e-6)

@@ -11,7 +11,7 @@ from grind_env.envs.contexts import CONTEXT_FACTORS
 from grind_env.machine.grind import grind
 from grind_env.process.equations import LEAST_DIAMETER
 from grind_env.process.state import WheelState
-from tests.envs.harness import IDS, native
+from tests.envs.harness import IDS, native, whole_tape
 
 NAMES = ("kA", "pm", "fc", "Gref", "hf")
 """The factors on the wear of the wheel, beside the stock, of which the most wears it most."""
@@ -63,7 +63,7 @@ def test_the_machine_wears_the_wheel_away_as_the_environment_does() -> None:
         env.step(np.ones(2, np.float32))
     wheel = WheelState(*env.episodes.wheels[0])
     assert wheel.ds == LEAST_DIAMETER
-    first = conditions(env.task, env.episodes.tape[0])[:3]
+    first = conditions(env.task, whole_tape(env))[:3]
     record = grind(read(env.part_program()), job(env.task, *env.task.kinds), conditions=first)
     assert record.strokes["ds"][-1] == LEAST_DIAMETER
     assert record.strokes["worn"].sum() > volume(300.0, LEAST_DIAMETER, env.task.kinds[0].width)
@@ -77,7 +77,7 @@ def test_the_machine_grinds_on_with_a_destroyed_wheel_as_the_environment_does() 
     for _ in range(3):
         env.step(np.full(2, -1.0, np.float32))
     wheel = WheelState(*env.episodes.wheels[0])
-    shop, first = job(env.task, *env.task.kinds), conditions(env.task, env.episodes.tape[0])[:3]
+    shop, first = job(env.task, *env.task.kinds), conditions(env.task, whole_tape(env))[:3]
     start = replace(shop.wheel, diameter=found.ds, wear_flat_area=found.A, diamond_flat=found.wd)
     record = grind(read(env.part_program()), replace(shop, wheel=start), conditions=first)
     limit = shop.setup.wheel.wear_flat_limit

@@ -13,7 +13,7 @@ from grind_env.policies.problem import find_problem
 from grind_env.policies.scripted.rules import Fixed
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
-SEED = 2_000_003
+SEED = 2_000_004
 
 
 def ended(*words: object) -> int:
@@ -129,7 +129,7 @@ def test_parts_of_several_kinds_are_told_by_their_own_limits(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "played.nc"
-    assert ended("play", "--task", "rush", "--policy", "E12D1", "--output", path) == 0
+    assert ended("play", "--task", "rush", "--policy", "E12D1", "--seed", 3, "--output", path) == 0
     capsys.readouterr()
     ended("run", path, "--json")
     parts = json.loads(capsys.readouterr().out)["parts"]

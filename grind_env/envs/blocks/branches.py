@@ -1,7 +1,6 @@
 """The blocks of a task, which a branch may try one by one."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
@@ -63,7 +62,7 @@ class BlockBranches:
         for k, block in enumerate(blocks[1:], 1):
             number = task.kind_of_block(block)
             tape[:, k, KIND], tape[:, k, TAPE_STOCK] = number, task.kinds[number].stock
-        return replace(episodes, tape=tape)
+        return episodes.on(tape)
 
     def first_wheels(self, count: int) -> Table:
         """As `Branches.first_wheels`."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from grind_env.envs.observations import LEAST_SLACK, Layout, Readings
 from grind_env.envs.tables import Shop, read_kind, read_memory, read_shop
-from grind_env.envs.tape import TapeRow, read_row
+from grind_env.envs.tape import TapeRow, place_of, read_row
 from grind_env.kernel import entry, inlined, log
 from grind_env.kernel.columns import column_writer
 from grind_env.machine.loops.rows import read_wheel
@@ -27,6 +27,7 @@ def scaled(value: float, offset: float, scale: float, low: float, high: float) -
 def observe_block(
     i: int,
     kinds: Any,
+    total: int,
     tape: Any,
     block: Any,
     wheels: Any,
@@ -41,12 +42,12 @@ def observe_block(
     observations: Any,
 ) -> None:
     """Write the observation of episode i; `values`, shape (1, fields of `Readings`), is overwritten."""
-    total = tape.shape[1]
+    rows = tape.shape[1]
     materials = layout.materials.size
     execution_depth = 2.0 * shop.dress_passes * shop.dress_depth
     wheel, seen = read_wheel(wheels, i), read_memory(memory, i)
     ahead = block[i] < total
-    row = read_row(tape[i], min(block[i], total - 1))
+    row = read_row(tape[i], place_of(min(block[i], total - 1), rows))
     number, material = int(row.kind), int(row.material)
     kind = read_kind(kinds, number * materials + material)
     here = 1.0 if ahead else 0.0
@@ -104,7 +105,7 @@ def observe_block(
     if ahead and layout.kinds > 0:
         observations[i, layout.first_kind + number] = 1.0
         if block[i] + 1 < total:
-            after = int(tape[i, block[i] + 1, KIND])
+            after = int(tape[i, place_of(block[i] + 1, rows), KIND])
             observations[i, layout.first_kind + layout.kinds + after] = 1.0
     if ahead and layout.materials[material] >= 0:
         observations[i, layout.materials[material]] = 1.0
@@ -113,6 +114,7 @@ def observe_block(
 @entry
 def observe_blocks(
     kinds: Any,
+    total: int,
     tape: Any,
     block: Any,
     wheels: Any,
@@ -129,6 +131,7 @@ def observe_blocks(
 
     Args:
         kinds: of `step.Tables`.
+        total: blocks of an episode.
         tape: of `step.EpisodeArrays`, like the next three.
         block: coming block.
         wheels: wheel states.
@@ -145,5 +148,5 @@ def observe_blocks(
     values = np.empty((1, READINGS))
     for i in range(block.size):
         observe_block(
-            i, kinds, tape, block, wheels, memory, shop, layout, offset, scale, low, high, values, observations
+            i, kinds, total, tape, block, wheels, memory, shop, layout, offset, scale, low, high, values, observations
         )

@@ -76,7 +76,7 @@ def coming_block(
     task: Task, episodes: Episodes, i: int, speed: float, executions: float, pre_dress: float = 0.0
 ) -> CycleBlock:
     """The block that episode i runs next with E `speed` (mm/min), D `executions` and perhaps a pre-dress (1)."""
-    row = episodes.tape[i, episodes.block[i]]
+    row = episodes.row(i)
     kind, stock = task.kinds[int(row[KIND])], float(row[STOCK])
     surface = 0.0 if kind.starts_part else float(episodes.parts[i, SURFACE])
     (wheel, own), changes = episodes.wheel_and_own(i), int(episodes.memory[i, WHEEL_CHANGES])

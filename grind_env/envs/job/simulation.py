@@ -20,7 +20,7 @@ from grind_env.control.rewriting import with_words
 from grind_env.envs.blocks.observe import observe_blocks
 from grind_env.envs.blocks.simulation import DIAMETER, forget, readings_of, room_for, without_least_diameter
 from grind_env.envs.contexts import Given
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.episodes import Episodes, EpisodesT
 from grind_env.envs.gauge import GAUGE, Gauge
 from grind_env.envs.job.branches import ProgramBranches
 from grind_env.envs.job.episodes import JobEpisodes
@@ -212,21 +212,28 @@ class JobSimulation:
         """As `Simulation.most_steps`."""
         return len(self.blocks)
 
-    def start(self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None) -> JobEpisodes:
+    def start(
+        self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None, *, whole: bool = True
+    ) -> JobEpisodes:
         """As `Simulation.start`."""
         episodes = self.room(len(rngs))
         self.restart_all(episodes, range(len(rngs)), rngs, [Given()] * len(rngs) if given is None else given)
         return episodes
 
-    def room(self, n: int) -> JobEpisodes:
-        """As `Simulation.room`."""
+    def room(self, n: int, *, whole: bool = True) -> JobEpisodes:
+        """As `Simulation.room`; the tape of a program is always whole."""
+        blocks = len(self.blocks)
         return JobEpisodes(
-            **room_for(n, len(self.blocks), self._start),
+            **room_for(n, blocks, blocks, self._start),
             stages=np.zeros((n, STAGE_FIELDS)),
             surfaces=np.empty((n, self._zones, len(Zone._fields))),
             first=np.zeros(n, np.int64),
             programs=[],
         )
+
+    def whole(self, episodes: EpisodesT) -> EpisodesT:
+        """As `Simulation.whole`."""
+        return episodes.pick(np.arange(len(episodes.block)))
 
     def restart_all(
         self, episodes: Episodes, index: Sequence[int], rngs: Sequence[np.random.Generator], given: Sequence[Given]
@@ -365,6 +372,7 @@ class JobSimulation:
         measured = np.zeros((len(episodes.block), len(self._read)), np.float32)
         observe_blocks(
             self.kinds,
+            len(self.blocks),
             episodes.tape,
             episodes.block,
             episodes.wheels,

@@ -6,9 +6,8 @@ import numpy as np
 
 from grind_env.envs.blocks.observe import scaled
 from grind_env.envs.strokes.readings import StrokeReadings
-from grind_env.envs.strokes.step import PART, kind_of, pick_before, read_strokes, strokes_of
+from grind_env.envs.strokes.step import PART, kind_of, pick_before, read_strokes, row_in_work, strokes_of
 from grind_env.envs.tables import read_memory
-from grind_env.envs.tape import read_row
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_writer
 from grind_env.machine.loops.rows import read_wheel
@@ -27,7 +26,7 @@ def observe_stroke(
     block: Any,
     wheels: Any,
     memory: Any,
-    rows: Any,
+    tape: Any,
     strokes: Any,
     columns: Any,
     offset: Any,
@@ -39,7 +38,7 @@ def observe_stroke(
 ) -> None:
     """Write the observation of episode i; `values`, shape (1, fields of `StrokeReadings`), is overwritten."""
     ahead = block[i] < parts
-    row, done = read_row(rows, i), read_strokes(strokes, i)
+    row, done = row_in_work(tape, block, parts, i), read_strokes(strokes, i)
     wheel, seen = read_wheel(wheels, i), read_memory(memory, i)
     kind = kind_of(kinds, materials, row.material, PART)
     here = 1.0 if ahead else 0.0
@@ -87,7 +86,7 @@ def observe_strokes(
     block: Any,
     wheels: Any,
     memory: Any,
-    rows: Any,
+    tape: Any,
     strokes: Any,
     columns: Any,
     offset: Any,
@@ -105,7 +104,7 @@ def observe_strokes(
         block: number of the coming part.
         wheels: wheel states.
         memory: what is remembered.
-        rows: tapes of the coming parts.
+        tape: rows of the coming parts.
         strokes: what is remembered beside.
         columns: index into `StrokeReadings` of each entry, shape (entries,), like the next four.
         offset: of each entry.
@@ -124,7 +123,7 @@ def observe_strokes(
             block,
             wheels,
             memory,
-            rows,
+            tape,
             strokes,
             columns,
             offset,
