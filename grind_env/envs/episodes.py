@@ -1,6 +1,9 @@
 """The state of N episodes side by side, and the copies of them that a planner tries something on."""
 
+import functools
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import Any, TypeVar
 
 import numpy as np
@@ -18,15 +21,22 @@ NOISE = [TapeRow._fields.index(name) for name in TapeRow._fields if name.endswit
 DRAWN_FROM = [k for k in range(SOURCE) if k not in (BLOCKS, DRAWN)]
 
 
+@functools.cache
+def _getter(*names: str) -> Callable[[Any], tuple[Any, ...]]:
+    """Gets attributes in a third of the time that it takes one by one."""
+    return attrgetter(*names)
+
+
 @dataclass(slots=True)
 class Episodes:
     """The state of N episodes: arrays with one row an episode.
 
-    `tape` has shape (N, rows, fields of `TapeRow`): a row for each block, or two that take turns, of the coming block
-    and of the next one. `source`, shape (N, SOURCE), is what rows are drawn from, and `schedule`, shape (N, blocks),
-    says the kinds of the blocks; see `envs.tape`. `wheels`, `parts` and `memory` have shape (N, fields of `WheelState`,
-    `PartState` or `ShopMemory`). All are in the units of these fields. Behind a wheel stands what process and gauge
-    remember besides. `block` is the index of the coming block, shape (N,).
+    `tape`, in the units of its fields, has shape (N, rows, fields of `TapeRow`): a row for each block, or two that
+    take turns, of the coming block and of the next one. `source`, in the units of `Origin` and `Carried`, is what rows
+    are drawn from, shape (N, SOURCE). `schedule` has the index of the kind of every block, shape (N, blocks), as
+    `draw_rows` takes it. `wheels`, `parts` and `memory`, in the units of their fields, have shape (N, fields of
+    `WheelState`, `PartState` or `ShopMemory`). Behind a wheel stands what process and gauge remember besides. `block`
+    is the index of the coming block, shape (N,).
     """
 
     tape: Table
@@ -38,8 +48,12 @@ class Episodes:
     schedule: NDArray[np.int16]
 
     def arrays(self) -> dict[str, Any]:
-        """All of them by name, in the order in which the compiled step takes them."""
+        """All of them by name."""
         return {name: getattr(self, name) for name in self.__dataclass_fields__}
+
+    def in_order(self) -> tuple[Any, ...]:
+        """All of them, in the order in which the compiled step takes them."""
+        return _getter(*self.__dataclass_fields__)(self)
 
     def wheel(self, i: int) -> WheelState:
         """The wheel of episode i."""

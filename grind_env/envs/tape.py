@@ -96,39 +96,40 @@ def place_of(block: int, rows: int) -> int:
 
 
 class Origin(NamedTuple):
-    """What the rows of an episode are drawn from; NaN in `material` to `slack` for what no context fixes."""
+    """What the rows of an episode are drawn from.
+
+    `material`, an index, and the factors `stock`, `kA`, `pm`, `ra_scale` and `slack` are those of `contexts.Fixed`: NaN
+    for what is drawn. `key_0` and `key_1` have no units.
+    """
 
     key_0: float
-    """First word of the key."""
     key_1: float
-    """Second word."""
     blocks: float
-    """After so many blocks the episode ends."""
+    """Number of blocks after which the episode ends."""
     drawn: float
-    """Rows that have been drawn."""
+    """Number of rows drawn so far."""
     split: float
-    """Ranges of the split, as the bits of a whole number; 0 for all."""
+    """Ranges of the split: bit k for the one of index k; 0 for all."""
     material: float
-    """As `contexts.Fixed`, like the next six."""
     stock: float
     kA: float
     pm: float
     ra_scale: float
     slack: float
     noise: float
-    """Factor; 1 if no context fixes it."""
+    """Factor on the noise; 1 if no context fixes it."""
     wheel_kA: float
     """Factor of the first wheel on the wear-flat growth."""
     spare_kA: float
-    """Of every wheel after it."""
+    """Factor of every wheel after it."""
     wheel_ra: float
     """Factor of the first wheel on the roughness."""
     spare_ra: float
-    """Of every wheel after it."""
+    """Factor of every wheel after it."""
     hf: float
     """Factor on the convection of the coolant at the start."""
     ageing: float
-    """Log convection lost with every part, no unit."""
+    """Log of the convection lost with every part, no unit."""
     fc: float
     """Factor on the fracture force."""
     Gref: float
@@ -141,11 +142,11 @@ class Carried(NamedTuple):
     kA: float
     """Factor of the lot on the wear-flat growth."""
     pm: float
-    """On the wear-flat pressure."""
+    """Factor of the lot on the wear-flat pressure."""
     part_ra: float
     """Factor of the part on the roughness."""
     parts: float
-    """Parts begun after the first."""
+    """Number of parts begun after the first."""
     due: float
     """Next due date, s."""
 
@@ -166,7 +167,7 @@ class DrawnKind(NamedTuple):
     stock: float
     """Nominal, mm."""
     least_stock: float
-    """Over the nominal one."""
+    """Ratio to the nominal one."""
     starts_part: float
     """1 if so."""
     material: float
@@ -204,10 +205,11 @@ class Sigmas(NamedTuple):
     ageing: float
     """Log convection lost with every part, no unit."""
     due_blocks: float
-    """Blocks up to a due date; 0 in a task without."""
+    """Number of blocks up to a due date; 0 in a task without."""
     least_slack: float
-    """Time to a due date over the nominal time."""
+    """Ratio of the time to a due date to the nominal time, at least."""
     most_slack: float
+    """That ratio at most."""
 
 
 read_sigmas = column_reader(Sigmas)

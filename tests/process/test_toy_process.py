@@ -269,7 +269,7 @@ def test_its_lanes_have_the_bits_of_its_scalar_loop() -> None:
     wheels[:, OWN_FROM + FIELDS.index("blocks")] = 1.0
     _, tallies = simulation.step(episodes, np.linspace(5000.0, 25_000.0, n), np.arange(n) % 3.0)
     parts, alone, motions = np.array([NEW_PART] * n), np.zeros_like(tallies), np.empty((0, 0))
-    tables = simulation._tables(n)[3:]
+    tables = simulation._tables(n)[5:]
     loops_of(COURSES["G82"], TOY).scalar(*tables, wheels, parts, alone, motions, np.empty((n, 0, len(LOG.names or ()))))
     own = slice(OWN_FROM + len(FIELDS))
     assert alone.tobytes() == tallies.tobytes() and parts.tobytes() == episodes.parts.tobytes()

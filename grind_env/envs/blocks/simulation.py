@@ -170,7 +170,7 @@ class BlockSimulation:
             self._cycles, self._parameters = (np.empty((n, room.shape[1])) for room in (self._cycles, self._parameters))
         self._step_of(self.process, self.gauge)(
             self._tables(n),
-            tuple(episodes.arrays().values()),
+            episodes.in_order(),
             (speeds, executions, np.zeros(n) if pre_dresses is None else pre_dresses),
             active,
             results,
