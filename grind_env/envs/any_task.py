@@ -3,11 +3,14 @@
 The docstrings of `make` here and in the modules of `grind_env.envs.ids` are what the pages of the ids say.
 """
 
+from dataclasses import replace
+
 from grind_env.envs.arguments import check_flags, is_full
 from grind_env.envs.blocks.program import check_task
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.infeed.simulation import InfeedSimulation
+from grind_env.envs.pricing import usual_cost
 from grind_env.envs.showing import renders
 from grind_env.envs.strips.simulation import StripSimulation
 from grind_env.envs.tasks import Task, load_task
@@ -27,8 +30,10 @@ def simulation_of(
     """
     check_flags(predress=predress)
     check_task(task, cycle)
-    full = is_full(task.observation if observation is None else observation)
-    return SIMULATIONS[task.cycle](task, full=full, pre_dress=predress)
+    full, kind = is_full(task.observation if observation is None else observation), SIMULATIONS[task.cycle]
+    if task.reference_cost == 0.0:
+        task = replace(task, reference_cost=usual_cost(task, kind))
+    return kind(task, full=full, pre_dress=predress)
 
 
 @renders

@@ -121,15 +121,26 @@ class TaskNumbers:
 
     def parameters(self, kind: Kind) -> StrokeParameters:
         """Stroke parameters of a block kind, with the fixed factors of this task."""
+        part = kind.material, kind.width, kind.height
+        if part not in self._parameters:
+            self._parameters[part] = self._parameters_of(*part)
+        return self._parameters[part]
+
+    @cached_property
+    def _parameters(self) -> dict[tuple[str, float, float], StrokeParameters]:
+        """Those that have been asked for, by material, width and height."""
+        return {}
+
+    def _parameters_of(self, material: str, width: float, height: float) -> StrokeParameters:
         p = stroke_parameters(
-            self.catalogue.materials[kind.material],
+            self.catalogue.materials[material],
             self.wheel,
             self.dresser,
             self.fluid,
             self.machine,
             wheel_speed=self.setup.wheel_speed,
-            width=kind.width,
-            height=kind.height,
+            width=width,
+            height=height,
         )
         return p._replace(**{name: getattr(p, name) * factor for name, factor in self.factors.items()})
 
