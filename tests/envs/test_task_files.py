@@ -11,7 +11,6 @@ from grind_env.envs import any_task, tasks
 from grind_env.envs.any_task import simulation_of
 from grind_env.envs.blocks.episode import EpisodeGenerator
 from grind_env.envs.blocks.program import check_task
-from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.names import environment_id
 from grind_env.envs.tasks import Kind, Orders, Spread, Task, TaskError, load_task, read_task, task_names
 from grind_env.policies.evaluation import roll_out, start_episodes
@@ -271,24 +270,23 @@ def test_what_a_file_leaves_out_has_its_default(tmp_path: Path) -> None:
     assert task.reference_cost == 0.0  # it does not say
 
 
-@pytest.mark.parametrize("name", ["power_limited", "wide_rails", "slot", "reciprocation", "wide_plates"])
+@pytest.mark.parametrize("name", ["power_limited", "wide_rails", "slot", "reciprocation", "wide_plates", "rush", "CBN"])
 def test_a_task_that_does_not_say_is_priced_near_what_was_measured(name: str) -> None:
     task = read_task(name)
     found = simulation_of(replace(task, reference_cost=0.0)).task
     assert found == replace(task, reference_cost=found.reference_cost)
-    # without spread: what lots, stocks and wheels cost beside it is more or less
-    assert 0.4 < found.reference_cost / task.reference_cost <= 1.1
+    # of few episodes, on which the plan is chosen, too; tuned plans may tell kinds of block apart
+    assert 0.75 < found.reference_cost / task.reference_cost < 1.05
 
 
-def test_the_price_is_that_of_a_plan_which_the_machine_grinds(tmp_path: Path) -> None:
+def test_the_price_is_what_the_cheapest_plan_costs_in_an_evaluation(tmp_path: Path) -> None:
     put(tmp_path, shop=KIND)
     simulation = simulation_of(load_task(str(tmp_path / "shop.toml")))
-    task, costs = simulation.task, []
-    nominal = BlockSimulation(replace(task, spread=Spread()))
-    for E, every in ((30.0, 20), (30.0, 1), (3.0, 5)):
-        run = roll_out(Fixed(E=E, D=1, every=every), nominal, start_episodes(nominal, range(1)))
-        costs.append(float(run.cost[0]) / task.blocks)
-    assert task.reference_cost <= min(costs) * 1.0001
+    plans = [Fixed(E=30.0, D=1, every=20), Fixed(E=30.0, D=1), Fixed(E=3.0, D=1, every=5), Fixed(E=30.0, D=0)]
+    runs = [roll_out(plan, simulation, start_episodes(simulation, range(16))) for plan in plans]
+    costs = [run.cost.mean() / simulation.task.blocks for run in runs]
+    assert min(costs) >= simulation.task.reference_cost * (1.0 - 1e-9)
+    assert min(costs) == pytest.approx(simulation.task.reference_cost, rel=0.2)
 
 
 def test_a_task_is_resolved_once() -> None:

@@ -82,7 +82,7 @@ USUAL_ROUNDS = 30
 DERIVED = {
     "title": "its name",
     "blocks": f"{USUAL_ROUNDS} times the sequence",
-    "reference_cost": "what a block costs by the cheapest of a grid of E and dress interval, nominal wheel and parts",
+    "reference_cost": "what a block costs by the cheapest of a grid of E and dress interval",
     "sequence": "all kinds in turn",
 }
 """What keys of `PLAIN` without a default are if a file leaves them out."""
