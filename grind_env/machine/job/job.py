@@ -84,7 +84,8 @@ class Part:
         rise_allowance: temperature rise allowed beyond that which tempers the material, where the surface is
             ground again later; above 0 every plunge counts and not only the last 0.05 mm.
         height: above the table or chuck, before it is ground; the table is taken to lie under all of the travel. None
-            if it is not known: the wheel is then not watched for coming down on the table.
+            if it is not known: the wheel is then not watched for coming down on the table, and the part warms up and
+            grows as one of 20 mm does.
         stages: before the last one: the first M01 at which it has been ground ends the first of them, and so on. The
             last one, up to the M00 or M30 that takes the part off, is judged by the limits above; of heat and power
             only what comes after the stages. Without stages those limits hold for all of its grinding.
