@@ -142,7 +142,7 @@ CHECKS = (
         measure=lambda rig: burn_out_flux(rig, "oil") / burn_out_flux(rig, "emulsion"),
     ),
     Check(
-        name="temperature at burn",
+        name="temperature at burn over table speeds",
         group=8,
         what="highest over lowest temperature rise at burn ratio 1: work burns at one, however fast it passes",
         at=f"{USUAL}; 4.5 to 18 m/min, each with the flats at which a cut of 10 um burns",

@@ -170,9 +170,9 @@ def test_exponents_and_steps():
 
 def test_a_field_that_does_nothing_is_found():
     known = load_catalogue()
-    assert "wheel.fracture_force" not in idle_fields(Rig(known))
-    unbroken = {name: replace(wheel, fracture_factor=0.0) for name, wheel in known.wheels.items()}
-    assert "wheel.fracture_force" in idle_fields(Rig(replace(known, wheels=unbroken)))
+    assert "wheel.initial_wear_volume" not in idle_fields(Rig(known))
+    firm = {name: replace(wheel, initial_wear=0.0) for name, wheel in known.wheels.items()}
+    assert "wheel.initial_wear_volume" in idle_fields(Rig(replace(known, wheels=firm)))
 
 
 @pytest.mark.parametrize("check", [check for check in CHECKS if check.group < 10], ids=lambda check: check.name)
