@@ -36,7 +36,7 @@ from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 from tests import batches
-from tests.batches import CYCLE, PARAMETERS, PART, PLUNGES, WHEEL, grind_cycles
+from tests.batches import CYCLE, PARAMETERS, PART, PLUNGES, WHEEL, cold, grind_cycles
 from tests.machine.harness import CATALOGUE, DRESS_NUMBERS, job, log_cycles, run, start_wheel
 
 MICRONS = 1000.0  # in a mm; the quotient is the number that a word such as Y.009 says
@@ -190,7 +190,7 @@ def tables(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Any, Any, An
     return (
         np.array(cycles, CYCLE),
         records(StrokeParameters, PARAMETERS, parameters),
-        records(WheelState, WHEEL, wheels),
+        np.array([cold(wheel) for wheel in wheels], WHEEL),
         records(PartState, PART, parts),
     )
 

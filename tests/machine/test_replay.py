@@ -17,6 +17,7 @@ from grind_env.envs.job.text import with_words_chosen
 from grind_env.envs.program_episode import Words
 from grind_env.envs.tables import Outcome
 from grind_env.machine.job import Job, Stage, WheelStart
+from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.part.unjudged import UnjudgedError
 from grind_env.machine.record import GrindingRecord
@@ -137,7 +138,7 @@ def assert_same(
     assert total.seconds == pytest.approx(record.seconds, rel=1e-9)
     assert total.worn == pytest.approx(record.parts["worn"].sum(), rel=1e-9, abs=1e-12)
     assert total.dressed_off == pytest.approx(record.parts["dressed_off"].sum(), rel=1e-9)
-    wheel = WheelState(*episodes.wheels[0].tolist())
+    wheel = WheelState(*episodes.wheels[0, :OWN_FROM].tolist())
     assert run.wheel is not None
     for name in set(WheelState._fields) - {"W"}:  # the wear is known from the last stop on
         expected = getattr(run.wheel, name)

@@ -16,6 +16,7 @@ from grind_env.envs.tables import Outcome
 from grind_env.errors import GrindError
 from grind_env.machine.dress.mounting import first_wheel, new_wheel
 from grind_env.machine.dress.program import run_dress
+from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.script.block import ScriptError
 from grind_env.machine.script.choice import SettingsError
@@ -261,7 +262,7 @@ def test_a_new_wheel_is_dressed_as_the_block_that_found_the_old_one_worn() -> No
     simulation.step(episodes, chosen[:, 0], np.ones(2), settings=chosen)
     programs = read(f"M30\nO9100\n{back_and_forth(2, 191, 40)}\nM99\n")
     dress = run_dress(programs, 9100, worn, worn.control, (0.0, 0.0, 0.0), 0).plan
-    wheels = [WheelState(*row) for row in episodes.wheels.tolist()]
+    wheels = [WheelState(*row) for row in episodes.wheels[:, :OWN_FROM].tolist()]
     assert all(wheel.ds == worn.setup.wheel.diameter for wheel in wheels)
     expected = new_wheel(worn, wheels[1], dress, worn.parameters)
     assert wheels[1].Rd == pytest.approx(expected.Rd, rel=1e-12) and wheels[0].Rd != wheels[1].Rd

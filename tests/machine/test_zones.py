@@ -24,7 +24,7 @@ from grind_env.process.entries import Machine
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.process import PROCESS
 from grind_env.process.state import StrokeResult, WheelState
-from tests.batches import PARAMETERS, TALLY, TRAVERSES, WHEEL, as_table
+from tests.batches import PARAMETERS, TALLY, TRAVERSES, WHEEL, as_table, cold
 from tests.machine.harness import CATALOGUE, job, run
 
 FEED = 191.0 / 60.0
@@ -174,7 +174,7 @@ def machines(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Array, Arr
     return (
         np.array([(*case.stroking(dress_seconds), *case.rules) for case in cases]),
         as_table(np.array([case.job.parameters for case in cases], PARAMETERS)),
-        as_table(np.array([case.wheel for case in cases], WHEEL)),
+        as_table(np.array([cold(case.wheel) for case in cases], WHEEL)),
     )
 
 
