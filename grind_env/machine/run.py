@@ -552,7 +552,7 @@ class GrindingRun:
         done = self.part.infeed(self.mount, event)
         wheel = self.mount.present(self.part.p)
         Z = infeed_depth(event, self.part.job.part.surface)
-        lies = self.clock(event.begin), event.seconds, event.feed, Z, done.b, done.Lw
+        lies = self.clock(event.begin), event.seconds, event.feed, Z, done.b, done.Lw, done.grown
         seen = (getattr(wheel, name) for name in WHEEL_FIELDS)
         row = self.part.number, event.line, 0, event.groove, *lies, *done.stroke, *seen
         stalls = self.part.stalled and not had_stalled

@@ -113,7 +113,7 @@ def check(case: Case, **changes: Any) -> None:
     episodes = simulation.start([np.random.default_rng(k) for k in range(3)])
     # the machine of the program so written begins with a wheel that its first dress program has dressed
     dress = run.dressing.plans[9200]
-    episodes.wheels[[0, 2]] = first_wheel(simulation.job, dress, simulation.job.parameters)
+    episodes.wheels[[0, 2], :OWN_FROM] = first_wheel(simulation.job, dress, simulation.job.parameters)
     sums, good = np.zeros(len(Tally._fields)), 0.0
     for number, (mine, beside) in enumerate(zip(first, other, strict=True)):
         rows = [choice.settings(choice.words(number, case.inch), case.inch) for choice in (mine, beside, mine)]

@@ -143,7 +143,7 @@ def _strip(S: Strips, Rs: Strips, reached: Strips, i: int) -> Zone:
 
 
 @functools.cache
-def strips_of(process: Process) -> Callable[..., tuple[WheelState, StrokeResult, float, bool]]:
+def strips_of(process: Process) -> Callable[..., tuple[WheelState, StrokeResult, float, bool, float]]:
     """The compiled stroke of a process over strips, `grind_strips`."""
     grind, constants, grown = process.stroke, process.constants, grown_of(process)
     read_own, write_own = column_reader(process.own), column_writer(process.own)
@@ -164,7 +164,7 @@ def strips_of(process: Process) -> Callable[..., tuple[WheelState, StrokeResult,
         depth: float,
         own: NDArray[Any],
         seconds: float,
-    ) -> tuple[WheelState, StrokeResult, float, bool]:
+    ) -> tuple[WheelState, StrokeResult, float, bool, float]:
         """One stroke over the strips `first` to `last - 1` of a part, which the wheel covers.
 
         Args:
@@ -184,11 +184,12 @@ def strips_of(process: Process) -> Callable[..., tuple[WheelState, StrokeResult,
             seconds: up to the next stroke, s.
 
         Returns:
-            The wheel after the stroke, the stroke, the engaged width in mm, and whether the wheel went deeper
-            into a strip than before.
+            The wheel after the stroke, the stroke, the engaged width in mm, whether the wheel went deeper into a strip
+            than before, and by how much the part stood higher than when it was cold, mm.
         """
         before, held = read_own(own, 0), constants(p, vw, Lw)
-        depth += grown(before, held)
+        higher = grown(before, held)
+        depth += higher
         contact = contact_at(depth - wheel.W)
         for i in range(S.size):
             contact = beneath(contact, _strip(S, Rs, reached, i), (first <= i) & (i < last))
@@ -202,6 +203,6 @@ def strips_of(process: Process) -> Callable[..., tuple[WheelState, StrokeResult,
             zone = _strip(S, Rs, reached, i)
             zone = ground(zone, True, in_cut(contact, zone, True), contact.tip, Z, stroke.ae, stroke.Rg)
             S[i], Rs[i], reached[i] = zone.S, zone.Rs, zone.reached
-        return after, stroke, b, contact.reached + DEPTH_TOLERANCE < Z
+        return after, stroke, b, contact.reached + DEPTH_TOLERANCE < Z, higher
 
     return grind_strips

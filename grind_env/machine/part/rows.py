@@ -23,6 +23,8 @@ class TableStroke(NamedTuple):
     """Engaged width, mm."""
     Lw: float
     """Ground length, mm; 0 where the wheel passes beside the part, then b is 0 as well."""
+    grown: float
+    """By how much the part stands higher than when it was cold, mm."""
 
 
 class WheelSeen(NamedTuple):
