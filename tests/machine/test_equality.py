@@ -352,10 +352,10 @@ from grind_env.process.process import PROCESS
 from grind_env.process.state import WheelState
 from tests.machine.harness import job
 p = job().parameters
-wheel = WheelState(300.0, 0.01, 0.0, 20.0, 0.5, 3.0, 0.03, 0.0, 0.0)
+wheel = WheelState(300.0, 0.01, 0.0, 20.0, 0.5, 3.0, 0.0, 0.0)
 S, Rs, reached = np.zeros(20), np.full(20, 1.6), np.zeros(20)
 grind_strips = strips_of(PROCESS)
-stroke = grind_strips(wheel, S, Rs, reached, 0, 20, 0.01, 200.0, 20.0, 200.0, p, 0.01, np.empty((1, 0)), 1.0)[1]
+stroke = grind_strips(wheel, S, Rs, reached, 0, 20, 0.01, 200.0, 20.0, 200.0, p, 0.01, np.zeros((1, 1)), 1.0)[1]
 print(stroke.T, sum(grind_strips.stats.cache_hits.values()))
 """
 

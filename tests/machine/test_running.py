@@ -20,7 +20,7 @@ from grind_env.machine.job import Diamond, Job
 from grind_env.machine.job.file import load_job
 from grind_env.machine.part.running import Running, Told
 from grind_env.machine.record import GrindingRecord
-from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, LONG_AFTER, job, run, told_stepped
+from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, LONG_AFTER, TIMELESS, job, run, told_stepped
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
 
@@ -180,8 +180,9 @@ def test_what_runs_otherwise_than_the_job_has_no_script(words: str, between: str
 
 def test_a_dress_that_misses_the_diamond_takes_its_time_and_dresses_nothing() -> None:
     text = CYCLE.replace("P9100", "P9100 D2") + "G80\nG00 X-30.\nG00 Y0\n" + CYCLE.replace("Y-.05", "Y-.08")
-    met, missed = (replace(job(stock=0.08), diamond=Diamond(x=x, y=10.0, z=-10.0)) for x in (-120.0, -100.0))
-    found, as_if, plain = (run(HEAD + text + "M30\n", each) for each in (missed, met, job(stock=0.08)))
+    shop = job(stock=0.08, setup={"fluid": TIMELESS})
+    met, missed = (replace(shop, diamond=Diamond(x=x, y=10.0, z=-10.0)) for x in (-120.0, -100.0))
+    found, as_if, plain = (run(HEAD + text + "M30\n", each) for each in (missed, met, shop))
     assert as_if.warnings == () and as_if.strokes.tobytes() == plain.strokes.tobytes()
     (warning,) = found.warnings
     assert "dress program O9100 dresses nothing" in warning

@@ -178,7 +178,8 @@ class PartRun:
         mount.ground(wheel, lived)
         Z, over = rows["Z"], rows["Lw"] > 0.0
         self.deepest = max((self.deepest, *Z[over].tolist()))
-        finishing = np.flatnonzero(over & (self.deepest - DEPTH_TOLERANCE <= Z))
+        # a part that cools below a wheel that does not come deeper is what the last cut has left it
+        finishing = np.flatnonzero(over & (self.deepest - DEPTH_TOLERANCE <= Z) & (rows["ae"] > 0.0))
         if finishing.size:
             last_one = rows[finishing[-1]]
             self._wear, self._grown = float(last_one["W"] - last_one["dw"]), float(last_one["grown"])
