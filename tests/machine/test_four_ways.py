@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grind_env.machine.record import GrindingRecord
-from tests.machine.harness import TIMELESS, run
+from tests.machine.harness import run
 from tests.machine.test_feed_strokes import AWAY, HEAD, assert_same_strokes, job
 
 
@@ -66,7 +66,7 @@ WAYS = (by_cycle, by_tables, by_moves, by_loop)
 
 
 def in_each_way(passes: list[Pass], width: float) -> list[GrindingRecord]:
-    shop, texts = job(width=width, setup={"fluid": TIMELESS}), [""] * len(WAYS)
+    shop, texts = job(width=width), [""] * len(WAYS)
     begun = 0
     for each in passes:
         texts = [text + start(begun) + way(each, begun) for text, way in zip(texts, WAYS, strict=True)]

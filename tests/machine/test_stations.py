@@ -151,7 +151,8 @@ def test_a_program_may_come_back_to_a_station() -> None:
     record = run(HEAD + "".join(strokes(*each) for each in passes) + "M30\n", two())
     assert record.warnings == () and record.parts["part"].tolist() == [1, 2]
     assert record.strokes["part"][record.strokes["number"] == 1].tolist() == [1, 2, 1, 2]
-    assert np.allclose(record.parts["S"], 0.048, atol=0.001)
+    # ground warm, each is a little too thin
+    assert np.allclose(record.parts["S"] + 0.001 * record.parts["size_growth"], 0.048, atol=0.001)
     end, control = record.strokes[-1], two().control
     speed = control.rapid_feed / 60.0
     retract = 600.05 / speed + speed / control.acceleration
