@@ -25,7 +25,6 @@ from grind_env.machine.part.rows import WHEEL_FIELDS
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.process import PROCESS
-from grind_env.process.state import WheelState
 from tests.envs.harness import whole_tape
 
 PARTS = 4
@@ -44,7 +43,7 @@ def ground(env: GrindEnv, parts: int = PARTS) -> GrindingRecord:
     """The program of the episode under `machine.grind`, with the wheel and the parts of its seed."""
     drawn = env.simulation.start([np.random.default_rng(env.np_random_seed)])
     job = job_from_surface(env.task)
-    job = replace(job, wheel=replace(job.wheel, diamond_flat=float(drawn.wheels[0, -1])))
+    job = replace(job, wheel=replace(job.wheel, diamond_flat=drawn.wheel(0).wd))
     return grind(read(env.part_program()), job, conditions=conditions(env.task, drawn.tape[0])[:parts])
 
 
@@ -90,7 +89,7 @@ def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_
     found = {"rise": "rise", "burn_ratio": "burn_ratio", "peak_power": "peak_power", "roughness": "Ra"}
     for name, column in (found | {"size_error": "worst_error"}).items():
         assert parts[column] == pytest.approx([getattr(each, name) for each in env.outcomes], rel=1e-9, abs=1e-9), name
-    wheel = WheelState(*env.episodes.wheels[0].tolist())
+    wheel = env.episodes.wheel(0)
     for name in WHEEL_FIELDS:
         assert getattr(wheel, name) == pytest.approx(record.strokes[name][-1], rel=1e-9), name
     assert parts["total_cost"] == pytest.approx([info["block_cost"] for info in infos], rel=1e-8)
@@ -142,7 +141,7 @@ def test_the_strips_are_those_of_a_traverse_walked_by_hand() -> None:
     task, kind = env.task, env.task.kinds[0]
     env.reset(seed=0, options={"context": {**nominal_context(task), "stock": 1.06}})
     assert env.episodes is not None
-    wheel, stock = WheelState(*env.episodes.wheels[0].tolist()), float(whole_tape(env)[0, 1])
+    wheel, stock = env.episodes.wheel(0), float(whole_tape(env)[0, 1])
     env.step(np.array([0.0, -1.0], np.float32))
     # a strip has 1 mm; the wheel of 25 mm goes there by 12 mm and back by 12 mm, each from where it plunged
     there, back = (0, 12, 24, 35), (35, 23, 11, 0)

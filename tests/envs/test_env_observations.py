@@ -11,6 +11,7 @@ from grind_env.envs.observations import HIDDEN, physical
 from grind_env.envs.tables import Outcome, ShopMemory
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task, task_names
+from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.machine.loops.tally import Tally
 from grind_env.process.state import WheelState
 from tests.envs.harness import IDS, Array, actions, native, rollout, start, whole_tape
@@ -53,7 +54,7 @@ class Run:
             observations.append(self.simulation.observe(episodes))
         self.outcome = Outcome(*np.moveaxis(np.array(outcomes), 2, 0))
         self.result = Tally(*np.moveaxis(np.array(results), 2, 0))
-        self.wheels = WheelState(*np.moveaxis(np.array(wheels), 2, 0))
+        self.wheels = WheelState(*np.moveaxis(np.array(wheels)[:, :, :OWN_FROM], 2, 0))
         self.observations = np.array(observations)
         shown = physical(self.observations, self.simulation.entries)
         constant = {name: np.full(self.observations.shape[:2], value) for name, value in self.simulation.usual.items()}

@@ -25,7 +25,6 @@ from grind_env.envs.tasks import Kind, load_task
 from grind_env.machine.grind import grind
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.record import GrindingRecord
-from grind_env.process.state import WheelState
 from tests.envs.harness import Array, every_id
 
 PARTS = 5
@@ -65,7 +64,7 @@ class Episode:
         task = load_task(name)
         simulation = BlockSimulation(task)
         episodes = simulation.start([np.random.default_rng(seed)], [given])
-        wheel, tape = WheelState(*episodes.wheels[0]), episodes.tape[0].copy()
+        wheel, tape = episodes.wheel(0), episodes.tape[0].copy()
         rows = [TapeRow(*row) for row in tape]
         ends = np.array([task.kinds[int(row.kind)].ends_part for row in rows])
         count = int(np.flatnonzero(ends)[PARTS - 1]) + 1
@@ -94,7 +93,7 @@ class Episode:
             replace(shop, wheel=start),
             conditions=conditions(task, tape)[:PARTS],
         )
-        self.final_wheel = WheelState(*episodes.wheels[0])
+        self.final_wheel = episodes.wheel(0)
 
     def by_part(self, values: Array) -> Array:
         """Sums over the blocks of each part."""

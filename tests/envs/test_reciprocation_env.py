@@ -18,7 +18,6 @@ from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import read_task
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord
-from grind_env.process.state import WheelState
 from grind_env.testing.conformance import check_vector_env
 from tests.envs.harness import assert_same, whole_tape
 
@@ -36,7 +35,7 @@ def ground(env: GrindEnv, blocks: int) -> GrindingRecord:
     """The program of the episode, run with the operator's requests."""
     assert env.episodes is not None
     job = job_from_surface(env.task)
-    wheel = WheelState(*env.simulation.start([np.random.default_rng(env.np_random_seed)]).wheels[0])
+    wheel = env.simulation.start([np.random.default_rng(env.np_random_seed)]).wheel(0)
     job = dataclasses.replace(job, wheel=dataclasses.replace(job.wheel, diamond_flat=wheel.wd))
     control = dataclasses.replace(job.control, operator_dress_at=env.operator_dress_at())
     parts = conditions(env.task, whole_tape(env))[:blocks]
@@ -113,9 +112,9 @@ def test_the_last_block_pays_for_the_wheel_it_leaves() -> None:
     env.reset(seed=1)
     handed = [env.step(env.codec.encode(9000.0, 1.0)[0])[4]["reward_terms"]["handover"] for _ in range(60)]
     assert handed[:-1] == [0.0] * 59
-    wheel = WheelState(*env.simulation.start([np.random.default_rng(1)]).wheels[0])
+    wheel = env.simulation.start([np.random.default_rng(1)]).wheel(0)
     assert env.episodes is not None
-    worn = WheelState(*env.episodes.wheels[0])
+    worn = env.episodes.wheel(0)
     assert worn.A > wheel.A
     assert handed[-1] < 0.0
 

@@ -26,7 +26,6 @@ from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.process.process import PROCESS
-from grind_env.process.state import WheelState
 from grind_env.scores import reference
 from tests.envs.harness import Array, assert_same, native, row_of, whole_tape
 
@@ -37,7 +36,7 @@ def ground(env: GrindEnv) -> GrindingRecord:
     """The program of the episode, run with the operator's requests."""
     drawn = env.simulation.start([np.random.default_rng(env.np_random_seed)], [env.given])
     shop = job(env.task, *env.task.kinds)
-    shop = dataclasses.replace(shop, wheel=dataclasses.replace(shop.wheel, diamond_flat=float(drawn.wheels[0][-1])))
+    shop = dataclasses.replace(shop, wheel=dataclasses.replace(shop.wheel, diamond_flat=drawn.wheel(0).wd))
     control = dataclasses.replace(shop.control, operator_dress_at=env.operator_dress_at())
     return grind(read(env.part_program()), shop, control=control, conditions=conditions(env.task, drawn.tape[0]))
 
@@ -93,7 +92,7 @@ def test_the_part_program_of_an_episode_grinds_the_same_record(seed: int, policy
     cost = sum(info["block_cost"] for info in infos)
     assert cost == pytest.approx(record.parts["total_cost"].sum() + handover, rel=1e-9)
     assert env.episodes is not None
-    assert record.strokes["A"][-1] == pytest.approx(WheelState(*env.episodes.wheels[0]).A, rel=1e-12)
+    assert record.strokes["A"][-1] == pytest.approx(env.episodes.wheel(0).A, rel=1e-12)
 
 
 def test_the_program_of_a_stroke() -> None:

@@ -22,7 +22,6 @@ from grind_env.envs.tasks.reading import TABLES
 from grind_env.envs.tasks.schema import document, json_schema, rows, toml_text
 from grind_env.machine.grind import grind
 from grind_env.machine.job import WheelStart
-from grind_env.process.state import WheelState
 from grind_env.testing.conformance import check_vector_env
 from grind_env.toml import tomllib
 from tests.envs.harness import assert_same, native, row_of, sync, whole_tape
@@ -244,7 +243,7 @@ def test_the_machine_grinds_the_same_parts_from_the_program_of_a_file(
         return
     env.reset(seed=seed)
     env.action_space.seed(seed)
-    task, wheel = env.task, WheelState(*env.episodes.wheels[0])
+    task, wheel = env.task, env.episodes.wheel(0)
     count = min(task.blocks, 3)
     infos = [env.step(env.action_space.sample())[4] for _ in range(count)]
     shop = job(task, *task.kinds[:1]) if cycle == "G82" else job_from_surface(task)
@@ -260,7 +259,7 @@ def test_the_machine_grinds_the_same_parts_from_the_program_of_a_file(
     record = grind(programs, replace(shop, wheel=start), control=control, conditions=parts)
     assert record.parts["survival"] == pytest.approx([info["good_parts"] for info in infos], rel=1e-5, abs=1e-9)
     assert record.parts["seconds"] == pytest.approx([info["seconds"] for info in infos], rel=1e-9, abs=2e-6)
-    left = WheelState(*env.episodes.wheels[0])
+    left = env.episodes.wheel(0)
     for name in ("ds", "A", "W"):
         assert record.strokes[name][-1] == pytest.approx(getattr(left, name), rel=1e-9, abs=1e-12), name
 

@@ -61,7 +61,7 @@ def test_the_machine_wears_the_wheel_away_as_the_environment_does() -> None:
     env.reset(seed=0, options={"context": WORN})
     for _ in range(3):
         env.step(np.ones(2, np.float32))
-    wheel = WheelState(*env.episodes.wheels[0])
+    wheel = env.episodes.wheel(0)
     assert wheel.ds == LEAST_DIAMETER
     first = conditions(env.task, whole_tape(env))[:3]
     record = grind(read(env.part_program()), job(env.task, *env.task.kinds), conditions=first)
@@ -73,10 +73,10 @@ def test_the_machine_grinds_on_with_a_destroyed_wheel_as_the_environment_does() 
     env = gym.make("grind/PowerLimited-v0").unwrapped
     context = {"material": "inconel_718", "kA": 20, "wheel_kA": 20, "fc": 0.2, "Gref": 0.2}
     env.reset(seed=0, options={"context": context})
-    found = WheelState(*env.episodes.wheels[0])
+    found = env.episodes.wheel(0)
     for _ in range(3):
         env.step(np.full(2, -1.0, np.float32))
-    wheel = WheelState(*env.episodes.wheels[0])
+    wheel = env.episodes.wheel(0)
     shop, first = job(env.task, *env.task.kinds), conditions(env.task, whole_tape(env))[:3]
     start = replace(shop.wheel, diameter=found.ds, wear_flat_area=found.A, diamond_flat=found.wd)
     record = grind(read(env.part_program()), replace(shop, wheel=start), conditions=first)
