@@ -92,7 +92,8 @@ def make(
     restricts what they are drawn from (`grind_env.envs.contexts`). What is fixed is not told in the observation: a
     material other than that of a task with a single material has to be found out like a lot or a wheel.
 
-    With two blocks per part, `machine.grind` gives other part times: it adds the travel between the blocks (2 to 4 s).
+    With two blocks per part, `machine.grind` gives other part times: it adds the travel between the blocks (2 to 4 s),
+    on which the part cools.
 
     Args:
         task: name of a task, for example `"power_limited"`, or the path of a task file, such as `"shop.toml"`; what

@@ -1,7 +1,8 @@
 """The part program of a random episode, run by `machine.grind`, gives what the environment gave, part by part.
 
 One thing the machine counts and the tasks leave out: the way of the wheel from a rough block to the finish block of a
-part. Prices of new wheels and of lateness are the shop's and not the machine's.
+part. The part cools on it, so that parts ground in several blocks are here of materials that do not expand. Prices of new
+wheels and of lateness are the shop's and not the machine's.
 """
 
 import importlib
@@ -25,7 +26,7 @@ from grind_env.envs.tasks import Kind, load_task
 from grind_env.machine.grind import grind
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.record import GrindingRecord
-from tests.envs.harness import Array, every_id
+from tests.envs.harness import Array, every_id, without_expansion
 
 PARTS = 5
 TRAVEL = 4.0
@@ -62,6 +63,8 @@ class Episode:
 
     def __init__(self, name: str, given: Given, seed: int, policy_seed: int, pre_dress: bool) -> None:
         task = load_task(name)
+        if not all(kind.starts_part for kind in task.kinds):
+            task = without_expansion(task)
         simulation = BlockSimulation(task)
         episodes = simulation.start([np.random.default_rng(seed)], [given])
         wheel, tape = episodes.wheel(0), episodes.tape[0].copy()
