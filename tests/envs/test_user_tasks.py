@@ -224,9 +224,34 @@ LESS_THAN_A_PICK = {
 }
 
 
+def with_overrun(overrun: float) -> dict[str, Any]:
+    """The smallest task with that overrun, mm."""
+    content = tomllib.loads("reference_cost = 1.0\nblocks = 4\n" + MINIMAL)
+    content["setup"]["overrun"] = overrun
+    return content
+
+
+def test_an_overrun_from_which_the_wheel_would_grind_the_part_on_its_way_down_is_refused(tmp_path: Path) -> None:
+    # at 0.01 mm above its lowest point a wheel of 300 mm is sqrt(0.01 (300 - 0.01)) = 1.73202 mm from its middle
+    with pytest.raises(TaskError) as caught:
+        load_task(written(tmp_path, toml_text(with_overrun(1.732))))
+    assert str(caught.value).endswith(
+        "setup.overrun is 1.732, but must be at least 1.733 mm, or the 300 mm wheel grinds the part as it comes down "
+        "beside it, a pick of 0.01 mm deep"
+    )
+    for own in ({"infeed": 0.5}, {"cross_pick": 12.0}):  # which set out from the surface
+        content = with_overrun(1.0) | own
+        content["kind"][0]["width"] = 60.0 if "cross_pick" in own else 20.0
+        assert load_task(written(tmp_path, toml_text(content))).setup.overrun == 1.0
+
+
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(content=documents(), cycle=st.sampled_from(["G81", "G82", "G83"]), seed=st.integers(0, 10_000))
 @example(content=LESS_THAN_A_PICK, cycle="G82", seed=0)
+@example(content=with_overrun(1.0), cycle="G81", seed=0)
+@example(content=with_overrun(1.0), cycle="G82", seed=0)
+@example(content=with_overrun(1.0), cycle="G83", seed=0)
+@example(content=with_overrun(1.733), cycle="G82", seed=0)
 def test_the_machine_grinds_the_same_parts_from_the_program_of_a_file(
     content: dict[str, Any], cycle: str, seed: int, tmp_path: Path
 ) -> None:

@@ -91,7 +91,7 @@ class TaskSetup:
         fluid: name of the coolant.
         machine: name of the machine tool.
         wheel_speed: surface speed of the new wheel.
-        overrun: of the table beyond the part, on each side.
+        overrun: of the table beyond the part, on each side, where the wheel of a G82 has to be clear of it a pick deep.
         load: time to load each part, the way of the wheel to it included.
         coolant_ageing: with every part the convection of the coolant falls by the factor exp(-coolant_ageing).
         wheel_overrides: values of the wheel that differ from its entry in the catalogue, in the units there.
