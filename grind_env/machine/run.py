@@ -213,10 +213,12 @@ class GrindingRun:
             part.spent += self.clock(time) - part.began
             self.watch.leave(part)
             self._left[part.station] = part
+            self.mount.leave(part.station)
             back = self._left.pop(stations[0], None)
             self.part = self._load(self.clock(time), stations[0], axis) if back is None else back
             if back is not None:
                 back.began = self.clock(time)
+                self.mount.come_back(back.station, back.p)
                 self.mount.gauge()
                 if self.mount.changes > 0:
                     back.change_wheel()
@@ -464,7 +466,8 @@ class GrindingRun:
         if self.job.stations and (stations := touched(self.job, sweep_of(event))):
             self._meet(event.plan.line, stations)
             if self.part.station not in stations:  # of a table that goes on, for a cycle is at its station
-                self._take_part(event.begins[0], event.plan, stations)
+                loads = self._take_part(event.begins[0], event.plan, stations)
+                self.mount.pass_time(self.mount.lived, self.part.p, loads=loads)
         if self._take_up_running(event.plan.line):
             self._begin_block(event.begins[0], event.plan)
         part, plan, count = self.part, event.plan, len(event.begins)

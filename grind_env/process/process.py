@@ -75,6 +75,8 @@ class Process(NamedTuple):
     grown: Callable[..., Any] | None = None
     """`grown(own, held) -> mm`: by how much the part stands higher than when it was cold, which gauging does not see,
     for it finds wheel and part as they are. None for nothing."""
+    of_part: tuple[str, ...] = ()
+    """What of `own` goes with the part: where strokes come back to one, it is what that one has come to meanwhile."""
 
     def __reduce__(self) -> Any:
         """As what is pickled: that of the package by its name, with the functions compiled there."""
@@ -135,6 +137,7 @@ PROCESS = Process(
     dress=_dress,
     idle=_idle,
     grown=_grown,
+    of_part=PartHeat._fields,
 )
 """That of the package."""
 

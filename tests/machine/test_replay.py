@@ -143,6 +143,7 @@ def assert_same(
     for name in set(WheelState._fields) - {"W"}:  # the wear is known from the last stop on
         expected = getattr(run.wheel, name)
         assert getattr(wheel, name) == pytest.approx(expected, rel=1e-9, abs=1e-13), name
+    assert episodes.wheels[0, OWN_FROM:] == pytest.approx(run.mount.own[0], rel=1e-9, abs=1e-13)
     last = record.parts[-1]
     stock = simulation.job.part.stock
     assert 1000.0 * (stock - episodes.parts[0, 1]) == pytest.approx(last["worst_error"], rel=1e-9, abs=1e-9)
