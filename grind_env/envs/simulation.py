@@ -21,6 +21,7 @@ from grind_env.envs.tables import Outcome
 from grind_env.envs.tasks import Task
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
+from grind_env.process.process import Process
 from grind_env.render.view import View
 
 SimulationT = TypeVar("SimulationT", bound="Simulation")
@@ -51,6 +52,10 @@ class Simulation(Protocol):
     @property
     def kinds(self) -> Table:
         """Numbers of the kinds of blocks, shape (rows, fields of `KindRow`)."""
+
+    @property
+    def process(self) -> Process:
+        """What grinds."""
 
     @property
     def branches(self) -> Branches:

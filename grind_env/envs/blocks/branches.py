@@ -28,6 +28,7 @@ class BlockBranches:
         volume = dressed_volume(task.dress.passes, task.dress.depth, task.wheel.diameter, task.wheel.width)
         self.dress_price = running_cost(task.dress_seconds, volume, 1.0, task.rates)
         self.usual_dress = task.dress_feed, task.dress.depth
+        self.change_seconds = task.wheel_change.seconds if task.wheel_change else 0.0
         self._stocks = kind_table(task)[:, STOCK]
 
     def coming_rows(self, seen: Mapping[str, Table]) -> Numbers:

@@ -108,7 +108,7 @@ class JobSimulation:
         gauge: Gauge = GAUGE,
     ) -> None:
         self.unread = refuse_many(programs, job)
-        self.gauge, self._start = gauge, (*job.own_at_start, *gauge.own())
+        self.process, self.gauge, self._start = job.process, gauge, (*job.own_at_start, *gauge.own())
         task = job_task(name or Path(programs.name).stem, job, spread, file)
         low, high = (1000.0 * speed for speed in task.action.speed_ends)
         self.programs, self.job, self.spread = programs, job, spread
