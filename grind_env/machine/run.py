@@ -434,8 +434,8 @@ class GrindingRun:
             )
         plan, began, way = self.dressing.end(event, self.axis)
         self.watch.way.dress(self.part, self.dressing.file(number), way, self.axis)
-        removed, sharpening = 0.0, NO_SHARPENING
-        if not self._misses(number):
+        removed, sharpening, misses = 0.0, NO_SHARPENING, self._misses(number)
+        if not misses:
             self.watch.cuts.dress(self._line, plan)
             self.mount.pass_time(self.clock(began), self.part.p)
             before = self.mount.present(self.part.p)
@@ -443,7 +443,8 @@ class GrindingRun:
             removed = self.mount.dress(plan, self.part.p)
         time = self.clock(began)
         self.delay += plan.seconds - (event.time - began)
-        self.mount.pass_time(self.clock(event.time), self.part.p)
+        if not misses:  # such a dress is a wait, up to the next stroke
+            self.mount.pass_time(self.clock(event.time), self.part.p)
         self.part.dress(plan.seconds, removed)
         ds = self.mount.diameter
         row = self.part.number, len(self.strokes), time, event.cause, number, plan.seconds, ds, removed

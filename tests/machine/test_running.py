@@ -178,6 +178,18 @@ def test_what_runs_otherwise_than_the_job_has_no_script(words: str, between: str
 # --- the diamond --------------------------------------------------------------------------------------------------
 
 
+def test_a_part_cools_in_dresses_that_miss_the_diamond_as_long_stroke_by_stroke() -> None:
+    """Three of them in a row last for another number of whole ms than each three times."""
+    missed = replace(job(dress_setup=8.0003), diamond=Diamond(x=-120.0, y=10.0, z=-10.0))
+    text = HEAD + CYCLE.replace("P9100", "P9100 D7").replace("J-.01", "J-.03") + "G80\nM30\n"
+    late = replace(missed.control, operator_dress_at=LONG_AFTER)
+    whole, stepped = run(text, missed), run(text, missed, control=late)
+    assert len(whole.dresses) == 7 and whole.strokes["grown"].max() > 0.0
+    assert round(3000.0 * whole.dresses["seconds"][0]) != 3 * round(1000.0 * whole.dresses["seconds"][0])
+    for name in ("grown", "ae", "A"):
+        assert whole.strokes[name].tobytes() == stepped.strokes[name].tobytes(), name
+
+
 def test_a_dress_that_misses_the_diamond_takes_its_time_and_dresses_nothing() -> None:
     text = CYCLE.replace("P9100", "P9100 D2") + "G80\nG00 X-30.\nG00 Y0\n" + CYCLE.replace("Y-.05", "Y-.08")
     shop = job(stock=0.08, setup={"fluid": TIMELESS})
