@@ -196,7 +196,7 @@ class _Writer:
         table = self.execution.table
         if table is not None and self.blocks and not isinstance(event, CycleStart):
             plan = self.blocks[-1].plan
-            if (table.primary, table.secondary, table.feed) != (plan.primary, plan.secondary, plan.feed):
+            if table.refed or (table.primary, table.secondary) != (plan.primary, plan.secondary):
                 raise self._error("the program redirects the table", getattr(event, "line", 0))
         match event:
             case CycleAhead():
