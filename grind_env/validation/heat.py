@@ -8,14 +8,16 @@ from typing import Any
 import numpy as np
 
 from grind_env.process.state import StrokeResult
-from grind_env.validation.check import Band, Check, Kind, Source, around, at_least, at_most
+from grind_env.validation.check import Band, Basis, Check, Evidence, around, at_least, at_most
 from grind_env.validation.data import MAGNITUDES
 from grind_env.validation.rig import USUAL, Grinder, Rig
 
 IRON = "grey_cast_iron"
 HALF_DULL = 0.03
 """Wear-flat area, share of the wheel face: between a sharp wheel, .009, and 4 %, where burn is expected."""
-SHEN = Source(Kind.MEASURED, "page_numbers.csv: Shen, Xiao, Guo, Malkin & Shih, ASME JMSE 130 (2008) 051014 (abstract)")
+SHEN = Basis(
+    Evidence.MEASURED, "page_numbers.csv: Shen, Xiao, Guo, Malkin & Shih, ASME JMSE 130 (2008) 051014 (abstract)"
+)
 FLATS = tuple(np.geomspace(0.004, 0.145, 181).tolist())
 """Wear-flat areas by which the heat flux is raised."""
 
@@ -81,7 +83,7 @@ CHECKS = (
         reference=0.24,
         band=around(0.24, 0.05),
         measure=partition,
-        source=SHEN,
+        basis=SHEN,
     ),
     Check(
         name="partition boiling",
@@ -91,7 +93,7 @@ CHECKS = (
         reference=0.92,
         band=around(0.90, 0.06),
         measure=lambda rig: partition(rig, HALF_DULL, downfeed=0.025),
-        source=SHEN,
+        basis=SHEN,
     ),
     Check(
         name="partition dry",
@@ -101,7 +103,7 @@ CHECKS = (
         reference=0.84,
         band=around(0.84, 0.08),
         measure=lambda rig: partition(rig, fluid="dry"),
-        source=SHEN,
+        basis=SHEN,
     ),
     Check(
         name="boiling range",
@@ -127,7 +129,7 @@ CHECKS = (
         unit="K",
         band=Band(60.0, 250.0),
         measure=rise(),
-        source=Source(Kind.REMEMBERED, f"{MAGNITUDES}; 100 to 250 K excludes a partition of .24 and was not chosen"),
+        basis=Basis(Evidence.REMEMBERED, f"{MAGNITUDES}; 100 to 250 K excludes a partition of .24 and was not chosen"),
     ),
     Check(
         name="temperature dull",
@@ -137,7 +139,7 @@ CHECKS = (
         unit="K",
         band=Band(300.0, 800.0),
         measure=rise(0.04),
-        source=Source(Kind.REMEMBERED, MAGNITUDES),
+        basis=Basis(Evidence.REMEMBERED, MAGNITUDES),
     ),
     Check(
         name="cBN cooler",
@@ -146,6 +148,6 @@ CHECKS = (
         at=f"{USUAL}; b126 and a60j; dry; sharp",
         band=at_most(0.9),
         measure=lambda rig: rig.sharp(wheel="b126", fluid="dry").grind(5).eps / rig.sharp(fluid="dry").grind(5).eps,
-        source=Source(Kind.OWN, "which way, by the conductivity of the grains: thermal_partition.csv, Rowe et al."),
+        basis=Basis(Evidence.OWN, "which way, by the conductivity of the grains: thermal_partition.csv, Rowe et al."),
     ),
 )

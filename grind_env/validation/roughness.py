@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from grind_env.validation.check import Band, Check, Kind, Source, around
+from grind_env.validation.check import Band, Basis, Check, Evidence, around
 from grind_env.validation.rig import USUAL, Rig, roughness_scatter
 from grind_env.validation.slopes import exponent, largest_step
 
@@ -88,8 +88,8 @@ CHECKS = (
         at=f"{USUAL}; sharp; 20 to 40 m/s; stroke 5",
         band=Band(-0.7, -0.3),
         measure=on_wheel_speed,
-        source=Source(
-            Kind.OWN, "it excludes the -.08 of flat_grinding_L8_dressing.csv, which is of deep and slow passes"
+        basis=Basis(
+            Evidence.OWN, "it excludes the -.08 of flat_grinding_L8_dressing.csv, which is of deep and slow passes"
         ),
     ),
     Check(
@@ -99,6 +99,6 @@ CHECKS = (
         at="a batch of a job with nothing said",
         band=Band(0.10, 0.25),
         measure=lambda rig: roughness_scatter(),
-        source=Source(Kind.OWN, "320 parts of 52100 ground with cBN scatter by 4 to 12 %, 1200 piston rings by more"),
+        basis=Basis(Evidence.OWN, "320 parts of 52100 ground with cBN scatter by 4 to 12 %, 1200 piston rings by more"),
     ),
 )

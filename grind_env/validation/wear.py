@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from grind_env.validation.check import TREND, Band, Check, Kind, Source, at_least
+from grind_env.validation.check import TREND, Band, Basis, Check, Evidence, at_least
 from grind_env.validation.rig import USUAL, Grinder, Rig
 from grind_env.validation.slopes import exponent
 
@@ -53,7 +53,7 @@ def slope(material: str, wheel: str) -> Check:
         return exponent(SPEEDS, [grinder.g_ratio() for grinder in ground])
 
     band = SLOPES[material]
-    unmeasured = Source(Kind.OWN, "nothing was measured of what is neither an easy alloy nor a nickel alloy")
+    unmeasured = Basis(Evidence.OWN, "nothing was measured of what is neither an easy alloy nor a nickel alloy")
     return Check(
         name=f"G slope {material} {wheel}",
         group=7,
@@ -61,7 +61,7 @@ def slope(material: str, wheel: str) -> Check:
         at=f"{USUAL}; {material}, {wheel}; 6, 12, 18 m/min; over 100 mm3/mm from the dress on",
         band=band,
         measure=measure,
-        source=unmeasured if band is BETWEEN else Source(Kind.DRAWN, f"wear exponents of two valve alloys, {VALVES}"),
+        basis=unmeasured if band is BETWEEN else Basis(Evidence.DRAWN, f"wear exponents of two valve alloys, {VALVES}"),
     )
 
 
@@ -79,7 +79,7 @@ def cbn_over_alumina(material: str) -> Check:
         at=f"{USUAL}; {material}, b126 and a60j; over 100 mm3/mm from the dress on",
         band=RATIOS[material],
         measure=measure,
-        source=Source(Kind.DRAWN, VALVES) if RATIOS[material] is NICKEL else TREND,
+        basis=Basis(Evidence.DRAWN, VALVES) if RATIOS[material] is NICKEL else TREND,
     )
 
 
@@ -98,7 +98,7 @@ CHECKS = (
         at=f"{USUAL}; b126; 250, 450, 600 mm3/mm",
         band=Band(0.4, 0.65),
         measure=lambda rig: on_volume(rig, "b126"),
-        source=Source(Kind.DRAWN, f"{VALVES}: .41 and .64"),
+        basis=Basis(Evidence.DRAWN, f"{VALVES}: .41 and .64"),
     ),
     Check(
         name="wear on volume a60j",
@@ -107,7 +107,7 @@ CHECKS = (
         at=f"{USUAL}; 250, 450, 600 mm3/mm",
         band=Band(0.85, 1.25),
         measure=lambda rig: on_volume(rig, "a60j"),
-        source=Source(Kind.DRAWN, f"{VALVES}: .95 to 1.25"),
+        basis=Basis(Evidence.DRAWN, f"{VALVES}: .95 to 1.25"),
     ),
     Check(
         name="initial wear",
@@ -116,6 +116,6 @@ CHECKS = (
         at=f"{USUAL}; 250, 450, 600 mm3/mm",
         band=at_least(0.2),
         measure=lambda rig: on_volume(rig, "a60j") - on_volume(rig, "b126"),
-        source=Source(Kind.DRAWN, f"{VALVES}: .31 to .84"),
+        basis=Basis(Evidence.DRAWN, f"{VALVES}: .31 to .84"),
     ),
 )
