@@ -25,18 +25,18 @@ from grind_env.validation import (
     valve_alloys,
     wear,
 )
-from grind_env.validation.check import GROUPS, Band, Check, Kind, Row, Source, row_of
+from grind_env.validation.check import GROUPS, Band, Basis, Check, Evidence, Row, row_of
 from grind_env.validation.rig import Rig
 
 __all__ = [
     "CHECKS",
     "GROUPS",
     "Band",
+    "Basis",
     "Check",
-    "Kind",
+    "Evidence",
     "Rig",
     "Row",
-    "Source",
     "is_as_known",
     "known_failures",
     "row_of",

@@ -1,11 +1,11 @@
 """Group 3: a harder grade holds its grains longer, lasts longer and dulls longer."""
 
-from grind_env.validation.check import Check, Kind, Source, at_least, at_most
+from grind_env.validation.check import Basis, Check, Evidence, at_least, at_most
 from grind_env.validation.rig import USUAL, Grinder, Rig
 
 GRADES = {"H": 0.8, "J": 1.2, "L": 2.0, "M": 2.5}
 """Force per grain that breaks grain or bond, N, at the reference grit."""
-MALKIN_COOK = Source(Kind.OWN, "the way of the trend: Malkin & Cook, J. Eng. Ind. 93 (1971) (from memory)")
+MALKIN_COOK = Basis(Evidence.OWN, "the way of the trend: Malkin & Cook, J. Eng. Ind. 93 (1971) (from memory)")
 
 
 def ground(rig: Rig, grade: str, volume: float) -> Grinder:
@@ -34,7 +34,7 @@ CHECKS = (
         at=f"{USUAL}; steady wear over 100 mm3/mm from the dress on",
         band=at_least(1.15),
         measure=lambda rig: g_ratio(rig, "L") / g_ratio(rig, "J"),
-        source=MALKIN_COOK,
+        basis=MALKIN_COOK,
     ),
     Check(
         name="flats of grade M",
@@ -43,7 +43,7 @@ CHECKS = (
         at=f"{USUAL}; 600 mm3/mm after the dress",
         band=at_least(1.2),
         measure=lambda rig: flats(rig, "M") / flats(rig, "J"),
-        source=MALKIN_COOK,
+        basis=MALKIN_COOK,
     ),
     Check(
         name="flats of grade H",
@@ -52,6 +52,6 @@ CHECKS = (
         at=f"{USUAL}; 600 mm3/mm after the dress",
         band=at_most(0.9),
         measure=lambda rig: flats(rig, "H") / flats(rig, "J"),
-        source=MALKIN_COOK,
+        basis=MALKIN_COOK,
     ),
 )

@@ -8,14 +8,16 @@ from typing import Any
 import numpy as np
 
 from grind_env.process.state import StrokeResult
-from grind_env.validation.check import Band, Check, Kind, Source, around, at_least, at_most
+from grind_env.validation.check import Band, Basis, Check, Evidence, around, at_least, at_most
 from grind_env.validation.data import MAGNITUDES
 from grind_env.validation.rig import USUAL, Grinder, Rig
 
 IRON = "grey_cast_iron"
 HALF_DULL = 0.03
 """Wear-flat area, share of the wheel face: between a sharp wheel, .009, and 4 %, where burn is expected."""
-SHEN = Source(Kind.MEASURED, "page_numbers.csv: Shen, Xiao, Guo, Malkin & Shih, ASME JMSE 130 (2008) 051014 (abstract)")
+SHEN = Basis(
+    Evidence.MEASURED, "page_numbers.csv: Shen, Xiao, Guo, Malkin & Shih, ASME JMSE 130 (2008) 051014 (abstract)"
+)
 SLOW = 40.0
 """Table speed of the partitions, mm/s: not stated, and that of other work of the same group (from memory)."""
 BURNING_SPEEDS = (75.0, 100.0, 150.0, 200.0, 300.0)
@@ -103,7 +105,7 @@ CHECKS = (
         reference=0.24,
         band=around(0.24, 0.05),
         measure=partition,
-        source=SHEN,
+        basis=SHEN,
     ),
     Check(
         name="partition boiling",
@@ -113,7 +115,7 @@ CHECKS = (
         reference=0.92,
         band=around(0.90, 0.06),
         measure=lambda rig: partition(rig, HALF_DULL, downfeed=0.025),
-        source=SHEN,
+        basis=SHEN,
     ),
     Check(
         name="partition dry",
@@ -123,7 +125,7 @@ CHECKS = (
         reference=0.84,
         band=around(0.84, 0.08),
         measure=lambda rig: partition(rig, fluid="dry"),
-        source=SHEN,
+        basis=SHEN,
     ),
     Check(
         name="boiling range",
@@ -148,7 +150,7 @@ CHECKS = (
         at=f"{USUAL}; 4.5 to 18 m/min, each with the flats at which a cut of 10 um burns",
         band=at_most(1.3),
         measure=burning_spread,
-        source=Source(Kind.OWN, "the burn threshold of Malkin 1978 is that of one temperature"),
+        basis=Basis(Evidence.OWN, "the burn threshold of Malkin 1978 is that of one temperature"),
     ),
     Check(
         name="temperature sharp",
@@ -158,7 +160,7 @@ CHECKS = (
         unit="K",
         band=Band(60.0, 250.0),
         measure=rise(),
-        source=Source(Kind.REMEMBERED, f"{MAGNITUDES}; 100 to 250 K excludes a partition of .24 and was not chosen"),
+        basis=Basis(Evidence.REMEMBERED, f"{MAGNITUDES}; 100 to 250 K excludes a partition of .24 and was not chosen"),
     ),
     Check(
         name="temperature dull",
@@ -168,7 +170,7 @@ CHECKS = (
         unit="K",
         band=Band(300.0, 800.0),
         measure=rise(0.04),
-        source=Source(Kind.REMEMBERED, MAGNITUDES),
+        basis=Basis(Evidence.REMEMBERED, MAGNITUDES),
     ),
     Check(
         name="cBN cooler",
@@ -177,6 +179,6 @@ CHECKS = (
         at=f"{USUAL}; b126 and a60j; dry; sharp",
         band=at_most(0.9),
         measure=lambda rig: rig.sharp(wheel="b126", fluid="dry").grind(5).eps / rig.sharp(fluid="dry").grind(5).eps,
-        source=Source(Kind.OWN, "which way, by the conductivity of the grains: thermal_partition.csv, Rowe et al."),
+        basis=Basis(Evidence.OWN, "which way, by the conductivity of the grains: thermal_partition.csv, Rowe et al."),
     ),
 )

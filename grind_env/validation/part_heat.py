@@ -1,7 +1,7 @@
 """Group 8: a part grows while it is hot, and is ground too thin by as much."""
 
 from grind_env.process.equations import part_growth
-from grind_env.validation.check import Band, Check, Kind, Source, at_most
+from grind_env.validation.check import Band, Basis, Check, Evidence, at_most
 from grind_env.validation.rig import NO_GROWTH, USUAL, Grinder, Rig
 
 ROUGHING = 17
@@ -45,7 +45,7 @@ CHECKS = (
         unit="um",
         band=Band(3.0, 8.0),
         measure=lambda rig: growth(rig.sharp(pause=NO_PAUSE)),
-        source=Source(Kind.OWN, "heat balance with a partition of .2 to .3"),
+        basis=Basis(Evidence.OWN, "heat balance with a partition of .2 to .3"),
     ),
     Check(
         name="growth dull",
@@ -55,7 +55,7 @@ CHECKS = (
         unit="um",
         band=Band(15.0, 40.0),
         measure=lambda rig: growth(rig.dulled(FLATS, pause=NO_PAUSE)),
-        source=Source(Kind.OWN, "heat balance with a partition of .8"),
+        basis=Basis(Evidence.OWN, "heat balance with a partition of .8"),
     ),
     Check(
         name="growth cools",

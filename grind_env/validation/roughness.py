@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from grind_env.validation.check import Band, Check, Kind, Source, around, at_least, at_most
+from grind_env.validation.check import Band, Basis, Check, Evidence, around, at_least, at_most
 from grind_env.validation.rig import NO_GROWTH, USUAL, Rig, roughness_scatter
 from grind_env.validation.slopes import exponent, largest_step
 
@@ -62,7 +62,7 @@ CHECKS = (
         at=f"{USUAL}; a60j; 100 mm3/mm after the dress",
         band=Band(1.2, 2.4),
         measure=lambda rig: settled(rig, "inc751", "a60j") / settled(rig, "aisi_52100", "a60j"),
-        source=Source(Kind.DRAWN, "(wear over volume)^.3 of valve_alloys.csv (Nametala, CIRP JMST 2020)"),
+        basis=Basis(Evidence.DRAWN, "(wear over volume)^.3 of valve_alloys.csv (Nametala, CIRP JMST 2020)"),
     ),
     Check(
         name="roughness in nickel, cBN",
@@ -76,7 +76,7 @@ CHECKS = (
             * settled(rig, "aisi_52100", "b126")
             / settled(rig, "inc751", "b126")
         ),
-        source=Source(Kind.DRAWN, "valve_alloys.csv (Nametala, CIRP JMST 2020)"),
+        basis=Basis(Evidence.DRAWN, "valve_alloys.csv (Nametala, CIRP JMST 2020)"),
     ),
     Check(
         name="first touch",
@@ -136,8 +136,8 @@ CHECKS = (
         at=f"{USUAL}; sharp; 20 to 40 m/s; stroke 5",
         band=Band(-0.7, -0.3),
         measure=on_wheel_speed,
-        source=Source(
-            Kind.OWN, "it excludes the -.08 of flat_grinding_L8_dressing.csv, which is of deep and slow passes"
+        basis=Basis(
+            Evidence.OWN, "it excludes the -.08 of flat_grinding_L8_dressing.csv, which is of deep and slow passes"
         ),
     ),
     Check(
@@ -147,6 +147,6 @@ CHECKS = (
         at="a batch of a job with nothing said",
         band=Band(0.10, 0.25),
         measure=lambda rig: roughness_scatter(),
-        source=Source(Kind.OWN, "320 parts of 52100 ground with cBN scatter by 4 to 12 %, 1200 piston rings by more"),
+        basis=Basis(Evidence.OWN, "320 parts of 52100 ground with cBN scatter by 4 to 12 %, 1200 piston rings by more"),
     ),
 )

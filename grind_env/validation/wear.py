@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from grind_env.validation.check import TREND, Band, Check, Kind, Source, at_least
+from grind_env.validation.check import TREND, Band, Basis, Check, Evidence, at_least
 from grind_env.validation.rig import USUAL, Grinder, Rig
 from grind_env.validation.slopes import exponent
 
@@ -59,7 +59,7 @@ def slope(material: str, wheel: str) -> Check:
         return exponent(SPEEDS, [steady_g(rig, material=material, wheel=wheel, table_speed=vw) for vw in SPEEDS])
 
     band = SLOPES[material]
-    unmeasured = Source(Kind.OWN, "nothing was measured of what is neither an easy alloy nor a nickel alloy")
+    unmeasured = Basis(Evidence.OWN, "nothing was measured of what is neither an easy alloy nor a nickel alloy")
     return Check(
         name=f"G slope {material} {wheel}",
         group=7,
@@ -67,7 +67,7 @@ def slope(material: str, wheel: str) -> Check:
         at=f"{USUAL}; {material}, {wheel}; 6, 12, 18 m/min; steady wear over 100 mm3/mm from the dress on",
         band=band,
         measure=measure,
-        source=unmeasured if band is BETWEEN else Source(Kind.DRAWN, f"wear exponents of two valve alloys, {VALVES}"),
+        basis=unmeasured if band is BETWEEN else Basis(Evidence.DRAWN, f"wear exponents of two valve alloys, {VALVES}"),
     )
 
 
@@ -85,7 +85,7 @@ def cbn_over_alumina(material: str) -> Check:
         at=f"{USUAL}; {material}, b126 and a60j; steady wear over 100 mm3/mm from the dress on",
         band=RATIOS[material],
         measure=measure,
-        source=Source(Kind.DRAWN, VALVES) if RATIOS[material] is NICKEL else TREND,
+        basis=Basis(Evidence.DRAWN, VALVES) if RATIOS[material] is NICKEL else TREND,
     )
 
 
@@ -112,7 +112,7 @@ def early_wear(wheel: str, band: Band) -> Check:
         unit="um",
         band=band,
         measure=lambda rig: early_loss(rig, material="inc751", wheel=wheel),
-        source=Source(Kind.DRAWN, f"wear at no volume in {VALVES}"),
+        basis=Basis(Evidence.DRAWN, f"wear at no volume in {VALVES}"),
     )
 
 
@@ -126,7 +126,7 @@ CHECKS = (
         at=f"{USUAL}; 100 mm3/mm after the dress",
         band=Band(0.9, 1.1),
         measure=lambda rig: early_loss(rig, material="inc751") / early_loss(rig),
-        source=Source(Kind.OWN, f"no alloy of {VALVES} loses more"),
+        basis=Basis(Evidence.OWN, f"no alloy of {VALVES} loses more"),
     ),
     Check(
         name="early wear of a coarse dress",
@@ -145,7 +145,7 @@ CHECKS = (
         at=f"{USUAL}; inc751, b126; 250, 450, 600 mm3/mm",
         band=Band(0.4, 0.65),
         measure=lambda rig: on_volume(rig, "b126"),
-        source=Source(Kind.DRAWN, f"{VALVES}: .41 and .64"),
+        basis=Basis(Evidence.DRAWN, f"{VALVES}: .41 and .64"),
     ),
     Check(
         name="wear on volume a60j",
@@ -154,7 +154,7 @@ CHECKS = (
         at=f"{USUAL}; inc751; 250, 450, 600 mm3/mm",
         band=Band(0.85, 1.25),
         measure=lambda rig: on_volume(rig, "a60j"),
-        source=Source(Kind.DRAWN, f"{VALVES}: .95 to 1.25"),
+        basis=Basis(Evidence.DRAWN, f"{VALVES}: .95 to 1.25"),
     ),
     Check(
         name="initial wear",
@@ -163,6 +163,6 @@ CHECKS = (
         at=f"{USUAL}; inc751; 250, 450, 600 mm3/mm",
         band=at_least(0.2),
         measure=lambda rig: on_volume(rig, "a60j") - on_volume(rig, "b126"),
-        source=Source(Kind.DRAWN, f"{VALVES}: .31 to .84"),
+        basis=Basis(Evidence.DRAWN, f"{VALVES}: .31 to .84"),
     ),
 )

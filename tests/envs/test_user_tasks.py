@@ -237,8 +237,14 @@ def test_an_overrun_from_which_the_wheel_would_grind_the_part_on_its_way_down_is
         load_task(written(tmp_path, toml_text(with_overrun(1.732))))
     assert str(caught.value).endswith(
         "setup.overrun is 1.732, but must be at least 1.733 mm, or the 300 mm wheel grinds the part as it comes down "
-        "beside it, a pick of 0.01 mm deep"
+        "beside it, 0.01 mm deep in its first pick"
     )
+    # no pick is deeper than the stock: sqrt(0.004 (300 - 0.004)) = 1.09544 mm
+    thin = with_overrun(1.096)
+    thin["kind"][0]["stock"] = 0.004
+    assert load_task(written(tmp_path, toml_text(thin))).setup.overrun == 1.096
+    with pytest.raises(TaskError, match=r"at least 1\.096 mm"):
+        load_task(written(tmp_path, toml_text(thin | {"setup": thin["setup"] | {"overrun": 1.095}})))
     for own in ({"infeed": 0.5}, {"cross_pick": 12.0}):  # which set out from the surface
         content = with_overrun(1.0) | own
         content["kind"][0]["width"] = 60.0 if "cross_pick" in own else 20.0

@@ -99,9 +99,13 @@ def _check_strokes(task: TaskNumbers, kind: Kind) -> None:
 def _check_clear(task: TaskNumbers, kind: Kind) -> None:
     """Refuse an overrun so short that the wheel would grind the part before the G82, which begins at the first pick."""
     diameter, overrun = task.wheel.diameter, task.setup.overrun
-    least = math.ceil(1000.0 * half_chord(0.5 * diameter, kind.pick)) / 1000.0
+    # the first pick goes no deeper than the stock, of which a part with a spread may have any
+    first = kind.pick if task.spread.stock > 0.0 else min(kind.pick, kind.stock)
+    least = math.ceil(1000.0 * half_chord(0.5 * diameter, first)) / 1000.0
     if overrun < least:
-        way = f"the {diameter:g} mm wheel grinds the part as it comes down beside it, a pick of {kind.pick:g} mm deep"
+        way = (
+            f"the {diameter:g} mm wheel grinds the part as it comes down beside it, {first:g} mm deep in its first pick"
+        )
         legal = f"at least {least:.3f} mm, or {way}"
         raise wrong("setup.overrun", overrun, legal, TaskError)
 
