@@ -1,8 +1,8 @@
 """The part program of a random episode, run by `machine.grind`, gives what the environment gave, part by part.
 
 One thing the machine counts and the tasks leave out: the way of the wheel from a rough block to the finish block of a
-part. The part cools on it, so that parts ground in several blocks are here of materials that do not expand. Prices of new
-wheels and of lateness are the shop's and not the machine's.
+part. The part cools on it, so that parts ground in several blocks are here of materials that do not expand. Prices of
+new wheels and of lateness are the shop's and not the machine's.
 """
 
 import importlib
