@@ -18,6 +18,7 @@ from grind_env.machine.loops.rows import LOG
 from grind_env.machine.part.rows import WHEEL_FIELDS
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
+from grind_env.process.process import PROCESS
 from grind_env.process.state import StrokeResult
 from tests.batches import FEEDS, PART, TALLY, WHEEL, as_table
 from tests.machine.harness import DRESS, DRESS_NUMBERS, job, start_wheel
@@ -98,7 +99,7 @@ def compiled_run(cases: list[Case], job: Job, seconds: float = 0.0) -> tuple[Any
 
     def states() -> tuple[Any, Any, Any]:
         part = PartState(0.0, 0.0, INITIAL_ROUGHNESS)
-        return np.array([tuple(wheel)] * n, WHEEL), np.array([tuple(part)] * n, PART), np.zeros(n, TALLY)
+        return np.array([(*wheel, *PROCESS.own())] * n, WHEEL), np.array([tuple(part)] * n, PART), np.zeros(n, TALLY)
 
     alone, beside, log = states(), states(), np.zeros((n, 400), LOG)
     FEEDS.scalar(feedings, parameters, *map(as_table, alone), motions, log.view(np.float64).reshape(n, 400, -1))
