@@ -183,8 +183,9 @@ def test_machines_do_not_touch_each_other() -> None:
 def test_power_is_averaged_over_full_plunges_since_the_last_dress() -> None:
     case = Case(depth=300, infeed=0.6, E=12_000, D=1, sparkout=2, pre_dress=False)
     shop = job(stock=0.3)
-    strokes = program_run(case, shop).strokes
-    tally = compiled_run([case], shop)[2][0]
+    record = program_run(case, shop)
+    strokes, (dress,) = record.strokes, record.dresses
+    tally = compiled_run([case], shop, dress["seconds"])[2][0]
     deeper = np.diff(strokes["Z"], prepend=0.0)
     full = np.flatnonzero(deeper >= 0.9 * 0.0165)
     after = int(case.segments[0].strokes)
