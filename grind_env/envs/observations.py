@@ -61,7 +61,7 @@ class Readings(NamedTuple):
     `mean_power`, `first_power` and `peak_power` are W. `last_speed` is m/min. `last_pick`, `last_width`, `diameter`,
     `pick`, `width`, `length` and `diamond_flat` are mm. `size_error`, `roughness_limit`, `tolerance` and
     `dressed_roughness` are um. `volume` and `wheel_volume` are mm3/mm, `dressed_density` is 1/mm2. `time_to_due` is s.
-    `scrap` is $.
+    `scrap` is $. `part_rise` is K.
 
     `last_executions`, `parts_since_gauged`, `blocks_since_dress`, `dresses`, `sparkout` and `executions_left` are
     numbers of executions, parts, blocks or strokes. `roughness` (over its limit), `stock` (over the nominal one) and
@@ -110,6 +110,7 @@ class Readings(NamedTuple):
     convection: float
     roughness_scale: float
     wheel_volume: float
+    part_rise: float
 
 
 class Reading(NamedTuple):
@@ -267,6 +268,8 @@ def _table(task: Task) -> list[Reading]:
         Reading("roughness_scale", "", 1.0, 1.0, -1.0, 10.0, "hidden", "factor on the roughness"),
         Reading("wheel_volume", "mm3/mm", 0.0, 300.0, 0.0, 20.0, "hidden",
                 "specific volume since the last dress as the wheel feels it: a dress leaves a part of it"),
+        Reading("part_rise", "K", 0.0, 50.0, 0.0, 20.0, "hidden",
+                "mean temperature of the part in work above the hall; 0 of one that has not been ground"),
     ]  # fmt: skip
     assert tuple(reading.name for reading in table) == Readings._fields
     return table

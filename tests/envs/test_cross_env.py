@@ -147,10 +147,11 @@ def test_the_strips_are_those_of_a_traverse_walked_by_hand() -> None:
     there, back = (0, 12, 24, 35), (35, 23, 11, 0)
     S, Rs, reached = np.zeros(60), np.full(60, INITIAL_ROUGHNESS), np.zeros(60)
     depths = [0.0, *np.minimum(kind.pick * np.arange(1, 20), stock)[: int(np.ceil(stock / kind.pick))]]
-    p, v = task.parameters(kind), 9487.0 / 60.0
+    p, v, own = task.parameters(kind), 9487.0 / 60.0, np.array([PROCESS.own()])
+    seconds = 360.0 / v + v / 1000.0 + 0.15
     for number, Z in enumerate(depths):
         for edge in (there if number % 2 else back) if number else (0,):
-            lies = edge, edge + 25, Z, v, kind.width, kind.length, p, Z, np.empty((1, 0)), 1.0
+            lies = edge, edge + 25, Z, v, kind.width, kind.length, p, Z, own, seconds
             wheel, *_ = strips_of(PROCESS)(wheel, S, Rs, reached, *lies)
     part = env.record().parts[0]
     assert part["size_error"] == pytest.approx(1000.0 * (stock - S.mean()), rel=1e-9)

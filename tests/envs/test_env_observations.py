@@ -270,6 +270,27 @@ def test_the_full_observation_shows_the_true_state(name: str) -> None:
         np.testing.assert_allclose(r.read[reading][:-1], np.minimum(factor, 11.0), rtol=1e-6, err_msg=reading)
 
 
+@pytest.mark.parametrize("name", ["CBN", "blades", "wide_rails"])  # which grind a part in several blocks
+def test_the_full_observation_shows_the_heat_of_a_part_in_work(name: str) -> None:
+    simulation = BlockSimulation(load_task(name), full=True)
+    episodes, shown, blocks = start(simulation, 1), [], []
+    for _ in range(3):
+        shown.append(physical(simulation.observe(episodes)[0], simulation.entries)["part_rise"])
+        blocks.append(simulation.block(episodes, 0, 9000.0, 0.0))
+        simulation.step(episodes, np.array([9000.0]), np.array([0.0]))
+    strokes = (record := simulation.record(episodes, 0, blocks)).strokes
+    kind, catalogue = blocks[0].kind, simulation.task.catalogue
+    material = catalogue.material(kind.material)
+    # it grows by its expansion for each mm of height, and cools while the wheel goes back, which a task leaves out
+    first = record.executions["first"][1]
+    on_the_way = strokes["time"][first] - strokes["time"][first - 1] - strokes["seconds"][first - 1]
+    capacity = 1e-9 * material.density * material.specific_heat * kind.height  # J/(mm2 K)
+    left = np.exp(-on_the_way * 1e-6 * simulation.task.fluid.part_cooling / capacity)
+    warm = strokes["grown"][first] / (material.thermal_expansion * kind.height) / left
+    assert warm > 1.0 and left < 0.99
+    assert shown == pytest.approx([0.0, warm, 0.0], rel=1e-4)
+
+
 def test_every_episode_starts_with_the_wheel_of_its_task() -> None:
     for name, A, V in (("power_limited", None, 0.0), ("oracle6", 0.012, 150.0)):
         env = native(environment_id(name), 50, AutoresetMode.SAME_STEP, observation="full")

@@ -41,12 +41,12 @@ class Published(NamedTuple):
 
 SETUPS = {
     "slot": Published(),
-    "job_shop": Published(),
+    "job_shop": Published(lead=0.05),
     "rush": Published(),
     "oracle6": Published(),
     "power_limited": Published(width=65.0, depth=0.03, lead=0.15, setup=60.0),
     "wide_rails": Published(width=65.0, load=30.0),
-    "blades": Published(speed=25.0),
+    "blades": Published(speed=25.0, depth=0.01),
     "CBN": Published(speed=35.0, price=2e-2, passes=3, depth=0.004),
 }
 FASTEST = {"power_limited": 12.0, "wide_rails": 12.0}

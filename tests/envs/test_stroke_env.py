@@ -144,6 +144,12 @@ def test_what_is_seen() -> None:
     assert [view["strokes_left"] for view in views] == pytest.approx(first["strokes_left"] - np.arange(1, 7))
     assert [view["wear_flat"] for view in views] == pytest.approx(strokes["A"], rel=1e-5)
     assert views[0]["last_speed"] == pytest.approx(10.0)
+    rises = np.array([view["part_rise"] for view in (first, *views[:5])])
+    (kind,) = env.task.kinds
+    grown = strokes["grown"] / (env.task.catalogue.material(kind.material).thermal_expansion * kind.height)
+    # the part cools while the wheel is dressed
+    assert rises[[0, 1, 2, 4, 5]] == pytest.approx(grown[[0, 1, 2, 4, 5]], rel=1e-6)
+    assert 0.0 < grown[3] < rises[3]
 
 
 def test_the_size_gauge_and_the_roughness_gauge() -> None:

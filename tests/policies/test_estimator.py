@@ -139,7 +139,7 @@ def test_the_estimate_follows_the_true_wear_flats_in_every_task(name):
     estimator = SharpnessEstimator(simulation, 200)
     estimator.update(simulation.observe(episodes))
     stalled = np.zeros(200, bool)
-    for _ in range({"slot": 3, "power_limited": 4}.get(name, 6)):
+    for _ in range({"slot": 2, "power_limited": 3, "wide_rails": 4}.get(name, 6)):
         outcomes, _ = simulation.step(episodes, np.full(200, 5000.0), np.zeros(200))
         stalled |= outcomes[:, TORQUE] >= 1.0
         pressure = episodes.tape[np.arange(200), episodes.block - 1, PRESSURE_FACTOR]

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import pytest
 
+from grind_env.process.process import whole_ms
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 from tests.process.harness import CATALOGUE, cut, grinder, parameters, warm_grinder
 
@@ -250,3 +251,10 @@ def test_a_dressed_wheel_loses_its_loose_grains_once_however_it_is_fed(downfeed:
         machine.stroke(downfeed)
     left = (1.0 + machine.wheel.V / machine.p.Vi) ** -2
     assert pytest.approx(0.0045 * (1.0 - left), rel=1e-6) == machine.wheel.W
+
+
+def test_a_while_is_as_long_from_whatever_sum_its_time_comes() -> None:
+    # an infeed of 10 um at F30 with 1 m/s2 takes 20.5 ms, which a clock shows as a little less or more
+    infeed = 0.01 / 0.5 + 0.5 / 1000.0
+    began = [k * 4.0 / 3.0 for k in range(1000)]
+    assert {whole_ms((time + infeed) - time) for time in began} == {0.021}

@@ -9,7 +9,7 @@ from grind_env.envs.tables import Shop, read_kind, read_memory, read_shop
 from grind_env.envs.tape import TapeRow, place_of, read_row
 from grind_env.kernel import entry, inlined, log
 from grind_env.kernel.columns import column_writer
-from grind_env.machine.loops.rows import read_wheel
+from grind_env.machine.loops.rows import OWN_FROM, read_wheel
 
 READINGS = len(Readings._fields)
 KIND = TapeRow._fields.index("kind")
@@ -23,6 +23,17 @@ def scaled(value: float, offset: float, scale: float, low: float, high: float) -
     return min(max((value - offset) / scale, low), high)
 
 
+def heat_column(own: type[Any]) -> int:
+    """Column of the part's heat in a row of a wheel with what process and gauge remember; -1 where they do not."""
+    return OWN_FROM + own._fields.index("dT") if "dT" in own._fields else -1
+
+
+@inlined
+def part_rise(wheels: Any, i: int, heat: int, in_work: bool) -> float:
+    """Temperature above the hall of a part, K, if it is still that of the strokes before."""
+    return wheels[i, heat] if in_work and heat >= 0 else 0.0
+
+
 @inlined
 def observe_block(
     i: int,
@@ -31,6 +42,7 @@ def observe_block(
     tape: Any,
     block: Any,
     wheels: Any,
+    heat: int,
     memory: Any,
     shop: Shop,
     layout: Layout,
@@ -51,7 +63,7 @@ def observe_block(
     number, material = int(row.kind), int(row.material)
     kind = read_kind(kinds, number * materials + material)
     here = 1.0 if ahead else 0.0
-    changed = seen.wheel_changes > 0.0
+    in_work, changed = ahead and kind.starts_part == 0.0, seen.wheel_changes > 0.0
     growth = row.spare_kA if changed else row.kA
     ra_scale = row.spare_ra_scale if changed else row.ra_scale
     time_to_due = here * (row.due - seen.clock)
@@ -97,6 +109,7 @@ def observe_block(
         convection=row.hf,
         roughness_scale=ra_scale,
         wheel_volume=wheel.V,
+        part_rise=part_rise(wheels, i, heat, in_work),
     )
     write_readings(values, 0, reading)
     for k in range(layout.columns.size):
@@ -118,6 +131,7 @@ def observe_blocks(
     tape: Any,
     block: Any,
     wheels: Any,
+    heat: int,
     memory: Any,
     shops: Any,
     layout: Layout,
@@ -135,6 +149,7 @@ def observe_blocks(
         tape: of `step.EpisodeArrays`, like the next three.
         block: coming block.
         wheels: wheel states.
+        heat: column of them with the heat of the part, see `heat_column`.
         memory: what is remembered.
         shops: numbers of the task, shape (1, fields of `Shop`).
         layout: which readings are shown, and where.
@@ -148,5 +163,20 @@ def observe_blocks(
     values = np.empty((1, READINGS))
     for i in range(block.size):
         observe_block(
-            i, kinds, total, tape, block, wheels, memory, shop, layout, offset, scale, low, high, values, observations
+            i,
+            kinds,
+            total,
+            tape,
+            block,
+            wheels,
+            heat,
+            memory,
+            shop,
+            layout,
+            offset,
+            scale,
+            low,
+            high,
+            values,
+            observations,
         )

@@ -16,7 +16,7 @@ from grind_env.arrays import Numbers, Table
 from grind_env.control import read
 from grind_env.envs.blocks.branches import BlockBranches
 from grind_env.envs.blocks.episode import EpisodeGenerator
-from grind_env.envs.blocks.observe import observe_blocks
+from grind_env.envs.blocks.observe import heat_column, observe_blocks
 from grind_env.envs.blocks.program import block_text, coming_block, drawn_job, job_of_kinds, part_program
 from grind_env.envs.blocks.requests import request_times
 from grind_env.envs.blocks.step import NEW_PART, blocks_step
@@ -83,7 +83,8 @@ class BlockSimulation:
         gauge: Gauge = GAUGE,
     ) -> None:
         self.task, self.pre_dress, self.barred = task, pre_dress, without_effect(task)
-        self.process, self.gauge, self._own = process, gauge, tuple(joined(process.own, gauge.own)())
+        own = joined(process.own, gauge.own)
+        self.process, self.gauge, self._own, self._heat = process, gauge, tuple(own()), heat_column(own)
         self.entries = self._readings(task, full=full, pre_dress=pre_dress)
         self.kinds, self.branches = kind_table(task), BlockBranches(task)
         self.usual: Mapping[str, float] = constant_readings(task, pre_dress=pre_dress)
@@ -191,6 +192,7 @@ class BlockSimulation:
             episodes.tape,
             episodes.block,
             episodes.wheels,
+            self._heat,
             episodes.memory,
             self._shops,
             *self._scaling,

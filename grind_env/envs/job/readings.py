@@ -55,6 +55,7 @@ HIDDEN = (
     "fracture",
     "wear",
     "roughness_scale",
+    "part_rise",
 )
 
 

@@ -17,7 +17,7 @@ from grind_env.arrays import Numbers, Table
 from grind_env.control import Programs
 from grind_env.control.cycles import codes_said
 from grind_env.control.rewriting import with_words
-from grind_env.envs.blocks.observe import observe_blocks
+from grind_env.envs.blocks.observe import heat_column, observe_blocks
 from grind_env.envs.blocks.simulation import DIAMETER, forget, readings_of, room_for, without_least_diameter
 from grind_env.envs.contexts import Given
 from grind_env.envs.episodes import Episodes, EpisodesT
@@ -57,7 +57,7 @@ from grind_env.machine.script.choice import taken
 from grind_env.machine.script.script import Script, script_of
 from grind_env.machine.script.settings import D, E, Ranges, own_settings
 from grind_env.machine.script.tables import is_whole, tables_of
-from grind_env.process.process import Drive
+from grind_env.process.process import Drive, joined
 from grind_env.render.view import View
 
 CHANGE_SECONDS = Shop._fields.index("change_seconds")
@@ -109,6 +109,7 @@ class JobSimulation:
     ) -> None:
         self.unread = refuse_many(programs, job)
         self.process, self.gauge, self._start = job.process, gauge, (*job.own_at_start, *gauge.own())
+        self._heat = heat_column(joined(job.process.own, gauge.own))
         task = job_task(name or Path(programs.name).stem, job, spread, file)
         low, high = (1000.0 * speed for speed in task.action.speed_ends)
         self.programs, self.job, self.spread = programs, job, spread
@@ -376,6 +377,7 @@ class JobSimulation:
             episodes.tape,
             episodes.block,
             episodes.wheels,
+            self._heat,
             episodes.memory,
             self.shops,
             *self._scaling,

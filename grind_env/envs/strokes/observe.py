@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from grind_env.envs.blocks.observe import scaled
+from grind_env.envs.blocks.observe import part_rise, scaled
 from grind_env.envs.strokes.readings import StrokeReadings
 from grind_env.envs.strokes.step import PART, kind_of, pick_before, read_strokes, row_in_work, strokes_of
 from grind_env.envs.tables import read_memory
@@ -25,6 +25,7 @@ def observe_stroke(
     parts: int,
     block: Any,
     wheels: Any,
+    heat: int,
     memory: Any,
     tape: Any,
     strokes: Any,
@@ -72,6 +73,7 @@ def observe_stroke(
         wheel_volume=wheel.V,
         growth=row.kA,
         pressure=row.pm,
+        part_rise=part_rise(wheels, i, heat, done.made > 0.0),
     )
     write_readings(values, 0, reading)
     for k in range(columns.size):
@@ -85,6 +87,7 @@ def observe_strokes(
     parts: int,
     block: Any,
     wheels: Any,
+    heat: int,
     memory: Any,
     tape: Any,
     strokes: Any,
@@ -103,6 +106,7 @@ def observe_strokes(
         parts: of an episode.
         block: number of the coming part.
         wheels: wheel states.
+        heat: column of them with the heat of the part, see `blocks.observe.heat_column`.
         memory: what is remembered.
         tape: rows of the coming parts.
         strokes: what is remembered beside.
@@ -122,6 +126,7 @@ def observe_strokes(
             parts,
             block,
             wheels,
+            heat,
             memory,
             tape,
             strokes,

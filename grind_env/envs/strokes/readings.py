@@ -36,6 +36,7 @@ class StrokeReadings(NamedTuple):
     wheel_volume: float
     growth: float
     pressure: float
+    part_rise: float
 
 
 MEASURED = StrokeReadings._fields.index("wear_flat")

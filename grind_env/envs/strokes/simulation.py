@@ -57,7 +57,7 @@ class StrokeSimulation(BlockSimulation):
         """Observations of the coming strokes, shape (N, entries), float32; zeros for what is not after the last one."""
         mine = _stroke_episodes(episodes)
         observations = np.empty((len(mine.block), len(self.entries)), np.float32)
-        state = mine.block, mine.wheels, mine.memory, mine.tape, mine.strokes
+        state = mine.block, mine.wheels, self._heat, mine.memory, mine.tape, mine.strokes
         shown = self._columns, *self._scaling[1:], observations
         observe_strokes(self.kinds, self._materials, self.task.blocks, *state, *shown)
         return observations
