@@ -117,6 +117,7 @@ class GrindingRun:
         self._elsewhere = False  # at a station from which no dress has gone its way so far
         self.part = self._load(0.0)
         self.unloaded_at: float | None = None
+        self.gauged_at: float | None = None
         self._leaving: ProgramStop | None = None  # M00 that takes the part off once the table stands
         self._stroked_until = 0.0  # time of the control at which the last stroke ended
         self._line = 0  # of the cycle in force or before
@@ -180,7 +181,7 @@ class GrindingRun:
         return PartRun(number, job, conditions, began, new_wheel=self.mount.changes > 0, station=station)
 
     def _begin_cutting(self, time: float, axis: int = 0, stations: Sequence[int] = ()) -> bool:
-        """End the loading of the part; what is not cut after an M00 is no part.
+        """End the loading or gauging of the part; what is not cut after an M00 is no part.
 
         Args:
             time: of the control, s.
@@ -200,6 +201,9 @@ class GrindingRun:
             self.part.find_wheel(self.mount.diameter)
             if not self._left:  # all stations are loaded together
                 self.delay += max(self.part.began + self.job.times.load - self.clock(time), 0.0)
+        if self.gauged_at is not None:
+            self.delay += max(self.gauged_at + self.job.times.gauge - self.clock(time), 0.0)
+            self.gauged_at = None
         return loads
 
     def _go_to(self, time: float, axis: int, stations: Sequence[int]) -> None:
@@ -254,7 +258,7 @@ class GrindingRun:
         """Take the part off the machine, at a stop or at the end of the program, unless that has been done."""
         if self.unloaded_at is None:
             self._change_worn_wheel(time)
-            self.unloaded_at = self.clock(time)
+            self.unloaded_at, self.gauged_at = self.clock(time), None
             self.part.spent += self.unloaded_at - self.part.began
             self.watch.unload(self.part, stop)
             self._left[self.part.station] = self.part
@@ -307,6 +311,8 @@ class GrindingRun:
                 self.part.end_stage()
                 self._change_worn_wheel(event.time)
                 self.mount.gauge()
+                if not event.reciprocating and self.unloaded_at is None:
+                    self.gauged_at = self.clock(event.time)
             elif self.part.cutting and event.reciprocating:
                 self._leaving = event
             elif self.part.cutting:

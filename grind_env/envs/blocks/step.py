@@ -198,13 +198,13 @@ def floor_of(process: Process, gauge: Gauge) -> Floor:
         write_factored(tables.parameters, i, tables.base, variant, episodes.tape, place, changed)
         episodes.memory[i, FOUND] = episodes.wheels[i, DIAMETER]
         starts = kind.starts_part > 0.0
-        pass_time(episodes.wheels, tables.parameters, i, kind.load, starts)
+        pass_time(episodes.wheels, tables.parameters, i, kind.wait, starts)
         # the part is touched off or gauged before every block: wear of the wheel up to now is known
         episodes.wheels[i, WEAR] = 0.0
         results[i, TORQUE] = 0.0 if starts else old.stalled * STALL
         if starts:
             write_part(episodes.parts, i, NEW_PART)
-        number, seconds = float(episodes.block[i]), old.clock + kind.load
+        number, seconds = float(episodes.block[i]), old.clock + kind.wait
         moment = Moment(number=number, seconds=seconds, place=0.5 * kind.length, E=E)
         return kind, row, before(episodes.wheels, tables.parameters, i, shop.dwell, moment)
 

@@ -360,9 +360,9 @@ class JobSimulation:
         if self.script is None:
             self._execute(episodes, chosen, active, tallies, outcomes)
             return outcomes, tallies
-        base, times = self.branches.base, (self.script.approach, self.job.times.load)
+        base, approach = self.branches.base, self.script.approach
         room = np.empty((n, base.shape[1])), np.empty(n), np.empty(n), np.empty((n, len(Drive._fields)))
-        tables = *self.tables, self.kinds, base, self.shops, *times, *room
+        tables = *self.tables, self.kinds, base, self.shops, approach, *room
         step = jobs_step(self.job.process, self.gauge, self._whole)
         step(tables, tuple(episodes.compiled_arrays()), (chosen,), active, tallies, outcomes)
         return outcomes, tallies

@@ -28,7 +28,7 @@ from grind_env.process.process import Process
 from grind_env.render.view import View
 
 STOCK = TapeRow._fields.index("stock")
-ENDS, LOAD = KindRow._fields.index("ends_part"), KindRow._fields.index("load")
+ENDS, WAIT = KindRow._fields.index("ends_part"), KindRow._fields.index("wait")
 
 
 class StrokeSimulation(BlockSimulation):
@@ -40,7 +40,7 @@ class StrokeSimulation(BlockSimulation):
         super().__init__(task, **given)
         within, last = self.kinds.copy(), self.kinds.copy()
         # the loading is counted in the time of the first stroke
-        within[:, LOAD] = last[:, LOAD] = within[:, ENDS] = 0.0
+        within[:, WAIT] = last[:, WAIT] = within[:, ENDS] = 0.0
         self.kinds = np.concatenate([self.kinds, within, last])
         self._most = most_strokes(task)
         self._columns = np.array([StrokeReadings._fields.index(entry.name) for entry in self.entries])

@@ -188,14 +188,14 @@ def strokes_step(process: Process, gauge: Gauge) -> Callable[..., None]:
         if made == 0.0:
             write_factored(parameters, i, tables.base, int(row.material), episodes.tape, place, False)
             write_part(episodes.parts, i, NEW_PART)
-            pass_time(wheels, parameters, i, kind.load, True)
+            pass_time(wheels, parameters, i, kind.wait, True)
             wheels[i, WEAR] = 0.0  # touched off on the new part
-            number, clock = float(episodes.block[i]), episodes.memory[i, CLOCK] + kind.load
+            number, clock = float(episodes.block[i]), episodes.memory[i, CLOCK] + kind.wait
             moment = Moment(number=number, seconds=clock, place=0.5 * kind.length, E=E)
             write_drive(episodes.strokes, i, before(wheels, parameters, i, shop.dwell, moment))
         drive = read_drive(episodes.strokes, i)
         table = TableRun(length=kind.stroke, acceleration=shop.acceleration, dwell=drive.dwell)
-        reached, waited = drive.share * E, kind.load
+        reached, waited = drive.share * E, kind.wait
         if made > 0.0:
             pick = pick_before(made, row.stock, kind.pick)
             turn = next_turn(table, read_pace(episodes.paces, i), pick, reached, D > 0.0)

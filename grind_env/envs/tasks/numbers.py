@@ -198,8 +198,12 @@ class TaskNumbers:
         return motion_time(self.stroke_length(kind), vw, self.machine.acceleration) + self.machine.reversal_dwell
 
     def nominal_seconds(self, kind: Kind, speed: float) -> float:
-        """Time of a block of nominal stock at E `speed` (m/min) without a dress, s; a first one with its loading."""
-        stroke, load = self.stroke_seconds(kind, speed), self.setup.load if kind.starts_part else 0.0
+        """Time of a block of nominal stock at E `speed` (m/min) without a dress, with what comes before it, s."""
+        stroke, wait = self.stroke_seconds(kind, speed), self.wait_seconds(kind)
         if self.infeed > 0.0:
-            return 60.0 * kind.stock / self.infeed + (2 + kind.sparkout) * stroke + load
-        return self.strokes(kind, kind.stock) * stroke + load
+            return 60.0 * kind.stock / self.infeed + (2 + kind.sparkout) * stroke + wait
+        return self.strokes(kind, kind.stock) * stroke + wait
+
+    def wait_seconds(self, kind: Kind) -> float:
+        """Time before a block of that kind in which its part is loaded or gauged, s."""
+        return self.setup.load if kind.starts_part else self.setup.gauge

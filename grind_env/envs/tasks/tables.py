@@ -93,6 +93,7 @@ class TaskSetup:
         wheel_speed: surface speed of the new wheel.
         overrun: of the table beyond the part, on each side, where the wheel of a G82 has to be clear of it a pick deep.
         load: time to load each part, the way of the wheel to it included.
+        gauge: time to gauge a part between two blocks on it, the way of the wheel off it and back included.
         coolant_ageing: with every part the convection of the coolant falls by the factor exp(-coolant_ageing).
         wheel_overrides: values of the wheel that differ from its entry in the catalogue, in the units there.
         dresser_overrides: the same of the dresser, in the units of its entry.
@@ -107,6 +108,7 @@ class TaskSetup:
     wheel_speed: Annotated[float, Quantity("vs", "m/s", 5, 150)] = 30.0
     overrun: Annotated[float, Quantity("", "mm", 1, 1000)] = 30.0
     load: Annotated[float, Quantity("t_load", "s", 0, 86_400)] = 20.0
+    gauge: Annotated[float, Quantity("t_gauge", "s", 0, 86_400)] = 10.0
     coolant_ageing: Annotated[float, Quantity("", "", 0, 1)] = 0.0
     wheel_overrides: Mapping[str, float] = field(default_factory=ReadOnly)
     dresser_overrides: Mapping[str, float] = field(default_factory=ReadOnly)

@@ -241,12 +241,15 @@ class Times:
 
     Attributes:
         load: from one part to the next until its first cycle starts, travel included.
+        gauge: from an M01, at which the part is gauged, until its next cycle starts, travel included; none of it where
+            the table goes on meanwhile.
         dress_setup: of a dress execution, on top of the motions of its program.
         wheel_change: of putting a new wheel in the place of one that has come below its least diameter, which the
             operator does when the part is taken off or gauged; None if the worn wheel stays.
     """
 
     load: Annotated[float, Quantity("t_load", "s", 0, 86_400)] = 20.0
+    gauge: Annotated[float, Quantity("t_gauge", "s", 0, 86_400)] = 0.0
     dress_setup: Annotated[float, Quantity("t_d0", "s", 0, 86_400)] = 8.0
     wheel_change: Annotated[float | None, Quantity("", "s", 0, 86_400)] = None
 
