@@ -106,6 +106,7 @@ RULES: dict[str, tuple[Coefficient, ...]] = {
     "look_ahead": (
         Coefficient("price", 1.0, 0.3, positive=True, by_kind=True),
         Coefficient("growth", 1.5, 0.2, positive=True, by_kind=True),
+        Coefficient("caution", 2.0, 0.3, positive=True),
         Coefficient("haste", 0.5, 0.5, positive=True, needs="due"),
         Coefficient("calm", 0.0, 0.1, needs="due"),
         Coefficient("layer", 0.01, 0.5, positive=True, needs="wheel_change"),
