@@ -277,7 +277,7 @@ def test_its_lanes_have_the_bits_of_its_scalar_loop() -> None:
 
 
 def test_what_it_says_is_felt() -> None:
-    choices = [(6000.0, 0.0)] * 8
+    choices = [(6000.0, 0.0)] * 6
     plain, bare = (play(simulation_of("power_limited", process, GAUGE), choices) for process in (PROCESS, BARE))
     A, heat = WheelState._fields.index("A"), OWN_FROM + FIELDS.index("heat")
     assert bare.wheel[A] < plain.wheel[A] - 0.5 * PULLED * BURST  # grains have pulled out

@@ -93,7 +93,7 @@ def test_a_log_that_was_kept_only_above_some_power_is_refused(plates, tmp_path):
 def test_other_work_in_the_log_is_told(plates, tmp_path):
     rows = plates.read_text(encoding="utf-8").splitlines()
     end = float(rows[-1].split(",")[0])
-    other = [f"{end + 0.1 * k:.2f},{1500 + 1200 * (k // 7 % 2)}" for k in range(1, 1200)]
+    other = [f"{end + 0.1 * k:.2f},{1500 + 1200 * (k // 13 % 2)}" for k in range(1, 1200)]
     (tmp_path / "log.csv").write_text("\n".join([*rows, *other]), encoding="utf-8")
     found = calibrate(tmp_path / "log.csv", PLATE, JOB, names=["stiffness"])
     told = [re.search(r"for (\d+) s the log has the power of grinding where", each) for each in found.remarks]
@@ -138,7 +138,7 @@ def test_a_job_with_parts_that_differ_is_refused(tmp_path):
 )
 def test_a_time_or_a_power_that_tells_nothing_is_named(tmp_path, row, reason):
     path = tmp_path / "log.csv"
-    rows = [row.format(time=0.1 * k, power=500 + k, switched=500 + 300 * (k // 15 % 2)) for k in range(600)]
+    rows = [row.format(time=0.1 * k, power=500 + k, switched=500 + 300 * (k // 13 % 2)) for k in range(600)]
     path.write_text("\n".join(["time [s],power [W]", *rows]), encoding="utf-8")
     with pytest.raises(CalibrationError, match=re.escape(reason)):
         calibrate(path, PLATE, JOB)
