@@ -178,7 +178,7 @@ def check_task(task: Task, cycle: str | None = None) -> None:
     """Check that the program of a task can be run, and that its blocks have the cycle asked for; None asks for none.
 
     Raises:
-        TaskError: there is no such cycle, it is not that of the task, or its dresses leave no time for their program, or
+        TaskError: there is no such cycle, it is not that of the task, its dresses leave no time for their program, or
             gauging none for the way of the wheel off the part and back.
     """
     try:
