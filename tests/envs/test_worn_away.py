@@ -1,5 +1,6 @@
 from dataclasses import replace
 from itertools import product
+from pathlib import Path
 
 import gymnasium as gym
 import numpy as np
@@ -56,8 +57,16 @@ def test_a_wheel_may_be_dressed_away_in_a_program_of_the_control(env_id: str, mo
     assert env.episodes.wheels[0, DIAMETER] == LEAST_DIAMETER
 
 
-def test_the_machine_wears_the_wheel_away_as_the_environment_does() -> None:
-    env = gym.make("grind/Slot-v0").unwrapped
+@pytest.fixture
+def fast_slot(tmp_path: Path) -> Path:
+    """Slot with a table that is fast enough to wear a wheel away."""
+    path = tmp_path / "fast.toml"
+    path.write_text('base = "slot"\n[action]\nspeed_range = [6, 30]\n', encoding="utf-8")
+    return path
+
+
+def test_the_machine_wears_the_wheel_away_as_the_environment_does(fast_slot: Path) -> None:
+    env = gym.make("grind/Task-v0", task=str(fast_slot)).unwrapped
     env.reset(seed=0, options={"context": WORN})
     for _ in range(3):
         env.step(np.ones(2, np.float32))
@@ -87,10 +96,10 @@ def test_the_machine_grinds_on_with_a_destroyed_wheel_as_the_environment_does() 
     assert record.strokes["ds"][-1] == pytest.approx(wheel.ds, rel=1e-9)
 
 
-def test_wearing_a_wheel_away_does_not_pay() -> None:
+def test_wearing_a_wheel_away_does_not_pay(fast_slot: Path) -> None:
     untimed = []
     for E in (12_000.0, 15_000.0, 18_000.0, 20_000.0, 25_000.0, 30_000.0):
-        env = gym.make("grind/Slot-v0", action="dict").unwrapped
+        env = gym.make("grind/Task-v0", task=str(fast_slot), action="dict").unwrapped
         env.reset(seed=0, options={"context": WORN | {"stock": 2.0}})
         _, reward, _, _, info = env.step({"E": np.array([E], np.float32), "D": 3})
         paid = -info["reward_terms"]["wheel"] * env.task.reference_cost

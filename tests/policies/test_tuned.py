@@ -179,7 +179,8 @@ def test_terms_of_a_rule_that_mean_nothing_in_a_task_are_not_tuned():
 def test_every_entry_of_a_search_vector_has_its_name():
     names = entry_names(RULES["look_ahead"], simulated("rush").task)
     kinds = ("gauge", "plate", "wear_plate")
-    assert names == [*(f"price[{kind}]" for kind in kinds), *(f"growth[{kind}]" for kind in kinds), "haste", "calm"]
+    of_kinds = [f"{name}[{kind}]" for name in ("price", "growth") for kind in kinds]
+    assert names == [*of_kinds, "caution", "haste", "calm"]
     assert entry_names(RULES["power_threshold"], PLATES.task) == ["E", "upper", "lower", "share"]
 
 
