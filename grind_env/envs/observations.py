@@ -132,7 +132,7 @@ class Reading(NamedTuple):
 OF_KIND = ("pick", "width", "length", "sparkout", "roughness_limit", "tolerance", "scrap")
 """Readings that say a number of the kind of the coming block."""
 PART_RISE = Reading("part_rise", "K", 0.0, 50.0, 0.0, 20.0, "hidden",
-                    "mean temperature of the part in work over the hall; 0 of one that has not been ground")  # fmt: skip
+                    "mean temperature of the part in work over the hall; 0 of one not ground so far")  # fmt: skip
 """Nothing to say where every block starts a part."""
 HIDDEN = Readings._fields[Readings._fields.index("wear_flat") :]
 """Readings that no real machine gives."""
