@@ -316,7 +316,7 @@ def test_oracle6_has_its_start() -> None:
     assert (wheel.ds, wheel.A, wheel.V, wheel.lam, wheel.wd) == (300.0, 0.012, 150.0, 0.0, 0.0)
     order = [task.kinds[task.kind_of_block(k)].name for k in range(6)]
     assert order == ["plate", "gauge", "plate", "plate", "gauge", "gauge"]
-    assert task.parameters(task.kinds[0]).kA == pytest.approx(5.0 * 1.24e-6)
+    assert task.parameters(task.kinds[0]).kA == pytest.approx(12.0 * 1.24e-6)
     assert not any(getattr(task.spread, name) for name in task.spread.__slots__)
 
 
