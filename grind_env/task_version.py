@@ -13,8 +13,8 @@ HISTORY = {
     " the observation, wear that could cost more than the wheel",
     2: "a process model held to measured data, and prices tuned on it; D = 0 up to 1/3; observations without constants,"
     " the hidden entries last, the diameter by the shop's book; no wear beyond what is left of the wheel",
-    3: "a process model of the third version; noise from a counter-based generator, drawn block by block; gauging between"
-    " two blocks on a part takes a time; dressers, a slow table in Slot and limits of Ra by the model",
+    3: "a process model of the third version; noise from a counter-based generator, drawn block by block; gauging"
+    " between two blocks on a part takes a time; dressers, a slow table in Slot and limits of Ra by the model",
 }
 """What each version is, the latest last."""
 
