@@ -43,7 +43,7 @@ SETUPS = {
     "slot": Published(),
     "job_shop": Published(lead=0.05),
     "rush": Published(),
-    "oracle6": Published(lead=0.12),
+    "oracle6": Published(lead=0.14),
     "power_limited": Published(width=65.0, depth=0.03, lead=0.15, setup=60.0),
     "wide_rails": Published(width=65.0, load=30.0),
     "blades": Published(speed=25.0, depth=0.01),

@@ -34,9 +34,9 @@ def runs():
 
 def test_the_optimum_of_oracle6():
     optimum = exact_optimum(ORACLE)
-    assert optimum.cost == pytest.approx(13.1569, rel=1e-5)
-    assert optimum.runner_up == pytest.approx(13.2576, rel=1e-5)
-    assert (optimum.speeds / 1000.0).tolist() == [21, 9, 21, 21, 9, 6]
+    assert optimum.cost == pytest.approx(13.4211, rel=1e-5)
+    assert optimum.runner_up == pytest.approx(13.5301, rel=1e-5)
+    assert (optimum.speeds / 1000.0).tolist() == [21, 9, 21, 21, 6, 6]
     assert optimum.executions.tolist() == [1, 0, 1, 1, 0, 1]
 
 
@@ -57,7 +57,7 @@ def test_gaps_of_oracle6():
         name: float(run_seeds(make_policy(name, ORACLE), ORACLE, range(1)).cost.mean())
         for name in ("constant_per_kind", "constant")
     }
-    assert gaps["constant_per_kind"] / optimum == pytest.approx(1.231, abs=0.002)
+    assert gaps["constant_per_kind"] / optimum == pytest.approx(1.222, abs=0.002)
     assert gaps["constant"] / optimum == pytest.approx(1.984, abs=0.01)
 
 
@@ -98,9 +98,9 @@ def test_the_order_of_reference_policies_in_every_task(suite):
 
 
 def test_never_dressing_costs_many_times_the_best_fixed_plan_in_every_task(suite):
-    # eight times (scenarios, section 8); where a fast table keeps the wheel sharp, or a dress is dear, five
+    # eight times (scenarios, section 8), but where a fast table keeps the wheel sharp, a dress is dear, or both are late
     simulation, runs, _ = suite
-    least = 5.0 if simulation.task.name in ("job_shop", "rush", "CBN") else 8.0
+    least = {"job_shop": 5.0, "rush": 3.0, "CBN": 5.0}.get(simulation.task.name, 8.0)
     best = min(runs[name].cost_per_good_part.value for name in ("constant", "interval"))
     for E in speed_grid(simulation.task, 6):
         never = run_seeds(Fixed(E / 1000.0, 0), simulation, episode_seeds("training", 16))
