@@ -17,6 +17,7 @@ from agents.reference.gaps import (
     DRESS,
     FIXED,
     HINDSIGHT,
+    KNOWN,
     PLANNER,
     SPEED,
     STATE,
@@ -157,7 +158,7 @@ def test_the_command(tmp_path, monkeypatch, capsys):
     assert "the planner saves 15 %" in printed
     with (tmp_path / "results" / "gaps.csv").open(encoding="utf-8") as file:
         rows = {row["what"]: row for row in csv.DictReader(file)}
-    assert list(rows) == [FIXED, SPEED, DRESS, BOTH, BEST, PLANNER, HINDSIGHT, ADAPTING_E, ADAPTING_D]
+    assert list(rows) == [FIXED, SPEED, DRESS, BOTH, BEST, PLANNER, HINDSIGHT, ADAPTING_E, ADAPTING_D, *KNOWN]
     assert {row["seeds"] for row in rows.values()} == {"2000000..2000002"}
     assert float(rows[HINDSIGHT]["score"]) == pytest.approx(100.0)
     written = (tmp_path / "results" / "gaps.md").read_text(encoding="utf-8")
