@@ -98,7 +98,7 @@ def test_the_order_of_reference_policies_in_every_task(suite):
 
 
 def test_never_dressing_costs_many_times_the_best_fixed_plan_in_every_task(suite):
-    # eight times (scenarios, section 8), but where a fast table keeps the wheel sharp, a dress is dear, or both are late
+    # eight times (scenarios, section 8); less where a fast table sharpens the wheel, a dress is dear, or both are late
     simulation, runs, _ = suite
     least = {"job_shop": 5.0, "rush": 3.0, "CBN": 5.0}.get(simulation.task.name, 8.0)
     best = min(runs[name].cost_per_good_part.value for name in ("constant", "interval"))
