@@ -385,7 +385,7 @@ def test_grind_tasks_prints_json(capsys: pytest.CaptureFixture[str]) -> None:
     found = json.loads(listed(capsys, "--json")[1], parse_constant=pytest.fail)
     assert [one["id"] for one in found] == EVERY
     (rush,) = (one for one in found if one["id"] == "grind/Rush-v0")
-    assert (rush["steps"], rush["observation"], rush["full"]) == (96, 33, 46)
+    assert (rush["steps"], rush["observation"], rush["full"]) == (96, 33, 45)
     assert rush["actions"] == ["box", "multidiscrete", "discrete", "dict"]
     assert {one["id"]: one["actions"] for one in found if len(one["actions"]) != 4} == {"grind/Wen-v0": ["box"]}
     assert {one["id"]: one["reward"] for one in found if one["reward"][0] is None} == {"grind/Job-v0": [None, 0.0]}

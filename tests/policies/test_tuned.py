@@ -188,7 +188,7 @@ def test_tuning_resumes_and_repeats(tmp_path):
     oracle = find_problem("oracle6")
     settings = {"evaluations": 20, "episodes": 1, "folder": tmp_path, "runs": tmp_path / "runs"}
     first = tune(oracle, ["constant", "power_threshold"], **settings)
-    assert first["constant"].parameters == {"E": 6.0, "D": 1, "every": 1}
+    assert first["constant"].parameters == {"E": 9.0, "D": 1, "every": 1}
     kept = (tmp_path / "oracle6.toml").read_text(encoding="utf-8")
     both = tune(
         find_problem("oracle6"), ["constant", "power_threshold", "size_threshold"], **settings | {"evaluations": 40}
