@@ -109,8 +109,14 @@ def variant(text: str, cell: Cell, steps: int | None = None) -> str:
     """The recipe for another task, with another seed or other steps, or without the belief, and else as it stands.
 
     Raises:
-        GrindError: what is to be changed does not stand in it just once.
+        GrindError: what is to be changed does not stand in it just once, or the task is a file, which no id names.
     """
+    if cell.problem.arguments:
+        raise GrindError(
+            f"{cell.problem.name} is a file, and the recipe names its task by an id: choose a registered one"
+        )
+    if TASK not in text:
+        raise GrindError(f"the recipe of README.md does not train on {TASK}, so that it cannot be run on another task")
     changes = [(re.escape(SEED), f"seed={cell.seed}")]
     changes += [] if cell.way == "belief" else [(BELIEF.pattern, "")]
     changes += [] if steps is None else [(STEPS, str(steps))]
@@ -149,21 +155,17 @@ def train(cell: Cell, request: Request, tell: Callable[[int], object]) -> Traine
         os.chdir(before)
     found = named["judged"].numbers() | named
     numbers = {each.name: found[each.name] for each in fields(Trained) if each.name in found}
-    done = Trained(**{**numbers, **_asked(cell, request)})
+    asked = {"task": cell.problem.name, "sees": cell.way, "seed": cell.seed, "steps": request.steps}
+    done = Trained(**{**numbers, **asked})
     write_atomically(path, partial(_write, json.dumps(asdict(done))))
     tell(1)
     return done
 
 
-def _asked(cell: Cell, request: Request) -> dict[str, Any]:
-    return {"task": cell.problem.name, "sees": cell.way, "seed": cell.seed, "steps": request.steps}
-
-
 def fingerprint(text: str, problem: Problem) -> str:
     """Stands for all that decides what a training ends in."""
-    versions = [installed(library) for library in LIBRARIES]
-    seen = sources(wrappers.__name__), sources("grind_env.sb3.adapter"), behaviour(problem.simulation())
-    parts = [text, *seen, versions]
+    simulation, versions = problem.simulation(), [installed(library) for library in LIBRARIES]
+    parts = [text, sources(wrappers.__name__), sources("grind_env.sb3.adapter"), behaviour(simulation), versions]
     return hashlib.sha256("\0".join(map(str, parts)).encode()).hexdigest()[:12]
 
 

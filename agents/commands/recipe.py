@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from agents.benchmark.plan import FLAGSHIP
+from agents.benchmark.plan import FLAGSHIP, chosen_problems
 from agents.cells import RESULTS, RUNS
 from grind_env.arguments import Keeps
 from grind_env.terminal import table_console
@@ -31,7 +31,6 @@ def recipe(
 
     What was trained before by the same lines and code is kept: interrupted, the same command goes on.
     """
-    from agents.benchmark.plan import chosen_problems
     from agents.recipe import page, run_recipe
 
     console = table_console()

@@ -49,8 +49,16 @@ def test_a_variant_is_the_very_lines_but_for_seed_belief_and_steps() -> None:
 def test_lines_that_do_not_have_what_is_changed_are_refused() -> None:
     with pytest.raises(GrindError, match="'seed=0' 0 times"):
         variant(TEXT.replace("seed=0", "seed=1"), Cell(PLATES, "belief", 0))
+    with pytest.raises(GrindError, match=r"does not train on .*PowerLimited-v0"):
+        variant(TEXT.replace("PowerLimited", "Rush"), Cell(PLATES, "belief", 0))
     with pytest.raises(GrindError, match="has 0 blocks"):
         recipe("# no recipe\n")
+
+
+def test_a_task_of_ones_own_is_refused_for_no_id_names_it(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text('base = "power_limited"\n', encoding="utf-8")
+    with pytest.raises(GrindError, match="mine is a file, and the recipe names its task by an id"):
+        variant(TEXT, Cell(find_problem(str(tmp_path / "mine.toml")), "belief", 0))
 
 
 def test_a_training_is_judged_kept_and_taken_up_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -138,7 +138,7 @@ def test_a_job_with_parts_that_differ_is_refused(tmp_path):
 )
 def test_a_time_or_a_power_that_tells_nothing_is_named(tmp_path, row, reason):
     path = tmp_path / "log.csv"
-    rows = [row.format(time=0.1 * k, power=500 + k, switched=500 + 300 * (k // 13 % 2)) for k in range(600)]
+    rows = [row.format(time=0.1 * k, power=500 + k, switched=500 + 300 * (k // 15 % 2)) for k in range(600)]
     path.write_text("\n".join(["time [s],power [W]", *rows]), encoding="utf-8")
     with pytest.raises(CalibrationError, match=re.escape(reason)):
         calibrate(path, PLATE, JOB)

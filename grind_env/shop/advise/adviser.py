@@ -15,7 +15,7 @@ from grind_env.shop.advise.forecast import Forecast, Forecaster
 from grind_env.shop.advise.readings import Readings
 
 DEFAULT = "look_ahead"
-USUAL_PRICE, USUAL_GROWTH, USUAL_CAUTION = 1.3, 1.4, 2.0
+USUAL_PRICE, USUAL_GROWTH, USUAL_CAUTION = 1.1, 1.5, 2.7
 """Of `LookAhead`, for a program that it has not been tuned for: the medians over the tasks that it has."""
 
 
