@@ -143,6 +143,7 @@ def test_the_wheel_is_paid_for_the_volume_that_it_loses(name: str) -> None:
     # on a part on which the spindle has stalled the wheel no longer cuts
     # nor may a finish block cut, which finds the part too thin as it has cooled
     cuts = kept & ~r.stalled_before
+    assert (worn[cuts & r.of_kind("starts_part")] > 0.0).all()
     assert worn[cuts].min() > -1e-12 and (worn[cuts] > 0.0).mean() > 0.97
     np.testing.assert_allclose(worn[kept & r.stalled_before], 0.0, atol=1e-12)
     mean = (r.diameters[:-1] + r.diameters[1:]) / 2.0

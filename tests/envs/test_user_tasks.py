@@ -1,6 +1,7 @@
 """Tasks that users write: `grind/Task-v0` of whatever file, in both forms."""
 
 import json
+import math
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -352,3 +353,20 @@ def test_grind_tasks_prints_the_schema(capsys: pytest.CaptureFixture[str]) -> No
     assert (status, err) == (0, "")
     assert "  wheel_speed: number, 5 to 150 m/s; default 30.0\n      surface speed of the new wheel\n" in out
     assert json.loads(run(capsys, "--schema", "--json")[1]) == json_schema()
+
+
+def test_gauging_that_is_over_before_the_wheel_is_back_is_refused(tmp_path: Path) -> None:
+    def made(gauge: float) -> object:
+        (tmp_path / "mine.toml").write_text(f'base = "wide_rails"\n[setup]\ngauge = {gauge:.3f}\n', encoding="utf-8")
+        return gym.make("grind/Task-v0", task=str(tmp_path / "mine.toml"))
+
+    with pytest.raises(
+        TaskError, match=r"setup\.gauge is 0\.0, but must be at least \d\.\d s, which the way takes"
+    ) as told:
+        made(0.0)
+    least = float(str(told.value).partition("at least ")[2].partition(" s")[0])
+    # 20 mm up, 360 mm to the farther side and 19 mm down at 20 m/min and 1 m/s2, then 1.3 mm at 60 mm/min
+    assert 2.0 * math.sqrt(0.020) + 360.0 / (20_000.0 / 60.0) + 2.0 * math.sqrt(0.019) + 1.3 < least < 4.0
+    with pytest.raises(TaskError, match="which the way takes"):
+        made(least - 0.1)
+    made(least + 0.1)
