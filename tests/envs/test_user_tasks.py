@@ -361,7 +361,7 @@ def test_gauging_that_is_over_before_the_wheel_is_back_is_refused(tmp_path: Path
         return gym.make("grind/Task-v0", task=str(tmp_path / "mine.toml"))
 
     with pytest.raises(
-        TaskError, match=r"setup\.gauge is 0\.0, but must be at least \d\.\d s, which the way takes"
+        TaskError, match=r"gauge is 0\.0, but must be at least \d\.\d s, which the way takes"
     ) as told:
         made(0.0)
     least = float(str(told.value).partition("at least ")[2].partition(" s")[0])
