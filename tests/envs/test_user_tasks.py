@@ -360,9 +360,7 @@ def test_gauging_that_is_over_before_the_wheel_is_back_is_refused(tmp_path: Path
         (tmp_path / "mine.toml").write_text(f'base = "wide_rails"\n[setup]\ngauge = {gauge:.3f}\n', encoding="utf-8")
         return gym.make("grind/Task-v0", task=str(tmp_path / "mine.toml"))
 
-    with pytest.raises(
-        TaskError, match=r"gauge is 0\.0, but must be at least \d\.\d s, which the way takes"
-    ) as told:
+    with pytest.raises(TaskError, match=r"gauge is 0\.0, but must be at least \d\.\d s, which the way takes") as told:
         made(0.0)
     least = float(str(told.value).partition("at least ")[2].partition(" s")[0])
     # 20 mm up, 360 mm to the farther side and 19 mm down at 20 m/min and 1 m/s2, then 1.3 mm at 60 mm/min
