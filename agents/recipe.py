@@ -7,13 +7,13 @@ import json
 import os
 import re
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from functools import partial
 from itertools import product
 from pathlib import Path
 from statistics import mean
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_type_hints
 
 from rich.console import Console
 
@@ -217,15 +217,34 @@ def run_recipe(
 
 
 def write(found: Sequence[Trained], results: Path) -> None:
-    """Write the table as CSV and as a page."""
+    """Write the table as CSV and as a page; what it has of other tasks of this version and of as many steps stays."""
     made_with = provenance(episode_seeds("evaluation", EPISODES))
+    new = [{name: str(value) for name, value in (asdict(each) | made_with).items()} for each in found]
+    tasks = {row["task"] for row in new}
+    kept = [row for row in _rows(results / CSV) if row["task"] not in tasks and _alike(row, new[0])]
+    rows = sorted(kept + new, key=lambda row: row["task"])
     text = io.StringIO(newline="")
-    rows = [asdict(each) | made_with for each in found]
     writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
-    for name, content in ((CSV, text.getvalue()), (PAGE, page(found))):
+    for name, content in ((CSV, text.getvalue()), (PAGE, page([_trained(row) for row in rows]))):
         write_atomically(results / name, partial(_write, content))
+
+
+def _rows(path: Path) -> list[dict[str, str]]:
+    return list(csv.DictReader(io.StringIO(read_text(path)))) if path.exists() else []
+
+
+def _alike(one: Mapping[str, str], other: Mapping[str, str]) -> bool:
+    """Whether two rows may stand in one table."""
+    return one.keys() == other.keys() and all(
+        one[name] == other[name] for name in ("steps", "episodes", "task_version")
+    )
+
+
+def _trained(row: Mapping[str, str]) -> Trained:
+    kinds = get_type_hints(Trained)
+    return Trained(**{name: kind(row[name]) for name, kind in kinds.items()})
 
 
 def _write(content: str, path: Path) -> None:

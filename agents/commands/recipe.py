@@ -29,7 +29,8 @@ def recipe(
 ) -> None:
     """Run the training recipe of the README on several seeds, with the belief and without, and write the table.
 
-    What was trained before by the same lines and code is kept: interrupted, the same command goes on.
+    What was trained before by the same lines and code is kept: interrupted, the same command goes on. What the table
+    has of other tasks stays.
     """
     from agents.recipe import page, run_recipe
 

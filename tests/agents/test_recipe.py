@@ -109,9 +109,16 @@ def test_the_tables_are_of_all_trainings(
     assert (
         "| rush | measurements alone | 81.0 | 80.0 | 80.0, 81.0, 82.0 |" in text and "1,000 steps of each, 128" in text
     )
+    folders = {"console": Console(quiet=True), "runs": tmp_path, "results": tmp_path}
+    run_recipe([PLATES], 1, 1000, jobs=1, **folders)
+    after = list(csv.DictReader((tmp_path / CSV).read_text(encoding="utf-8").splitlines()))
+    assert [row for row in after if row["task"] == "rush"] == rows[6:] and len(after) == 2 + 6
+    assert "| rush | measurements alone | 81.0 |" in (tmp_path / PAGE).read_text(encoding="utf-8")
+    run_recipe([PLATES], 1, 2000, jobs=1, **folders)
+    assert "rush" not in (tmp_path / CSV).read_text(encoding="utf-8")
     monkeypatch.setattr(recipes, "work_on_all", lambda cells, *_: ([], {cells[0]: "it burnt"}))
     with pytest.raises(GrindError, match="1 of 6 trainings failed: it burnt"):
-        run_recipe([PLATES], 3, 1000, jobs=1, console=Console(quiet=True), runs=tmp_path, results=tmp_path)
+        run_recipe([PLATES], 3, 1000, jobs=1, **folders)
 
 
 def test_what_is_checked_in_is_of_the_lines_of_the_readme_and_holds_what_they_promise() -> None:
