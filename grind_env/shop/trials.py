@@ -1,7 +1,9 @@
 """What a program costs with other words, on the same lots for all of them."""
 
 import copy
+from collections import deque
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import NamedTuple, TypeAlias
@@ -10,15 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.arrays import Array
-from grind_env.control import Programs
+from grind_env.control import Programs, execute
+from grind_env.control.control import BLOCK_BUDGET
 from grind_env.envs.job.outline import BlockOutline, JobProgramError
-from grind_env.envs.job.simulation import JobSimulation
-from grind_env.envs.job.text import batch_of
+from grind_env.envs.job.simulation import JobSimulation, ranges_of
+from grind_env.envs.job.text import Batch, batch_of
 from grind_env.envs.tables import Outcome
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job, JobError
 from grind_env.machine.loops.tally import Tally
-from grind_env.machine.script.settings import DRESS_SECONDS, D, E, own_settings
+from grind_env.machine.script.repetition import FEW, is_straight, repeated, with_job
+from grind_env.machine.script.script import Script, script_of
+from grind_env.machine.script.settings import DRESS_SECONDS, D, E, Ranges, own_settings
 from grind_env.machine.script.tables import BlockRow
 from grind_env.process.cost import NO_LIMIT
 
@@ -128,6 +133,21 @@ class Trials:
         """Candidates that are run together; one of a program that the control executes, and that on lot after lot."""
         rows = len(self.seeds) * len(self.simulation.blocks)
         return max(ROWS_AT_ONCE // rows, 1) if self.simulation.compiled else 1
+
+    def asking(self, job: Job) -> "Trials":
+        """The same for a job that asks for something else of its parts, or has a stronger spindle."""
+        simulation, script = self.simulation, self.simulation.script
+        assert script is not None  # what the control executes depends on more than its program
+        _, picks, spark_outs = script.ranges
+        asked = JobSimulation(
+            simulation.programs,
+            job,
+            simulation.spread,
+            picks=picks,
+            spark_outs=spark_outs,
+            script=with_job(script, job),
+        )
+        return replace(self, simulation=asked)
 
     def on(self, seeds: Sequence[tuple[int, ...]]) -> "Trials":
         """The same on other lots; on one of them where the job states how each part differs."""
@@ -257,9 +277,11 @@ def trials_of(
             f"choose --parts {len(job.parts)} or fewer, or give [[parts]] for every part or for none",
             "parts",
         )
-    batch = batch_of(programs, runs, job.variables)
+    batch, script = _batch_of_few(programs, job, runs, ranges_of(picks, spark_outs))
     try:
-        simulation = JobSimulation(batch.programs, job, spread, picks=picks, spark_outs=spark_outs, between=between)
+        simulation = JobSimulation(
+            batch.programs, job, spread, picks=picks, spark_outs=spark_outs, between=between, script=script
+        )
     except GrindError:
         if runs > 1:
             JobSimulation(programs, job, spread, picks=picks, spark_outs=spark_outs)  # tells the line of the file
@@ -268,6 +290,25 @@ def trials_of(
         raise JobProgramError(f"{programs.name} does not grind as many parts in every run; choose --parts 1 for it")
     stand = tuple(replace(each, block=batch.origin(each.block)) for each in simulation.blocks)
     return Trials(simulation, runs, (), stand, _alike(stand, runs)).on(seeds)
+
+
+def _batch_of_few(programs: Programs, job: Job, runs: int, ranges: Ranges) -> tuple[Batch, Script | None]:
+    """A batch of all runs; where they are alike, of a few of them, and the script of all."""
+    if runs > FEW and is_straight(programs) and not (job.parts or job.stations):
+        few = batch_of(programs, FEW, job.variables)
+        with suppress(GrindError):  # what is wrong is told of the batch of all runs
+            _require_budget(few.programs, job, FEW * BLOCK_BUDGET // runs)
+            script = repeated(script_of(few.programs, job, ranges), runs)
+            if script is not None:
+                return few, script
+    return batch_of(programs, runs, job.variables), None
+
+
+def _require_budget(programs: Programs, job: Job, blocks: int) -> None:
+    """Execute a program of no more blocks and strokes; errors as of `execute`."""
+    events = execute(programs, replace(job.control, whole_cycles=True, block_budget=blocks))
+    events.set_wheel_radius(0.5 * job.setup.wheel.diameter)
+    deque(events, maxlen=0)
 
 
 def _alike(stand: Sequence[BlockOutline], runs: int) -> bool:

@@ -94,8 +94,7 @@ class Variation(NamedTuple):
 
     def with_job(self, job: Job, margins: Array, budget: Budget) -> "Variation":
         """The same with another job, other margins, shape (4,), and another time."""
-        base = _base(self.programs, job, self.runs, self.seed, self.ranges)
-        return self._replace(job=job, margins=margins, base=base, budget=budget)
+        return self._replace(job=job, margins=margins, base=self.base.asking(job), budget=budget)
 
     @property
     def besides(self) -> bool:
