@@ -1,11 +1,14 @@
 """What a program costs with other words, on the same lots for all of them."""
 
 import copy
+import os
 from collections import deque
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from functools import partial
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -30,6 +33,10 @@ from grind_env.process.cost import NO_LIMIT
 Between: TypeAlias = Callable[[], object]
 """Called between two blocks of a program that the control executes; what it raises ends the run."""
 
+Seeds: TypeAlias = Sequence[tuple[int, ...]]
+Ground: TypeAlias = tuple[Array, Array, Array]
+"""As of `Trials._ground`."""
+
 
 class LotUse(IntEnum):
     """What lots are drawn for: those of one use are no other's."""
@@ -45,8 +52,10 @@ def nothing() -> None:
     """Let whatever takes time take it."""
 
 
-ROWS_AT_ONCE = 60_000
-"""Episodes times blocks that are replayed together; bounds the memory."""
+CORES = min(os.cpu_count() or 1, 8)
+"""On which candidates are replayed side by side; with more of them Python, which has one at a time, is the limit."""
+ROWS_AT_ONCE = 150_000
+"""Episodes times blocks that are replayed together on each of them; bounds the memory."""
 SAME = 1e-6
 """Relative difference of settings that are the same but for rounding."""
 KEPT = 0.95
@@ -132,7 +141,7 @@ class Trials:
     def at_once(self) -> int:
         """Candidates that are run together; one of a program that the control executes, and that on lot after lot."""
         rows = len(self.seeds) * len(self.simulation.blocks)
-        return max(ROWS_AT_ONCE // rows, 1) if self.simulation.compiled else 1
+        return CORES * max(ROWS_AT_ONCE // rows, 1) if self.simulation.compiled else 1
 
     def asking(self, job: Job) -> "Trials":
         """The same for a job that asks for something else of its parts, or has a stronger spindle."""
@@ -169,9 +178,8 @@ class Trials:
         return Measures(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
     def _measure(self, settings: Array, besides: bool, handover: bool, between: Between) -> Measures:
-        simulation, lots, count = self.simulation, len(self.seeds), len(settings)
-        together = [self.seeds] if simulation.compiled else [(seed,) for seed in self.seeds]
-        ground = [self._ground(settings, seeds, besides, handover, between) for seeds in together]
+        lots, count = len(self.seeds), len(settings)
+        ground = self._in_pieces(settings, partial(self._ground, besides=besides, handover=handover, between=between))
         worst, sums, peaks = (np.concatenate(each, axis=1) for each in zip(*ground, strict=True))
         parts = worst.shape[2]
         cost, seconds, good = sums.reshape(3, count, lots) / parts
@@ -179,9 +187,19 @@ class Trials:
         shares = np.quantile(worst.reshape(4, count, lots * parts), KEPT, axis=2).T
         return Measures(cost, seconds, roughness, power / 1000.0, rise, error, 1.0 - good, shares)
 
-    def _ground(
-        self, settings: Array, seeds: Sequence[tuple[int, ...]], besides: bool, handover: bool, between: Between
-    ) -> tuple[Array, Array, Array]:
+    def _in_pieces(self, settings: Array, ground: Callable[[Array, Seeds], Ground]) -> list[Ground]:
+        """Candidates, or lots of one, a piece on each core; what the control executes one lot after the other."""
+        if not self.simulation.compiled:
+            return [ground(settings, (seed,)) for seed in self.seeds]
+        if len(settings) > 1:
+            pieces = [(each, self.seeds) for each in np.array_split(settings, CORES) if len(each)]
+        else:
+            size = -(-len(self.seeds) // CORES)
+            pieces = [(settings, self.seeds[k : k + size]) for k in range(0, len(self.seeds), size)]
+        with ThreadPoolExecutor(CORES) as pool:  # compiled code holds no lock of the interpreter
+            return list(pool.map(ground, *zip(*pieces, strict=True)))
+
+    def _ground(self, settings: Array, seeds: Seeds, besides: bool, handover: bool, between: Between) -> Ground:
         """Candidates on some lots, n of both: shares of the limits, shape (4, n, parts), sums, (3, n), and peaks."""
         simulation, lots, count = self.simulation, len(seeds), len(settings)
         start = simulation.start([np.random.default_rng(seed) for seed in seeds])
