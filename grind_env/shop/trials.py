@@ -9,6 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import partial
+from time import monotonic
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -108,6 +109,7 @@ class Trials:
         stand: the cycle blocks of all runs as they stand in the program.
         alike: whether each run has the same blocks as the first one, with the same settings; not so in a program that
             counts its parts.
+        execution: time that the control has taken for each run of the program that it has executed, s.
     """
 
     simulation: JobSimulation
@@ -115,6 +117,7 @@ class Trials:
     seeds: tuple[tuple[int, ...], ...]
     stand: tuple[BlockOutline, ...]
     alike: bool
+    execution: float
 
     @property
     def blocks(self) -> tuple[BlockOutline, ...]:
@@ -295,7 +298,9 @@ def trials_of(
             f"choose --parts {len(job.parts)} or fewer, or give [[parts]] for every part or for none",
             "parts",
         )
+    began = monotonic()
     batch, script = _batch_of_few(programs, job, runs, ranges_of(picks, spark_outs))
+    execution = (monotonic() - began) / FEW
     try:
         simulation = JobSimulation(
             batch.programs, job, spread, picks=picks, spark_outs=spark_outs, between=between, script=script
@@ -307,7 +312,9 @@ def trials_of(
     if simulation.parts % runs:
         raise JobProgramError(f"{programs.name} does not grind as many parts in every run; choose --parts 1 for it")
     stand = tuple(replace(each, block=batch.origin(each.block)) for each in simulation.blocks)
-    return Trials(simulation, runs, (), stand, _alike(stand, runs)).on(seeds)
+    if script is None:
+        execution = (monotonic() - began) / runs
+    return Trials(simulation, runs, (), stand, _alike(stand, runs), execution).on(seeds)
 
 
 def _batch_of_few(programs: Programs, job: Job, runs: int, ranges: Ranges) -> tuple[Batch, Script | None]:

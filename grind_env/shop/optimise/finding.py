@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from itertools import chain
 from operator import attrgetter
 from pathlib import Path
@@ -24,6 +25,7 @@ from grind_env.shop.optimise.judgement import (
     Freed,
     few,
     limits_of,
+    not_freed,
     paired,
     quantities_of,
     undressed,
@@ -34,7 +36,7 @@ from grind_env.shop.optimise.judgement import (
 from grind_env.shop.optimise.outcome import Optimised, Trade, Verdict, cheapest_by_time
 from grind_env.shop.optimise.search import GENERATIONS, Point
 from grind_env.shop.optimise.unrolling import unrolled
-from grind_env.shop.optimise.variation import Progress, Variation, one_run, variation_of
+from grind_env.shop.optimise.variation import Progress, Variation, nothing_more, one_run, variation_of
 from grind_env.shop.optimise.wishes import Wishes
 from grind_env.shop.trials import LIMITS, SAME, LotUse, Trials, lots_said
 
@@ -49,6 +51,10 @@ STEP_BY_STEP = 3, 8
 """Finalists, and lots on which they are compared, of a program that the control executes, a thousand times slower."""
 FEWER = 4
 """Generations of a search without a limit, over those of the whole one."""
+
+WITHOUT_LIMITS, OVER = 0.1, 1.2
+"""Share of the budget that the search leaves for words without each limit, and times the budget up to which they are
+searched."""
 
 FREE = {"temp": ("rise_allowance", 2000.0), "Ra": ("roughness_limit", NO_LIMIT), "size": ("tolerance", NO_LIMIT)}
 """Field of a part that holds a limit, and what it is without."""
@@ -76,7 +82,8 @@ def find_words(
         job: its job file; the program's name with `.toml` if not given.
         wishes: what is varied between which bounds, and margins of the limits.
         parts: how often the program is run before the wheel is handed over; the wheel carries over.
-        seconds: for the search; it ends with them, and what follows within four times as many and 10 s.
+        seconds: for search and judgement; of a program that the control executes for the search alone, and what follows
+            ends within four times as many and 10 s.
         seed: of lots and search.
         unroll: whether M98 calls of cycle blocks are written out, each with words of its own.
         variables: values that `#` variables have before the first part.
@@ -105,15 +112,17 @@ def find_words(
 def _optimised(variation: Variation, job: str, progress: Progress) -> Optimised:
     budget = variation.budget
     tried: dict[Point, Trade] = {}
-    search = variation.search(variation.trials(LotUse.SEARCH, SEARCHED), progress, "searching", tried)
+    compiled = variation.base.simulation.compiled
+    judging = partial(_judging, variation) if compiled else nothing_more
+    search = variation.search(variation.trials(LotUse.SEARCH, SEARCHED), progress, "searching", tried, judging)
     known = budget.spent
-    search.run(variation.start, variation.seed, grid=variation.grid() if variation.base.simulation.compiled else ())
+    search.run(variation.start, variation.seed, grid=variation.grid() if compiled else ())
     seconds = (budget.spent - known) / len(search.costs)
     feasible = any(each.keeps for each in tried.values())
     point = _chosen(variation, search.ranked, tried) if feasible else search.ranked[0]
     text = variation.with_words(point)
     programs = variation.read(point)
-    lots = JUDGED if variation.base.simulation.compiled else budget.judged(JUDGED, seconds / SEARCHED)
+    lots = JUDGED if compiled else budget.judged(JUDGED, seconds / SEARCHED)
     same = text.text == variation.text.text and not any(variation.ranges)
     before = variation.trials(LotUse.JUDGEMENT, lots)
     after = before if same else variation.trials_of(programs, LotUse.JUDGEMENT, lots)
@@ -127,7 +136,8 @@ def _optimised(variation: Variation, job: str, progress: Progress) -> Optimised:
     wishes = wishes_kept(variation.wishes, old, new)
     beyond = new.violation(variation.margins)[0]
     sought = feasible and before.simulation.compiled
-    freed = _freed(variation, before, point, Budget(0.5 * budget.seconds), progress) if sought else {}
+    left = Budget(OVER * budget.seconds - budget.spent)
+    freed = _freed(variation, before, point, seconds / SEARCHED, left, progress) if sought else {}
     limits = limits_of(variation, old, new, freed)
     on = lots_said(len(before.seeds), "unseen lots")
     verdict, reason = verdict_of(feasible, QUANTITIES[objective], difference, limits, beyond, wishes, on)
@@ -153,6 +163,7 @@ def _optimised(variation: Variation, job: str, progress: Progress) -> Optimised:
             *variation.base.simulation.unread,
             *undressed(before, after, variation.runs),
             *few(len(before.seeds), lots, JUDGED),
+            *not_freed([name for name in LIMITS if sought and name not in freed and without(variation.job, name)]),
         ),
         before=variation.text.text,
         after=text.text if better else variation.text.text,
@@ -179,6 +190,8 @@ def _chosen(
     else:
         count, lots = STEP_BY_STEP
         finalists = ranked[:count]
+    if len(finalists) == 1:
+        return finalists[0]
     try:
         found = variation.measure(
             variation.trials(LotUse.COMPARISON, lots), finalists, variation.budget.require_comparison
@@ -211,17 +224,35 @@ def _require_said(variation: Variation, before: Trials, after: Trials, point: Po
     return said
 
 
-def _freed(variation: Variation, judged: Trials, best: Point, budget: Budget, progress: Progress) -> dict[str, Freed]:
-    """The best words without each limit: what they save on unseen lots, and how far they are beyond it."""
+def _judging(variation: Variation, each: float) -> float:
+    """Time that it takes to compare and judge what a search has found, and that is left for words without limits, s.
+
+    Args:
+        variation: the program.
+        each: time that a program takes on a lot, s.
+    """
+    lots = len(variation.trials(LotUse.JUDGEMENT, FINALISTS * len(CLEARANCES) * CHOSEN + 3 * JUDGED).seeds)
+    return each * lots + variation.reading + WITHOUT_LIMITS * variation.budget.seconds
+
+
+def _freed(
+    variation: Variation, judged: Trials, best: Point, each: float, budget: Budget, progress: Progress
+) -> dict[str, Freed]:
+    """The best words without each limit: what they save on unseen lots, and how far they are beyond it.
+
+    Limits for which the time is up are left out; `each` is the time that a program takes on a lot, s.
+    """
     less = attrgetter(variation.wishes.quantity)
     with_all, words = less(variation.measure(judged, [best]))[0], {}
-    for k, name in enumerate(LIMITS):
-        free = without(variation.job, name)
-        if free is None:
-            continue
+    others = [(k, name, free) for k, name in enumerate(LIMITS) if (free := without(variation.job, name)) is not None]
+    judging = each * (len(CLEARANCES) * CHOSEN + 2 * JUDGED) / JUDGED * len(judged.seeds)
+    for number, (k, name, free) in enumerate(others):
+        seconds = (budget.seconds - budget.spent) / (len(others) - number) - judging
+        if seconds < 0.0:
+            break
         margins = variation.margins.copy()
         margins[k] = np.inf
-        other = variation.with_job(free, margins, budget)
+        other = variation.with_job(free, margins, Budget(seconds))
         tried: dict[Point, Trade] = {}
         search = other.search(other.trials(LotUse.SEARCH, SEARCHED), progress, f"without the limit of {name}", tried)
         search.run(best, variation.seed, GENERATIONS // FEWER)

@@ -1,5 +1,6 @@
 """What is said of the best words found: better or not, by how much, and which limits bind."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -182,6 +183,12 @@ def few(judged: int, lots: int, most: int) -> list[str]:
     if judged == lots < most:
         return [f"judged on {lots} lots, for {most} take longer than the time allows: --budget gives it more"]
     return []
+
+
+def not_freed(names: Sequence[str]) -> list[str]:
+    """A remark if there was no time to look at what some limits cost."""
+    said = ", ".join(names)
+    return [f"no time to see what words without the limit of {said} would save: --budget gives it more"] if said else []
 
 
 def undressed(before: Trials, after: Trials, runs: int) -> list[str]:

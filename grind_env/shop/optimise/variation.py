@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from decimal import Decimal
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from grind_env.arrays import Array
 from grind_env.control import Programs, read
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.job import Job
+from grind_env.machine.script.repetition import FEW, is_straight
 from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.optimise.alike import together
 from grind_env.shop.optimise.budget import Budget
@@ -38,6 +39,13 @@ FEWER_RATIOS = 4
 """The same with each interval of blocks, of which there are many: one in so many."""
 
 Progress = Callable[[str, int], object]
+Judging: TypeAlias = Callable[[float], float]
+"""Time that follows a search, s, of the time that a program takes on a lot, s."""
+
+
+def nothing_more(seconds: float) -> float:
+    """A search that nothing follows."""
+    return 0.0
 
 
 class ScriptRanges(NamedTuple):
@@ -91,6 +99,12 @@ class Variation(NamedTuple):
         """More of them of short batches, for what scraps one part of 200 is hardly met in few parts."""
         more = -(-USUAL_RUNS // self.runs) if self.base.simulation.compiled else 1
         return lots_of(self.seed, use, (min(more, MOST_MORE) if use is LotUse.SEARCH else more) * lots)
+
+    @property
+    def reading(self) -> float:
+        """Time that it takes to execute another text of the program for all runs, s, which may count them."""
+        same = is_straight(self.programs) and len(self.choices.intervals) == 1
+        return self.base.execution * (min(FEW, self.runs) if same else self.runs)
 
     def with_job(self, job: Job, margins: Array, budget: Budget) -> "Variation":
         """The same with another job, other margins, shape (4,), and another time."""
@@ -208,9 +222,22 @@ class Variation(NamedTuple):
         less = getattr(found, self.wishes.quantity).mean(axis=1)
         return np.asarray(np.where(beyond > 0.0, INFEASIBLE * (1.0 + beyond), less))
 
-    def search(self, trials: Trials, progress: Progress, label: str, tried: dict[Point, Trade]) -> Search:
-        """A search on lots; `tried` gets what each candidate comes to."""
-        budget = self.budget
+    def search(
+        self, trials: Trials, progress: Progress, label: str, tried: dict[Point, Trade], judging: Judging = nothing_more
+    ) -> Search:
+        """A search on lots; `tried` gets what each candidate comes to.
+
+        It ends early enough for what follows, which takes `judging(s)` where a program takes s on a lot.
+        """
+        budget, first = self.budget, 0.0
+
+        def is_up() -> bool:
+            nonlocal first
+            others, spent = len(search.costs) - 1, budget.spent
+            if others == 0:
+                first = spent  # what one program takes alone says little of many side by side
+            each = (spent - first) / (max(others, 1) * len(trials.seeds))
+            return spent + judging(each) > budget.seconds
 
         def costs(points: NDArray[np.int64]) -> Array:
             between = budget.require_search if search.costs else budget.require_first
@@ -220,7 +247,7 @@ class Variation(NamedTuple):
             tried.update(zip(map(tuple, points.tolist()), map(Trade._make, trades), strict=True))
             return self.worth(found)
 
-        search = Search(costs, self.counts, lambda: budget.is_up, trials.at_once, lambda count: progress(label, count))
+        search = Search(costs, self.counts, is_up, trials.at_once, lambda count: progress(label, count))
         return search
 
     def grid(self) -> list[Point]:
