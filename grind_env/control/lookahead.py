@@ -226,7 +226,7 @@ class _Walk:
 
     Attributes:
         ended: whether there is none left.
-        plain: whether nothing that it has come by has to do with variables.
+        plain: whether all that it has come by is, so that no variable leads it.
     """
 
     def __init__(self, calls: list[Call], find: Callable[[int], Program | None], variables: Variables) -> None:
@@ -246,7 +246,7 @@ class _Walk:
     def read(self, source: SourceText) -> Block:
         """The words of a block."""
         block = read_block(source)
-        self.plain &= block.statement is None and not block.has_expressions and not block.calls_macro
+        self.plain &= block.is_plain
         return block
 
     def obeys(self, block: Block) -> bool:

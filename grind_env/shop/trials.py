@@ -322,7 +322,8 @@ def _batch_of_few(programs: Programs, job: Job, runs: int, ranges: Ranges) -> tu
     if runs > FEW and is_straight(programs) and not (job.parts or job.stations):
         few = batch_of(programs, FEW, job.variables)
         with suppress(GrindError):  # what is wrong is told of the batch of all runs
-            _require_budget(few.programs, job, FEW * BLOCK_BUDGET // runs)
+            # up to half the budget: what comes nearer to it is executed whole, which tells where it is passed
+            _require_budget(few.programs, job, FEW * BLOCK_BUDGET // (2 * runs))
             script = repeated(script_of(few.programs, job, ranges), runs)
             if script is not None:
                 return few, script
