@@ -191,6 +191,15 @@ def not_freed(names: Sequence[str]) -> list[str]:
     return [f"no time to see what words without the limit of {said} would save: --budget gives it more"] if said else []
 
 
+def passed_over(judged: int, kept: bool) -> list[str]:
+    """A remark if the program that ranked first was not good on unseen lots; `kept` says whether the last one was."""
+    if judged == 1:
+        return []
+    if kept:
+        return [f"{judged - 1} that ranked before it did not keep limits and wishes on unseen lots"]
+    return [f"{judged - 1} that ranked next did not keep limits and wishes on unseen lots either"]
+
+
 def undressed(before: Trials, after: Trials, runs: int) -> list[str]:
     """A warning if the wheel is no longer dressed."""
     before_cycles = any(block.plan.pre_dress for block in after.simulation.blocks)

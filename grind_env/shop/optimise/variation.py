@@ -2,9 +2,9 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from decimal import Decimal
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,13 +39,26 @@ FEWER_RATIOS = 4
 """The same with each interval of blocks, of which there are many: one in so many."""
 
 Progress = Callable[[str, int], object]
-Judging: TypeAlias = Callable[[float], float]
-"""Time that follows a search, s, of the time that a program takes on a lot, s."""
 
 
-def nothing_more(seconds: float) -> float:
-    """A search that nothing follows."""
+def nothing_more() -> float:
+    """Time of what follows a search where nothing does, s."""
     return 0.0
+
+
+@dataclass(slots=True)
+class Pace:
+    """How quickly programs are tried.
+
+    Attributes:
+        seconds: that one takes on a lot among many side by side, at the best; infinite until some have been tried so.
+    """
+
+    seconds: float = math.inf
+
+    def take(self, seconds: float, programs: int, lots: int) -> None:
+        """See how long some programs take. The first ones may have to wait for code to be compiled."""
+        self.seconds = min(self.seconds, seconds / (programs * lots))
 
 
 class ScriptRanges(NamedTuple):
@@ -223,25 +236,28 @@ class Variation(NamedTuple):
         return np.asarray(np.where(beyond > 0.0, INFEASIBLE * (1.0 + beyond), less))
 
     def search(
-        self, trials: Trials, progress: Progress, label: str, tried: dict[Point, Trade], judging: Judging = nothing_more
+        self,
+        trials: Trials,
+        progress: Progress,
+        label: str,
+        tried: dict[Point, Trade],
+        pace: Pace,
+        following: Callable[[], float] = nothing_more,
     ) -> Search:
-        """A search on lots; `tried` gets what each candidate comes to.
+        """A search on lots; `tried` gets what each candidate comes to, `pace` how long they take.
 
-        It ends early enough for what follows, which takes `judging(s)` where a program takes s on a lot.
+        It ends early enough for what follows, which takes `following()` s.
         """
-        budget, first = self.budget, 0.0
+        budget = self.budget
 
         def is_up() -> bool:
-            nonlocal first
-            others, spent = len(search.costs) - 1, budget.spent
-            if others == 0:
-                first = spent  # what one program takes alone says little of many side by side
-            each = (spent - first) / (max(others, 1) * len(trials.seeds))
-            return spent + judging(each) > budget.seconds
+            return budget.spent + following() > budget.seconds
 
         def costs(points: NDArray[np.int64]) -> Array:
-            between = budget.require_search if search.costs else budget.require_first
+            between, began = budget.require_search if search.costs else budget.require_first, budget.spent
             found = trials.measure(self.settings(trials.own, points), besides=self.besides, between=between)
+            if search.costs:
+                pace.take(budget.spent - began, len(points), len(trials.seeds))
             means = found.cost.mean(axis=1), found.seconds.mean(axis=1), self.shares(found).max(axis=1)
             trades = zip(*(each.tolist() for each in means), strict=True)
             tried.update(zip(map(tuple, points.tolist()), map(Trade._make, trades), strict=True))
