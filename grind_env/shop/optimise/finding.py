@@ -127,7 +127,8 @@ def _optimised(variation: Variation, job: str, progress: Progress) -> Optimised:
     progress("judging", 0)
     old = before.measure(before.own[None])
     judged = _judged(variation, before, old, points, lots)
-    point, text, programs, after, new, wishes = next((each for each in judged if each.keeps(variation)), judged[0])
+    kept = judged[-1].keeps(variation)
+    point, text, programs, after, new, wishes = judged[-1] if kept else judged[0]
     objective = variation.wishes.quantity
     less = attrgetter(objective)
     difference = paired(less(new)[0] - less(old)[0])
@@ -137,7 +138,7 @@ def _optimised(variation: Variation, job: str, progress: Progress) -> Optimised:
     freed = _freed(variation, before, point, pace, left, progress) if sought else {}
     limits = limits_of(variation, old, new, freed)
     on = lots_said(len(before.seeds), "unseen lots")
-    verdict, reason = verdict_of(feasible, QUANTITIES[objective], difference, limits, beyond, wishes, on)
+    verdict, reason = verdict_of(feasible or kept, QUANTITIES[objective], difference, limits, beyond, wishes, on)
     if verdict is not Verdict.BETTER and search.ended_early and len(search.costs) == 1:
         enough = f"try some {ENOUGH_TRIALS} with --budget {time_said(ENOUGH_TRIALS * seconds)}"
         verdict, reason = Verdict.UNTRIED, f"the first one took all the time of the search; {enough}"
@@ -160,7 +161,7 @@ def _optimised(variation: Variation, job: str, progress: Progress) -> Optimised:
             *variation.choices.remarks,
             *variation.base.simulation.unread,
             *undressed(before, after, variation.runs),
-            *passed_over(len(judged), judged[-1].keeps(variation)),
+            *passed_over(len(judged), kept),
             *few(len(before.seeds), lots, JUDGED),
             *not_freed([name for name in LIMITS if sought and name not in freed and without(variation.job, name)]),
         ),
@@ -187,8 +188,10 @@ def _compared(
         trials = variation.trials(LotUse.COMPARISON, CHOSEN)
         best = [[point for point in ranked if tried[point].share <= share][:each] for share in CLEARANCES]
         some = [point for row in zip_longest(*best) for point in row if point is not None]
-        most = (budget.seconds - budget.spent) / (pace.seconds * len(trials.seeds)) - 2 * JUDGED // CHOSEN
-        finalists = list(dict.fromkeys(some))[: max(int(most), 1)] or ranked[:1]
+        one = pace.seconds * len(trials.seeds)
+        left = budget.seconds - budget.spent - one * 2 * JUDGED / CHOSEN
+        finalists = [point for k, point in enumerate(dict.fromkeys(some)) if k == 0 or one * (k + 1) <= left]
+        finalists = finalists or ranked[:1]
     else:
         count, lots = STEP_BY_STEP
         trials, finalists = variation.trials(LotUse.COMPARISON, lots), ranked[:count]
