@@ -42,11 +42,11 @@ class BlockStream:
             yield self._ahead.popleft()
 
     def ahead(self) -> Iterator[SourceText]:
-        """Look at the blocks not yet taken, in order."""
-        for index in itertools.count():
-            if index >= len(self._ahead) and not self._draw():
+        """Look at the blocks not yet taken, in order; some may be taken meanwhile."""
+        for index in itertools.count(self.index):
+            if index - self.index >= len(self._ahead) and not self._draw():
                 return
-            yield self._ahead[index]
+            yield self._ahead[index - self.index]
 
     def view(self) -> "BlockStream":
         """A stream of the blocks not yet taken, which takes none of this one's."""

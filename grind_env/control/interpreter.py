@@ -10,7 +10,7 @@ from grind_env.control.errors import Place
 from grind_env.control.expressions import evaluated
 from grind_env.control.flow import TEXT_END, BlockStream, Call, obey
 from grind_env.control.interruptions import Interruptions
-from grind_env.control.lookahead import REFERENCE_MOVES, Barrier, Outlook, Prospect, upcoming
+from grind_env.control.lookahead import REFERENCE_MOVES, Barrier, Lookout, Outlook, Prospect
 from grind_env.control.macros import MacroCall, macro_call
 from grind_env.control.modal_state import Modes
 from grind_env.control.modes import CYCLES
@@ -41,6 +41,7 @@ class Interpreter:
         self.variables = Variables(control.variables, self.system)
         self.interruptions = Interruptions(self.mover, programs, control, self._execute_between, self.variables)
         self.table = Reciprocator(self.mover, self.interruptions, control)
+        self.lookout = Lookout(control, programs.find)
         self.calls: list[Call] = []
         self.rounds: Rounds | None = None
         self.over = False
@@ -206,7 +207,7 @@ class Interpreter:
         return program
 
     def _ahead(self, outlook: Outlook) -> Iterator[Prospect | Barrier]:
-        return upcoming(self.calls, outlook, self.control, self.programs.find, self.variables)
+        return self.lookout.upcoming(self.calls, outlook, self.variables)
 
     def _act(self, command: Command) -> Iterator[Event]:
         action, mover = command.action, self.mover

@@ -4,6 +4,8 @@ Nothing is executed and no error is raised here: where a block cannot be read, t
 when execution reaches the block.
 """
 
+import itertools
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
@@ -46,10 +48,19 @@ class Barrier(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Prospect:
-    """A motion in the plane that will come: its block and its programmed path, machine coordinates."""
+    """A motion in the plane that will come.
+
+    Attributes:
+        command: its block.
+        path: programmed, machine coordinates, mm.
+        origin: of the work system then, machine coordinates, mm.
+        length: the length offset that is part of it, mm.
+    """
 
     command: Command
     path: Path
+    origin: Position
+    length: Position
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,29 +87,73 @@ def in_plane(path: Path, plane: str) -> bool:
     return not isinstance(path, Straight) or any(path.start[axis] != path.end[axis] for axis in PLANES[plane])
 
 
-def upcoming(
-    calls: list[Call],
-    outlook: Outlook,
-    control: Control,
-    find: Callable[[int], Program | None],
-    variables: Variables,
-) -> Iterator[Prospect | Barrier]:
-    """Look ahead along the way of execution; the last item is a `Barrier`.
+class Lookout:
+    """Looks ahead along the way of execution, motion after motion.
+
+    Where the last view has foreseen the motion under execution, and no variable that may have changed meanwhile, it
+    goes on from there.
 
     Args:
-        calls: the programs under execution, the innermost last.
-        outlook: state after the block under execution.
         control: settings.
         find: returns a program by its number.
-        variables: as they are now.
-
-    Raises:
-        ControlError: a system variable is read or assigned in what comes next.
     """
+
+    def __init__(self, control: Control, find: Callable[[int], Program | None]) -> None:
+        self._control, self._find = control, find
+        self._walk: _Walk | None = None  # of the last view, if anything was asked of it
+        self._seen: deque[Prospect | Barrier] = deque()
+        self._rest: Iterator[Prospect | Barrier] = iter(())
+        self._table: int | None = None
+
+    def upcoming(self, calls: list[Call], outlook: Outlook, variables: Variables) -> Iterator[Prospect | Barrier]:
+        """What comes next; the last item is a `Barrier`.
+
+        Args:
+            calls: the programs under execution, the innermost last.
+            outlook: state after the block under execution.
+            variables: as they are now.
+
+        Raises:
+            ControlError: a system variable is read or assigned in what comes next.
+        """
+        walk, self._walk = self._walk if self._has_foreseen(outlook) else None, None
+        return self._items(walk, calls, outlook, variables)
+
+    def _has_foreseen(self, outlook: Outlook) -> bool:
+        if self._walk is None or not self._walk.plain or not self._seen or outlook.reciprocating != self._table:
+            return False
+        first = self._seen[0]
+        return (
+            isinstance(first, Prospect)
+            and first.command is outlook.command
+            and first.path.end == outlook.position
+            and (first.origin, first.length) == (outlook.origin, outlook.length)
+        )
+
+    def _items(
+        self, walk: "_Walk | None", calls: list[Call], outlook: Outlook, variables: Variables
+    ) -> Iterator[Prospect | Barrier]:
+        if walk is None:
+            walk = _Walk(calls, self._find, variables)
+            self._seen.clear()
+            self._rest, self._table = _upcoming(walk, outlook, self._control), outlook.reciprocating
+        else:
+            self._seen.popleft()
+        for number in itertools.count():
+            if number == len(self._seen):
+                self._walk = None  # should the view end in an error
+                item = next(self._rest, None)
+                if item is None:
+                    return
+                self._seen.append(item)
+            self._walk = walk
+            yield self._seen[number]
+
+
+def _upcoming(walk: "_Walk", outlook: Outlook, control: Control) -> Iterator[Prospect | Barrier]:
+    """Go ahead from a block as of `Lookout.upcoming`."""
     modes, position, origin, length, gap = outlook.command.modes, outlook.position, outlook.origin, outlook.length, 0
     obeyed = 0
-    foreseen = Foreseen()
-    walk = _Walk(calls, find, variables.ahead(foreseen))
     walk.follow(outlook.command)
     for source in walk:
         if gap > control.non_motion_blocks:
@@ -107,7 +162,7 @@ def upcoming(
         if source.deletable and control.block_delete:
             continue
         try:
-            block = evaluated(read_block(source), walk.variables)
+            block = evaluated(walk.read(source), walk.variables)
             if walk.obeys(block):
                 gap, obeyed = gap - 1, obeyed + 1
                 if obeyed > MOST_STATEMENTS:
@@ -125,7 +180,7 @@ def upcoming(
             moved = None if 98 in command.m else _motion(command, position, origin, outlook.reciprocating)
             walk.follow(command)
         except ControlError:
-            if foreseen.asked:
+            if walk.foreseen.asked:
                 raise
             break
         if command.modes.work_system != modes.work_system or _shifts(command):
@@ -137,7 +192,7 @@ def upcoming(
         if moved is not None:
             position = moved.end
             if in_plane(moved, modes.plane):
-                yield Prospect(command, moved)
+                yield Prospect(command, moved, origin, length)
                 gap = obeyed = 0
             elif command.action in REFERENCE_MOVES:
                 break
@@ -167,12 +222,18 @@ def _motion(command: Command, position: Position, origin: Position, table: int |
 
 
 class _Walk:
-    """Iterates over the blocks ahead as calls and returns lead to them."""
+    """Iterates over the blocks ahead as calls and returns lead to them.
+
+    Attributes:
+        ended: whether there is none left.
+        plain: whether all that it has come by is, so that no variable leads it.
+    """
 
     def __init__(self, calls: list[Call], find: Callable[[int], Program | None], variables: Variables) -> None:
         self._levels = [call.view() for call in calls]
-        self._find, self.variables = find, variables
-        self.ended = False
+        self.foreseen = Foreseen()
+        self._find, self.variables = find, variables.ahead(self.foreseen)
+        self.ended, self.plain = False, True
 
     def __iter__(self) -> Iterator[SourceText]:
         while not self.ended:
@@ -181,6 +242,12 @@ class _Walk:
                 self.ended = True
             else:
                 yield source
+
+    def read(self, source: SourceText) -> Block:
+        """The words of a block."""
+        block = read_block(source)
+        self.plain &= block.is_plain
+        return block
 
     def obeys(self, block: Block) -> bool:
         """Whether a block is a paramacro statement or calls a macro; it is followed then."""

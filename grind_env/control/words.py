@@ -80,6 +80,11 @@ class Block(NamedTuple):
         return any(word.letter == "G" and word.whole == "65" and not word.decimals for word in self.words)
 
     @property
+    def is_plain(self) -> bool:
+        """Whether what it says is written in it, and not in variables: no statement, no expression, no macro call."""
+        return self.statement is None and not self.has_expressions and not self.calls_macro
+
+    @property
     def comment(self) -> str:
         """What stands in its parentheses."""
         return " ".join(match.strip() for match in _COMMENT.findall(self.source.text))

@@ -1,29 +1,42 @@
 """What a program costs with other words, on the same lots for all of them."""
 
 import copy
+import os
+from collections import deque
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from functools import partial
+from time import monotonic
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.arrays import Array
-from grind_env.control import Programs
+from grind_env.control import Programs, execute
+from grind_env.control.control import BLOCK_BUDGET
 from grind_env.envs.job.outline import BlockOutline, JobProgramError
-from grind_env.envs.job.simulation import JobSimulation
-from grind_env.envs.job.text import batch_of
+from grind_env.envs.job.simulation import JobSimulation, ranges_of
+from grind_env.envs.job.text import Batch, batch_of
 from grind_env.envs.tables import Outcome
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job, JobError
 from grind_env.machine.loops.tally import Tally
-from grind_env.machine.script.settings import DRESS_SECONDS, D, E, own_settings
+from grind_env.machine.script.repetition import FEW, is_straight, repeated, with_job
+from grind_env.machine.script.script import Script, script_of
+from grind_env.machine.script.settings import DRESS_SECONDS, D, E, Ranges, own_settings
 from grind_env.machine.script.tables import BlockRow
 from grind_env.process.cost import NO_LIMIT
 
 Between: TypeAlias = Callable[[], object]
 """Called between two blocks of a program that the control executes; what it raises ends the run."""
+
+Seeds: TypeAlias = Sequence[tuple[int, ...]]
+Ground: TypeAlias = tuple[Array, Array, Array]
+"""As of `Trials._ground`."""
 
 
 class LotUse(IntEnum):
@@ -40,8 +53,10 @@ def nothing() -> None:
     """Let whatever takes time take it."""
 
 
-ROWS_AT_ONCE = 60_000
-"""Episodes times blocks that are replayed together; bounds the memory."""
+CORES = min(os.cpu_count() or 1, 8)
+"""On which candidates are replayed side by side; with more of them Python, which has one at a time, is the limit."""
+ROWS_AT_ONCE = 150_000
+"""Episodes times blocks that are replayed together on each of them; bounds the memory."""
 SAME = 1e-6
 """Relative difference of settings that are the same but for rounding."""
 KEPT = 0.95
@@ -94,6 +109,7 @@ class Trials:
         stand: the cycle blocks of all runs as they stand in the program.
         alike: whether each run has the same blocks as the first one, with the same settings; not so in a program that
             counts its parts.
+        execution: time that the control has taken for each run of the program that it has executed, s.
     """
 
     simulation: JobSimulation
@@ -101,6 +117,7 @@ class Trials:
     seeds: tuple[tuple[int, ...], ...]
     stand: tuple[BlockOutline, ...]
     alike: bool
+    execution: float
 
     @property
     def blocks(self) -> tuple[BlockOutline, ...]:
@@ -127,7 +144,22 @@ class Trials:
     def at_once(self) -> int:
         """Candidates that are run together; one of a program that the control executes, and that on lot after lot."""
         rows = len(self.seeds) * len(self.simulation.blocks)
-        return max(ROWS_AT_ONCE // rows, 1) if self.simulation.compiled else 1
+        return CORES * max(ROWS_AT_ONCE // rows, 1) if self.simulation.compiled else 1
+
+    def asking(self, job: Job) -> "Trials":
+        """The same for a job that asks for something else of its parts, or has a stronger spindle."""
+        simulation, script = self.simulation, self.simulation.script
+        assert script is not None  # what the control executes depends on more than its program
+        _, picks, spark_outs = script.ranges
+        asked = JobSimulation(
+            simulation.programs,
+            job,
+            simulation.spread,
+            picks=picks,
+            spark_outs=spark_outs,
+            script=with_job(script, job),
+        )
+        return replace(self, simulation=asked)
 
     def on(self, seeds: Sequence[tuple[int, ...]]) -> "Trials":
         """The same on other lots; on one of them where the job states how each part differs."""
@@ -149,9 +181,8 @@ class Trials:
         return Measures(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
     def _measure(self, settings: Array, besides: bool, handover: bool, between: Between) -> Measures:
-        simulation, lots, count = self.simulation, len(self.seeds), len(settings)
-        together = [self.seeds] if simulation.compiled else [(seed,) for seed in self.seeds]
-        ground = [self._ground(settings, seeds, besides, handover, between) for seeds in together]
+        lots, count = len(self.seeds), len(settings)
+        ground = self._in_pieces(settings, partial(self._ground, besides=besides, handover=handover, between=between))
         worst, sums, peaks = (np.concatenate(each, axis=1) for each in zip(*ground, strict=True))
         parts = worst.shape[2]
         cost, seconds, good = sums.reshape(3, count, lots) / parts
@@ -159,9 +190,19 @@ class Trials:
         shares = np.quantile(worst.reshape(4, count, lots * parts), KEPT, axis=2).T
         return Measures(cost, seconds, roughness, power / 1000.0, rise, error, 1.0 - good, shares)
 
-    def _ground(
-        self, settings: Array, seeds: Sequence[tuple[int, ...]], besides: bool, handover: bool, between: Between
-    ) -> tuple[Array, Array, Array]:
+    def _in_pieces(self, settings: Array, ground: Callable[[Array, Seeds], Ground]) -> list[Ground]:
+        """Candidates, or lots of one, a piece on each core; what the control executes one lot after the other."""
+        if not self.simulation.compiled:
+            return [ground(settings, (seed,)) for seed in self.seeds]
+        if len(settings) > 1:
+            pieces = [(each, self.seeds) for each in np.array_split(settings, CORES) if len(each)]
+        else:
+            size = -(-len(self.seeds) // CORES)
+            pieces = [(settings, self.seeds[k : k + size]) for k in range(0, len(self.seeds), size)]
+        with ThreadPoolExecutor(CORES) as pool:  # compiled code holds no lock of the interpreter
+            return list(pool.map(ground, *zip(*pieces, strict=True)))
+
+    def _ground(self, settings: Array, seeds: Seeds, besides: bool, handover: bool, between: Between) -> Ground:
         """Candidates on some lots, n of both: shares of the limits, shape (4, n, parts), sums, (3, n), and peaks."""
         simulation, lots, count = self.simulation, len(seeds), len(settings)
         start = simulation.start([np.random.default_rng(seed) for seed in seeds])
@@ -257,9 +298,13 @@ def trials_of(
             f"choose --parts {len(job.parts)} or fewer, or give [[parts]] for every part or for none",
             "parts",
         )
-    batch = batch_of(programs, runs, job.variables)
+    began = monotonic()
+    batch, script = _batch_of_few(programs, job, runs, ranges_of(picks, spark_outs))
+    execution = (monotonic() - began) / FEW
     try:
-        simulation = JobSimulation(batch.programs, job, spread, picks=picks, spark_outs=spark_outs, between=between)
+        simulation = JobSimulation(
+            batch.programs, job, spread, picks=picks, spark_outs=spark_outs, between=between, script=script
+        )
     except GrindError:
         if runs > 1:
             JobSimulation(programs, job, spread, picks=picks, spark_outs=spark_outs)  # tells the line of the file
@@ -267,7 +312,29 @@ def trials_of(
     if simulation.parts % runs:
         raise JobProgramError(f"{programs.name} does not grind as many parts in every run; choose --parts 1 for it")
     stand = tuple(replace(each, block=batch.origin(each.block)) for each in simulation.blocks)
-    return Trials(simulation, runs, (), stand, _alike(stand, runs)).on(seeds)
+    if script is None:
+        execution = (monotonic() - began) / runs
+    return Trials(simulation, runs, (), stand, _alike(stand, runs), execution).on(seeds)
+
+
+def _batch_of_few(programs: Programs, job: Job, runs: int, ranges: Ranges) -> tuple[Batch, Script | None]:
+    """A batch of all runs; where they are alike, of a few of them, and the script of all."""
+    if runs > FEW and is_straight(programs) and not (job.parts or job.stations):
+        few = batch_of(programs, FEW, job.variables)
+        with suppress(GrindError):  # what is wrong is told of the batch of all runs
+            # up to half the budget: what comes nearer to it is executed whole, which tells where it is passed
+            _require_budget(few.programs, job, FEW * BLOCK_BUDGET // (2 * runs))
+            script = repeated(script_of(few.programs, job, ranges), runs)
+            if script is not None:
+                return few, script
+    return batch_of(programs, runs, job.variables), None
+
+
+def _require_budget(programs: Programs, job: Job, blocks: int) -> None:
+    """Execute a program of no more blocks and strokes; errors as of `execute`."""
+    events = execute(programs, replace(job.control, whole_cycles=True, block_budget=blocks))
+    events.set_wheel_radius(0.5 * job.setup.wheel.diameter)
+    deque(events, maxlen=0)
 
 
 def _alike(stand: Sequence[BlockOutline], runs: int) -> bool:

@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,13 +22,14 @@ from grind_env.shop.optimise import finding
 from grind_env.shop.optimise.budget import Budget
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.finding import find_words
-from grind_env.shop.optimise.outcome import Optimised, Verdict
-from grind_env.shop.optimise.search import Search
+from grind_env.shop.optimise.judgement import words_of
+from grind_env.shop.optimise.outcome import Optimised, Verdict, WordChange
+from grind_env.shop.optimise.search import Point, Search
 from grind_env.shop.optimise.table import as_data, sentences
-from grind_env.shop.optimise.variation import variation_of
+from grind_env.shop.optimise.variation import Variation, variation_of
 from grind_env.shop.optimise.wishes import wishes_of
 from grind_env.shop.sweep.study import sweep
-from grind_env.shop.trials import LotUse, lots_of, trials_of
+from grind_env.shop.trials import LotUse, Measures, Trials, lots_of, trials_of
 from tests.policies.optimum import exact_optimum
 from tests.shop.programs import EXAMPLES, write
 
@@ -122,6 +124,50 @@ def test_a_limit_that_forbids_all_is_named(tmp_path: Path, capsys: pytest.Captur
     assert told["verdict"] == "infeasible"
     assert told["reason"].startswith("the limit of Ra forbids all programs tried")
     assert not output.exists()
+
+
+@pytest.mark.parametrize("refused", [1, 2, 99])
+def test_the_next_best_is_judged_where_the_best_is_beyond_a_limit(
+    refused: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    judge, words = finding._judge, list[tuple[WordChange, ...]]()
+
+    def harsh(variation: Variation, before: Trials, old: Measures, point: Point, lots: int) -> finding._Judged:
+        judged = judge(variation, before, old, point, lots)
+        words.append(words_of(variation.choices, point))
+        beyond = judged.new._replace(ratios=np.full((1, 4), 1.02))
+        return judged._replace(new=beyond) if len(words) <= refused else judged
+
+    monkeypatch.setattr(finding, "_judge", harsh)
+    wishes = wishes_of(["E"], steps={"E": 1000})
+    found = find_words(EXAMPLES / "plate_g82.nc", None, wishes, parts=2, seconds=1000.0)
+    assert len(words) == len(set(words)) > 1
+    if refused < len(words):
+        assert len(words) == refused + 1 and found.verdict is Verdict.BETTER and found.words == words[-1]
+        assert f"{refused} that ranked before it did not keep limits and wishes on unseen lots" in found.remarks
+    else:
+        assert "the best one is beyond the limit of" in found.reason and found.words == words[0]
+        assert (
+            f"{len(words) - 1} that ranked next did not keep limits and wishes on unseen lots either" in found.remarks
+        )
+
+
+def test_without_time_the_best_one_alone_is_judged(monkeypatch: pytest.MonkeyPatch) -> None:
+    now, judge, judged = [0.0], finding._judge, []
+
+    def ticking() -> float:
+        now[0] += 0.01
+        return now[0]
+
+    def slow(*arguments: Any) -> finding._Judged:
+        now[0] += 600.0
+        judged.append(judge(*arguments))
+        return judged[-1]._replace(new=judged[-1].new._replace(ratios=np.full((1, 4), 1.02)))
+
+    monkeypatch.setattr(finding, "_judge", slow)
+    monkeypatch.setattr(clock, "monotonic", ticking)
+    find_words(EXAMPLES / "plate_g82.nc", None, wishes_of(["E"], steps={"E": 1000}), parts=2, seconds=1000.0)
+    assert len(judged) == 1
 
 
 def test_what_is_written_is_what_was_judged(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -19,6 +19,7 @@ from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
 from grind_env.machine.job.file import load_job
 from grind_env.shop.calls import optimise, sweep
+from grind_env.shop.optimise import variation
 from grind_env.shop.optimise.outcome import Verdict
 from tests.command import Grind
 
@@ -82,8 +83,10 @@ def test_an_infeed_beside_a_table_that_reciprocates_grinds_the_stock() -> None:
 
 
 @pytest.mark.parametrize("name", MADE_BETTER)
-def test_what_is_promised_of_better_words_is_what_they_grind(name: str) -> None:
+def test_what_is_promised_of_better_words_is_what_they_grind(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     path, job = held(name)
+    if name == "maschinenmesser":  # Ra is so near its limit that as many lots as a shop's own tell what keeps it
+        monkeypatch.setattr(variation, "USUAL_RUNS", 50)
     found = optimise(path, parts=4, budget=6.0, variables=job.variables)
     assert found.verdict is Verdict.BETTER
     record = grind(read(found.after, path.name, path.parent), replace(job, variables=SHOPS[name].given))

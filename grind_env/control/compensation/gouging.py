@@ -5,9 +5,11 @@ it cuts into the other. Neighbours are a matter of their corner (`corners`).
 """
 
 import math
-from collections import deque
 from dataclasses import dataclass, field
 from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from grind_env.control.compensation.crossings import Circle, Curve, Line, crossings
 from grind_env.control.compensation.plane import (
@@ -39,17 +41,28 @@ class Passed(NamedTuple):
     programmed: Element
     centre: tuple[Element, ...]
     """The path of the wheel's centre along it, with what is generated behind it."""
-    box: tuple[float, float, float, float]
-    """Least and greatest coordinates of that path."""
     level: float
     """Third coordinate, mm."""
 
 
+def _no_boxes() -> NDArray[np.float64]:
+    return np.full((4, HELD), math.nan)
+
+
 @dataclass(slots=True)
 class GougeCheck:
-    """Compares each element with those along which the wheel has run since the compensation was switched on."""
+    """Compares each element with those along which the wheel has run since the compensation was switched on.
 
-    passed: deque[Passed] = field(default_factory=lambda: deque(maxlen=HELD))
+    Attributes:
+        count: of those.
+        passed: the last of them, each at the remainder of its number by `HELD`.
+        boxes: of their paths, mm, shape (4, `HELD`): least coordinates, and greatest ones with the other sign; NaN
+            where there is none.
+    """
+
+    count: int = 0
+    passed: list[Passed] = field(default_factory=list)
+    boxes: NDArray[np.float64] = field(default_factory=_no_boxes)
 
     def follow(self, place: Place, programmed: Element, centre: tuple[Element, ...], level: float) -> Place | None:
         """Take up an element; returns the block of an earlier one that the wheel cannot pass beside it.
@@ -60,16 +73,20 @@ class GougeCheck:
             centre: path of the wheel's centre along it and round the corner behind it.
             level: third coordinate, mm; elements at other levels do not matter.
         """
-        new = Passed(place, programmed, centre, _box(centre), level)
-        gouged = next((old.place for old in list(self.passed)[:-1] if _gouges(new, old)), None)
-        self.passed.append(new)
+        new, (left, low, right, high) = Passed(place, programmed, centre, level), _box(centre)
+        overlap = np.logical_and.reduce(self.boxes <= [[right], [high], [-left], [-low]])
+        oldest_first = sorted(overlap.nonzero()[0].tolist(), key=lambda number: (number - self.count) % HELD)
+        neighbour, at = (self.count - 1) % HELD, self.count % HELD
+        others = (self.passed[number] for number in oldest_first if number != neighbour)
+        gouged = next((old.place for old in others if _gouges(new, old)), None)
+        self.passed[at : at + 1] = [new]
+        self.boxes[:, at] = left, low, -right, -high
+        self.count += 1
         return gouged
 
 
 def _gouges(new: Passed, old: Passed) -> bool:
-    if abs(new.level - old.level) > NEAR or not _overlap(new.box, old.box):
-        return False
-    if not any(_cross(a, b) for a in new.centre for b in old.centre):
+    if abs(new.level - old.level) > NEAR or not any(_cross(a, b) for a in new.centre for b in old.centre):
         return False
     return not _meet(new.programmed, old.programmed)  # a contour that closes or crosses itself is meant to
 
@@ -83,10 +100,6 @@ def _box(elements: tuple[Element, ...]) -> tuple[float, float, float, float]:
             corners += [(u - radius, v - radius), (u + radius, v + radius)]
     us, vs = zip(*corners, strict=True)
     return min(us), min(vs), max(us), max(vs)
-
-
-def _overlap(a: tuple[float, float, float, float], b: tuple[float, float, float, float]) -> bool:
-    return a[0] <= b[2] and b[0] <= a[2] and a[1] <= b[3] and b[1] <= a[3]
 
 
 def _cross(a: Element, b: Element) -> bool:

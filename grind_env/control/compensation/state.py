@@ -76,7 +76,7 @@ class Compensation:
             path: programmed, machine coordinates.
             actual: where the axes stand.
             radius: that of the active entry of the radius table, mm.
-            ahead: the motions that follow, from `lookahead.upcoming`.
+            ahead: the motions that follow, from `Lookout.upcoming`.
 
         Raises:
             ControlError: block-format, a circular entry or exit; circular-departure-too-small; interference;

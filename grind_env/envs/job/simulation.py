@@ -64,6 +64,17 @@ CHANGE_SECONDS = Shop._fields.index("change_seconds")
 COST, STROKES = Outcome._fields.index("cost"), Tally._fields.index("strokes")
 
 
+def ranges_of(picks: Sequence[float] = (), spark_outs: Sequence[int] = ()) -> Ranges:
+    """What may be chosen in the blocks of a program.
+
+    Args:
+        picks: the lowest and the highest J, mm; none for those of the program.
+        spark_outs: the same of L.
+    """
+    low, high = ACTION.speed_ends
+    return Ranges(E=(1000.0 * low, 1000.0 * high), J=picks, L=spark_outs)
+
+
 class JobSimulation:
     """Steps episodes of a program; the methods are those of `Simulation`.
 
@@ -78,6 +89,7 @@ class JobSimulation:
         file: of the program; empty for one of the package.
         gauge: what is measured; what grinds is the process of the job.
         between: called between two blocks where the control executes the program to know it; what it raises ends that.
+        script: of the program, or of more runs of it, if it is known; None to make it.
 
     Attributes:
         blocks: the cycle blocks of the program.
@@ -106,18 +118,18 @@ class JobSimulation:
         file: str = "",
         between: Callable[[], object] = lambda: None,
         gauge: Gauge = GAUGE,
+        script: Script | None = None,
     ) -> None:
         self.unread = refuse_many(programs, job)
         self.process, self.gauge, self._start = job.process, gauge, (*job.own_at_start, *gauge.own())
         self._heat = heat_column(joined(job.process.own, gauge.own))
         task = job_task(name or Path(programs.name).stem, job, spread, file)
-        low, high = (1000.0 * speed for speed in task.action.speed_ends)
         self.programs, self.job, self.spread = programs, job, spread
         self.barred = barred_factors(spread)
         self.why: ScriptError | None = None
         self.script: Script | None = None
         try:
-            self.script = script_of(programs, job, Ranges(E=(low, high), J=picks, L=spark_outs))
+            self.script = script_of(programs, job, ranges_of(picks, spark_outs)) if script is None else script
             refuse_more(programs, len(self.script.blocks))
             self.tables = tables_of(self.script)
             self.job = job = self.script.job
@@ -127,6 +139,7 @@ class JobSimulation:
                 remedy = "with [[stations]] that is for grind run alone, and others need each part finished in turn"
                 raise JobProgramError(f"{error}; {remedy}") from None
         if self.script is None:
+            low, high = ranges_of().E
             trials = [Choice(low, ACTION.executions), Choice(high, 0), Choice(high, ACTION.executions)]
             self.blocks = outline_of_runs(programs, job, trials, between)
         else:

@@ -55,7 +55,7 @@ def optimise(
         bool, typer.Option("--unroll", help="Write M98 calls out, so that each has words of its own.")
     ] = False,
     parts: Runs = 50,
-    budget: Annotated[str, typer.Option(help="Time of the search: 60s, 2min.")] = "60s",
+    budget: Annotated[str, typer.Option(help="Time of search and judgement: 60s, 2min.")] = "60s",
     seed: Seed = 1,
     variables: FirstVariables = None,
     output: Annotated[

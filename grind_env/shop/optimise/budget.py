@@ -1,8 +1,9 @@
 """The time that an optimisation may take, from its first look at the program on.
 
-The search ends with it. A command that is given 8 s ends within 5 times that and 10 s: the first trial and what has to
-be known before it may take somewhat longer than the search, and what is found is compared and judged on as many lots
-as time allows.
+The search ends early enough for what is found to be judged within it. Where the control executes the program, the
+search ends with it, and a command that is given 8 s within 5 times that and 10 s: the first trial and what has to be
+known before it may take somewhat longer than the search, and what is found is compared and judged on as many lots as
+time allows.
 """
 
 from dataclasses import dataclass, field
@@ -29,7 +30,7 @@ class Budget:
     """Some time of the clock.
 
     Attributes:
-        seconds: of the search.
+        seconds: of it.
         began: reading of the clock at its begin, s.
     """
 
@@ -41,17 +42,12 @@ class Budget:
         """Time since it began, s."""
         return monotonic() - self.began
 
-    @property
-    def is_up(self) -> bool:
-        """Whether the time of the search is up."""
-        return self.spent > self.seconds
-
     def require_search(self) -> None:
         """Raise `TimeUp` once the time of the search is up."""
         self._require(self.seconds)
 
     def require_first(self) -> None:
-        """The same with the time that the first trial has."""
+        """Raise it once the time of the first trial is up."""
         self._require(FIRST * self.seconds + FIRST_BESIDES)
 
     def require_comparison(self) -> None:

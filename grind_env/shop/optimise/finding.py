@@ -1,16 +1,17 @@
 """Better words for a part program: searched on some lots, chosen on others, judged on unseen ones."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import chain
+from functools import partial
+from itertools import zip_longest
 from operator import attrgetter
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from grind_env.arrays import Array
-from grind_env.control import read, read_file
+from grind_env.control import Programs, read, read_file
 from grind_env.errors import GrindError
 from grind_env.files import read_bytes
 from grind_env.machine.job import Job, Part
@@ -18,25 +19,27 @@ from grind_env.machine.job.file import job_beside, load_job
 from grind_env.machine.script.settings import DRESS_SECONDS
 from grind_env.process.cost import NO_LIMIT
 from grind_env.shop.optimise.budget import ENOUGH_TRIALS, Budget, TimeUp, time_said
-from grind_env.shop.optimise.editing import text_of
+from grind_env.shop.optimise.editing import ProgramText, text_of
 from grind_env.shop.optimise.judgement import (
     QUANTITIES,
     Freed,
     few,
     limits_of,
+    not_freed,
     paired,
+    passed_over,
     quantities_of,
     undressed,
     verdict_of,
     wishes_kept,
     words_of,
 )
-from grind_env.shop.optimise.outcome import Optimised, Trade, Verdict, cheapest_by_time
+from grind_env.shop.optimise.outcome import Optimised, Trade, Verdict, WishUse, cheapest_by_time
 from grind_env.shop.optimise.search import GENERATIONS, Point
 from grind_env.shop.optimise.unrolling import unrolled
-from grind_env.shop.optimise.variation import Progress, Variation, one_run, variation_of
+from grind_env.shop.optimise.variation import Pace, Progress, Variation, nothing_more, one_run, variation_of
 from grind_env.shop.optimise.wishes import Wishes
-from grind_env.shop.trials import LIMITS, SAME, LotUse, Trials, lots_said
+from grind_env.shop.trials import LIMITS, SAME, LotUse, Measures, Trials, lots_said
 
 SEARCHED, CHOSEN, JUDGED = 16, 128, 256
 """Lots on which programs are searched, on which the best of them are compared, and on which that one is judged; more of
@@ -49,6 +52,10 @@ STEP_BY_STEP = 3, 8
 """Finalists, and lots on which they are compared, of a program that the control executes, a thousand times slower."""
 FEWER = 4
 """Generations of a search without a limit, over those of the whole one."""
+
+MOST_JUDGING, WITHOUT_LIMITS, OVER = 0.4, 0.1, 1.2
+"""Shares of the budget that the search leaves for judgement, at most, and for words without each limit, and times the
+budget up to which these are searched."""
 
 FREE = {"temp": ("rise_allowance", 2000.0), "Ra": ("roughness_limit", NO_LIMIT), "size": ("tolerance", NO_LIMIT)}
 """Field of a part that holds a limit, and what it is without."""
@@ -76,7 +83,8 @@ def find_words(
         job: its job file; the program's name with `.toml` if not given.
         wishes: what is varied between which bounds, and margins of the limits.
         parts: how often the program is run before the wheel is handed over; the wheel carries over.
-        seconds: for the search; it ends with them, and what follows within four times as many and 10 s.
+        seconds: for search and judgement; of a program that the control executes for the search alone, and what follows
+            ends within four times as many and 10 s.
         seed: of lots and search.
         unroll: whether M98 calls of cycle blocks are written out, each with words of its own.
         variables: values that `#` variables have before the first part.
@@ -105,37 +113,38 @@ def find_words(
 def _optimised(variation: Variation, job: str, progress: Progress) -> Optimised:
     budget = variation.budget
     tried: dict[Point, Trade] = {}
-    search = variation.search(variation.trials(LotUse.SEARCH, SEARCHED), progress, "searching", tried)
+    compiled = variation.base.simulation.compiled
+    pace = Pace()
+    judging = partial(_judging, variation, pace) if compiled else nothing_more
+    search = variation.search(variation.trials(LotUse.SEARCH, SEARCHED), progress, "searching", tried, pace, judging)
     known = budget.spent
-    search.run(variation.start, variation.seed, grid=variation.grid() if variation.base.simulation.compiled else ())
+    search.run(variation.start, variation.seed, grid=variation.grid() if compiled else ())
     seconds = (budget.spent - known) / len(search.costs)
     feasible = any(each.keeps for each in tried.values())
-    point = _chosen(variation, search.ranked, tried) if feasible else search.ranked[0]
-    text = variation.with_words(point)
-    programs = variation.read(point)
-    lots = JUDGED if variation.base.simulation.compiled else budget.judged(JUDGED, seconds / SEARCHED)
-    same = text.text == variation.text.text and not any(variation.ranges)
+    points = _compared(variation, search.ranked, tried, pace) if feasible else search.ranked[:1]
+    lots = JUDGED if compiled else budget.judged(JUDGED, seconds / SEARCHED)
     before = variation.trials(LotUse.JUDGEMENT, lots)
-    after = before if same else variation.trials_of(programs, LotUse.JUDGEMENT, lots)
-    said = _require_said(variation, before, after, point)
     progress("judging", 0)
     old = before.measure(before.own[None])
-    new = old if same else after.measure(said[None])
+    judged = _judged(variation, before, old, points, lots)
+    kept = judged[-1].keeps(variation)
+    point, text, programs, after, new, wishes = judged[-1] if kept else judged[0]
     objective = variation.wishes.quantity
     less = attrgetter(objective)
     difference = paired(less(new)[0] - less(old)[0])
-    wishes = wishes_kept(variation.wishes, old, new)
     beyond = new.violation(variation.margins)[0]
     sought = feasible and before.simulation.compiled
-    freed = _freed(variation, before, point, Budget(0.5 * budget.seconds), progress) if sought else {}
+    left = Budget(OVER * budget.seconds - budget.spent)
+    freed = _freed(variation, before, point, pace, left, progress) if sought else {}
     limits = limits_of(variation, old, new, freed)
     on = lots_said(len(before.seeds), "unseen lots")
-    verdict, reason = verdict_of(feasible, QUANTITIES[objective], difference, limits, beyond, wishes, on)
+    verdict, reason = verdict_of(feasible or kept, QUANTITIES[objective], difference, limits, beyond, wishes, on)
     if verdict is not Verdict.BETTER and search.ended_early and len(search.costs) == 1:
         enough = f"try some {ENOUGH_TRIALS} with --budget {time_said(ENOUGH_TRIALS * seconds)}"
         verdict, reason = Verdict.UNTRIED, f"the first one took all the time of the search; {enough}"
     better = verdict is Verdict.BETTER
-    quantities = quantities_of(variation.once, variation.once if same else one_run(programs, variation.job), old, new)
+    once = variation.once if after is before else one_run(programs, variation.job)
+    quantities = quantities_of(variation.once, once, old, new)
     return Optimised(
         program=variation.programs.name,
         job=job,
@@ -152,7 +161,9 @@ def _optimised(variation: Variation, job: str, progress: Progress) -> Optimised:
             *variation.choices.remarks,
             *variation.base.simulation.unread,
             *undressed(before, after, variation.runs),
+            *passed_over(len(judged), kept),
             *few(len(before.seeds), lots, JUDGED),
+            *not_freed([name for name in LIMITS if sought and name not in freed and without(variation.job, name)]),
         ),
         before=variation.text.text,
         after=text.text if better else variation.text.text,
@@ -165,27 +176,70 @@ def _optimised(variation: Variation, job: str, progress: Progress) -> Optimised:
     )
 
 
-def _chosen(
-    variation: Variation, ranked: list[Point], tried: dict[Point, Trade], finalists_each: int = FINALISTS
-) -> Point:
-    """The best of the first programs on lots that no search has seen; the nearest to the limits if none keeps them.
+def _compared(
+    variation: Variation, ranked: list[Point], tried: dict[Point, Trade], pace: Pace, each: int = FINALISTS
+) -> list[Point]:
+    """The first programs as they rank on lots that no search has seen, as many of them as there is time for.
 
-    Without the time for that it is the first of them.
+    Without any time they rank as they did.
     """
+    budget = variation.budget
     if variation.base.simulation.compiled:
-        lots = CHOSEN
-        best = [[point for point in ranked if tried[point].share <= share][:finalists_each] for share in CLEARANCES]
-        finalists = list(dict.fromkeys(chain.from_iterable(best))) or ranked[:1]
+        trials = variation.trials(LotUse.COMPARISON, CHOSEN)
+        best = [[point for point in ranked if tried[point].share <= share][:each] for share in CLEARANCES]
+        some = [point for row in zip_longest(*best) for point in row if point is not None]
+        one = pace.seconds * len(trials.seeds)
+        left = budget.seconds - budget.spent - one * 2 * JUDGED / CHOSEN
+        finalists = [point for k, point in enumerate(dict.fromkeys(some)) if k == 0 or one * (k + 1) <= left]
+        finalists = finalists or ranked[:1]
     else:
         count, lots = STEP_BY_STEP
-        finalists = ranked[:count]
+        trials, finalists = variation.trials(LotUse.COMPARISON, lots), ranked[:count]
+    if len(finalists) == 1:
+        return finalists
     try:
-        found = variation.measure(
-            variation.trials(LotUse.COMPARISON, lots), finalists, variation.budget.require_comparison
-        )
+        found = variation.measure(trials, finalists, budget.require_comparison)
     except TimeUp:
-        return finalists[0]
-    return finalists[int(variation.worth(found).argmin())]
+        return finalists
+    return [finalists[k] for k in variation.worth(found).argsort(kind="stable")]
+
+
+class _Judged(NamedTuple):
+    """Words of a program on the lots of the judgement."""
+
+    point: Point
+    text: ProgramText
+    programs: Programs
+    after: Trials
+    new: Measures
+    wishes: tuple[WishUse, ...]
+
+    def keeps(self, variation: Variation) -> bool:
+        """Whether they keep limits and wishes."""
+        return not self.new.violation(variation.margins).any() and all(each.kept for each in self.wishes)
+
+
+def _judged(variation: Variation, before: Trials, old: Measures, points: Sequence[Point], lots: int) -> list[_Judged]:
+    """Programs one after the other up to the first that keeps limits and wishes, or as long as the budget lasts."""
+    judged, budget, longest = list[_Judged](), variation.budget, 0.0
+    for point in points:
+        began = budget.spent
+        if judged and began + longest > budget.seconds:
+            break
+        judged.append(_judge(variation, before, old, point, lots))
+        if judged[-1].keeps(variation):
+            break
+        longest = max(longest, budget.spent - began)
+    return judged
+
+
+def _judge(variation: Variation, before: Trials, old: Measures, point: Point, lots: int) -> _Judged:
+    text, programs = variation.with_words(point), variation.read(point)
+    same = text.text == variation.text.text and not any(variation.ranges)
+    after = before if same else variation.trials_of(programs, LotUse.JUDGEMENT, lots)
+    said = _require_said(variation, before, after, point)
+    new = old if same else after.measure(said[None])
+    return _Judged(point, text, programs, after, new, wishes_kept(variation.wishes, old, new))
 
 
 def _require_said(variation: Variation, before: Trials, after: Trials, point: Point) -> Array:
@@ -211,21 +265,39 @@ def _require_said(variation: Variation, before: Trials, after: Trials, point: Po
     return said
 
 
-def _freed(variation: Variation, judged: Trials, best: Point, budget: Budget, progress: Progress) -> dict[str, Freed]:
-    """The best words without each limit: what they save on unseen lots, and how far they are beyond it."""
+def _judging(variation: Variation, pace: Pace) -> float:
+    """Time that it takes to compare and judge what a search has found, and that is left for words without limits, s.
+
+    It is no more than `MOST_JUDGING` of the budget, for a pace that is known badly must not end a search at once.
+    """
+    lots = len(variation.trials(LotUse.JUDGEMENT, FINALISTS * len(CLEARANCES) * CHOSEN + 3 * JUDGED).seeds)
+    seconds, budget = pace.seconds * lots + variation.reading, variation.budget.seconds
+    return min(seconds, MOST_JUDGING * budget) + WITHOUT_LIMITS * budget
+
+
+def _freed(
+    variation: Variation, judged: Trials, best: Point, pace: Pace, budget: Budget, progress: Progress
+) -> dict[str, Freed]:
+    """The best words without each limit: what they save on unseen lots, and how far they are beyond it.
+
+    Limits for which the time is up are left out.
+    """
     less = attrgetter(variation.wishes.quantity)
     with_all, words = less(variation.measure(judged, [best]))[0], {}
-    for k, name in enumerate(LIMITS):
-        free = without(variation.job, name)
-        if free is None:
-            continue
+    others = [(k, name, free) for k, name in enumerate(LIMITS) if (free := without(variation.job, name)) is not None]
+    judging = pace.seconds * (len(CLEARANCES) * CHOSEN + 2 * JUDGED) / JUDGED * len(judged.seeds)
+    for number, (k, name, free) in enumerate(others):
+        seconds = (budget.seconds - budget.spent) / (len(others) - number) - judging
+        if seconds < 0.0:
+            break
         margins = variation.margins.copy()
         margins[k] = np.inf
-        other = variation.with_job(free, margins, budget)
+        other = variation.with_job(free, margins, Budget(seconds))
         tried: dict[Point, Trade] = {}
-        search = other.search(other.trials(LotUse.SEARCH, SEARCHED), progress, f"without the limit of {name}", tried)
+        label = f"without the limit of {name}"
+        search = other.search(other.trials(LotUse.SEARCH, SEARCHED), progress, label, tried, Pace())
         search.run(best, variation.seed, GENERATIONS // FEWER)
-        point = _chosen(other, search.ranked, tried, 1)
+        point = _compared(other, search.ranked, tried, pace, 1)[0]
         found = less(other.measure(other.trials(LotUse.JUDGEMENT, JUDGED), [point]))[0]
         share = float(variation.measure(judged, [point]).ratios[0, k])
         words[name] = Freed(paired(with_all - found), share)

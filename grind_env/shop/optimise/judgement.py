@@ -1,5 +1,6 @@
 """What is said of the best words found: better or not, by how much, and which limits bind."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -182,6 +183,21 @@ def few(judged: int, lots: int, most: int) -> list[str]:
     if judged == lots < most:
         return [f"judged on {lots} lots, for {most} take longer than the time allows: --budget gives it more"]
     return []
+
+
+def not_freed(names: Sequence[str]) -> list[str]:
+    """A remark if there was no time to look at what some limits cost."""
+    said = ", ".join(names)
+    return [f"no time to see what words without the limit of {said} would save: --budget gives it more"] if said else []
+
+
+def passed_over(judged: int, kept: bool) -> list[str]:
+    """A remark if the program that ranked first was not good on unseen lots; `kept` says whether the last one was."""
+    if judged == 1:
+        return []
+    if kept:
+        return [f"{judged - 1} that ranked before it did not keep limits and wishes on unseen lots"]
+    return [f"{judged - 1} that ranked next did not keep limits and wishes on unseen lots either"]
 
 
 def undressed(before: Trials, after: Trials, runs: int) -> list[str]:

@@ -25,7 +25,7 @@ STRATEGY = "randtobest1bin"
 """Found the optimum of Oracle6 with 16 seeds of 16, and SciPy's usual one with 7 of 8, both after some 2600 points."""
 SETTLED = 1e-3
 """Relative spread of the costs of a generation at which it has settled."""
-AT_ONCE = 32
+AT_ONCE = 64
 """Points between two looks at the clock, at most."""
 MOST_PAIRS = 14
 """Variables up to which changes of two at once are tried."""

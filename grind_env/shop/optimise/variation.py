@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from decimal import Decimal
 from typing import NamedTuple
 
@@ -13,6 +13,7 @@ from grind_env.arrays import Array
 from grind_env.control import Programs, read
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.job import Job
+from grind_env.machine.script.repetition import FEW, is_straight
 from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.optimise.alike import together
 from grind_env.shop.optimise.budget import Budget
@@ -38,6 +39,26 @@ FEWER_RATIOS = 4
 """The same with each interval of blocks, of which there are many: one in so many."""
 
 Progress = Callable[[str, int], object]
+
+
+def nothing_more() -> float:
+    """Time of what follows a search where nothing does, s."""
+    return 0.0
+
+
+@dataclass(slots=True)
+class Pace:
+    """How quickly programs are tried.
+
+    Attributes:
+        seconds: that one takes on a lot among many side by side, at the best; infinite until some have been tried so.
+    """
+
+    seconds: float = math.inf
+
+    def take(self, seconds: float, programs: int, lots: int) -> None:
+        """See how long some programs take. The first ones may have to wait for code to be compiled."""
+        self.seconds = min(self.seconds, seconds / (programs * lots))
 
 
 class ScriptRanges(NamedTuple):
@@ -92,10 +113,15 @@ class Variation(NamedTuple):
         more = -(-USUAL_RUNS // self.runs) if self.base.simulation.compiled else 1
         return lots_of(self.seed, use, (min(more, MOST_MORE) if use is LotUse.SEARCH else more) * lots)
 
+    @property
+    def reading(self) -> float:
+        """Time that it takes to execute another text of the program for all runs, s, which may count them."""
+        same = is_straight(self.programs) and len(self.choices.intervals) == 1
+        return self.base.execution * (min(FEW, self.runs) if same else self.runs)
+
     def with_job(self, job: Job, margins: Array, budget: Budget) -> "Variation":
         """The same with another job, other margins, shape (4,), and another time."""
-        base = _base(self.programs, job, self.runs, self.seed, self.ranges)
-        return self._replace(job=job, margins=margins, base=base, budget=budget)
+        return self._replace(job=job, margins=margins, base=self.base.asking(job), budget=budget)
 
     @property
     def besides(self) -> bool:
@@ -209,19 +235,35 @@ class Variation(NamedTuple):
         less = getattr(found, self.wishes.quantity).mean(axis=1)
         return np.asarray(np.where(beyond > 0.0, INFEASIBLE * (1.0 + beyond), less))
 
-    def search(self, trials: Trials, progress: Progress, label: str, tried: dict[Point, Trade]) -> Search:
-        """A search on lots; `tried` gets what each candidate comes to."""
+    def search(
+        self,
+        trials: Trials,
+        progress: Progress,
+        label: str,
+        tried: dict[Point, Trade],
+        pace: Pace,
+        following: Callable[[], float] = nothing_more,
+    ) -> Search:
+        """A search on lots; `tried` gets what each candidate comes to, `pace` how long they take.
+
+        It ends early enough for what follows, which takes `following()` s.
+        """
         budget = self.budget
 
+        def is_up() -> bool:
+            return budget.spent + following() > budget.seconds
+
         def costs(points: NDArray[np.int64]) -> Array:
-            between = budget.require_search if search.costs else budget.require_first
+            between, began = budget.require_search if search.costs else budget.require_first, budget.spent
             found = trials.measure(self.settings(trials.own, points), besides=self.besides, between=between)
+            if search.costs:
+                pace.take(budget.spent - began, len(points), len(trials.seeds))
             means = found.cost.mean(axis=1), found.seconds.mean(axis=1), self.shares(found).max(axis=1)
             trades = zip(*(each.tolist() for each in means), strict=True)
             tried.update(zip(map(tuple, points.tolist()), map(Trade._make, trades), strict=True))
             return self.worth(found)
 
-        search = Search(costs, self.counts, lambda: budget.is_up, trials.at_once, lambda count: progress(label, count))
+        search = Search(costs, self.counts, is_up, trials.at_once, lambda count: progress(label, count))
         return search
 
     def grid(self) -> list[Point]:

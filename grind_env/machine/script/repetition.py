@@ -1,0 +1,75 @@
+"""The script of a program that is run for many parts, from that of a few runs of it, where these are alike.
+
+A control that begins a run where it began the one before it, in a program whose blocks are the same in every run, does
+the same in all that follow.
+"""
+
+from dataclasses import fields, replace
+
+from grind_env.control import ControlError, Line, Motion, Programs
+from grind_env.control.numbers import g_code
+from grind_env.control.source import SourceText
+from grind_env.control.words import read_block
+from grind_env.machine.axes import plunge_axis
+from grind_env.machine.job import Job
+from grind_env.machine.script.block import ScriptBlock, edge_of
+from grind_env.machine.script.parts import met_by
+from grind_env.machine.script.script import Script
+
+FEW = 4
+"""Runs that show what all do: the first one, which may begin elsewhere, two that are to be alike, and the last one."""
+
+
+def is_straight(programs: Programs) -> bool:
+    """Whether a program executes the same blocks in every run, with the same numbers in them.
+
+    It has no variables and no jumps, and no G10, whose entries of tables may add up.
+    """
+    return all(_is_straight(source) for program in programs for source in program.blocks)
+
+
+def _is_straight(source: SourceText) -> bool:
+    try:
+        block = read_block(source)
+        return block.is_plain and "G10" not in [g_code(block, word) for word in block.words if word.letter == "G"]
+    except ControlError:  # it is refused when it is executed
+        return False
+
+
+def repeated(script: Script, runs: int) -> Script | None:
+    """The script of so many runs of a program, from that of `FEW`; None if it may do something else in one of them.
+
+    Programs in files beside it are known only once they have been executed, so that the text is looked at here.
+    """
+    count, left = divmod(len(script.blocks), FEW)
+    first, second, third, last = (script.blocks[k * count : (k + 1) * count] for k in range(FEW))
+    if left or not is_straight(script.programs) or [*map(_done, second)] != [*map(_done, third)]:
+        return None
+    if any(map(_infeeds_beside, script.blocks)):  # how deep its strokes come rounds otherwise as time goes on
+        return None
+    return replace(script, blocks=(*first, *(runs - 2) * second, *last))
+
+
+def with_job(script: Script, job: Job) -> Script:
+    """The same for a job that asks for something else of its parts, or has a stronger spindle."""
+    return replace(script, job=replace(job, met=met_by(script.programs, job, script.blocks)))
+
+
+def _infeeds_beside(block: ScriptBlock) -> bool:
+    """Whether the program moves the plunge axis beside the table."""
+    plunge = plunge_axis(block.plan.axis)
+    return any(motion.start[plunge] != motion.end[plunge] for motion in block.beside)
+
+
+def _done(block: ScriptBlock) -> list[object]:
+    """What a block does, wherever it stands in a text and whenever it begins."""
+    beside = [_moved(motion, block) for motion in block.beside]
+    others = [getattr(block, each.name) for each in fields(block) if each.name not in ("block", "plan", "beside")]
+    return [block.block.words, replace(block.plan, block=0, line=0), beside, *others]
+
+
+def _moved(motion: Motion, block: ScriptBlock) -> tuple[object, ...]:
+    """What a motion does beside the table, which may be anywhere."""
+    plunge, plan = plunge_axis(block.plan.axis), block.plan
+    ends = [(each[plunge], edge_of(each, plan)) for each in (motion.start, motion.end)]
+    return type(motion), motion.seconds, motion.feed if isinstance(motion, Line) else 0.0, *ends

@@ -1,0 +1,165 @@
+"""A few runs of a program stand for all only where the control, executing every run, would do the same to the bit."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from grind_env.control import ControlError, read_file
+from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.job.text import batch_of
+from grind_env.machine.job.file import load_job
+from grind_env.machine.script.settings import E
+from grind_env.machine.script.tables import PlanRow, ScriptTables
+from grind_env.shop import trials as trials_module
+from grind_env.shop.optimise import budget as clock
+from grind_env.shop.optimise import variation
+from grind_env.shop.optimise.finding import find_words
+from grind_env.shop.optimise.table import sentences
+from grind_env.shop.trials import LotUse, Trials, lots_of, trials_of
+from tests.shop.programs import EXAMPLES, JOB, PROGRAMS, write
+
+RUNS = 9
+PLACE = [PlanRow._fields.index(name) for name in ("block", "line")]
+FOUND = sorted(Path(__file__).parent.glob("programs_from_*/*.nc"))
+FINISH = "N80 G80"
+AGAIN = "G00 X-30. ; G01 Y-.19 F500. ; G82 X230. I-30. Y-.2 J-.005 L1 F60. E9000. P9100 D1 ; N80 G80"
+LIKE = {
+    "is gauged at rest": (FINISH, f"G80 ; G00 Y2. ; M01 ; G04 P3. ; {AGAIN}"),
+    "is gauged while the table runs": ("N60 M01", "G04 P1.5 ; N60 M01"),
+    "grinds two parts": (FINISH, f"G80 ; G00 Y2. ; M00 ; {AGAIN}"),
+    "is gauged in a subprogram": ("N60 M01", "M98 P300"),
+    "is incremental in part": (FINISH, f"G80 ; G91 G00 Y2. ; X10. ; G90 ; {AGAIN}"),
+}
+"""Programs of which each run is as the one before."""
+OWN_RUNS = {
+    "drifts across": ("N20 G00 Y2. Z-2.5", "N20 G91 G00 Z.01 ; G90 G00 Y2."),
+    "has a variable": ("N50 G82", "#100=15000 ; N50 G82"),
+    "counts its parts": ("N50 G82", "#100=#100+1 ; IF[#100EQ6]THEN#101=1 ; N50 G82"),
+    "adds to a table": ("N20 G00", "G91 G10 L2 P1 Z.01 ; G90 ; N20 G00"),
+    "adds to a table with zeros and a point": ("N20 G00", "G91 G 010. L2 P1 Z.01 ; G90 ; N20 G00"),
+    "adds to a table by a code worked out": ("N20 G00", "G91 G[5+5] L2 P1 Z.01 ; G90 ; N20 G00"),
+    "jumps": ("N100 M30", "GOTO 100 ; N100 M30"),
+    "calls a macro": ("N60 M01", "G65 P300 A1."),
+    "infeeds beside the table": ("N60 M01", "G01 Y-.175 F.3"),
+}
+"""Programs of which each run may differ from the one before, at least in the last digit."""
+GAUGED = JOB.replace("load = 20", "gauge = 12\nload = 20")
+
+
+def rows_of(tables: ScriptTables) -> list[Any]:
+    """Tables without the place of each block in the text of a batch."""
+    return [np.delete(each, PLACE, axis=1) if name == "plans" else each for name, each in tables._asdict().items()]
+
+
+def executed(simulation: JobSimulation) -> int:
+    return simulation.programs.main.blocks.count
+
+
+def changed(folder: Path, old: str, new: str) -> Path:
+    """The plate with a text in place of another one, and a subprogram, in a job with a gauging time."""
+    path = write(folder, "plate", GAUGED)
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    text = text.replace(old, new.replace(" ; ", "\n")).replace("O9100 ", "O300\nG04 P.5\nM01\nM99\nO9100 ")
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def require_same(path: Path, runs: int = RUNS) -> bool:
+    """Compare it with the batch of all runs; whether a few of them have stood for them."""
+    programs, job = read_file(path), replace(load_job(path.with_suffix(".toml")), variables={100: 0.0})
+    made, whole = trials_of(programs, job, runs, lots_of(1, LotUse.BASE, 2)), batch_of(programs, runs, job.variables)
+    full = JobSimulation(whole.programs, job, 1.0)
+    for one, other in zip(rows_of(made.simulation.tables), rows_of(full.tables), strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert [each.block.source for each in made.stand] == [whole.origin(each.block).source for each in full.blocks]
+    assert made.simulation.task.reference_cost == full.task.reference_cost
+    return executed(made.simulation) < executed(full)
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_a_few_runs_stand_for_all(name: str, tmp_path: Path) -> None:
+    assert require_same(write(tmp_path, name))
+
+
+@pytest.mark.parametrize("name", ["rail_g83", "keyway_g81"])
+def test_they_do_without_an_infeed_beside_the_table(name: str) -> None:
+    assert require_same(EXAMPLES / f"{name}.nc") == (name == "rail_g83")
+
+
+@pytest.mark.parametrize("path", [each for each in FOUND if each.stem in ("magnet_plate", "plate_goto", "three_steps")])
+def test_programs_of_shops_are_what_they_were(path: Path) -> None:
+    assert require_same(path) == (path.stem != "plate_goto")
+
+
+@pytest.mark.parametrize("like", LIKE)
+def test_runs_that_are_alike_are_so_however_often(like: str, tmp_path: Path) -> None:
+    path = changed(tmp_path, *LIKE[like])
+    assert [require_same(path, runs) for runs in (1, 4, 5, 60)] == [False, False, True, True]
+
+
+@pytest.mark.parametrize("own", OWN_RUNS)
+def test_runs_that_may_differ_are_all_executed(own: str, tmp_path: Path) -> None:
+    assert not require_same(changed(tmp_path, *OWN_RUNS[own]))
+
+
+def test_variables_of_a_program_beside_it_may_tell_runs_apart(tmp_path: Path) -> None:
+    path = changed(tmp_path, "N60 M01", "M98 P500")
+    (tmp_path / "O500.nc").write_text("O500\n#100=#100+.01\nG04 P#100\nM99\n")
+    assert not require_same(path)
+
+
+def test_under_compensation_there_is_no_script(tmp_path: Path) -> None:
+    path = changed(tmp_path, "N30 G00 X-30.", "N30 G18 G41 G01 X-40. Z-3. F500. ; X-35. ; G40 X-30. Z-2.5 ; G19")
+    job = load_job(path.with_suffix(".toml"))
+    assert trials_of(read_file(path), job, RUNS, lots_of(1, LotUse.BASE, 1)).simulation.script is None
+
+
+def test_too_many_blocks_for_the_control_are_refused_as_ever(tmp_path: Path) -> None:
+    path = write(tmp_path, "plate")
+    path.write_text(
+        path.read_text(encoding="utf-8").replace(" L0 ", " L999 ").replace(" L4 ", " L999 "), encoding="utf-8"
+    )
+    with pytest.raises(ControlError, match="more than 500000 blocks and strokes"):
+        trials_of(read_file(path), load_job(path.with_suffix(".toml")), 260, lots_of(1, LotUse.BASE, 1))
+
+
+@pytest.mark.parametrize("candidates", [1, 5])
+def test_cores_change_no_bit(candidates: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    plate = EXAMPLES / "plate_g82.nc"
+    trials = trials_of(read_file(plate), load_job(plate.with_suffix(".toml")), 3, lots_of(1, LotUse.BASE, 7))
+    settings = np.repeat(trials.own[None], candidates, axis=0)
+    settings[:, :, E] *= np.linspace(0.8, 1.1, candidates)[:, None]
+    found = []
+    for cores in (1, 3):
+        monkeypatch.setattr(trials_module, "CORES", cores)
+        found.append(trials.measure(settings))
+    for one, other in zip(*found, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+PACE = 0.001
+"""s that a program takes on a lot."""
+
+
+@pytest.mark.parametrize("seconds", [3.0, 6.0])
+def test_the_judgement_lies_within_the_budget(seconds: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    now, ground = [0.0], Trials._ground
+
+    def ticking(trials: Trials, settings: Any, seeds: Any, *rest: Any, **others: Any) -> Any:
+        now[0] += PACE * len(settings) * len(seeds)
+        return ground(trials, settings, seeds, *rest, **others)
+
+    monkeypatch.setattr(trials_module, "CORES", 1)
+    monkeypatch.setattr(variation, "USUAL_RUNS", 1)
+    monkeypatch.setattr(Trials, "_ground", ticking)
+    monkeypatch.setattr(clock, "monotonic", lambda: now[0])
+    found = find_words(EXAMPLES / "plate_g82.nc", None, parts=2, seconds=seconds)
+    assert found.ended_early and found.lots == 256
+    assert 1 < found.evaluations < seconds / (16 * PACE)
+    assert now[0] <= 1.2 * seconds + 0.1
+    told = [each for each in sentences(found) if "no time to see what words without the limit of" in each]
+    assert bool(told) == any(limit.price is None for limit in found.limits)
