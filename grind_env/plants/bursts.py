@@ -18,6 +18,7 @@ class BurstsOwn(NamedTuple):
     bursts_seed: float = 0.0
     bursts_share: float = 0.0
     bursts_at: float = 1.0
+    bursts_takes: float = 1.0
     bursts_spread: float = 0.0
     bursts_threshold: float = 1.0
     """Renewals owed at which grains pull out in this block."""
@@ -31,7 +32,7 @@ owing, hold = replacer(None, "bursts_owed"), replacer(None, "bursts_threshold")
 
 @functools.cache
 def _bursting(inner: Process) -> Process:
-    """A process of which a share of the renewal comes in bursts: in the long run as much as smoothly."""
+    """A process of which a share of the renewal comes in bursts, which take as much as smooth wear or more."""
     grind, sharpen = inner.stroke, inner.dress
 
     @inlined
@@ -43,7 +44,7 @@ def _bursting(inner: Process) -> Process:
         early = early_wear(early_loss(wheel.Cd, k.Cref, k.wi), wheel.V, after.V - wheel.V, k.per_Vi)
         owed = own.bursts_owed + own.bursts_share * k.per_dr * max(done.dw - early, 0.0)
         bursts = owed > own.bursts_threshold
-        left = exp(-owed)
+        left = exp(-own.bursts_takes * owed)
         A = k.Af + (after.A - k.Af) * left if bursts else after.A
         lam = after.lam * left if bursts else after.lam
         return pull_out(after, (A, lam)), owing(own, (0.0 if bursts else owed,)), done

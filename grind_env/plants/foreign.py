@@ -20,7 +20,7 @@ from grind_env.process.equations.roughness import REFERENCE_RATE
 from grind_env.process.process import Process, joined
 from grind_env.process.state import StrokeConstants, StrokeResult, WheelState
 
-DEPTH, SPEED, VOLUME = 0.010, 200.0, 100.0
+DEPTH, SPEED, VOLUME = 0.010, 200.0, 300.0
 """The nominal point: mm, mm/s, and mm3/mm since the dress, at which dulling has our rate."""
 LEAST = 1e-9
 """mm; of an interference that is none."""

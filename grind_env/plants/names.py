@@ -126,5 +126,7 @@ def _imported(module: str, name: str, text: str, allowed: bool) -> Plant | Famil
     except Exception as error:  # whatever the code of another does
         raise PlantError(f"{quoted(text)} names no machine ({reason(error)}): name {FORMS}") from None
     if not isinstance(found, Plant | Family):
-        raise PlantError(f"{quoted(text)} is a {type(found).__name__}: name a Plant or a Family of grind_env.plants")
+        raise PlantError(
+            f"{quoted(text)} is of type {type(found).__name__}: name a Plant or a Family of grind_env.plants"
+        )
     return found

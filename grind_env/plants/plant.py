@@ -69,9 +69,7 @@ def mixed(name: str, families: tuple[Family, ...], numbers: Mapping[str, float])
         process, gauge = _made(families)
         own = joined(process.own, gauge.own)(**numbers)
     except (TypeError, ValueError) as error:
-        raise PlantError(
-            f"{name}: {reason(error)}; let what a family draws be fields of what it remembers"
-        ) from None
+        raise PlantError(f"{name}: {reason(error)}; let what a family draws be fields of what it remembers") from None
     return Plant(name=name, process=process, gauge=gauge, own=tuple(own))
 
 
