@@ -32,8 +32,8 @@ class Range:
         field: of what it remembers.
         what: the number says.
         unit: of the number; "" without one.
-        low: the least one.
-        high: the largest one.
+        low: the least one, in this unit.
+        high: the largest one, in this unit.
         factor: whether its logarithm is drawn evenly, and not the number itself.
         basis: where the range is from.
     """

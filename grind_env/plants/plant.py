@@ -27,7 +27,8 @@ class Plant:
         name: by which `find_plant` finds it.
         process: what grinds, with what happens before every block.
         gauge: what is shown of it.
-        own: what process and gauge remember as a shift begins, in this order; () for their defaults.
+        own: what process and gauge remember as a shift begins, in this order and in the units of their fields; () for
+            their defaults.
 
     Raises:
         PlantError: `own` has not a number for each of their fields.

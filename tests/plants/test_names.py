@@ -45,6 +45,7 @@ def test_all_of_a_range_is_drawn_and_factors_evenly_in_their_logarithm(each) -> 
     assert each.basis.text
 
 
+@pytest.mark.bits
 def test_the_draws_are_frozen() -> None:
     drawn = [family.drawn(seed, stream) for family in FAMILIES for seed in range(3) for stream in (PUBLIC, HELD_OUT)]
     names = [sorted(differing(find_plant(f"held-out:{seed}"))) for seed in range(20)]
