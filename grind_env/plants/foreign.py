@@ -134,7 +134,7 @@ def _foreign(inner: Process) -> Process:
 
 FOREIGN = Family(
     name="foreign",
-    what="force, roughness, wear and dulling follow the power laws of the literature, in place of ours",
+    what="force, roughness, wear and dulling follow power laws in place of ours; nominal is a cut of 10 um at 12 m/min",
     ranges=ranges_of("foreign"),
     wraps=_foreign,
 )
