@@ -1,6 +1,6 @@
 """Write the folder from which Sphinx makes the site: `python docs/tools/sources.py FOLDER`.
 
-Hand-written pages are copied from `docs/`; pages on tasks, fields, validation, facts, commands and results are
+Hand-written pages are copied from `docs/`; pages on tasks, fields, validation, plants, facts, commands and results are
 written from code and results; notebooks come with their outputs from `build/notebooks`.
 """
 
@@ -27,7 +27,7 @@ DOCS = ROOT / "docs"
 RESULTS = ROOT / "agents" / "results"
 NOT_TASKS = {
     "fields.md": "reference/fields.md",
-    **{name: name for name in ("validation.md", "validation.png", "validation.csv")},
+    **{name: name for name in ("validation.md", "validation.png", "validation.csv", "plants.md")},
 }
 """Where the pages that are not of a task go."""
 PAGES = (".md", ".png", ".svg", ".toml", ".nc", ".csv")
@@ -55,7 +55,7 @@ def tutorials() -> Iterator[Page]:
 
 
 def from_code() -> Iterator[Page]:
-    """Tasks, fields, validation, facts of the control, commands."""
+    """Tasks, fields, validation, plants, facts of the control, commands."""
     with TemporaryDirectory() as folder:
         for path in write_pages(Path(folder)):
             text = path.read_bytes()

@@ -1,4 +1,4 @@
-"""Write the pages of all ids, their index, the fields of files, the validation: `python -m grind_env.pages FOLDER`."""
+"""Write the pages of ids, fields of files, plants and validation: `python -m grind_env.pages FOLDER`."""
 
 import sys
 from importlib.util import find_spec
@@ -8,6 +8,8 @@ from grind_env.pages.exponents import plot_exponents
 from grind_env.pages.fields import FILE as FIELDS
 from grind_env.pages.fields import fields_page
 from grind_env.pages.page import page
+from grind_env.pages.plants import FILE as PLANTS
+from grind_env.pages.plants import plants_page
 from grind_env.pages.sheet import page_ids
 from grind_env.pages.summary import file_name, index
 from grind_env.pages.validation import FILE, PICTURE, ROWS, validation_page
@@ -33,6 +35,7 @@ def write(folder: Path) -> list[Path]:
     texts = {
         "index.md": index(),
         FIELDS: fields_page(),
+        PLANTS: plants_page(),
         FILE: validation_page(rows, left_out(rig), neighbours(rig.catalogue, rows), *pictures),
         **{file_name(env_id): page(env_id) for env_id in page_ids()},
     }

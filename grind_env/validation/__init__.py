@@ -8,6 +8,7 @@ from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 
+from grind_env.evidence import Basis, Evidence
 from grind_env.process.catalogue import Catalogue, load_catalogue
 from grind_env.toml import read_toml
 from grind_env.validation import (
@@ -25,7 +26,7 @@ from grind_env.validation import (
     valve_alloys,
     wear,
 )
-from grind_env.validation.check import GROUPS, Band, Basis, Check, Evidence, Row, row_of
+from grind_env.validation.check import GROUPS, Band, Check, Row, row_of
 from grind_env.validation.rig import Rig
 
 __all__ = [

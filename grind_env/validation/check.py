@@ -3,9 +3,9 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from enum import Enum
 
 from grind_env.errors import GrindError
+from grind_env.evidence import Basis, Evidence
 from grind_env.validation.beyond import Beyond
 from grind_env.validation.rig import Rig
 
@@ -22,33 +22,6 @@ GROUPS = {
     10: "Measured, published and remembered numbers",
 }
 """What the checks are about, by number of the group. Groups 1 to 9 are trends that the model has to show."""
-
-
-class Evidence(Enum):
-    """What a row carries, from the strongest to the weakest."""
-
-    MEASURED = "a measured number"
-    DRAWN = "a band from data or tables"
-    REMEMBERED = "a number from memory"
-    OWN = "only our own band"
-
-
-@dataclass(frozen=True, slots=True)
-class Basis:
-    """Where the band of a check is from.
-
-    Attributes:
-        evidence: what stands behind its numbers. A relation that says no more than which way a trend goes is no number,
-            whoever found it: what it allows is then a band of this project.
-        text: where it was read, or who says so.
-    """
-
-    evidence: Evidence
-    text: str
-
-    def __str__(self) -> str:
-        """As in `drawn: page_numbers.csv`."""
-        return f"{self.evidence.name.lower()}: {self.text}"
 
 
 TREND = Basis(Evidence.OWN, "expected of the trend")

@@ -2,8 +2,9 @@
 
 from collections.abc import Callable
 
+from grind_env.evidence import Basis, Evidence
 from grind_env.process.state import StrokeResult
-from grind_env.validation.check import FALLS, RISES, Band, Basis, Check, Evidence, around
+from grind_env.validation.check import FALLS, RISES, Band, Check, around
 from grind_env.validation.rig import USUAL, Grinder, Rig
 from grind_env.validation.slopes import exponent, largest_step, smallest_step
 

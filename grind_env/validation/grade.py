@@ -1,6 +1,7 @@
 """Group 3: a harder grade holds its grains longer, lasts longer and dulls longer."""
 
-from grind_env.validation.check import Basis, Check, Evidence, at_least, at_most
+from grind_env.evidence import Basis, Evidence
+from grind_env.validation.check import Check, at_least, at_most
 from grind_env.validation.rig import USUAL, Grinder, Rig
 
 GRADES = {"H": 0.8, "J": 1.2, "L": 2.0, "M": 2.5}

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from grind_env.evidence import Basis, Evidence
 from grind_env.process.state import StrokeResult
-from grind_env.validation.check import Band, Basis, Check, Evidence, around, at_least, at_most
+from grind_env.validation.check import Band, Check, around, at_least, at_most
 from grind_env.validation.data import MAGNITUDES
 from grind_env.validation.rig import USUAL, Grinder, Rig
 

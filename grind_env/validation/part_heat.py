@@ -1,7 +1,8 @@
 """Group 8: a part grows while it is hot, and is ground too thin by as much."""
 
+from grind_env.evidence import Basis, Evidence
 from grind_env.process.equations import part_growth
-from grind_env.validation.check import Band, Basis, Check, Evidence, at_most
+from grind_env.validation.check import Band, Check, at_most
 from grind_env.validation.rig import NO_GROWTH, USUAL, Grinder, Rig
 
 ROUGHING = 17

@@ -3,8 +3,9 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from grind_env.evidence import Basis, Evidence
 from grind_env.validation import data
-from grind_env.validation.check import Band, Basis, Check, Evidence, around, at_most
+from grind_env.validation.check import Band, Check, around, at_most
 from grind_env.validation.rig import NO_GROWTH, USUAL, Grinder, Rig, dress_width
 from grind_env.validation.spark_out import after_passes
 

@@ -2,7 +2,8 @@
 
 from typing import Any
 
-from grind_env.validation.check import Band, Basis, Check, Evidence, around, at_least, at_most
+from grind_env.evidence import Basis, Evidence
+from grind_env.validation.check import Band, Check, around, at_least, at_most
 from grind_env.validation.dressing import DEPTHS, LEADS
 from grind_env.validation.rig import USUAL, Grinder, Rig
 from grind_env.validation.slopes import exponent, smallest_step

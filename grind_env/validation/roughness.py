@@ -2,7 +2,8 @@
 
 from typing import Any
 
-from grind_env.validation.check import Band, Basis, Check, Evidence, around, at_least, at_most
+from grind_env.evidence import Basis, Evidence
+from grind_env.validation.check import Band, Check, around, at_least, at_most
 from grind_env.validation.rig import NO_GROWTH, USUAL, Rig, roughness_scatter
 from grind_env.validation.slopes import exponent, largest_step
 

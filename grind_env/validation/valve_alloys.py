@@ -13,8 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from grind_env.arrays import Array
+from grind_env.evidence import Basis, Evidence
 from grind_env.validation import data
-from grind_env.validation.check import Basis, Check, Evidence, around
+from grind_env.validation.check import Check, around
 from grind_env.validation.rig import Rig
 from grind_env.validation.slopes import exponents
 

@@ -2,7 +2,8 @@
 
 from typing import Any
 
-from grind_env.validation.check import TREND, Band, Basis, Check, Evidence, at_least
+from grind_env.evidence import Basis, Evidence
+from grind_env.validation.check import TREND, Band, Check, at_least
 from grind_env.validation.rig import USUAL, Grinder, Rig
 from grind_env.validation.slopes import exponent
 

@@ -360,7 +360,7 @@ def test_the_index_leads_to_every_page(tmp_path: Path, monkeypatch: pytest.Monke
     text = (tmp_path / "docs" / "index.md").read_text(encoding="utf-8")
     links = re.findall(r"\[(grind/[^\]]+)\]\(([^)]+)\)", text)
     assert [name for name, _ in links] == EVERY
-    others = {"index.md", "fields.md", "validation.md", "validation.png", "validation.csv"}
+    others = {"index.md", "fields.md", "plants.md", "validation.md", "validation.png", "validation.csv"}
     assert {path.name for path in files} == others | {link for _, link in links}
     assert "](validation.md)" in text
     assert "](fields.md)" in text

@@ -12,6 +12,7 @@ come out right.
 from grind_env.process.equations.composition import (
     REFERENCE_GRADE,
     REFERENCE_GRADE_CBN,
+    RENEWAL_EXPONENT,
     active_grains,
     bond_post_strength,
     density,
@@ -109,6 +110,7 @@ __all__ = [
     "REFERENCE_GRADE",
     "REFERENCE_GRADE_CBN",
     "REFERENCE_LEAD",
+    "RENEWAL_EXPONENT",
     "active_grains",
     "blunting",
     "bond_post_strength",

@@ -11,6 +11,8 @@ REFERENCE_GRIT = 0.25
 """mm; mesh 60, where the entries of wheels state what depends on the grit."""
 REFERENCE_GRADE, REFERENCE_GRADE_CBN = 1.2, 4.0
 """N; force per grain that breaks grain or bond, of alumina of grade J and of vitrified CBN, at the reference grit."""
+RENEWAL_EXPONENT = 1.35
+"""Of the wear that renews the face over the hardness [C]."""
 REFERENCE_FRACTION = 0.52
 """Grain volume fraction at which they do, about structure number 5."""
 
@@ -52,7 +54,7 @@ def graded_g_ratio(g: float, hard: float) -> float:
 
 def graded_renewal(dr: float, hard: float) -> float:
     """Wear depth that renews its face, mm: what a harder one holds longer it lets dull longer [likewise; C]."""
-    return float(dr * hard**1.35)
+    return float(dr * hard**RENEWAL_EXPONENT)
 
 
 def grit_roughness(Ra: float, z: float, st: float) -> float:

@@ -1,0 +1,64 @@
+"""The page of the machines that are not the model."""
+
+from grind_env.pages.markdown import table
+from grind_env.plants import FAMILIES, Family, Range
+
+FILE = "plants.md"
+
+INTRODUCTION = """\
+A policy that is trained, tuned and planned with on one model, and judged on the same one, is judged by what it has
+seen. A **plant** is another machine: a process, what happens before its blocks, what is shown of it, and numbers that
+are drawn by a seed. Its name says which:
+
+| name | is |
+| --- | --- |
+| `meter:7` | the member of a family that seed 7 draws |
+| `foreign:3+meter:7` | a mix of several, in whatever order; of *foreign* and *bursts*, what grinds, one at most |
+| `held-out:5` | one of a set that nothing is trained or tuned on |
+| `module:name` | a `Plant` of one's own, in a module that can be imported |
+| `module:name:7` | a member of a `Family` of one's own, alone or in a mix |
+
+```python
+from grind_env.plants import find_plant
+
+plant = find_plant("foreign:3+meter:7")
+```
+
+A name draws the same numbers on every machine. Numbers are drawn each by itself between the ends of its range, evenly
+or, where it says *factor*, evenly in the logarithm. Those **held out** are drawn from a stream of random numbers that
+has none in common with that of the others: two to four of the families, with at most one of *foreign* and *bursts*,
+and then their numbers. A number at which nothing differs is neutral: with neutral numbers a family changes no bit of
+what the model does. So machines held out share one process, that of all families, and stand side by side in a batch.
+
+What is random in a shift (walks, chips, bursts) follows from a seed that the machine remembers and from the number of
+the block: the written program of an episode gives in `machine.grind` what the episode gave.
+
+Before the name of a source stands what it is worth, as in [the validation](validation.md): *measured*; *drawn* from
+data or tables that were seen; *remembered*, of a page that was not opened; *own*, what this project expects. The
+ranges are frozen: a change would make what has been scored on them another thing."""
+
+
+def plants_page() -> str:
+    """The page, Markdown."""
+    lines = ["# Machines that are not the model", INTRODUCTION]
+    for family in FAMILIES:
+        lines += [f"## {family.name}", f"{_sentence(family.what)}{_chances(family)}", _table(family)]
+    return "\n\n".join(lines) + "\n"
+
+
+def _table(family: Family) -> str:
+    header = ("number", "what", "unit", "range", "source")
+    return table(header, [_row(each) for each in family.ranges])
+
+
+def _row(each: Range) -> tuple[str, ...]:
+    factor = ", factor" if each.factor else ""
+    return f"`{each.field}`", each.what, each.unit or "–", f"{each.low:g} to {each.high:g}{factor}", str(each.basis)
+
+
+def _sentence(text: str) -> str:
+    return f"{text[0].upper()}{text[1:]}."
+
+
+def _chances(family: Family) -> str:
+    return " A seed of its chances is drawn, too." if family.chances else ""

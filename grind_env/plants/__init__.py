@@ -1,0 +1,11 @@
+"""Machines that are not the model: families of them, and each by its name.
+
+What is simulated, trained and planned with is one model; what a shop has is another machine. A `Plant` is one: a
+process with hooks, a gauge, and its numbers, drawn by a seed from ranges that stand with their sources.
+"""
+
+from grind_env.plants.family import Family, Range
+from grind_env.plants.names import FAMILIES, find_plant
+from grind_env.plants.plant import Plant, PlantError
+
+__all__ = ["FAMILIES", "Family", "Plant", "PlantError", "Range", "find_plant"]

@@ -1,0 +1,79 @@
+"""Grains that pull out in bursts: what wear renews of the face is owed until a threshold, and then comes at once."""
+
+import functools
+from typing import Any, NamedTuple
+
+from grind_env.kernel import exp, inlined
+from grind_env.kernel.columns import replacer
+from grind_env.plants.chance import deviate, words_of
+from grind_env.plants.family import Family, ranges_of
+from grind_env.process.equations import early_loss, early_wear
+from grind_env.process.process import Drive, Hook, Moment, Process
+from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeResult, WheelState
+
+
+class BurstsOwn(NamedTuple):
+    """What process and hook remember."""
+
+    bursts_seed: float = 0.0
+    bursts_share: float = 0.0
+    bursts_at: float = 1.0
+    bursts_takes: float = 1.0
+    bursts_spread: float = 0.0
+    bursts_threshold: float = 1.0
+    """Renewals owed at which grains pull out in this block."""
+    bursts_owed: float = 0.0
+    """Renewals of the face, the logarithm of what they would have left of the old one."""
+
+
+renewing, pull_out = replacer(StrokeConstants, "per_dr"), replacer(WheelState, "A", "lam")
+owing, hold = replacer(None, "bursts_owed"), replacer(None, "bursts_threshold")
+
+
+@functools.cache
+def _bursting(inner: Process) -> Process:
+    """A process of which a share of the renewal comes in bursts, which take as much as smooth wear or more."""
+    grind, sharpen = inner.stroke, inner.dress
+
+    @inlined
+    def stroke(
+        wheel: WheelState, own: Any, S: float, Rs: float, Z: float, b: float, k: StrokeConstants, seconds: float
+    ) -> tuple[WheelState, Any, StrokeResult]:
+        smooth = renewing(k, ((1.0 - own.bursts_share) * k.per_dr,))
+        after, own, done = grind(wheel, own, S, Rs, Z, b, smooth, seconds)
+        early = early_wear(early_loss(wheel.Cd, k.Cref, k.wi), wheel.V, after.V - wheel.V, k.per_Vi)
+        owed = own.bursts_owed + own.bursts_share * k.per_dr * max(done.dw - early, 0.0)
+        bursts = owed > own.bursts_threshold
+        left = exp(-own.bursts_takes * owed)
+        A = k.Af + (after.A - k.Af) * left if bursts else after.A
+        lam = after.lam * left if bursts else after.lam
+        return pull_out(after, (A, lam)), owing(own, (0.0 if bursts else owed,)), done
+
+    @inlined
+    def dress(
+        wheel: WheelState, own: Any, passes: float, lead: float, depth: float, p: StrokeParameters
+    ) -> tuple[WheelState, Any, float]:
+        """That of the other; the face owes nothing."""
+        wheel, own, removed = sharpen(wheel, own, passes, lead, depth, p)
+        return wheel, owing(own, (0.0,)), removed
+
+    return inner._replace(stroke=stroke, dress=dress)
+
+
+@inlined
+def _before(
+    wheel: WheelState, own: Any, p: StrokeParameters, drive: Drive, moment: Moment
+) -> tuple[WheelState, Any, StrokeParameters, Drive]:
+    """No two bursts are alike."""
+    word = words_of(own.bursts_seed, moment)[0]
+    return wheel, hold(own, (own.bursts_at * exp(own.bursts_spread * deviate(word)),)), p, drive
+
+
+BURSTS = Family(
+    name="bursts",
+    what="grains dull on and pull out in bursts, in place of a face that is renewed smoothly",
+    ranges=ranges_of("bursts"),
+    chances=True,
+    wraps=_bursting,
+    hook=Hook(_before, BurstsOwn),
+)

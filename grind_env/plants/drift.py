@@ -1,0 +1,73 @@
+"""Dulling, wear-flat pressure and idle power that wander from block to block."""
+
+import math
+from typing import Any, NamedTuple
+
+from grind_env.envs.gauge import Gauge, Shown
+from grind_env.kernel import exp, inlined
+from grind_env.kernel.columns import replacer
+from grind_env.plants.chance import deviate, words_of
+from grind_env.plants.family import Family, ranges_of
+from grind_env.process.process import Drive, Hook, Moment
+from grind_env.process.state import StrokeParameters, WheelState
+
+MOST_DULLING, MOST_PRESSURE, MOST_IDLE = math.log(2.5), 0.2, 300.0
+"""Logarithms of factors, and W: the walks end there."""
+
+
+class DriftOwn(NamedTuple):
+    """What the hook remembers; the gauge shows the idle, too."""
+
+    drift_seed: float = 0.0
+    drift_dulls: float = 0.0
+    drift_presses: float = 0.0
+    drift_idles: float = 0.0
+    drift_dulling: float = 0.0
+    """Logarithm of the factor on kA."""
+    drift_pressure: float = 0.0
+    """Logarithm of the factor on pm."""
+    drift_idle: float = 0.0
+    """Above that at the start, W."""
+
+
+wandered = replacer(None, "drift_dulling", "drift_pressure", "drift_idle")
+driven, shown_as = (
+    replacer(StrokeParameters, "kA", "pm", "power"),
+    replacer(Shown, "mean_power", "first_power", "peak_power"),
+)
+
+
+@inlined
+def step(at: float, by: float, most: float) -> float:
+    """A bounded step of a walk."""
+    return min(max(at + by, -most), most)
+
+
+@inlined
+def _before(
+    wheel: WheelState, own: Any, p: StrokeParameters, drive: Drive, moment: Moment
+) -> tuple[WheelState, Any, StrokeParameters, Drive]:
+    """What the idle takes more, the spindle has less for grinding."""
+    words = words_of(own.drift_seed, moment)
+    dulling = step(own.drift_dulling, own.drift_dulls * deviate(words[0]), MOST_DULLING)
+    pressure = step(own.drift_pressure, own.drift_presses * deviate(words[1]), MOST_PRESSURE)
+    idle = step(own.drift_idle, own.drift_idles * deviate(words[2]), MOST_IDLE)
+    p = driven(p, (p.kA * exp(dulling), p.pm * exp(pressure), p.power - idle))
+    return wheel, wandered(own, (dulling, pressure, idle)), p, drive
+
+
+@inlined
+def _read(truth: Shown, own: Any, seconds: float, noise: Shown) -> tuple[Shown, Any]:
+    """Power is shown above the idle that was zeroed as the shift began."""
+    idle = own.drift_idle
+    return shown_as(truth, (truth.mean_power + idle, truth.first_power + idle, truth.peak_power + idle)), own
+
+
+DRIFT = Family(
+    name="drift",
+    what="how fast the wheel dulls, the pressure under its flats and the idle power wander from block to block",
+    ranges=ranges_of("drift"),
+    chances=True,
+    hook=Hook(_before, DriftOwn),
+    gauge=Gauge(_read),
+)

@@ -1,0 +1,113 @@
+"""A family of machines: what differs from the package's, and the numbers in which its members differ.
+
+All that is drawn of a member is a field of what its process, hook or gauge remembers, under the name of the family. The
+defaults are neutral: they change nothing, to the bit. So all members of a family share their compiled code.
+"""
+
+import functools
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from zlib import crc32
+
+from grind_env.envs.gauge import Gauge
+from grind_env.evidence import Basis, Evidence
+from grind_env.kernel import exp, log, plain
+from grind_env.kernel.random import philox, uniform
+from grind_env.process.process import Hook, Process
+from grind_env.toml import read_toml
+
+PUBLIC, HELD_OUT = 1, 2
+"""Streams of random numbers, which have none in common: of machines for development, and of those that test."""
+FACTOR = "factor"
+"""The spread of a number that is drawn even in its logarithm."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Range:
+    """What is drawn of a machine.
+
+    Attributes:
+        field: of what it remembers.
+        what: the number says.
+        unit: of the number; "" without one.
+        low: the least one, in this unit.
+        high: the largest one, in this unit.
+        factor: whether its logarithm is drawn evenly, and not the number itself.
+        basis: where the range is from.
+    """
+
+    field: str
+    what: str
+    unit: str = ""
+    low: float
+    high: float
+    factor: bool = False
+    basis: Basis
+
+    def at(self, share: float) -> float:
+        """The number below which lies this share, from 0 to 1, of all that are drawn."""
+        low, high = (plain(log)(self.low), plain(log)(self.high)) if self.factor else (self.low, self.high)
+        number = low + share * (high - low)
+        return min(max(plain(exp)(number) if self.factor else number, self.low), self.high)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Family:
+    """Machines that differ from the package's in one thing.
+
+    Attributes:
+        name: with which all that they remember begins.
+        what: differs, in a sentence.
+        ranges: of what is drawn.
+        chances: whether a seed of their chances is drawn, too, the field `<name>_seed`.
+        wraps: gives a process made of another one, the same for the same; None where the process stays.
+        hook: before every block, or None.
+        gauge: what is shown of what is true, without noise, or None.
+    """
+
+    name: str
+    what: str
+    ranges: tuple[Range, ...]
+    chances: bool = False
+    wraps: Callable[[Process], Process] | None = None
+    hook: Hook | None = None
+    gauge: Gauge | None = None
+
+    def drawn(self, seed: int, stream: int = PUBLIC) -> dict[str, float]:
+        """The numbers of a member, by field, of units as in `ranges`; the same on every machine."""
+        numbers = {each.field: each.at(share_of(seed, stream, each.field)) for each in self.ranges}
+        own_seed = f"{self.name}_seed"
+        return numbers | ({own_seed: float(word_of(seed, stream, own_seed))} if self.chances else {})
+
+
+def word_of(seed: int, stream: int, what: str) -> int:
+    """A random number of 32 bits for something, of a seed of as many."""
+    return plain(philox)(seed, stream, crc32(what.encode()), 0, 0, 0)[0]
+
+
+def share_of(seed: int, stream: int, what: str) -> float:
+    """The same between 0 and 1."""
+    return plain(uniform)(word_of(seed, stream, what))
+
+
+def ranges_of(family: str) -> tuple[Range, ...]:
+    """The ranges of a family of the package."""
+    return tuple(
+        Range(
+            field=f"{family}_{name}",
+            what=row["what"],
+            unit=row.get("unit", ""),
+            low=row["range"][0],
+            high=row["range"][1],
+            factor=row.get("spread") == FACTOR,
+            basis=Basis(Evidence[row["evidence"].upper()], row["basis"]),
+        )
+        for name, row in _ranges()[family].items()
+    )
+
+
+@functools.cache
+def _ranges() -> Mapping[str, Any]:
+    return read_toml(Path(__file__).with_name("ranges.toml"))

@@ -1,0 +1,43 @@
+"""A power meter that shows too much or too little, lags, and whose idle creeps with the bearings."""
+
+from typing import Any, NamedTuple
+
+from grind_env.envs.gauge import Gauge, Shown
+from grind_env.kernel import exp, inlined
+from grind_env.kernel.columns import replacer
+from grind_env.plants.family import Family, ranges_of
+
+
+class MeterOwn(NamedTuple):
+    """What the meter remembers."""
+
+    meter_gain: float = 1.0
+    meter_lag: float = 0.0
+    meter_idle: float = 0.0
+    meter_creeps: float = 0.0
+    meter_warms: float = 3600.0
+
+
+shown_as = replacer(Shown, "mean_power", "first_power", "peak_power")
+
+
+@inlined
+def _read(truth: Shown, own: Any, seconds: float, noise: Shown) -> tuple[Shown, Any]:
+    """Power is shown above an idle that was zeroed as the shift began, and has crept since then.
+
+    A meter that lags smooths what stands out of the mean of a block, and is still rising in its first stroke.
+    """
+    kept = 1.0 / (1.0 + own.meter_lag)
+    crept = own.meter_idle * own.meter_creeps * (1.0 - exp(-seconds / own.meter_warms))
+    mean = own.meter_gain * (truth.mean_power + crept)
+    first = own.meter_gain * (kept * truth.first_power + crept)
+    peak = own.meter_gain * (kept * truth.peak_power + (1.0 - kept) * truth.mean_power + crept)
+    return shown_as(truth, (mean, first, peak)), own
+
+
+METER = Family(
+    name="meter",
+    what="the power meter has another gain, lags, and its idle creeps while the bearings warm up",
+    ranges=ranges_of("meter"),
+    gauge=Gauge(_read, MeterOwn),
+)

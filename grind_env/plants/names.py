@@ -1,0 +1,132 @@
+"""Machines by their names: of a family by a seed, a mix, of the set that is held out, one's own."""
+
+import re
+from importlib import import_module
+
+from grind_env.errors import did_you_mean, quoted, reason
+from grind_env.kernel.random import WORD
+from grind_env.plants.bursts import BURSTS
+from grind_env.plants.drift import DRIFT
+from grind_env.plants.family import HELD_OUT, Family, share_of
+from grind_env.plants.fluid import FLUID
+from grind_env.plants.foreign import FOREIGN
+from grind_env.plants.graded import GRADED
+from grind_env.plants.meter import METER
+from grind_env.plants.plant import Plant, PlantError, mixed
+from grind_env.plants.soft import SOFT
+from grind_env.plants.table import TABLE
+from grind_env.plants.thermal import THERMAL
+
+FAMILIES: tuple[Family, ...] = (FOREIGN, BURSTS, THERMAL, METER, TABLE, GRADED, FLUID, SOFT, DRIFT)
+"""In the order in which a mix has them: what grinds first."""
+HELD_OUT_NAME = "held-out"
+FEWEST, MOST = 2, 4
+"""Families in a machine that is held out."""
+FORMS = "'meter:7', a mix as 'foreign:3+meter:7', 'held-out:5', or 'module:name' for one's own"
+
+_PART = re.compile(r"(?P<name>[\w.-]+):(?P<seed>\d+)")
+_OWN = re.compile(r"(?P<module>[A-Za-z_][\w.]*):(?P<name>[A-Za-z_]\w*)(?::(?P<seed>\d+))?")
+
+
+def find_plant(text: str, *, modules: bool = False) -> Plant:
+    """A machine by its name, always the same one.
+
+    `family:seed` is one of a family, `a:1+b:2` one of several. `held-out:seed` is one of a set that nothing is to be
+    trained or tuned on: two to four families, and numbers, of a stream of random numbers that has none in common with
+    that of the others; all of them have the same process. `module:name` is the `Plant` of that name in a module that
+    can be imported, `module:name:seed` a member of the `Family`, alone or in a mix.
+
+    Args:
+        text: the name.
+        modules: whether it may name a module, the code of which is then run: not of a name out of a stranger's file.
+
+    Raises:
+        PlantError: there is none of that name; the message says what there is.
+    """
+    names = text.split("+")
+    if len(names) == 1:
+        if (part := _PART.fullmatch(text)) and part["name"] == HELD_OUT_NAME:
+            return _held_out(_seed(part["seed"], text))
+        if (own := _own_part(text)) and own["seed"] is None:
+            found = _imported(own["module"], own["name"], text, modules)
+            if not isinstance(found, Plant):
+                raise PlantError(f"{quoted(text)} is a family of machines: give a seed, as '{text}:1'")
+            return found
+    return _mix(sorted((_member(name, text, modules) for name in names), key=_order))
+
+
+def _mix(members: list[tuple[str, Family, int]]) -> Plant:
+    """Of names, families and seeds, in the order of a mix."""
+    families = tuple(family for _, family, _ in members)
+    named = [family.name for family in families]
+    if twice := [name for name in named if named.count(name) > 1]:
+        raise PlantError(f"a mix has one machine of a family, but two of {quoted(twice[0])}: leave one of them out")
+    replacing = [family.name for family in families if family.wraps is not None]
+    if len(replacing) > 1:
+        raise PlantError(f"{' and '.join(replacing)} each say what grinds, and a mix has one of these: leave one out")
+    numbers = {field: x for _, family, seed in members for field, x in family.drawn(seed).items()}
+    return mixed("+".join(f"{name}:{seed}" for name, _, seed in members), families, numbers)
+
+
+def _order(member: tuple[str, Family, int]) -> tuple[int, str]:
+    _, family, _ = member
+    return (FAMILIES.index(family) if family in FAMILIES else len(FAMILIES)), family.name
+
+
+def _member(name: str, text: str, modules: bool) -> tuple[str, Family, int]:
+    """Name of its family, the family and the seed of a part of a mix."""
+    known = {each.name: each for each in FAMILIES}
+    if part := _PART.fullmatch(name):
+        if part["name"] in known:
+            return part["name"], known[part["name"]], _seed(part["seed"], text)
+        if part["name"] == HELD_OUT_NAME:
+            raise PlantError(f"{quoted(text)} mixes a machine that is held out, which is a mix already: name it alone")
+    elif own := _own_part(name):
+        found = _imported(own["module"], own["name"], text, modules)
+        if not isinstance(found, Family) or own["seed"] is None:
+            raise PlantError(f"{quoted(name)} is no member of a family: a Plant has no seed, and stands in no mix")
+        return f"{own['module']}:{own['name']}", found, _seed(own["seed"], text)
+    like = did_you_mean(name.partition(":")[0], known)
+    raise PlantError(f"there is no machine {quoted(text)}{like}: name {FORMS}; the families are {', '.join(known)}")
+
+
+def _own_part(name: str) -> re.Match[str] | None:
+    """A name of one's own, as of a module that is no family."""
+    found = _OWN.fullmatch(name)
+    return found if found and found["module"] not in [each.name for each in FAMILIES] else None
+
+
+def _seed(digits: str, text: str) -> int:
+    """A seed of 32 bits."""
+    if len(digits) > len(str(WORD)) or int(digits) > WORD:
+        raise PlantError(f"the seed in {quoted(text)} is too large: give one from 0 to {WORD}")
+    return int(digits)
+
+
+def _held_out(seed: int) -> Plant:
+    """One of the set: all have the process of all families, neutral but for those that are drawn."""
+    count = FEWEST + int((MOST + 1 - FEWEST) * share_of(seed, HELD_OUT, HELD_OUT_NAME))
+    drawn: list[Family] = []
+    for family in sorted(FAMILIES, key=lambda each: share_of(seed, HELD_OUT, each.name)):
+        replaced = family.wraps is not None and any(each.wraps is not None for each in drawn)
+        if len(drawn) < count and not replaced:
+            drawn.append(family)
+    numbers = {field: x for family in drawn for field, x in family.drawn(seed, HELD_OUT).items()}
+    return mixed(f"{HELD_OUT_NAME}:{seed}", FAMILIES, numbers)
+
+
+def _imported(module: str, name: str, text: str, allowed: bool) -> Plant | Family:
+    """What stands under a name in a module."""
+    if not allowed:
+        raise PlantError(
+            f"{quoted(text)} would run the code of a module, which a name in a file must not: give it as an argument"
+        )
+    try:
+        found = getattr(import_module(module), name)
+    except Exception as error:  # whatever the code of another does
+        raise PlantError(f"{quoted(text)} names no machine ({reason(error)}): name {FORMS}") from None
+    if not isinstance(found, Plant | Family):
+        raise PlantError(
+            f"{quoted(text)} is of type {type(found).__name__}: name a Plant or a Family of grind_env.plants"
+        )
+    return found

@@ -1,0 +1,108 @@
+"""A machine that is not the model: what grinds, what is shown of it, and its numbers."""
+
+import functools
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from grind_env.envs.gauge import GAUGE, Gauge, Shown
+from grind_env.errors import GrindError, reason
+from grind_env.kernel import inlined
+from grind_env.plants.family import Family
+from grind_env.process.process import PROCESS, Process, composed, joined
+
+QUIET = Shown(*[0.0] * len(Shown._fields))
+"""No noise."""
+
+
+class PlantError(GrindError):
+    """A machine that there is not, or that cannot be."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plant:
+    """A machine that is not the model.
+
+    Attributes:
+        name: by which `find_plant` finds it.
+        process: what grinds, with what happens before every block.
+        gauge: what is shown of it.
+        own: what process and gauge remember as a shift begins, in this order and in the units of their fields; () for
+            their defaults.
+
+    Raises:
+        PlantError: `own` has not a number for each of their fields.
+    """
+
+    name: str
+    process: Process = PROCESS
+    gauge: Gauge = GAUGE
+    own: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        fields = self.remembers._fields
+        if not self.own:
+            object.__setattr__(self, "own", tuple(self.remembers()))
+        if len(self.own) != len(fields):
+            raise PlantError(
+                f"{self.name}: own has {len(self.own)} numbers, but process and gauge remember {len(fields)}: give one "
+                f"for each of {', '.join(fields)}"
+            )
+
+    @property
+    def remembers(self) -> type[Any]:
+        """The record of which `own` has the numbers."""
+        return joined(self.process.own, self.gauge.own)
+
+    @property
+    def of_process(self) -> tuple[float, ...]:
+        """What of it the process remembers, as a `Job` takes it."""
+        return self.own[: len(self.process.own._fields)]
+
+
+def mixed(name: str, families: tuple[Family, ...], numbers: Mapping[str, float]) -> Plant:
+    """A machine of some families, with these numbers by field, in their units, and neutral ones for the others.
+
+    Raises:
+        PlantError: what is drawn of a family of one's own is nothing that it remembers, or has the name of another's.
+    """
+    try:
+        process, gauge = _made(families)
+        own = joined(process.own, gauge.own)(**numbers)
+    except (TypeError, ValueError) as error:
+        raise PlantError(f"{name}: {reason(error)}; let what a family draws be fields of what it remembers") from None
+    return Plant(name=name, process=process, gauge=gauge, own=tuple(own))
+
+
+@functools.cache
+def _made(families: tuple[Family, ...]) -> tuple[Process, Gauge]:
+    """What grinds and what is shown: the same functions for the same families, so that they are compiled once."""
+    process = functools.reduce(lambda inner, each: each.wraps(inner) if each.wraps else inner, families, PROCESS)
+    hooks = [each.hook for each in families if each.hook is not None]
+    gauges = [each.gauge for each in families if each.gauge is not None]
+    return composed(process, *hooks), beside(*gauges)
+
+
+@functools.cache
+def beside(*gauges: Gauge) -> Gauge:
+    """Gauges one after the other: each finds what those before show. The last one is that of the tasks, with the noise.
+
+    Raises:
+        ValueError: two of them remember something under one name.
+    """
+    shown = GAUGE
+    for gauge in reversed(gauges):
+        shown = Gauge(_through(gauge.read, shown.read), joined(gauge.own, shown.own))
+    return shown
+
+
+def _through(first: Callable[..., Any], then: Callable[..., Any]) -> Callable[..., Any]:
+    quiet = QUIET
+
+    @inlined
+    def read(truth: Shown, own: Any, seconds: float, noise: Shown) -> tuple[Shown, Any]:
+        found, own = first(truth, own, seconds, quiet)
+        shown, own = then(found, own, seconds, noise)
+        return shown, own
+
+    return read

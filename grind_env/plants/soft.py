@@ -1,0 +1,39 @@
+"""A loop of machine, wheel and work that gives more, and most with the part at the end of the table."""
+
+from typing import Any, NamedTuple
+
+from grind_env.kernel import inlined
+from grind_env.kernel.columns import replacer
+from grind_env.plants.family import Family, ranges_of
+from grind_env.process.process import Drive, Hook, Moment
+from grind_env.process.state import StrokeParameters, WheelState
+
+REACH = 300.0
+"""mm; from the middle of the table to its end."""
+
+
+class SoftOwn(NamedTuple):
+    """What the hook remembers."""
+
+    soft_gives: float = 1.0
+    soft_end: float = 1.0
+
+
+with_stiffness = replacer(StrokeParameters, "ke")
+
+
+@inlined
+def _before(
+    wheel: WheelState, own: Any, p: StrokeParameters, drive: Drive, moment: Moment
+) -> tuple[WheelState, Any, StrokeParameters, Drive]:
+    out = min(abs(moment.place) / REACH, 1.0)
+    gives = own.soft_gives * (1.0 + (own.soft_end - 1.0) * out)
+    return wheel, own, with_stiffness(p, (p.ke / gives,)), drive
+
+
+SOFT = Family(
+    name="soft",
+    what="machine, wheel and work give more under the force, and most where the part lies at the end of the table",
+    ranges=ranges_of("soft"),
+    hook=Hook(_before, SoftOwn),
+)

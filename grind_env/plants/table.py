@@ -1,0 +1,36 @@
+"""A table that falls behind its command and loses time at the reversals."""
+
+from typing import Any, NamedTuple
+
+from grind_env.kernel import inlined
+from grind_env.plants.family import Family, ranges_of
+from grind_env.process.process import Drive, Hook, Moment
+from grind_env.process.state import StrokeParameters, WheelState
+
+FAST = 30_000.0
+"""mm/min; of the ranges."""
+
+
+class TableOwn(NamedTuple):
+    """What the hook remembers."""
+
+    table_behind: float = 0.0
+    table_rests: float = 0.0
+
+
+@inlined
+def _before(
+    wheel: WheelState, own: Any, p: StrokeParameters, drive: Drive, moment: Moment
+) -> tuple[WheelState, Any, StrokeParameters, Drive]:
+    """Leakage and cushioning grow with the speed: what is lost of E, and at a reversal, goes with E."""
+    fast = moment.E / FAST
+    share = drive.share * (1.0 - own.table_behind * fast)
+    return wheel, own, p, Drive(share=share, dwell=drive.dwell + own.table_rests * fast)
+
+
+TABLE = Family(
+    name="table",
+    what="the table reaches less of a high E, and takes longer to reverse from it",
+    ranges=ranges_of("table"),
+    hook=Hook(_before, TableOwn),
+)

@@ -1,0 +1,48 @@
+"""A machine that grows over the shift, and a size gauge whose zero drifts with it."""
+
+from typing import Any, NamedTuple
+
+from grind_env.envs.gauge import Gauge, Shown
+from grind_env.kernel import exp, inlined
+from grind_env.kernel.columns import replacer
+from grind_env.plants.family import Family, ranges_of
+from grind_env.process.process import Drive, Hook, Moment
+from grind_env.process.state import StrokeParameters, WheelState
+
+
+class ThermalOwn(NamedTuple):
+    """What the hook remembers, of which the gauge drifts."""
+
+    thermal_grows: float = 0.0
+    thermal_drifts: float = 0.0
+    thermal_warms: float = 3600.0
+    thermal_grown: float = 0.0
+    """Up to the block before, um."""
+
+
+nearer, grown_to, shown_as = replacer(WheelState, "W"), replacer(None, "thermal_grown"), replacer(Shown, "size_error")
+
+
+@inlined
+def _before(
+    wheel: WheelState, own: Any, p: StrokeParameters, drive: Drive, moment: Moment
+) -> tuple[WheelState, Any, StrokeParameters, Drive]:
+    """Touching off finds the head where it is; until the end of the block it grows on, about as it did in the last."""
+    grown = own.thermal_grows * (1.0 - exp(-moment.seconds / own.thermal_warms))
+    W = wheel.W - 0.001 * (grown - own.thermal_grown)
+    return nearer(wheel, (W,)), grown_to(own, (grown,)), p, drive
+
+
+@inlined
+def _read(truth: Shown, own: Any, seconds: float, noise: Shown) -> tuple[Shown, Any]:
+    drifted = own.thermal_drifts * (1.0 - exp(-seconds / own.thermal_warms))
+    return shown_as(truth, (truth.size_error + drifted,)), own
+
+
+THERMAL = Family(
+    name="thermal",
+    what="as the machine warms up, its head grows towards the part or away, and the zero of the size gauge drifts",
+    ranges=ranges_of("thermal"),
+    hook=Hook(_before, ThermalOwn),
+    gauge=Gauge(_read),
+)

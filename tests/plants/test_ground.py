@@ -1,0 +1,94 @@
+"""Machines as the loops and the machine grind them: the one process of all families, which those held out share."""
+
+from collections.abc import Iterator, Sequence
+from itertools import count
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from grind_env.arrays import Array
+from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.simulation import Written
+from grind_env.envs.tables import Outcome
+from grind_env.envs.tasks import read_task
+from grind_env.machine.loops.rows import OWN_FROM
+from grind_env.machine.loops.tally import Tally
+from grind_env.plants import FAMILIES, Plant, find_plant
+from grind_env.plants.plant import mixed
+from tests.plants.test_names import differing
+from tests.process.test_toy_process import NEAR, ground
+
+CHOICES = [(6000.0, 0.0), (9000.0, 2.0), (7000.0, 0.0), (6000.0, 1.0), (8000.0, 0.0), (5000.0, 0.0)]
+NEUTRAL = mixed("neutral", FAMILIES, {})
+
+
+class Played(NamedTuple):
+    """Some machines side by side, after the blocks of `CHOICES`; shape (machines, ...)."""
+
+    wheels: Array
+    memory: Array
+    outcomes: Array
+    tallies: Array
+    written: Written
+    """Of the first one."""
+
+
+def play(plants: Sequence[Plant]) -> Played:
+    """One episode on each of machines that share their process; all of one seed."""
+    simulation = BlockSimulation(read_task("power_limited"), process=plants[0].process, gauge=plants[0].gauge)
+    episodes = simulation.start([np.random.default_rng(3) for _ in plants])
+    episodes.wheels[:, OWN_FROM:] = [plant.own for plant in plants]
+    blocks, outcomes, tallies = [], [], []
+    for E, D in CHOICES:
+        blocks.append(simulation.block(episodes, 0, E, D))
+        outcome, tally = simulation.step(episodes, np.full(len(plants), E), np.full(len(plants), D))
+        outcomes.append(outcome)
+        tallies.append(tally)
+    written = simulation.written(episodes, 0, blocks)
+    return Played(
+        episodes.wheels, episodes.memory, np.array(outcomes).swapaxes(0, 1), np.array(tallies).swapaxes(0, 1), written
+    )
+
+
+def held_out(*families: str) -> Plant:
+    """The first of those held out that has these families."""
+    found: Iterator[Plant] = (find_plant(f"held-out:{seed}") for seed in count())
+    return next(plant for plant in found if {*families} <= differing(plant))
+
+
+@pytest.mark.bits
+def test_neutral_numbers_change_no_bit_of_an_episode() -> None:
+    ours, neutral = play([Plant(name="ours")]), play([NEUTRAL])
+    assert ours.wheels[:, :OWN_FROM].tobytes() == neutral.wheels[:, :OWN_FROM].tobytes()
+    for name in ("memory", "outcomes", "tallies"):
+        assert getattr(ours, name).tobytes() == getattr(neutral, name).tobytes()
+
+
+@pytest.mark.bits
+def test_machines_that_share_their_process_grind_side_by_side_as_alone() -> None:
+    plants = [find_plant(f"held-out:{seed}") for seed in range(11)]
+    together = play(plants)
+    for i in (0, 4, 10):
+        alone = play([plants[i]])
+        for name in ("wheels", "memory", "outcomes", "tallies"):
+            assert getattr(alone, name)[0].tobytes() == getattr(together, name)[i].tobytes()
+    costs = together.outcomes[..., Outcome._fields.index("cost")].sum(axis=1)
+    assert len({*costs.tolist()}) == len(plants)
+    assert np.isfinite(together.outcomes).all()
+
+
+@pytest.mark.parametrize("families", [("foreign", "drift"), ("bursts", "table"), ("thermal", "graded")])
+def test_the_machine_grinds_the_program_of_an_episode_as_the_environment(families: tuple[str, ...]) -> None:
+    plant = held_out(*families)
+    played = play([plant])
+    assert played.written.job.process == plant.process
+    assert played.written.job.own == plant.of_process
+    run = ground(played.written)
+    assert run.wheel is not None
+    found = played.wheels[0, : OWN_FROM + len(plant.of_process)]
+    np.testing.assert_allclose([*run.wheel, *run.mount.own[0]], found, rtol=NEAR, atol=1e-12)
+    strokes = run.record().strokes
+    assert len(strokes) == played.tallies[0, :, Tally._fields.index("strokes")].sum()
+    seconds = played.outcomes[0, :, Outcome._fields.index("seconds")].sum()
+    assert run.record().seconds == pytest.approx(seconds, rel=1e-9)
