@@ -30,6 +30,7 @@ import numba
 import platformdirs
 from numba.core.bytecode import FunctionIdentity
 from numba.core.compiler_lock import global_compiler_lock
+from numba.core.runtime import rtsys
 
 from grind_env.files import FileError, write_atomically
 from grind_env.kernel.fingerprint import UnknownIngredient, count_functions, fingerprint
@@ -58,7 +59,7 @@ class KernelCache:
 
     Of numba's internals it uses `FunctionIdentity._unique_ids`, `CompileResult._reduce` and `_rebuild`,
     `has_dynamic_globals` of a code library, `magic_tuple` of a code generator (platform, name and features of the CPU)
-    `serialize.dumps`, and that a dispatcher calls its `compile`, under `global_compiler_lock`.
+    `serialize.dumps`, `rtsys.initialize`, and that a dispatcher calls its `compile`, under `global_compiler_lock`.
     """
 
     announced: ClassVar[bool] = False
@@ -77,9 +78,7 @@ class KernelCache:
     def lock(self, signature: Any) -> Path | None:
         """What is held while the kernel is compiled for these types of arguments; None if it need not be, or cannot."""
         try:
-            target = self._kernel.targetctx
-            target.refresh()
-            path = self._path(signature, target.codegen())
+            path = self._path(signature, self._kernel.targetctx.codegen())
         except Exception:  # `save_overload` says why it has no file
             return None
         return None if path.exists() or not self.cache_path else path.with_suffix(".lock")
@@ -87,7 +86,6 @@ class KernelCache:
     def load_overload(self, signature: Any, target: Any) -> Any:
         """The compiled kernel for these types of arguments; None if it has to be compiled."""
         try:
-            target.refresh()
             path = self._path(signature, target.codegen())
             content = path.read_bytes()
         except FileNotFoundError:
@@ -98,6 +96,8 @@ class KernelCache:
         try:
             if _digest(path, content[DIGEST:]) != content[:DIGEST]:
                 raise ValueError("damaged")
+            # of what `target.refresh()` imports, SciPy with it, compiled code needs the counting of references alone
+            rtsys.initialize(target)
             compiled = numba.core.compiler.CompileResult._rebuild(target, *pickle.loads(content[DIGEST:]))
         except Exception:
             _say(f"{path} is damaged: the kernel is compiled anew")
