@@ -2,7 +2,6 @@
 
 import sys
 from importlib import import_module
-from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec
 from importlib.util import find_spec
 from types import ModuleType
@@ -19,7 +18,7 @@ def register() -> None:
         sys.meta_path.insert(0, _Awaiting())
 
 
-class _Awaiting(MetaPathFinder):
+class _Awaiting:
     """Finds Gymnasium as all other finders do, and has the ids registered at the end of its import."""
 
     def find_spec(self, fullname: str, path: Any, target: ModuleType | None = None) -> ModuleSpec | None:

@@ -67,6 +67,7 @@ class KernelCache:
 
     def __init__(self, kernel: Any, folder: Path) -> None:
         self._kernel, self._folder = kernel, folder
+        self._prints: dict[Any, str] = {}
         with contextlib.suppress(OSError):
             folder.mkdir(parents=True, exist_ok=True)
 
@@ -82,6 +83,10 @@ class KernelCache:
         except Exception:  # `save_overload` says why it has no file
             return None
         return None if path.exists() or not self.cache_path else path.with_suffix(".lock")
+
+    def forget(self, signature: Any) -> None:
+        """Take the fingerprint anew at the next compilation, in which names may be bound to something else."""
+        self._prints.pop(signature, None)
 
     def load_overload(self, signature: Any, target: Any) -> Any:
         """The compiled kernel for these types of arguments; None if it has to be compiled."""
@@ -133,7 +138,9 @@ class KernelCache:
 
     def _path(self, signature: Any, codegen: Any) -> Path:
         name = self._kernel.__name__.strip("<>")
-        return self._folder / f"{name}-{fingerprint(self._kernel, signature, codegen.magic_tuple())}.nbc"
+        if signature not in self._prints:
+            self._prints[signature] = fingerprint(self._kernel, signature, codegen.magic_tuple())
+        return self._folder / f"{name}-{self._prints[signature]}.nbc"
 
 
 def _compile_once(cache: KernelCache, compile_: Callable[[Any], Any], signature: Any) -> Any:
@@ -141,6 +148,7 @@ def _compile_once(cache: KernelCache, compile_: Callable[[Any], Any], signature:
     with contextlib.ExitStack() as held:
         # in this order in every thread: a kernel compiles those that it calls
         held.enter_context(global_compiler_lock)
+        held.callback(cache.forget, signature)
         lock = cache.lock(signature)
         if lock is not None:
             cache.announce()
