@@ -13,12 +13,13 @@ has the same bits on every machine, for every batch size, in compiled code and i
 import functools
 from collections.abc import Callable
 from inspect import isfunction
-from types import FunctionType
+from types import FunctionType, ModuleType, SimpleNamespace
 from typing import Any, ClassVar, TypeVar, cast
 
 import llvmlite.binding as llvm
 import numba
 from numba.core.compiler import Compiler
+from numba.extending import is_jitted
 
 from grind_env.kernel.cache import keep_on_disk
 
@@ -61,8 +62,25 @@ def inlined(function: Function) -> Function:
 
 
 def plain(function: Function) -> Function:
-    """An `inlined` function as it is written, for few calls from Python: the same bits without 0.1 s to compile it."""
-    return cast(Function, getattr(function, "py_func", function))
+    """An `inlined` function as it is written, for few calls from Python: the same bits without 0.1 s to compile it.
+
+    So are those that it calls, by their names or as attributes of modules. No number may be NaN.
+    """
+    return cast(Function, _plain(function))
+
+
+@functools.cache
+def _plain(function: Any) -> Any:
+    written = getattr(function, "py_func", function)
+    if written is function:
+        return function
+    names, within = written.__globals__, written.__code__.co_names
+    called = {name: _plain(names[name]) for name in within if is_jitted(names.get(name))}
+    modules = {name: names[name] for name in within if isinstance(names.get(name), ModuleType)}
+    for name, module in modules.items():
+        found = {each: getattr(module, each) for each in within if hasattr(module, each)}
+        called[name] = SimpleNamespace(**{each: _plain(value) for each, value in found.items()})
+    return FunctionType(written.__code__, {**names, **called}, written.__name__, written.__defaults__)
 
 
 def inlined_rule(rule: Function) -> Function:
