@@ -44,11 +44,15 @@ LONG = 3.0  # s that somebody waits without wondering
 FunctionIdentity._unique_ids = iter(lambda: secrets.randbits(64), -1)
 
 
+def cache_folder() -> Path:
+    """Where kernels are kept: the folder `kernels` under NUMBA_CACHE_DIR or the user's cache."""
+    return Path(numba.config.CACHE_DIR or platformdirs.user_cache_dir("grind_env")) / "kernels"
+
+
 def keep_on_disk(kernel: Any) -> None:
-    """Give a function that numba compiles this cache, in the folder `kernels` under NUMBA_CACHE_DIR or the user's."""
+    """Give a function that numba compiles this cache."""
     if hasattr(kernel, "_cache"):
-        folder = Path(numba.config.CACHE_DIR or platformdirs.user_cache_dir("grind_env")) / "kernels"
-        kernel._cache = KernelCache(kernel, folder)
+        kernel._cache = KernelCache(kernel, cache_folder())
         kernel.compile = functools.partial(_compile_once, kernel._cache, kernel.compile)
     else:
         _say(f"numba {numba.__version__} takes no cache but its own: kernels are compiled at every start")
