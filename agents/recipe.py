@@ -1,4 +1,4 @@
-"""The training recipe of the README, run as it stands there: with other seeds, and without the belief."""
+"""The training recipe of the README, run as it stands there: with other seeds, without the belief, on other tasks."""
 
 import csv
 import hashlib
@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, fields
 from functools import partial
+from itertools import product
 from pathlib import Path
 from statistics import mean
 from typing import Any, NamedTuple
@@ -24,7 +25,7 @@ from grind_env.errors import GrindError
 from grind_env.files import read_text, write_atomically
 from grind_env.pages.markdown import table
 from grind_env.policies.evaluation import episode_seeds
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem import Problem
 from grind_env.targets import Own, check_own
 
 README = ROOT / "README.md"
@@ -32,23 +33,23 @@ BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
 TRAINS = "model.learn("
 """By which the block is known."""
 BELIEF = re.compile(r"^envs = VectorBeliefFilter\(.*\n", re.MULTILINE)
-SEED, STEPS = "seed=0", "1_000_000"
+SEED, STEPS, TASK = "seed=0", "1_000_000", '"grind/PowerLimited-v0"'
 WAYS = {"measurements": "measurements alone", "belief": "with the belief"}
 EPISODES = 128
 LIBRARIES = ("gymnasium", "numpy", "stable_baselines3", "torch")
-TASK = "power_limited"
 CSV, PAGE = "recipe.csv", "recipe.md"
 TITLE = "# The recipe of the README"
 
 
 class Cell(NamedTuple):
-    """A training: what it sees, and its seed."""
+    """A training: of which task, what it sees, and its seed."""
 
+    problem: Problem
     way: str
     seed: int
 
     def __str__(self) -> str:
-        return f"{WAYS[self.way]}, seed {self.seed}"
+        return f"{self.problem.name}, {WAYS[self.way]}, seed {self.seed}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +76,7 @@ class Request:
 class Trained:
     """What a training came to, judged on evaluation episodes; the interval is 95 %, over these."""
 
+    task: str
     sees: str
     seed: int
     steps: int
@@ -104,11 +106,17 @@ def recipe(readme: str) -> str:
 
 
 def variant(text: str, cell: Cell, steps: int | None = None) -> str:
-    """The recipe with another seed, without the line of the belief, or with other steps, and else as it stands.
+    """The recipe for another task, with another seed or other steps, or without the belief, and else as it stands.
 
     Raises:
-        GrindError: what is to be changed does not stand in it just once.
+        GrindError: what is to be changed does not stand in it just once, or the task is a file, which no id names.
     """
+    if cell.problem.arguments:
+        raise GrindError(
+            f"{cell.problem.name} is a file, and the recipe names its task by an id: choose a registered one"
+        )
+    if TASK not in text:
+        raise GrindError(f"the recipe of README.md does not train on {TASK}, so that it cannot be run on another task")
     changes = [(re.escape(SEED), f"seed={cell.seed}")]
     changes += [] if cell.way == "belief" else [(BELIEF.pattern, "")]
     changes += [] if steps is None else [(STEPS, str(steps))]
@@ -116,7 +124,7 @@ def variant(text: str, cell: Cell, steps: int | None = None) -> str:
         text, count = re.subn(pattern, new, text, flags=re.MULTILINE)
         if count != 1:
             raise GrindError(f"the recipe of README.md has {pattern!r} {count} times, but must have it once")
-    return text
+    return text.replace(TASK, f'"{cell.problem.id}"')
 
 
 def run(text: str) -> dict[str, Any]:
@@ -134,7 +142,7 @@ def train(cell: Cell, request: Request, tell: Callable[[int], object]) -> Traine
         GrindError: as `variant`.
     """
     text = variant(request.text, cell, request.steps)
-    path = request.folder / f"{cell.way}-{cell.seed}-{fingerprint(text)}.json"
+    path = request.folder / f"{cell.problem.name}-{cell.way}-{cell.seed}-{fingerprint(text, cell.problem)}.json"
     if path.exists():
         return Trained(**json.loads(read_text(path)))
     place = path.with_suffix("")
@@ -147,16 +155,16 @@ def train(cell: Cell, request: Request, tell: Callable[[int], object]) -> Traine
         os.chdir(before)
     found = named["judged"].numbers() | named
     numbers = {each.name: found[each.name] for each in fields(Trained) if each.name in found}
-    done = Trained(**{**numbers, "sees": cell.way, "seed": cell.seed, "steps": request.steps})
+    asked = {"task": cell.problem.name, "sees": cell.way, "seed": cell.seed, "steps": request.steps}
+    done = Trained(**{**numbers, **asked})
     write_atomically(path, partial(_write, json.dumps(asdict(done))))
     tell(1)
     return done
 
 
-def fingerprint(text: str) -> str:
+def fingerprint(text: str, problem: Problem) -> str:
     """Stands for all that decides what a training ends in."""
-    simulation = find_problem(TASK).simulation()
-    versions = [installed(library) for library in LIBRARIES]
+    simulation, versions = problem.simulation(), [installed(library) for library in LIBRARIES]
     parts = [text, sources(wrappers.__name__), sources("grind_env.sb3.adapter"), behaviour(simulation), versions]
     return hashlib.sha256("\0".join(map(str, parts)).encode()).hexdigest()[:12]
 
@@ -167,17 +175,25 @@ def check_recipe(folder: Path) -> None:
     Raises:
         FileError: it has.
     """
-    for name, begin in ((CSV, "sees,seed,steps,"), (PAGE, TITLE)):
+    for name, begin in ((CSV, "task,sees,seed,steps,"), (PAGE, TITLE)):
         own = Own("table of `python -m agents recipe`", re.compile(begin.encode()).match)
         check_own(folder / name, own, "--results")
 
 
 def run_recipe(
-    seeds: int, steps: int, *, jobs: int, console: Console, runs: Path = RUNS, results: Path = RESULTS
+    problems: Sequence[Problem],
+    seeds: int,
+    steps: int,
+    *,
+    jobs: int,
+    console: Console,
+    runs: Path = RUNS,
+    results: Path = RESULTS,
 ) -> list[Trained]:
     """Run the recipe both ways; what was trained before by the same lines and code is taken up again.
 
     Args:
+        problems: registered environments.
         seeds: of each way, from 0.
         steps: of a training.
         jobs: processes.
@@ -192,7 +208,7 @@ def run_recipe(
     request = Request(recipe(read_text(README)), steps, runs.absolute() / "recipe")
     results.mkdir(parents=True, exist_ok=True)
     check_recipe(results)
-    cells = [Cell(way, seed) for way in WAYS for seed in range(seeds)]
+    cells = [Cell(problem, way, seed) for problem in problems for way in WAYS for seed in range(seeds)]
     found, failed = work_on_all(cells, request, jobs, console, train)
     if failed:
         raise GrindError(f"{len(failed)} of {len(cells)} trainings failed: {next(iter(failed.values()))}")
@@ -216,17 +232,26 @@ def _write(content: str, path: Path) -> None:
     path.write_text(content, encoding="utf-8", newline="\n")
 
 
-HEADINGS = ("what it sees", "mean score", "least", "score of each seed", "$ per good part", "CPU-seconds of each")
+HEADINGS = (
+    "task",
+    "what it sees",
+    "mean score",
+    "least",
+    "score of each seed",
+    "$ per good part",
+    "CPU-seconds of each",
+)
 
 
 def page(found: Sequence[Trained]) -> str:
     """The table of all seeds, Markdown."""
     rows = []
-    for way, title in WAYS.items():
-        of_way = [each for each in found if each.sees == way]
+    for task, (way, title) in product(dict.fromkeys(each.task for each in found), WAYS.items()):
+        of_way = [each for each in found if (each.task, each.sees) == (task, way)]
         scores = [each.score for each in of_way]
         rows.append(
             (
+                task,
                 title,
                 f"{mean(scores):.1f}",
                 f"{min(scores):.1f}",
@@ -236,6 +261,6 @@ def page(found: Sequence[Trained]) -> str:
             )
         )
     return (
-        f"{TITLE}\n\n`python -m agents recipe` on {TASK}: {found[0].steps:,} steps of each,"
-        f" {found[0].episodes} evaluation episodes.\n\n" + table(HEADINGS, rows) + "\n"
+        f"{TITLE}\n\n`python -m agents recipe`: {found[0].steps:,} steps of each, {found[0].episodes} evaluation"
+        " episodes.\n\n" + table(HEADINGS, rows) + "\n"
     )

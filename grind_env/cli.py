@@ -210,13 +210,14 @@ def run(
 
     Columns of --record, whose units stand in the header of a .csv file, a row per stroke or groove infeed: part;
     line (of the cycle block); number (in the cycle); groove; time, seconds (begin and duration, s); E (mm/min); Z
-    (programmed depth, mm); b, Lw (engaged width, ground length, mm); ae (depth of cut, mm); Q (specific removal
-    rate, mm2/s); heq (equivalent chip thickness, um); Ft, Fn (forces, N/mm); power (above idle, W); u_s (specific
-    energy, J/mm3); lc (contact length, mm); fg (force per grain, N); vs (wheel speed, m/s); load (what the drive
-    shows, W: torque times the speed that is set); torque (over that at which the spindle stalls); T (temperature rise,
-    K); eps (energy partition to the work); Br (burn ratio); G (G-ratio); dw, worn (wheel wear, mm, mm3); Rg, Ra
-    (roughness made and left, um); and of the wheel after it A (wear-flat area), lam (loading), V (volume ground since
-    the dress, mm3/mm), ds (diameter, mm), alw (waviness, um), W (wear since gauged, mm).
+    (programmed depth, mm); b, Lw (engaged width, ground length, mm); grown (by how much the hot part stands higher,
+    mm); ae (depth of cut, mm); Q (specific removal rate, mm2/s); heq (equivalent chip thickness, um); Ft, Fn
+    (forces, N/mm); power (above idle, W); u_s (specific energy, J/mm3); lc (contact length, mm); fg (force per
+    grain, N); vs (wheel speed, m/s); load (what the drive shows, W: torque times the speed that is set); torque
+    (over that at which the spindle stalls); T (temperature rise, K); heat (power into the part, W); eps (energy
+    partition to the work); Br (burn ratio); G (G-ratio, 0 where nothing is cut); dw, worn (wheel wear, mm, mm3);
+    Rg, Ra (roughness made and left, um); and of the wheel after it A (wear-flat area), lam (loading), V (volume
+    ground since the dress, mm3/mm), ds (diameter, mm), W (wear since gauged, mm).
     """
     from grind_env.control.options import variables_of
     from grind_env.machine.grind_file import grind_file

@@ -127,7 +127,8 @@ def play(
         job_beside = program.with_suffix(".toml")
         write_atomically(job_beside, lambda path: path.write_text(PLAYED + job_text(played.job), encoding="utf-8"))
         if played.requests:
-            asked = " ".join(f"--dress-at {seconds:.3f}" for seconds in played.requests)
+            # to the last digit, for the table may have turned within the ms before
+            asked = " ".join(f"--dress-at {seconds}" for seconds in played.requests)
             print(printable(f"it is the same with the dresses that the operator asks for: grind run {program} {asked}"))
     dull = f"; {played.handover:.2f} $ of it are for the dull wheel handed over, which no run of the program shows"
     each = f", {played.cost / played.good:.3f} $ each" if played.good > 0.0 else ""

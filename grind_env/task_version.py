@@ -6,13 +6,15 @@ those of another version are not read.
 
 from grind_env.errors import quoted
 
-TASK_VERSION = 2
+TASK_VERSION = 3
 
 HISTORY = {
     1: "the first tasks: D in equal bins over all of its component, constant readings and the true wheel diameter in"
     " the observation, wear that could cost more than the wheel",
     2: "a process model held to measured data, and prices tuned on it; D = 0 up to 1/3; observations without constants,"
     " the hidden entries last, the diameter by the shop's book; no wear beyond what is left of the wheel",
+    3: "a process model of the third version; noise from a counter-based generator, drawn block by block; gauging"
+    " between two blocks on a part takes a time; dressers, a slow table in Slot and limits of Ra by the model",
 }
 """What each version is, the latest last."""
 

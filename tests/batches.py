@@ -13,6 +13,7 @@ from grind_env.machine.loops.cycle import PartState, Stroking
 from grind_env.machine.loops.feeding import FEED
 from grind_env.machine.loops.loops import loops_of, zoned_loops_of
 from grind_env.machine.loops.tally import Tally
+from grind_env.process.process import PROCESS
 from grind_env.process.state import StrokeParameters, WheelState
 
 FEEDS, PLUNGES, TRAVERSES = loops_of(FEED), loops_of(COURSES["G82"]), zoned_loops_of(COURSES["G83"])
@@ -20,7 +21,9 @@ FEEDS, PLUNGES, TRAVERSES = loops_of(FEED), loops_of(COURSES["G82"]), zoned_loop
 
 CYCLE = dtype_of(Stroking, PlungeCycle)
 """Of a G82."""
-PARAMETERS, WHEEL, PART, TALLY = map(dtype_of, (StrokeParameters, WheelState, PartState, Tally))
+PARAMETERS, PART, TALLY = map(dtype_of, (StrokeParameters, PartState, Tally))
+WHEEL = dtype_of(WheelState, PROCESS.own)
+"""With what the process remembers besides."""
 
 
 def grind_cycles(cycles: Array, parameters: Array, wheels: Array, parts: Array, *, threads: int = 1) -> Array:
@@ -43,6 +46,11 @@ def grind_cycles(cycles: Array, parameters: Array, wheels: Array, parts: Array, 
     with ThreadPoolExecutor(threads) as pool:
         list(pool.map(lambda first: PLUNGES.lanes(*tables, NO_MOTIONS, order, first, threads), range(threads)))
     return tallies
+
+
+def cold(wheel: WheelState) -> tuple[float, ...]:
+    """A row of `WHEEL` before the first stroke of a part."""
+    return (*wheel, *PROCESS.own())
 
 
 def as_table(records: Array) -> Array:

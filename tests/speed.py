@@ -26,7 +26,7 @@ from grind_env.envs.tasks import Task, load_task, read_task
 from grind_env.machine.loops.batch import NO_MOTIONS, longest_plunges
 from grind_env.machine.loops.feeding import FeedMotion
 from tests import speed_control, speed_envs, speed_training
-from tests.batches import CYCLE, FEEDS, PARAMETERS, PART, PLUNGES, TALLY, WHEEL, as_table, grind_cycles
+from tests.batches import CYCLE, FEEDS, PARAMETERS, PART, PLUNGES, TALLY, WHEEL, as_table, cold, grind_cycles
 
 SECONDS = 0.5
 """Measured of each loop and number of machines, about."""
@@ -48,7 +48,7 @@ loaded = time.perf_counter(); grind_cycles(*cycles(1)); print(time.perf_counter(
 def machines_of(task: Task, machines: int) -> tuple[np.ndarray, ...]:
     """Machines as episodes of a task begin: parameters, wheels, parts."""
     parameters = np.full(machines, np.array(tuple(task.parameters(task.kinds[0])), PARAMETERS))
-    wheels = np.full(machines, np.array(tuple(EpisodeGenerator(task).wheel(0.0)), WHEEL))
+    wheels = np.full(machines, np.array(cold(EpisodeGenerator(task).wheel(0.0)), WHEEL))
     return parameters, wheels, np.full(machines, np.array((0.0, 0.0, 1.6), PART))
 
 

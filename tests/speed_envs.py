@@ -11,6 +11,7 @@ from rich.table import Table
 
 import grind_env
 from grind_env.envs.blocks import step
+from grind_env.envs.blocks.episode import EpisodeGenerator
 from grind_env.envs.gauge import GAUGE
 from grind_env.envs.tables import shop_row
 from grind_env.machine.loops.batch import CYCLE_FIELDS, NO_MOTIONS, longest_plunges
@@ -73,9 +74,10 @@ def vector_episode(
     results = np.zeros((n, len(Tally._fields)))
     everyone, order = np.arange(n), np.empty(n, np.int64)
     nothing = np.zeros(n)
-    shops = np.array([shop_row(env.task)])
+    shops, drawn = np.array([shop_row(env.task)]), EpisodeGenerator(env.task)
     prepare = step.blocks_work(PROCESS, GAUGE).prepare
-    tables = step.Tables(simulation.kinds, simulation.branches.base, shops, cycles, parameters)
+    base, sigmas = simulation.branches.base, (drawn.kinds, drawn.spreads)
+    tables = step.Tables(simulation.kinds, base, shops, *sigmas, cycles, parameters)
 
     def kernel() -> None:
         longest_plunges(cycles, everyone, order)

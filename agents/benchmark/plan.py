@@ -13,8 +13,8 @@ from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE, policy_names
 from grind_env.policies.tuned import ConfigError
 
-CORE = ("slot", "oracle6", "power_limited", "wide_rails", "blades", "rush", "job_shop")
-"""The core set of scenarios, section 8, and JobShop; the one-step problem of Wen has reference scores of its own."""
+CORE = ("power_limited", "reciprocation", "wide_plates", "wide_rails", "blades", "rush", "job_shop")
+"""Each asks something of its own. Slot and Oracle6 are diagnostic; the one-step problem of Wen has its own scores."""
 FLAGSHIP = "power_limited"
 LONG = (REFERENCE, "mpc")
 """Policies that take long to run."""

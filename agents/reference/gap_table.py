@@ -12,7 +12,7 @@ from rich.table import Table
 from agents.benchmark.readme import table
 from agents.benchmark.summary import NONE
 from agents.provenance import provenance
-from agents.reference.gaps import ADAPTING_D, ADAPTING_E, BEST, FIXED, ROLES, Gap, TaskGaps
+from agents.reference.gaps import ADAPTING_D, ADAPTING_E, BEST, FIXED, KNOWN, PLANNER, ROLES, Gap, TaskGaps
 from agents.reference.promises import PROMISES
 from agents.reference.table import flat, spread_names
 from grind_env.policies.evaluation import episode_seeds
@@ -83,6 +83,9 @@ def tables(tasks: Sequence[TaskGaps]) -> list[tuple[str, Sequence[str], list[lis
     def cell(of: TaskGaps, what: str, text: Callable[[Gap], str]) -> str:
         return text(of.gaps[what]) if what in of.gaps else NONE
 
+    def score(gap: Gap) -> str:
+        return spread(gap.score, 1)
+
     costs = [
         [
             each.task,
@@ -103,7 +106,7 @@ def tables(tasks: Sequence[TaskGaps]) -> list[tuple[str, Sequence[str], list[lis
         [
             each.task,
             each.gaps[BEST].policy,
-            *(cell(each, what, lambda gap: spread(gap.score, 1)) for what in ROLES[1:-1]),
+            *(cell(each, what, score) for what in ROLES[1:-1]),
         ]
         for each in tasks
     ]
@@ -116,6 +119,13 @@ def tables(tasks: Sequence[TaskGaps]) -> list[tuple[str, Sequence[str], list[lis
             savings,
         ),
         ("Score: 0 is the best fixed plan, 100 hindsight", ("task", BEST, *ROLES[1:-1]), scores),
+        (
+            "What measuring would be worth: score of the best rule on what is measured, and of the rule on the state"
+            " that knows before every block how dull the wheel is, how fast the lot dulls it (growth), which Ra wheel"
+            " and part give, or all",
+            ("task", BEST, *KNOWN, PLANNER),
+            [[each.task, *(cell(each, what, score) for what in (BEST, *KNOWN, PLANNER))] for each in tasks],
+        ),
     ]
 
 

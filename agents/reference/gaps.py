@@ -32,8 +32,11 @@ FIXED, SPEED, DRESS, BOTH, BEST, PLANNER, HINDSIGHT = ROLES = (
 """What is compared: the best plan without sensors; the adaptive rule for one decision, and for both; the scripted
 policy that costs least of those that see measurements; the planner that knows the state; the one that knows the
 future."""
+DULLNESS, GROWTH, ROUGHNESS, STATE = KNOWN = ("dullness", "dullness, growth", "dullness, Ra", "full state")
+"""What the rule on the state knows before a block: how dull the wheel is; beside it how fast the lot dulls it, or which
+Ra wheel and part give; or all."""
 ADAPTING_E, ADAPTING_D = "adapting E", "adapting D"
-AGAINST = {**dict.fromkeys(ROLES[1:], FIXED), ADAPTING_E: DRESS, ADAPTING_D: SPEED}
+AGAINST = {**dict.fromkeys((*ROLES[1:], *KNOWN), FIXED), ADAPTING_E: DRESS, ADAPTING_D: SPEED}
 """What each saving is counted from."""
 DOES = {ADAPTING_E: BOTH, ADAPTING_D: BOTH}
 """Who saves it, where the name does not say it."""
@@ -113,12 +116,16 @@ def task_gaps(problem: Problem, found: Mapping[str, Evaluation], configs: Path |
         BEST: min(rules, key=lambda name: float(found[name].cost.mean())),
         PLANNER: "mpc",
         HINDSIGHT: REFERENCE,
+        DULLNESS: "dullness_rule",
+        GROWTH: "growth_rule",
+        ROUGHNESS: "roughness_rule",
+        STATE: "full_state_rule",
     }
     fixed, hindsight = found[policies[FIXED]], found[REFERENCE]
     # an episode of strokes has as many as its stock takes
     steps = float(np.isfinite(fixed.speeds).sum(axis=1).mean())
     gaps = {}
-    for what in (*ROLES, ADAPTING_E, ADAPTING_D):
+    for what in (*ROLES, ADAPTING_E, ADAPTING_D, *KNOWN):
         policy, against = policies[DOES.get(what, what)], policies[AGAINST.get(what, FIXED)]
         if policy in found:
             run = found[policy]

@@ -56,6 +56,8 @@ SHARPNESS = (
     Coefficient("gB", 0.0, 0.1, needs="wheel_change"),
     Coefficient("wB", 0.0, 0.1, needs="wheel_change"),
 )
+GROWTH = Coefficient("gK", 0.0, 0.1), Coefficient("wK", 0.3, 0.2)
+ROUGHNESS = Coefficient("gR", 0.0, 0.1)
 ADAPTIVE = (
     *SHARPNESS,
     Coefficient("gS", 0.0, 0.1),
@@ -98,25 +100,20 @@ RULES: dict[str, tuple[Coefficient, ...]] = {
         *(each for each in ADAPTIVE if not each.name.startswith(("E", "g"))),
     ),
     "adaptive_rule": ADAPTIVE,
-    "belief_rule": (
-        *SHARPNESS,
-        Coefficient("gK", 0.0, 0.1),
-        Coefficient("wK", 0.3, 0.2),
-    ),
+    "belief_rule": (*SHARPNESS, *GROWTH),
     "look_ahead": (
         Coefficient("price", 1.0, 0.3, positive=True, by_kind=True),
         Coefficient("growth", 1.5, 0.2, positive=True, by_kind=True),
+        Coefficient("caution", 2.0, 0.3, positive=True),
         Coefficient("haste", 0.5, 0.5, positive=True, needs="due"),
         Coefficient("calm", 0.0, 0.1, needs="due"),
         Coefficient("layer", 0.01, 0.5, positive=True, needs="wheel_change"),
         Coefficient("scarcity", 0.5, 0.3, needs="wheel_change"),
     ),
-    "full_state_rule": (
-        *SHARPNESS,
-        Coefficient("gK", 0.0, 0.1),
-        Coefficient("gR", 0.0, 0.1),
-        Coefficient("wK", 0.3, 0.2),
-    ),
+    "dullness_rule": SHARPNESS,
+    "growth_rule": (*SHARPNESS, *GROWTH),
+    "roughness_rule": (*SHARPNESS, ROUGHNESS),
+    "full_state_rule": (*SHARPNESS, *GROWTH, ROUGHNESS),
 }
 """What CMA-ES tunes."""
 

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.arrays import Numbers, Table
-from grind_env.belief.filter import follow, write_factors
+from grind_env.belief.filter import DIAMETER, NEW_WHEEL, follow, write_factors
 from grind_env.belief.hidden import FACTORS, Belief, Hidden, Signals
 from grind_env.errors import GrindError
 
@@ -72,6 +72,9 @@ class Model(Protocol):
 
     def write_factors(self, members: Any, index: Numbers, factors: Table) -> None:
         """Write their factors `FACTORS`, shape (index, factors)."""
+
+    def rest(self, members: Any, index: Numbers, rows: Numbers) -> None:
+        """Let those at `index` wait for a new wheel after blocks of these rows."""
 
     def grind(self, members: Any, choice: Sequence[Table], index: Numbers) -> Table:
         """Let those at `index` grind it with E in mm/min, D and pre-dresses; shape (members, fields of `Tally`)."""
@@ -163,6 +166,10 @@ class WheelBelief:
             diameter=seen["diameter"],
             new_lot=seen["new_lot"],
         )
+        found = self._ground(np.flatnonzero(chosen & ~self.fresh), signals)
+        changed = np.flatnonzero(chosen & ~self.fresh & (signals.diameter > self.wheels[:, 0, DIAMETER] + NEW_WHEEL))
+        if changed.size:
+            model.rest(self.members, self._of(changed), np.repeat(self.rows[changed], self.size))
         follow(
             model.judged(self.rows),
             np.stack(signals, axis=1),
@@ -176,7 +183,7 @@ class WheelBelief:
             self.fresh,
             self.updates,
             self.ground,
-            self._ground(np.flatnonzero(chosen & ~self.fresh), signals),
+            found,
             self.wheels,
             self.hidden,
             self.beliefs,

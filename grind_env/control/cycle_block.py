@@ -137,7 +137,7 @@ def redirect(
     if table.primary == table.secondary:
         raise _zero_stroke(command, table.axis, displaced(table.primary, -origin))
     if command.reciprocation_feed is not None:
-        table.feed = min(command.reciprocation_feed, maximum_feed)
+        table.feed, table.refed = min(command.reciprocation_feed, maximum_feed), True
     return memory
 
 

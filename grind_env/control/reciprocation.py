@@ -60,6 +60,7 @@ class Reciprocation:
         primary: primary reversal point in force, mm.
         secondary: secondary reversal point in force, mm.
         feed: E of the next stroke, mm/min.
+        refed: whether that is of a block after the cycle, be it the same number.
         coordinate: of the axis at the last point of rest, mm.
         at: that point.
         free_at: when the next stroke can begin, s.
@@ -82,6 +83,7 @@ class Reciprocation:
     dresses: int = 0
     in_cycle: bool = False
     underway: Underway | None = None
+    refed: bool = False
     auto_dresses: Rounds = field(init=False)
 
     @property
@@ -106,7 +108,7 @@ class Reciprocation:
         """Let a new cycle rule from the secondary point on; its first stroke goes to the primary point."""
         self.plan, self.place = plan, place
         self.primary, self.secondary, self.feed = plan.primary, plan.secondary, plan.feed
-        self.at, self.count, self.dresses = Reversal.SECONDARY, 0, 0
+        self.at, self.count, self.dresses, self.refed = Reversal.SECONDARY, 0, 0, False
 
     def begin(self, position: Position, feed: float, acceleration: float, dwell: float) -> Underway:
         """Set out at `feed` (mm/min) to the other reversal point, from the start point to the primary one."""

@@ -3,11 +3,14 @@
 The docstrings of `make` here and in the modules of `grind_env.envs.ids` are what the pages of the ids say.
 """
 
+from dataclasses import replace
+
 from grind_env.envs.arguments import check_flags, is_full
 from grind_env.envs.blocks.program import check_task
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.infeed.simulation import InfeedSimulation
+from grind_env.envs.pricing import usual_cost
 from grind_env.envs.showing import renders
 from grind_env.envs.strips.simulation import StripSimulation
 from grind_env.envs.tasks import Task, load_task
@@ -27,8 +30,10 @@ def simulation_of(
     """
     check_flags(predress=predress)
     check_task(task, cycle)
-    full = is_full(task.observation if observation is None else observation)
-    return SIMULATIONS[task.cycle](task, full=full, pre_dress=predress)
+    full, kind = is_full(task.observation if observation is None else observation), SIMULATIONS[task.cycle]
+    if task.reference_cost == 0.0:
+        task = replace(task, reference_cost=usual_cost(task, kind))
+    return kind(task, full=full, pre_dress=predress)
 
 
 @renders
@@ -48,7 +53,7 @@ def make(
     A step is one G82 cycle block of a surface grinder: the table reciprocates with feedrate **E**, the wheel
     plunges at every reversal point until the stock is removed, sparks out, and the control runs the dress
     program **D** times within the cycle, evenly in depth. (A task with an infeed has G81 blocks, one with a cross pick
-    G83 blocks: see `grind/Reciprocation-v0` and `grind/WidePlates-v0`.) The wheel dulls, loads, wears and grows waves;
+    G83 blocks: see `grind/Reciprocation-v0` and `grind/WidePlates-v0`.) The wheel dulls, loads, and wears;
     slow tables glaze it and burn the part, fast tables cost power, roughness and size, and dressing costs time and
     wheel.
 
@@ -83,11 +88,12 @@ def make(
     ## Episode
 
     Starts with a freshly dressed wheel (unless the task says otherwise) and ends `terminated` after the last
-    block. Everything random is drawn at reset; `reset(options={"context": ..., "split": ...})` fixes factors or
+    block. Everything random is decided at reset; `reset(options={"context": ..., "split": ...})` fixes factors or
     restricts what they are drawn from (`grind_env.envs.contexts`). What is fixed is not told in the observation: a
     material other than that of a task with a single material has to be found out like a lot or a wheel.
 
-    With two blocks per part, `machine.grind` gives other part times: it adds the travel between the blocks (2 to 4 s).
+    With two blocks per part, `machine.grind` gives other part times: it adds the travel between the blocks (2 to 4 s),
+    on which the part cools.
 
     Args:
         task: name of a task, for example `"power_limited"`, or the path of a task file, such as `"shop.toml"`; what

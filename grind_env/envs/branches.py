@@ -23,6 +23,8 @@ class Branches(Protocol):
     """Price of a dress execution, $; 0 without a dress program."""
     usual_dress: tuple[float, float]
     """Traverse feed of the diamond, mm/s, and depth of a pass, mm, with which a new wheel is dressed."""
+    change_seconds: float
+    """What a wheel change takes, s."""
 
     def coming_rows(self, seen: Mapping[str, Table]) -> Numbers:
         """Row in `Simulation.kinds` of the coming block, from what was read; shape (N,)."""

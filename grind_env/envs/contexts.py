@@ -24,7 +24,6 @@ episode, in each split another.
 import math
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from statistics import NormalDist
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -43,11 +42,6 @@ SPLITS: Mapping[str, tuple[int, ...]] = {EVERY: (), "inner": (0, 3, 4, 5, 6, 9),
 RENAMED = {"train": "inner", "test": "interpolation"}
 """Splits that had another name."""
 RANGES = 10
-
-NORMAL = np.linspace(-5.0, 5.0, 2001)
-"""Standard normal numbers at which the probability below is tabulated."""
-PROBABILITY = np.round([NormalDist().cdf(z) for z in NORMAL.tolist()], 12)
-
 
 What = TypeVar("What", bound=Hashable)
 
@@ -218,12 +212,16 @@ def option_items(options: Mapping[str, Any] | None) -> list[tuple[str, Any]]:
     return list(options.items())
 
 
-def from_ranges(normals: NDArray[np.float64], ranges: tuple[int, ...]) -> NDArray[np.float64]:
-    """Standard normal numbers of any shape moved into the ranges of a split, in their order, by probability."""
-    u = np.interp(normals, NORMAL, PROBABILITY) * len(ranges)
-    # the table is rounded: the last number of all stays within the last range
-    which = np.minimum(u.astype(np.int64), len(ranges) - 1)
-    return np.asarray(np.interp((np.array(ranges)[which] + (u - which)) / RANGES, PROBABILITY, NORMAL))
+def apart(given: Sequence[Given]) -> tuple[list[Given], NDArray[np.int64]]:
+    """What is given, each object once, and which of these is given of each of M episodes, shape (M,)."""
+    once = {id(each): each for each in given}
+    numbers = {key: number for number, key in enumerate(once)}
+    return [*once.values()], np.array([numbers[id(each)] for each in given])
+
+
+def split_bits(ranges: tuple[int, ...]) -> float:
+    """The ranges of a split as the bits of a whole number; 0 for `all`."""
+    return float(sum(1 << k for k in ranges))
 
 
 def split_ranges(name: Any) -> tuple[int, ...]:

@@ -130,7 +130,7 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         super().reset(seed=seed)
         self.given, self.over, self.blocks, self.outcomes = given, False, [], []
         if self.episodes is None:
-            self.episodes = simulation.start([self.np_random], [given])
+            self.episodes = simulation.start([self.np_random], [given], whole=False)
         else:
             simulation.restart_all(self.episodes, [0], [self.np_random], [given])
         self.follow()

@@ -1,7 +1,6 @@
 """A simulation as the filter of a belief grinds its members with it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +12,7 @@ from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tables import KindRow
 from grind_env.envs.tape import TapeRow
+from grind_env.machine.loops.shift import entries_of
 
 JUDGED = [KindRow._fields.index(name) for name in Judged._fields]
 FACTOR_COLUMNS = [TapeRow._fields.index(name) for name in FACTORS]
@@ -71,7 +71,7 @@ class MemberModel:
 
     def room(self, n: int) -> Episodes:
         """As `Model.room`."""
-        return replace(self.simulation.room(n), tape=np.zeros((n, 1, len(TapeRow._fields))))
+        return self.simulation.room(n).on(np.zeros((n, 1, len(TapeRow._fields))))
 
     def begin(self, members: Episodes, index: Numbers) -> None:
         """As `Model.begin`."""
@@ -84,6 +84,12 @@ class MemberModel:
     def write_factors(self, members: Episodes, index: Numbers, factors: Table) -> None:
         """As `Model.write_factors`."""
         members.tape[index[:, None], 0, FACTOR_COLUMNS] = factors
+
+    def rest(self, members: Episodes, index: Numbers, rows: Numbers) -> None:
+        """As `Model.rest`."""
+        pass_time, p = entries_of(self.simulation.process).pass_time, self.base[self.base_rows(rows)]
+        for k, i in enumerate(index):
+            pass_time(members.wheels[i : i + 1], p[k : k + 1], 0, self.branches.change_seconds, False)
 
     def grind(self, members: Episodes, choice: Sequence[Table], index: Numbers) -> Table:
         """As `Model.grind`."""

@@ -59,9 +59,9 @@ class Readings(NamedTuple):
     """Everything that is observed before a block, in physical units; `readings` says what each one means.
 
     `mean_power`, `first_power` and `peak_power` are W. `last_speed` is m/min. `last_pick`, `last_width`, `diameter`,
-    `pick`, `width`, `length` and `diamond_flat` are mm. `size_error`, `roughness_limit`, `tolerance`, `waviness` and
+    `pick`, `width`, `length` and `diamond_flat` are mm. `size_error`, `roughness_limit`, `tolerance` and
     `dressed_roughness` are um. `volume` and `wheel_volume` are mm3/mm, `dressed_density` is 1/mm2. `time_to_due` is s.
-    `scrap` is $.
+    `scrap` is $. `part_rise` is a temperature difference, K.
 
     `last_executions`, `parts_since_gauged`, `blocks_since_dress`, `dresses`, `sparkout` and `executions_left` are
     numbers of executions, parts, blocks or strokes. `roughness` (over its limit), `stock` (over the nominal one) and
@@ -100,7 +100,6 @@ class Readings(NamedTuple):
     slack: float
     wear_flat: float
     loading: float
-    waviness: float
     diamond_flat: float
     dressed_roughness: float
     dressed_density: float
@@ -111,6 +110,7 @@ class Readings(NamedTuple):
     convection: float
     roughness_scale: float
     wheel_volume: float
+    part_rise: float
 
 
 class Reading(NamedTuple):
@@ -131,6 +131,9 @@ class Reading(NamedTuple):
 
 OF_KIND = ("pick", "width", "length", "sparkout", "roughness_limit", "tolerance", "scrap")
 """Readings that say a number of the kind of the coming block."""
+PART_RISE = Reading("part_rise", "K", 0.0, 50.0, 0.0, 20.0, "hidden",
+                    "mean temperature of the part in work over the hall; 0 of one not ground so far")  # fmt: skip
+"""Nothing to say where every block starts a part."""
 HIDDEN = Readings._fields[Readings._fields.index("wear_flat") :]
 """Readings that no real machine gives."""
 
@@ -150,6 +153,8 @@ def readings(task: Task, *, full: bool, pre_dress: bool = False) -> tuple[Readin
         absent.add("executions_left")
     if task.due is None:
         absent |= {"time_to_due", "slack"}
+    if all(kind.starts_part for kind in task.kinds):
+        absent.add("part_rise")
     shown = (reading for reading in _table(task) if reading.name not in absent)
     return measured_first((*shown, *_one_hot(task)))
 
@@ -257,7 +262,6 @@ def _table(task: Task) -> list[Reading]:
                 "ln of the time to the next due date over the nominal time of the work up to it"),
         Reading("wear_flat", "", 0.0, 0.05, 0.0, 5.0, "hidden", "wear-flat area A"),
         Reading("loading", "", 0.0, 1.0, 0.0, 1.0, "hidden", "loading"),
-        Reading("waviness", "um", 0.0, 1.0, 0.0, 5.0, "hidden", "waviness amplitude"),
         Reading("diamond_flat", "mm", 0.0, 0.2, 0.0, 20.0, "hidden", "wear flat of the diamond"),
         Reading("dressed_roughness", "um", 0.0, 1.0, 0.0, 5.0, "hidden", "roughness scale left by the dress"),
         Reading("dressed_density", "1/mm2", 0.0, 10.0, 0.0, 5.0, "hidden", "grain density left by the dress"),
@@ -269,6 +273,7 @@ def _table(task: Task) -> list[Reading]:
         Reading("roughness_scale", "", 1.0, 1.0, -1.0, 10.0, "hidden", "factor on the roughness"),
         Reading("wheel_volume", "mm3/mm", 0.0, 300.0, 0.0, 20.0, "hidden",
                 "specific volume since the last dress as the wheel feels it: a dress leaves a part of it"),
+        PART_RISE,
     ]  # fmt: skip
     assert tuple(reading.name for reading in table) == Readings._fields
     return table

@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 from grind_env.arrays import Numbers, Table
 from grind_env.envs.branches import Branches
 from grind_env.envs.contexts import Given
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.episodes import Episodes, EpisodesT
 from grind_env.envs.observations import Reading
 from grind_env.envs.tables import Outcome
 from grind_env.envs.tasks import Task
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
+from grind_env.process.process import Process
 from grind_env.render.view import View
 
 SimulationT = TypeVar("SimulationT", bound="Simulation")
@@ -53,6 +54,10 @@ class Simulation(Protocol):
         """Numbers of the kinds of blocks, shape (rows, fields of `KindRow`)."""
 
     @property
+    def process(self) -> Process:
+        """What grinds."""
+
+    @property
     def branches(self) -> Branches:
         """What planners, beliefs and advisers need beside."""
 
@@ -76,16 +81,24 @@ class Simulation(Protocol):
     def most_steps(self) -> int:
         """Steps of an episode at most."""
 
-    def start(self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None) -> Episodes:
-        """New episodes, one from each generator, with what is given of each."""
+    def start(
+        self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None, *, whole: bool = True
+    ) -> Episodes:
+        """New episodes, one from each generator, with what is given of each; `whole` as for `room`."""
 
     def restart_all(
         self, episodes: Episodes, index: Sequence[int], rngs: Sequence[np.random.Generator], given: Sequence[Given]
     ) -> None:
         """Put new episodes in place of those at `index`, one from each generator, with what is given of each."""
 
-    def room(self, n: int) -> Episodes:
-        """Arrays for N episodes, of which none has been drawn."""
+    def room(self, n: int, *, whole: bool = True) -> Episodes:
+        """Arrays for N episodes, of which none has been drawn.
+
+        With whole tapes, or, for all but a user's own program, with rows for the coming blocks only.
+        """
+
+    def whole(self, episodes: EpisodesT) -> EpisodesT:
+        """Copies with whole tapes."""
 
     def clear(self, episodes: Episodes, index: Numbers) -> None:
         """Forget what the episodes at `index`, shape (M,), have done but for their wheels: none has begun."""

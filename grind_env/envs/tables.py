@@ -19,9 +19,9 @@ COST_TERMS = ("time", "wheel", "dress", "scrap", "handover")
 class KindRow(NamedTuple):
     """The numbers of a block kind that a step needs; see `tasks.Kind`.
 
-    `stock`, `pick`, `width` and `length` are mm, `scrap` is $, `load` is s, the time to load the part. `sparkout` is
-    the number of strokes. `starts_part` and `ends_part` are 1 if so, else 0. The limits are `rise` in K, `power` in W,
-    `roughness` and `size` in um.
+    `stock`, `pick`, `width` and `length` are mm, `scrap` is $, `wait` is s, the time to load the part or to gauge it.
+    `sparkout` is the number of strokes. `starts_part` and `ends_part` are 1 if so, else 0. The limits are `rise` in K,
+    `power` in W, `roughness` and `size` in um.
     """
 
     stock: float
@@ -36,7 +36,7 @@ class KindRow(NamedTuple):
     ends_part: float
     counts_all: float
     """1 if heat counts over all plunges, because a rise allowance is given."""
-    load: float
+    wait: float
     rise: float
     power: float
     roughness: float
@@ -175,7 +175,7 @@ def kind_row(task: Task, kind: Kind) -> KindRow:
         starts_part=float(kind.starts_part),
         ends_part=float(kind.ends_part),
         counts_all=float(kind.rise_allowance > 0.0),
-        load=task.setup.load if kind.starts_part else 0.0,
+        wait=task.wait_seconds(kind),
         rise=limits.rise,
         power=limits.power,
         roughness=limits.roughness,

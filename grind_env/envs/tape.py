@@ -1,13 +1,31 @@
-"""The rows of the noise tape, and the compiled loops that write them from random numbers."""
+"""The noise tape of an episode, of which a row is drawn when its block comes up.
 
+Everything random in an episode is a function of its key, of a number (of a block, an order, a date, a stroke) and of
+what is drawn for it. So the same seed means the same stock, lots, wheels and measurement noise, whatever the policy
+does, and policies can be compared on common random numbers. What has no spread in a task is not drawn, and the other
+numbers are the same without it.
+"""
+
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from grind_env.arrays import Table
 from grind_env.belief.hidden import CUT
-from grind_env.envs.contexts import Fixed
+from grind_env.envs.contexts import RANGES, Fixed
 from grind_env.kernel import entry, exp, inlined
 from grind_env.kernel.columns import column_reader, column_writer
+from grind_env.kernel.random import Words, normal, philox, uniform
+
+EPISODE, ORDER, DATE, PART, GAUGES, READINGS, STROKE, TAPER = range(8)
+"""What is drawn, four words a number: of the episode (the wheel; coolant and start; the spare wheel), of an order by
+its first block, of a due date, of a part by its first block, of a block (the pre-gauge, the part's roughness, mean and
+first power; then peak power, size, roughness and wheel), of a stroke, and of a part by its number."""
+
+
+WORDS = 2.0**32
+"""How many words there are."""
 
 
 class TapeRow(NamedTuple):
@@ -65,7 +83,101 @@ SPARE_FACTORS = ("spare_kA", "pm", "hf", "fc", "Gref", "spare_ra_scale")
 """Where the factors stand after a wheel change."""
 
 read_row, write_row = column_reader(TapeRow), column_writer(TapeRow)
-DUE, WORK, IS_DUE = (TapeRow._fields.index(name) for name in ("due", "work", "is_due"))
+
+
+AHEAD = 2
+"""Rows of a tape that is not whole: of the coming block, and of the next one, whose kind is shown, too."""
+
+
+@inlined
+def place_of(block: int, rows: int) -> int:
+    """Row of a block on a tape of so many rows: those of one that is not whole take turns."""
+    return block & 1 if rows == AHEAD else block
+
+
+class Origin(NamedTuple):
+    """What the rows of an episode are drawn from.
+
+    `material`, an index, and the factors `stock`, `kA`, `pm`, `ra_scale` and `slack` are those of `contexts.Fixed`: NaN
+    for what is drawn. `key_0` and `key_1` have no units.
+    """
+
+    key_0: float
+    key_1: float
+    blocks: float
+    """Number of blocks after which the episode ends."""
+    drawn: float
+    """Number of rows drawn so far."""
+    split: float
+    """Ranges of the split: bit k for the one of index k; 0 for all."""
+    material: float
+    stock: float
+    kA: float
+    pm: float
+    ra_scale: float
+    slack: float
+    noise: float
+    """Factor on the noise; 1 if no context fixes it."""
+    wheel_kA: float
+    """Factor of the first wheel on the wear-flat growth."""
+    spare_kA: float
+    """Factor of every wheel after it."""
+    wheel_ra: float
+    """Factor of the first wheel on the roughness."""
+    spare_ra: float
+    """Factor of every wheel after it."""
+    hf: float
+    """Factor on the convection of the coolant at the start."""
+    ageing: float
+    """Log of the convection lost with every part, no unit."""
+    fc: float
+    """Factor on the fracture force."""
+    Gref: float
+    """Factor on the G-ratio."""
+
+
+class Carried(NamedTuple):
+    """What the row drawn last hands on to the next one."""
+
+    kA: float
+    """Factor of the lot on the wear-flat growth."""
+    pm: float
+    """Factor of the lot on the wear-flat pressure."""
+    part_ra: float
+    """Factor of the part on the roughness."""
+    parts: float
+    """Number of parts begun after the first."""
+    due: float
+    """Next due date, s."""
+
+
+SOURCE = len(Origin._fields) + len(Carried._fields)
+"""Columns of the table of sources: an `Origin`, and behind it what is `Carried`."""
+KEY_0, KEY_1, BLOCKS, DRAWN, NOISE_FACTOR = (
+    Origin._fields.index(name) for name in ("key_0", "key_1", "blocks", "drawn", "noise")
+)
+read_origin, write_origin = column_reader(Origin), column_writer(Origin)
+read_carried = column_reader(Carried, len(Origin._fields))
+write_carried = column_writer(Carried, len(Origin._fields))
+
+
+class DrawnKind(NamedTuple):
+    """The numbers of a block kind that its rows are drawn with."""
+
+    stock: float
+    """Nominal, mm."""
+    least_stock: float
+    """Ratio to the nominal one."""
+    starts_part: float
+    """1 if so."""
+    material: float
+    """Index among the materials of the task."""
+    seconds: float
+    """Nominal time, for the due dates, s."""
+
+
+read_drawn_kind = column_reader(DrawnKind)
+SECONDS = DrawnKind._fields.index("seconds")
 
 
 class Sigmas(NamedTuple):
@@ -92,12 +204,15 @@ class Sigmas(NamedTuple):
     diamond_flat: float
     ageing: float
     """Log convection lost with every part, no unit."""
+    due_blocks: float
+    """Number of blocks up to a due date; 0 in a task without."""
+    least_slack: float
+    """Ratio of the time to a due date to the nominal time, at least."""
+    most_slack: float
+    """That ratio at most."""
 
 
-@inlined
-def log_normal(sigma: float, z: float) -> float:
-    """Log-normal factor for a standard normal number z, which is cut at `CUT`."""
-    return exp(sigma * min(max(z, -CUT), CUT))
+read_sigmas = column_reader(Sigmas)
 
 
 @inlined
@@ -106,123 +221,180 @@ def unless(fixed: float, drawn: float) -> float:
     return drawn if np.isnan(fixed) else fixed
 
 
-@entry
-def deal_orders(kinds: Any, begins: Any, uniforms: Any, count: int, most: int) -> None:
-    """Write the kind of every block: orders of a random kind with 1 to `most` parts."""
-    left, kind = 0, 0
-    for k in range(kinds.size):
-        begins[k] = left == 0
-        if left == 0:
-            kind = min(int(uniforms[k, 0] * count), count - 1)
-            left = 1 + min(int(uniforms[k, 1] * most), most - 1)
-        kinds[k] = kind
-        left -= 1
+@inlined
+def key_of(u_0: float, u_1: float) -> tuple[float, float]:
+    """The key that two uniform numbers make."""
+    return np.floor(u_0 * WORDS), np.floor(u_1 * WORDS)
+
+
+@inlined
+def words_of(key_0: float, key_1: float, what: int, number: int) -> Words:
+    """The random words of the episode with this key for what is drawn, and for its number."""
+    return philox(int(key_0), int(key_1), int(number), what, 0, 0)
+
+
+@inlined
+def within(u: float, split: float) -> float:
+    """A uniform number moved into the ranges of a split, in their order, by probability."""
+    bits = int(split)
+    if bits == 0:
+        return u
+    count = 0
+    for k in range(RANGES):
+        count += bits >> k & 1
+    left = u * count
+    for k in range(RANGES):
+        if bits >> k & 1:
+            if left < 1.0:
+                return (k + left) / RANGES
+            left -= 1.0
+    return u
+
+
+@inlined
+def factor(sigma: float, word: int, split: float) -> float:
+    """Log-normal factor, from the ranges of a split, whose standard normal number is cut at `CUT`."""
+    if sigma == 0.0:
+        return 1.0
+    return exp(sigma * min(max(normal(within(uniform(word), split)), -CUT), CUT))
+
+
+@inlined
+def deviation(sigma: float, word: int) -> float:
+    """Normal number of that standard deviation."""
+    return sigma * normal(uniform(word)) if sigma > 0.0 else 0.0
+
+
+@inlined
+def origin_of(u_0: float, u_1: float, blocks: int, given: Fixed, split: float, sigmas: Sigmas) -> Origin:
+    """What an episode of so many blocks is drawn from, by two uniform numbers, what a context fixes, and the split."""
+    key_0, key_1 = key_of(u_0, u_1)
+    kA_word, ra_word, fc_word, Gref_word = words_of(key_0, key_1, EPISODE, 0)
+    hf_word, ageing_word, _, _ = words_of(key_0, key_1, EPISODE, 1)
+    spare_kA_word, spare_ra_word, _, _ = words_of(key_0, key_1, EPISODE, 2)
+    ageing = 1.0 + sigmas.coolant_ageing * (2.0 * uniform(ageing_word) - 1.0)
+    return Origin(
+        key_0=key_0,
+        key_1=key_1,
+        blocks=float(blocks),
+        drawn=0.0,
+        split=split,
+        material=given.material,
+        stock=given.stock,
+        kA=given.kA,
+        pm=given.pm,
+        ra_scale=given.ra_scale,
+        slack=given.slack,
+        noise=unless(given.noise, 1.0),
+        wheel_kA=unless(given.wheel_kA, factor(sigmas.wheel_growth, kA_word, split)),
+        spare_kA=unless(given.wheel_kA, factor(sigmas.wheel_growth, spare_kA_word, split)),
+        wheel_ra=factor(sigmas.wheel_roughness, ra_word, split),
+        spare_ra=factor(sigmas.wheel_roughness, spare_ra_word, split),
+        hf=unless(given.hf, factor(sigmas.convection, hf_word, split)),
+        ageing=sigmas.ageing * unless(given.coolant_ageing, ageing),
+        fc=unless(given.fc, factor(sigmas.fracture_force, fc_word, split)),
+        Gref=unless(given.Gref, factor(sigmas.g_ratio, Gref_word, split)),
+    )
+
+
+@inlined
+def work_before_date(schedule: Any, kinds: Any, i: int, k: int, period: int) -> float:
+    """Nominal time of block k of episode i and of those after it up to the next due date, s."""
+    work = 0.0
+    for later in range(k - k % period + period - 1, k - 1, -1):
+        work += kinds[schedule[i, later] >> 1, SECONDS]
+    return work
+
+
+@inlined
+def draw_row(tape: Any, i: int, k: int, source: Any, schedule: Any, kinds: Any, sigmas: Sigmas) -> None:
+    """Draw row k of the tape of episode i, after the row before it; arguments as for `draw_rows`."""
+    origin, old = read_origin(source, i), read_carried(source, i)
+    number, begins = schedule[i, k] >> 1, schedule[i, k] & 1 > 0
+    kind, period, noise = read_drawn_kind(kinds, number), int(sigmas.due_blocks), origin.noise
+    starts = kind.starts_part > 0.0
+    kA, pm, part_ra, parts, due = old.kA, old.pm, old.part_ra, old.parts, old.due
+    if k == 0:
+        part_ra, parts, due = 1.0, -1.0 if starts else 0.0, 0.0
+    new_lot, stock, gauged = begins, kind.stock, kind.stock
+    gauge_word, part_word, mean_word, first_word = words_of(origin.key_0, origin.key_1, GAUGES, k)
+    peak_word, size_word, roughness_word, wheel_word = words_of(origin.key_0, origin.key_1, READINGS, k)
+    if starts or begins:
+        lot_word, kA_word, pm_word, stock_word = words_of(origin.key_0, origin.key_1, PART, k)
+        # a lot that differs from the last one in nothing is no new lot
+        lots = starts and (np.isnan(origin.kA) or np.isnan(origin.pm))
+        new_lot = begins or (lots and uniform(lot_word) < sigmas.lot_probability)
+        if new_lot:
+            kA = unless(origin.kA, factor(sigmas.lot_growth, kA_word, origin.split))
+            pm = unless(origin.pm, factor(sigmas.lot_pressure, pm_word, origin.split))
+        if starts:
+            parts += 1.0
+            part_ra = factor(sigmas.part_roughness, part_word, 0.0) if np.isnan(origin.ra_scale) else 1.0
+            relative = max(kind.least_stock, 1.0 + deviation(sigmas.stock, stock_word))
+            stock = kind.stock * unless(origin.stock, relative)
+            stock = np.floor(1000.0 * stock + 0.5) / 1000.0
+            gauged = max(stock + deviation(noise * sigmas.gauge, gauge_word), 0.3 * kind.stock)
+    work, last = 0.0, 0.0
+    if period > 0:
+        work = work_before_date(schedule, kinds, i, k, period)
+        last = 1.0 if k % period == period - 1 else 0.0
+        if k % period == 0:
+            slack_word, _, _, _ = words_of(origin.key_0, origin.key_1, DATE, k // period)
+            slack = sigmas.least_slack + (sigmas.most_slack - sigmas.least_slack) * uniform(slack_word)
+            due += unless(origin.slack, slack) * work
+    measurement = noise * sigmas.measurement
+    shown = 1.0 if new_lot else 0.0  # numba takes no condition among so many keywords
+    row = TapeRow(
+        kind=float(number),
+        stock=stock,
+        gauged=gauged,
+        new_lot=shown,
+        kA=kA * origin.wheel_kA,
+        pm=pm,
+        hf=origin.hf * exp(-origin.ageing * parts),
+        fc=origin.fc,
+        Gref=origin.Gref,
+        ra_scale=unless(origin.ra_scale, origin.wheel_ra * part_ra),
+        part_ra=part_ra,
+        mean_noise=deviation(measurement, mean_word),
+        first_noise=deviation(measurement, first_word),
+        peak_noise=deviation(measurement, peak_word),
+        size_noise=deviation(measurement, size_word),
+        roughness_noise=deviation(measurement, roughness_word),
+        wheel_noise=deviation(measurement, wheel_word),
+        material=unless(origin.material, kind.material),
+        spare_kA=kA * origin.spare_kA,
+        spare_ra_scale=unless(origin.ra_scale, origin.spare_ra * part_ra),
+        due=due,
+        work=work,
+        is_due=last,
+    )
+    write_row(tape[i], place_of(k, tape.shape[1]), row)
+    write_carried(source, i, Carried(kA=kA, pm=pm, part_ra=part_ra, parts=parts, due=due))
 
 
 @entry
-def fill(
-    tape: Any,
-    kinds: Any,
-    begins: Any,
-    stocks: Any,
-    least: Any,
-    starts: Any,
-    materials: Any,
-    normals: Any,
-    wheel_normals: Any,
-    uniforms: Any,
-    ageing: float,
-    spare: Any,
-    sigmas: Sigmas,
-    fixed: Fixed,
-) -> None:
-    """Write all rows but their due dates.
+def draw_rows(tape: Any, block: Any, source: Any, schedule: Any, kinds: Any, spreads: Any, active: Any) -> None:
+    """Draw the rows that the tapes have room for: of the coming blocks of the episodes in `active`.
 
     Args:
-        tape: shape (blocks, fields of `TapeRow`); written.
-        kinds: kind of every block.
-        begins: whether a block begins an order; without orders, only the first does.
-        stocks: nominal stock of each kind, mm, like the next three by kind.
-        least: least stock over nominal.
-        starts: whether it starts a part.
-        materials: index of its material.
-        normals: standard normal numbers, shape (blocks + 1, NORMALS of `episode`).
-        wheel_normals: of the gauged diameter, shape (blocks,).
-        uniforms: shape (blocks + 1,).
-        ageing: uniform number of the ageing rate of the coolant.
-        spare: normal numbers of the spare wheel, shape (2,).
-        sigmas: spreads of the task.
-        fixed: what a context fixes.
+        tape: shape (N, rows, fields of `TapeRow`): the rows of all blocks, or `AHEAD` ones that take turns.
+        block: number of the coming block, shape (N,).
+        source: shape (N, SOURCE); updated.
+        schedule: kind of every block, shape (N, blocks): twice its number, and 1 more if it begins an order. Without
+            orders, only the first block does.
+        kinds: shape (kinds, fields of `DrawnKind`).
+        spreads: shape (1, fields of `Sigmas`).
+        active: indices of the episodes.
     """
-    episode = normals[tape.shape[0]]
-    wheel_kA = unless(fixed.wheel_kA, log_normal(sigmas.wheel_growth, episode[0]))
-    spare_kA = unless(fixed.wheel_kA, log_normal(sigmas.wheel_growth, spare[0]))
-    wheel_ra, spare_ra = log_normal(sigmas.wheel_roughness, episode[1]), log_normal(sigmas.wheel_roughness, spare[1])
-    hf = unless(fixed.hf, log_normal(sigmas.convection, episode[4]))
-    rate = sigmas.ageing * unless(fixed.coolant_ageing, 1.0 + sigmas.coolant_ageing * (2.0 * ageing - 1.0))
-    fc = unless(fixed.fc, log_normal(sigmas.fracture_force, episode[2]))
-    Gref = unless(fixed.Gref, log_normal(sigmas.g_ratio, episode[3]))
-    noise = unless(fixed.noise, 1.0)
-    gauge, measurement = noise * sigmas.gauge, noise * sigmas.measurement
-    # a lot that differs from the last one in nothing is no new lot
-    lots = np.isnan(fixed.kA) | np.isnan(fixed.pm)
-    lot_kA, lot_pm, part_ra, parts = 1.0, 1.0, 1.0, 0.0
-    for k in range(tape.shape[0]):
-        z = normals[k]
-        starts_part = starts[kinds[k]]
-        nominal = stocks[kinds[k]]
-        new_lot = begins[k] or (lots and starts_part and uniforms[k] < sigmas.lot_probability)
-        if new_lot:
-            lot_kA = unless(fixed.kA, log_normal(sigmas.lot_growth, z[2]))
-            lot_pm = unless(fixed.pm, log_normal(sigmas.lot_pressure, z[3]))
-        stock, gauged = nominal, nominal
-        if starts_part:
-            parts += 0.0 if k == 0 else 1.0
-            part_ra = log_normal(sigmas.part_roughness, z[9]) if np.isnan(fixed.ra_scale) else 1.0
-            stock = nominal * unless(fixed.stock, max(least[kinds[k]], 1.0 + sigmas.stock * z[0]))
-            stock = np.floor(1000.0 * stock + 0.5) / 1000.0
-            gauged = max(stock + gauge * z[1], 0.3 * nominal)
-        shown = 1.0 if new_lot else 0.0  # numba takes no condition among so many keywords
-        row = TapeRow(
-            kind=float(kinds[k]),
-            stock=stock,
-            gauged=gauged,
-            new_lot=shown,
-            kA=lot_kA * wheel_kA,
-            pm=lot_pm,
-            hf=hf * exp(-rate * parts),
-            fc=fc,
-            Gref=Gref,
-            ra_scale=unless(fixed.ra_scale, wheel_ra * part_ra),
-            part_ra=part_ra,
-            mean_noise=measurement * z[4],
-            first_noise=measurement * z[5],
-            peak_noise=measurement * z[6],
-            size_noise=measurement * z[7],
-            roughness_noise=measurement * z[8],
-            wheel_noise=measurement * wheel_normals[k],
-            material=unless(fixed.material, materials[kinds[k]]),
-            spare_kA=lot_kA * spare_kA,
-            spare_ra_scale=unless(fixed.ra_scale, spare_ra * part_ra),
-            due=0.0,
-            work=0.0,
-            is_due=0.0,
-        )
-        write_row(tape, k, row)
+    sigmas = read_sigmas(spreads, 0)
+    for i in active:
+        first, end = int(source[i, DRAWN]), min(block[i] + tape.shape[1], int(source[i, BLOCKS]))
+        for k in range(first, end):
+            draw_row(tape, i, k, source, schedule, kinds, sigmas)
+        source[i, DRAWN] = max(first, end)
 
 
-@entry
-def fill_dates(tape: Any, kinds: Any, nominal: Any, factors: Any) -> None:
-    """Write the due dates; `factors` has one entry a date, `nominal` the seconds of each kind."""
-    size = tape.shape[0] // factors.size
-    due = 0.0
-    for date in range(factors.size):
-        last = (date + 1) * size - 1
-        work = 0.0
-        for k in range(last, last - size, -1):
-            work += nominal[kinds[k]]
-            tape[k, WORK] = work
-            tape[k, IS_DUE] = 1.0 if k == last else 0.0
-        due += factors[date] * work
-        for k in range(last - size + 1, last + 1):
-            tape[k, DUE] = due
+def keys_of(rngs: Sequence[np.random.Generator]) -> Table:
+    """A key from each of M generators, as two uniform numbers, shape (M, 2)."""
+    return np.array([(rng.random(), rng.random()) for rng in rngs])

@@ -82,7 +82,7 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.generators = Generators(num_envs)
         self.given = [Given()] * num_envs
-        self.episodes = self.simulation.start(self.generators.rngs)
+        self.episodes = self.simulation.start(self.generators.rngs, whole=False)
         self.begun = np.zeros(num_envs, bool)
         self.all_begun = False
         self.due = np.zeros(num_envs, bool)

@@ -38,7 +38,7 @@ def wheel(
 ) -> None:
     """The state of the wheel over a batch of parts, 85 mm wide.
 
-    Wear flats, loading, waviness, volume ground since the dress, and diameter lost.
+    Wear flats, loading, volume ground since the dress, and diameter lost.
     """
     from grind_env.control import read_file
     from grind_env.envs.job.text import repeated

@@ -16,7 +16,6 @@ PANEL = 0.95
 STATE = {
     "A": ("wear-flat\narea, %", 100.0),
     "lam": ("loading, %", 100.0),
-    "alw": ("waviness,\nµm", 1.0),
     "V": ("ground since\ndress, mm³/mm", 1.0),
 }
 """Heading and factor of each panel, by the field of `record.STROKE_ROW`."""
@@ -24,7 +23,7 @@ LOST = "diameter\nlost, µm"
 
 
 def wheel_figure(record: GrindingRecord) -> "Figure":
-    """Wear flats, loading, waviness, volume since the dress and diameter lost, over the parts of a run.
+    """Wear flats, loading, volume since the dress and diameter lost, over the parts of a run.
 
     Dresses are dotted lines.
 

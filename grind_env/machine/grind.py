@@ -50,9 +50,9 @@ def grind(
         >>> from grind_env.machine.job.file import load_job
         >>> record = grind(read_file(EXAMPLE), load_job(EXAMPLE.with_suffix(".toml")))
         >>> len(record.strokes), round(record.seconds, 1), round(record.cost_per_good_part, 2)  # strokes, s, $
-        (29, 101.3, 2.45)
+        (29, 101.3, 2.46)
         >>> [round(Ra, 2) for Ra in record.strokes["Ra"][-3:].tolist()]  # um
-        [0.28, 0.26, 0.25]
+        [0.26, 0.25, 0.23]
     """
     control, conditions = control or job.control, conditions or job.parts
     if control.panel == Panel():  # one that an operator has touched goes with its control

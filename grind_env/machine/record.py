@@ -28,11 +28,11 @@ if TYPE_CHECKING:
 UNITS = {
     **dict.fromkeys(("time", "seconds"), "s"),
     "E": "mm/min",
-    **dict.fromkeys(("Z", "b", "Lw", "ae", "lc", "dw", "ds", "W"), "mm"),
+    **dict.fromkeys(("Z", "b", "Lw", "grown", "ae", "lc", "dw", "ds", "W"), "mm"),
     "Q": "mm2/s",
-    **dict.fromkeys(("heq", "Rg", "Ra", "alw"), "um"),
+    **dict.fromkeys(("heq", "Rg", "Ra"), "um"),
     **dict.fromkeys(("Ft", "Fn"), "N/mm"),
-    **dict.fromkeys(("power", "load"), "W"),
+    **dict.fromkeys(("power", "load", "heat"), "W"),
     "vs": "m/s",
     "u_s": "J/mm3",
     "fg": "N",
@@ -44,7 +44,7 @@ UNITS = {
     **dict.fromkeys(("removed", "dressed_off", "ground"), "mm3"),
     **dict.fromkeys(("stock", "S", "lead"), "mm"),
     **dict.fromkeys(
-        ("size_error", "taper", "worst_error", "size_wear", "size_deflection", "size_rest"),
+        ("size_error", "taper", "worst_error", "size_wear", "size_growth", "size_deflection", "size_rest"),
         "um",
     ),
     "peak_power": "W",
@@ -83,6 +83,7 @@ PART_ROW = np.dtype(
         ("taper", np.float64),  # range of S, um
         ("worst_error", np.float64),  # stock left where the part is farthest from its size: it is judged by it, um
         ("size_wear", np.float64),  # of size_error: wear of the wheel since it was gauged, um
+        ("size_growth", np.float64),  # of size_error: how far the part stood higher because it was hot, um
         ("size_deflection", np.float64),  # of size_error: how far wheel and machine have yielded, um
         ("size_rest", np.float64),  # of size_error: stock below the depth that was programmed, um
         ("unground", np.float64),  # share of the surface that no stroke has reached; such a part is not good

@@ -117,6 +117,7 @@ class GrindingRun:
         self._elsewhere = False  # at a station from which no dress has gone its way so far
         self.part = self._load(0.0)
         self.unloaded_at: float | None = None
+        self.gauged_at: float | None = None
         self._leaving: ProgramStop | None = None  # M00 that takes the part off once the table stands
         self._stroked_until = 0.0  # time of the control at which the last stroke ended
         self._line = 0  # of the cycle in force or before
@@ -180,7 +181,7 @@ class GrindingRun:
         return PartRun(number, job, conditions, began, new_wheel=self.mount.changes > 0, station=station)
 
     def _begin_cutting(self, time: float, axis: int = 0, stations: Sequence[int] = ()) -> bool:
-        """End the loading of the part; what is not cut after an M00 is no part.
+        """End the loading or gauging of the part; what is not cut after an M00 is no part.
 
         Args:
             time: of the control, s.
@@ -200,6 +201,9 @@ class GrindingRun:
             self.part.find_wheel(self.mount.diameter)
             if not self._left:  # all stations are loaded together
                 self.delay += max(self.part.began + self.job.times.load - self.clock(time), 0.0)
+        if self.gauged_at is not None:
+            self.delay += max(self.gauged_at + self.job.times.gauge - self.clock(time), 0.0)
+            self.gauged_at = None
         return loads
 
     def _go_to(self, time: float, axis: int, stations: Sequence[int]) -> None:
@@ -213,10 +217,12 @@ class GrindingRun:
             part.spent += self.clock(time) - part.began
             self.watch.leave(part)
             self._left[part.station] = part
+            self.mount.leave(part.station)
             back = self._left.pop(stations[0], None)
             self.part = self._load(self.clock(time), stations[0], axis) if back is None else back
             if back is not None:
                 back.began = self.clock(time)
+                self.mount.come_back(back.station, back.p)
                 self.mount.gauge()
                 if self.mount.changes > 0:
                     back.change_wheel()
@@ -252,7 +258,7 @@ class GrindingRun:
         """Take the part off the machine, at a stop or at the end of the program, unless that has been done."""
         if self.unloaded_at is None:
             self._change_worn_wheel(time)
-            self.unloaded_at = self.clock(time)
+            self.unloaded_at, self.gauged_at = self.clock(time), None
             self.part.spent += self.unloaded_at - self.part.began
             self.watch.unload(self.part, stop)
             self._left[self.part.station] = self.part
@@ -305,6 +311,8 @@ class GrindingRun:
                 self.part.end_stage()
                 self._change_worn_wheel(event.time)
                 self.mount.gauge()
+                if not event.reciprocating and self.unloaded_at is None:
+                    self.gauged_at = self.clock(event.time)
             elif self.part.cutting and event.reciprocating:
                 self._leaving = event
             elif self.part.cutting:
@@ -432,8 +440,8 @@ class GrindingRun:
             )
         plan, began, way = self.dressing.end(event, self.axis)
         self.watch.way.dress(self.part, self.dressing.file(number), way, self.axis)
-        removed, sharpening = 0.0, NO_SHARPENING
-        if not self._misses(number):
+        removed, sharpening, misses = 0.0, NO_SHARPENING, self._misses(number)
+        if not misses:
             self.watch.cuts.dress(self._line, plan)
             self.mount.pass_time(self.clock(began), self.part.p)
             before = self.mount.present(self.part.p)
@@ -441,7 +449,8 @@ class GrindingRun:
             removed = self.mount.dress(plan, self.part.p)
         time = self.clock(began)
         self.delay += plan.seconds - (event.time - began)
-        self.mount.pass_time(self.clock(event.time), self.part.p)
+        if not misses:  # such a dress is a wait, up to the next stroke
+            self.mount.pass_time(self.clock(event.time), self.part.p)
         self.part.dress(plan.seconds, removed)
         ds = self.mount.diameter
         row = self.part.number, len(self.strokes), time, event.cause, number, plan.seconds, ds, removed
@@ -464,7 +473,8 @@ class GrindingRun:
         if self.job.stations and (stations := touched(self.job, sweep_of(event))):
             self._meet(event.plan.line, stations)
             if self.part.station not in stations:  # of a table that goes on, for a cycle is at its station
-                self._take_part(event.begins[0], event.plan, stations)
+                loads = self._take_part(event.begins[0], event.plan, stations)
+                self.mount.pass_time(self.mount.lived, self.part.p, loads=loads)
         if self._take_up_running(event.plan.line):
             self._begin_block(event.begins[0], event.plan)
         part, plan, count = self.part, event.plan, len(event.begins)
@@ -552,7 +562,7 @@ class GrindingRun:
         done = self.part.infeed(self.mount, event)
         wheel = self.mount.present(self.part.p)
         Z = infeed_depth(event, self.part.job.part.surface)
-        lies = self.clock(event.begin), event.seconds, event.feed, Z, done.b, done.Lw
+        lies = self.clock(event.begin), event.seconds, event.feed, Z, done.b, done.Lw, done.grown
         seen = (getattr(wheel, name) for name in WHEEL_FIELDS)
         row = self.part.number, event.line, 0, event.groove, *lies, *done.stroke, *seen
         stalls = self.part.stalled and not had_stalled

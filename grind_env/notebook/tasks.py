@@ -38,7 +38,7 @@ def html(task: Task) -> str:
         f"wheel {setup.wheel}, {setup.wheel_speed:g} m/s when new; {setup.dresser}, {setup.fluid}, {setup.machine}",
         f"a dress is {dress.passes} passes of {dress.depth:g} mm with a lead of {dress.lead:g} mm a revolution, "
         f"{task.dress_seconds:.1f} s",
-        f"a reward of -1 is {task.reference_cost:.4g} $",
+        "a reward of -1 is " + (f"{task.reference_cost:.4g} $" if task.reference_cost else "the cheapest fixed plan"),
     ]
     rows = [_row(kind, task) for kind in task.kinds]
     return fragment(f"{task.name}: {task.title}", table(HEADINGS, rows, left=2), items(said))

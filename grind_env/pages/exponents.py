@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from grind_env.files import write_atomically
-from grind_env.validation import Kind, Row
+from grind_env.validation import Evidence, Row
 
 BLUE, RED, GREY = "#1f5f8b", "#b5322b", "#8a8a8a"
 MEASURED, PASSED, FAILED = "measured, and its band", "model, within the band", "model, outside"
@@ -20,7 +20,7 @@ def plot_exponents(rows: Sequence[Row], path: Path) -> None:
     from matplotlib.figure import Figure
 
     exponents = [row for row in rows if row.check.what.startswith("exponent")]
-    beside = [(row, row.check.reference) for row in exponents if row.check.source.kind is Kind.MEASURED]
+    beside = [(row, row.check.reference) for row in exponents if row.check.basis.evidence is Evidence.MEASURED]
     drawn = [(row, measured) for row, measured in beside if measured is not None]
     figure = Figure(figsize=(9, 1.2 + 0.36 * len(drawn)), layout="constrained")
     FigureCanvasAgg(figure)

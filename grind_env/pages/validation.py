@@ -75,7 +75,7 @@ def _rows(rows: list[Row]) -> str:
                 number(row.value),
                 expected(row),
                 row.check.unit,
-                str(row.check.source),
+                str(row.check.basis),
                 "; ".join(filter(None, (_verdict(row), outside(row)))),
             )
             for row in rows

@@ -12,6 +12,7 @@ from grind_env.envs.tasks import Task
 from grind_env.errors import quoted
 from grind_env.policies.planners.hindsight import Hindsight
 from grind_env.policies.planners.known_state import FullStateRule, ModelPredictive
+from grind_env.policies.planners.partly_known import DullnessRule, GrowthRule, RoughnessRule
 from grind_env.policies.policy import Policy
 from grind_env.policies.scripted.adaptive_dress import AdaptiveDress
 from grind_env.policies.scripted.adaptive_speed import AdaptiveSpeed
@@ -45,13 +46,17 @@ TUNED: dict[str, Callable[..., Policy]] = {
     "adaptive_rule": AdaptiveRule,
     "belief_rule": BeliefRule,
     "look_ahead": LookAhead,
+    "dullness_rule": DullnessRule,
+    "growth_rule": GrowthRule,
+    "roughness_rule": RoughnessRule,
     "full_state_rule": FullStateRule,
 }
 """From those that know least to those that know most, like all lists of policies."""
 
-ABLATIONS = ("adaptive_speed", "adaptive_dress")
-"""The adaptive rule without one of its decisions. They can be named like all others, but stand in no list of policies:
-they are there to say what the other decision is worth."""
+ABLATIONS = ("adaptive_speed", "adaptive_dress", "dullness_rule", "growth_rule", "roughness_rule")
+"""The adaptive rule without one of its decisions, and the rule on the full state that knows the dullness of the wheel
+alone, or beside it how fast the lot dulls it, or which Ra wheel and part give. They can be named like all others, but
+stand in no list of policies: they are there to say what the other decision, and what that knowledge, is worth."""
 BY_BLOCK = ("belief_rule", "look_ahead", "mpc")
 """Policies that think in blocks."""
 BRANCHING = ("belief_rule", "look_ahead", "mpc", REFERENCE)

@@ -108,6 +108,7 @@ class Material(Entry):
     pressure_factor: Annotated[float, Quantity("pm", "", 0.1, 10)]  # on the wear-flat pressure
     burn_energy: Annotated[float, Quantity("u0", "J/mm3", 0, 50)]  # constant term of Malkin's burn threshold
     burn_rise: Annotated[float, Quantity("T_burn", "K", 50, 3000)]  # at which it burns, on Malkin's contact
+    thermal_expansion: Annotated[float, Quantity("alpha_th", "1/K", 0, 1e-4)] = 12e-6
 
     @property
     def effusivity(self) -> float:
@@ -136,7 +137,6 @@ class Wheel(Entry):
         ("minimum_diameter", "diameter"),
         ("wear_flat_floor", "wear_flat_limit"),
         ("dressed_wear_flat", "wear_flat_limit"),
-        ("chatter_onset", "chatter_reference"),
     )
 
     abrasive: Annotated[str, Choice((ALUMINA, CBN))]  # which of the material's factors holds on the G-ratio
@@ -156,13 +156,13 @@ class Wheel(Entry):
     pressure_base: Annotated[float, Quantity("pa", "N/mm2", 0, 1000)]
     pressure_slope: Annotated[float, Quantity("pb", "N/mm", 0, 1e7)]  # of pressure over curvature difference
     threshold_depth: Annotated[float, Quantity("a0", "mm", 1e-6, 0.01)]  # that contact keeps at no cut
-    g_ratio: Annotated[float, Quantity("Gref", "", 0.1, 1e6)]  # settled, unbroken, chip thickness 0.1 um
+    g_ratio: Annotated[float, Quantity("Gref", "", 0.1, 1e6)]  # steady, unbroken, chip thickness 0.1 um
     g_ratio_fluid: Annotated[float, Quantity("xf", "", 0, 2)]  # exponent of the fluid's factor on it
     fracture_force: Annotated[float, Quantity("fc", "N", 0.01, 20)]  # per grain; what a wheel grade stands for
     fracture_factor: Annotated[float, Quantity("kf", "", 0, 20)]  # extra wear above fracture_force
     renewal_depth: Annotated[float, Quantity("dr", "mm", 0.0005, 0.5)]  # wear that renews the face
-    initial_wear_volume: Annotated[float, Quantity("Vt", "mm3/mm", 1, 1000)]  # span of fast early wear
-    initial_wear_factor: Annotated[float, Quantity("kt", "", 0, 500)]
+    initial_wear: Annotated[float, Quantity("wi", "mm", 0, 0.1)]  # of the radius, early after a medium dress
+    initial_wear_volume: Annotated[float, Quantity("Vi", "mm3/mm", 1, 1000)]  # in which three quarters of it are lost
     wear_flat_floor: Annotated[float, Quantity("Af", "", 0, 0.1)]  # of a face renewed by fracture
     wear_flat_rate: Annotated[float, Quantity("ka", "", 0, 10)]  # on the material's wear_flat_growth
     wear_flat_limit: Annotated[float, Quantity("Amax", "", 0.02, 0.5)]
@@ -173,11 +173,7 @@ class Wheel(Entry):
     roughness_floor: Annotated[float, Quantity("f0", "", 0.05, 2)]  # over that scale; what spark-out leaves
     roughness_rate: Annotated[float, Quantity("f1", "", 0, 2)]  # over it, at 3 mm2/s
     settling_volume: Annotated[float, Quantity("Vr", "mm3/mm", 1, 1000)]  # in which the dressed texture fades
-    chatter_volume: Annotated[float, Quantity("Vchi", "mm3/mm", 10, 1e5)]  # for waviness to grow e-fold
-    chatter_onset: Annotated[float, Quantity("ks", "", 0, 5)]  # grinding to machine stiffness, stable below
-    chatter_reference: Annotated[float, Quantity("kr", "", 0.01, 10)]  # where chatter_volume holds
-    waviness_floor: Annotated[float, Quantity("alw0", "um", 0.001, 1)]  # amplitude of a dressed wheel
-    waviness_passed: Annotated[float, Quantity("cw", "", 0, 1)]  # share that the Ra cut-off lets through
+    roughness_wear_exponent: Annotated[float, Quantity("nr", "", 0, 1)]  # of its wear on that roughness
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -199,7 +195,7 @@ class Dresser(Entry):
 class Fluid(Entry):
     """A grinding fluid and the way it is delivered; factors compare it with emulsion."""
 
-    convection: Annotated[float, Quantity("hf", "W/(m2 K)", 10, 1e6)]  # over the contact, before burn-out
+    convection: Annotated[float, Quantity("hf", "W/(m2 K)", 10, 1e6)]  # in a contact of 2.4 mm at 30 m/s, unboiled
     boiling_rise: Annotated[float, Quantity("Tb", "K", 20, 1e5)]  # surface rise at which the film boils
     film_share: Annotated[float, Quantity("kfilm", "", 0, 1)] = 0.1  # of convection, when it has
     friction_factor: Annotated[float, Quantity("fm", "", 0.1, 5)] = 1.0
@@ -208,6 +204,7 @@ class Fluid(Entry):
     loading_factor: Annotated[float, Quantity("fL", "", 0, 20)] = 1.0
     wear_flat_factor: Annotated[float, Quantity("fA", "", 0, 20)] = 1.0
     g_ratio_factor: Annotated[float, Quantity("fG", "", 0.01, 20)] = 1.0
+    part_cooling: Annotated[float, Quantity("hp", "W/(m2 K)", 0, 1e5)] = 3000.0  # of the part under the flood
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

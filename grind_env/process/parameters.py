@@ -8,6 +8,9 @@ from grind_env.process.cost import Limits, Rates
 from grind_env.process.entries import ALUMINA, Dresser, Fluid, Machine, Material, Wheel
 from grind_env.process.state import StrokeParameters
 
+USUAL_HEIGHT = 20.0
+"""mm; of a part whose height nobody has said: by it the part warms up and grows."""
+
 
 def stroke_parameters(
     material: Material,
@@ -18,6 +21,8 @@ def stroke_parameters(
     *,
     wheel_speed: float,
     constant_surface_speed: bool = False,
+    width: float,
+    height: float,
 ) -> StrokeParameters:
     """Parameters of a set-up.
 
@@ -30,9 +35,14 @@ def stroke_parameters(
         wheel_speed: surface speed of the new wheel, m/s. The rpm that gives it is kept as the wheel shrinks,
             unless the control holds the surface speed (12-41).
         constant_surface_speed: hold `wheel_speed` itself.
+        width: of the part, mm.
+        height: of the part, mm.
     """
     z, st = eq.fineness(wheel.grit_size), eq.density(wheel.grain_fraction)
-    on_wear = material.g_ratio_factor if wheel.abrasive == ALUMINA else material.g_ratio_factor_cbn
+    alumina = wheel.abrasive == ALUMINA
+    on_wear = material.g_ratio_factor if alumina else material.g_ratio_factor_cbn
+    hard = eq.hardness(wheel.fracture_force, eq.REFERENCE_GRADE if alumina else eq.REFERENCE_GRADE_CBN)
+    heat_capacity = 1e-9 * material.density * material.specific_heat * height  # J/(mm2 K)
     r0 = eq.grain_contact_radius(z)
     return StrokeParameters(
         u_ch=material.chip_energy,
@@ -55,28 +65,25 @@ def stroke_parameters(
         kfilm=fluid.film_share,
         u0=material.burn_energy,
         Bm=material.burn_factor,
-        Gref=wheel.g_ratio * on_wear * fluid.g_ratio_factor**wheel.g_ratio_fluid,
+        Gref=eq.graded_g_ratio(wheel.g_ratio, hard) * on_wear * fluid.g_ratio_factor**wheel.g_ratio_fluid,
         mG=material.g_ratio_exponent,
         fc=eq.bond_post_strength(wheel.fracture_force, z),
         kf=wheel.fracture_factor,
-        kt=wheel.initial_wear_factor,
-        Vt=wheel.initial_wear_volume,
-        dr=wheel.renewal_depth,
+        wi=wheel.initial_wear,
+        Vi=wheel.initial_wear_volume,
+        dr=eq.graded_renewal(wheel.renewal_depth, hard),
         kA=material.wear_flat_growth * fluid.wear_flat_factor * eq.dulling(wheel.wear_flat_rate, z, st),
         kL=material.loading_rate * fluid.loading_factor,
         Af=wheel.wear_flat_floor,
         Amax=wheel.wear_flat_limit,
-        Vchi=wheel.chatter_volume,
-        ks=wheel.chatter_onset,
-        kr=wheel.chatter_reference,
-        alw0=wheel.waviness_floor,
         Cref=eq.active_grains(wheel.grit_size, wheel.grain_fraction),
         Vr=wheel.settling_volume,
         RaRef=eq.grit_roughness(wheel.roughness, z, st),
         f0=wheel.roughness_floor,
         f1=wheel.roughness_rate,
         ra_scale=1.0,
-        cw=wheel.waviness_passed,
+        gm=on_wear,
+        nr=wheel.roughness_wear_exponent,
         Ad=eq.fresh_flats(wheel.dressed_wear_flat, z, st),
         dd=wheel.damage_depth,
         b0=plain(eq.dress_width)(eq.REFERENCE_DEPTH, dresser.tip_radius, 0.0),
@@ -93,6 +100,9 @@ def stroke_parameters(
         stall_time=machine.stall_time,
         n=0.0 if constant_surface_speed else 1000.0 * wheel_speed / (math.pi * wheel.diameter),
         vs_set=wheel_speed if constant_surface_speed else 0.0,
+        per_capacity=1.0 / (heat_capacity * width),
+        per_tau=1e-6 * fluid.part_cooling / heat_capacity,
+        swell=material.thermal_expansion * height,
     )
 
 

@@ -13,6 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from grind_env.kernel import inlined
+from grind_env.kernel.columns import replacer
+from grind_env.process.equations import cooled, part_growth, part_heating
 from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeResult, WheelState
 from grind_env.process.stroke import dress_wheel, grind_stroke, stroke_constants
 
@@ -58,8 +60,9 @@ class Process(NamedTuple):
     """`constants(p, speed, length) -> held`, with table speed in mm/s and ground length in mm."""
     stroke: Callable[..., Any]
     """`stroke(wheel, own, S, Rs, Z, b, held, seconds) -> wheel, own, stroke`; as `process.stroke.grind_stroke`, with
-    the time up to the next one, reversal dwell included. Where the wheel meets nothing, a stroke does what `idle` does.
-    What machine or part grow by, it takes off `wheel.W`: touching off and gauging set that to 0."""
+    the time up to the next one, reversal dwell included; in `Z` is what the part has `grown`. Where the wheel meets
+    nothing, a stroke does what `idle` does. What the machine grows by, it takes off `wheel.W`: touching off and gauging
+    set that to 0."""
     dress: Callable[..., Any]
     """`dress(wheel, own, passes, lead, depth, p) -> wheel, own, removed`; as `process.stroke.dress_wheel`."""
     idle: Callable[..., Any] | None = None
@@ -69,6 +72,11 @@ class Process(NamedTuple):
     """`before(wheel, own, p, drive, moment) -> wheel, own, p, drive`: before a cycle block, once the wheel has been
     touched off or gauged; `drive` as the control has it. Wheel and own stay changed, p and drive hold in the block.
     None for nothing."""
+    grown: Callable[..., Any] | None = None
+    """`grown(own, held) -> mm`: by how much the part stands higher than when it was cold, which gauging does not see,
+    for it finds wheel and part as they are. None for nothing."""
+    of_part: tuple[str, ...] = ()
+    """What of `own` goes with the part: where strokes come back to one, it is what that one has come to meanwhile."""
 
     def __reduce__(self) -> Any:
         """As what is pickled: that of the package by its name, with the functions compiled there."""
@@ -84,12 +92,23 @@ class Hook(NamedTuple):
     """What it remembers, as of `Process`."""
 
 
+class PartHeat(NamedTuple):
+    """What the package's own remembers of the part in work."""
+
+    dT: float = 0.0
+    """Mean temperature above the hall, K."""
+
+
+with_rise = replacer(None, "dT")
+
+
 @inlined
 def _stroke(
     wheel: WheelState, own: Any, S: float, Rs: float, Z: float, b: float, k: StrokeConstants, seconds: float
 ) -> tuple[WheelState, Any, StrokeResult]:
     wheel, stroke = grind_stroke(wheel, S, Rs, Z, b, k)
-    return wheel, own, stroke
+    warmer = part_heating(stroke.heat, k.per_vw, k.per_capacity)
+    return wheel, with_rise(own, (cooled(own.dT + warmer, seconds, k.per_tau),)), stroke
 
 
 @inlined
@@ -100,7 +119,26 @@ def _dress(
     return wheel, own, removed
 
 
-PROCESS = Process(own=Nothing, held=StrokeConstants, constants=stroke_constants, stroke=_stroke, dress=_dress)
+@inlined
+def _idle(wheel: WheelState, own: Any, p: StrokeParameters, seconds: float, loads: bool) -> tuple[WheelState, Any]:
+    return wheel, with_rise(own, (0.0 if loads else cooled(own.dT, seconds, p.per_tau),))
+
+
+@inlined
+def _grown(own: Any, k: StrokeConstants) -> float:
+    return part_growth(own.dT, k.swell)
+
+
+PROCESS = Process(
+    own=PartHeat,
+    held=StrokeConstants,
+    constants=stroke_constants,
+    stroke=_stroke,
+    dress=_dress,
+    idle=_idle,
+    grown=_grown,
+    of_part=PartHeat._fields,
+)
 """That of the package."""
 
 
@@ -144,8 +182,15 @@ def _joined(owns: tuple[type[Any], ...]) -> type[Any]:
     return namedtuple("Own", names, defaults=[value for _, value in fields])
 
 
+HALF = 0.5 + 1e-6
+"""ms; by more than sums of times round."""
+
+
 @inlined
 def whole_ms(seconds: float) -> float:
-    """A time in whole ms, s; see `Process`."""
-    milliseconds: float = np.floor(1000.0 * seconds + 0.5)
+    """A time in whole ms, s; see `Process`.
+
+    Half a ms, in which an infeed at F30 under 1 m/s2 ends, is a whole one, from whatever sum it comes.
+    """
+    milliseconds: float = np.floor(1000.0 * seconds + HALF)
     return milliseconds / 1000.0

@@ -22,8 +22,6 @@ class WheelState(NamedTuple):
     """Roughness that the last dress left on the wheel, um."""
     Cd: float
     """Active grain density that the last dress left, 1/mm2."""
-    alw: float
-    """Waviness amplitude, um."""
     W: float
     """Radial wear since the wheel face was last measured (touch-off, gauge or dress), mm."""
     wd: float
@@ -64,7 +62,7 @@ class StrokeParameters(NamedTuple):
     krw: float
     """Heat that a sharp grain takes over that of the work, times the root of the wheel speed, (m/s)^0.5."""
     hf: float
-    """Convection coefficient of the fluid, W/(m2 K)."""
+    """Convection coefficient of the fluid at the reference wheel speed and contact length, W/(m2 K)."""
     Tb: float
     """Temperature rise at which the fluid film boils, K."""
     kfilm: float
@@ -74,17 +72,17 @@ class StrokeParameters(NamedTuple):
     Bm: float
     """Slope of the burn threshold, J/(mm2 s^0.5)."""
     Gref: float
-    """G-ratio at the reference chip thickness, of a settled wheel without fracture."""
+    """G-ratio at the reference chip thickness, without early wear and fracture."""
     mG: float
     """Exponent of the wear over equivalent chip thickness."""
     fc: float
     """Force per grain above which bond and grain fracture, N."""
     kf: float
     """Strength of that fracture wear, no unit."""
-    kt: float
-    """Strength of the initial wear, no unit."""
-    Vt: float
-    """Volume over which the initial wear dies away, mm3/mm."""
+    wi: float
+    """Radius that the wheel loses early after a medium dress, mm."""
+    Vi: float
+    """Volume over which that early wear dies away, mm3/mm."""
     dr: float
     """Wear depth that renews the wheel surface, mm."""
     kA: float
@@ -95,14 +93,6 @@ class StrokeParameters(NamedTuple):
     """Wear-flat area of a surface that has just fractured, fraction of the wheel surface."""
     Amax: float
     """Upper limit of the wear-flat area, fraction of the wheel surface."""
-    Vchi: float
-    """Volume over which waviness grows, mm3/mm."""
-    ks: float
-    """Stiffness ratio at which waviness begins to grow."""
-    kr: float
-    """Stiffness ratio of unit growth."""
-    alw0: float
-    """Waviness of a dressed wheel, um."""
     Cref: float
     """Grain density after the reference dress, 1/mm2."""
     Vr: float
@@ -115,8 +105,10 @@ class StrokeParameters(NamedTuple):
     """Term of the roughness at the reference removal rate, as a ratio to its scale."""
     ra_scale: float
     """Factor of this very wheel and part on the roughness; 1 nominally."""
-    cw: float
-    """Share of the waviness that passes the roughness cut-off."""
+    gm: float
+    """Factor of this material on the G-ratio, by which its wear is compared with that of others, no unit."""
+    nr: float
+    """Exponent of the wheel's wear on the roughness that it leaves."""
     Ad: float
     """Wear-flat area after the reference dress, fraction of the wheel surface."""
     dd: float
@@ -149,6 +141,12 @@ class StrokeParameters(NamedTuple):
     """Wheel speed at constant rpm, 1/s; 0 for constant surface speed."""
     vs_set: float
     """Wheel surface speed at constant surface speed, m/s; 0 for constant rpm."""
+    per_capacity: float
+    """One over the heat capacity of the part for each mm of its length, K mm/J."""
+    per_tau: float
+    """One over the time constant with which the fluid cools the part, 1/s."""
+    swell: float
+    """Growth in height of the part for each K, mm/K."""
 
 
 class StrokeConstants(NamedTuple):
@@ -192,6 +190,7 @@ class StrokeConstants(NamedTuple):
     """Peclet number over the contact length, 1/mm."""
     e_ch: float
     hf: float
+    """Convection times `heat.CARRYING`, W/(m2 K) (mm s/m)^0.5."""
     kfilm: float
     Tb: float
     u0: float
@@ -201,8 +200,8 @@ class StrokeConstants(NamedTuple):
     mG: float
     per_fc: float
     kf: float
-    kt: float
-    per_Vt: float
+    wi: float
+    per_Vi: float
     per_dr: float
     turned: float
     """Revolutions of the wheel in a stroke, times diameter over wheel speed, mm/(m/s)."""
@@ -211,16 +210,22 @@ class StrokeConstants(NamedTuple):
     Af: float
     Amax: float
     per_Amax: float
-    per_Vchi: float
-    ks: float
-    per_span: float
-    """1/(kr - ks), no unit."""
-    alw0: float
     RaRef: float
     f0: float
     f1: float
-    cw: float
+    log_gm: float
+    """Logarithm of gm, no unit."""
+    nr: float
+    least_chips: float
+    """Logarithm of the factor of the chip thickness on the wear at which grains only plough, no unit."""
     ra_scale: float
+    per_vw: float
+    """s/mm."""
+    per_capacity: float
+    """As of `StrokeParameters`, K mm/J."""
+    per_tau: float
+    """As of `StrokeParameters`, 1/s."""
+    swell: float
 
 
 class StrokeResult(NamedTuple):
@@ -252,12 +257,14 @@ class StrokeResult(NamedTuple):
     """Ratio of the torque to that at which the spindle stalls; from 1 on it has, and no other number holds."""
     T: float
     """Surface temperature rise, K."""
+    heat: float
+    """Power that enters the part, W."""
     eps: float
     """Energy partition: share of the power that enters the work."""
     Br: float
     """Burn ratio: power over that at which the work burns (Malkin)."""
     G: float
-    """G-ratio."""
+    """G-ratio, with early wear; 0 where nothing is cut."""
     dw: float
     """Radial wheel wear of the stroke, mm."""
     worn: float

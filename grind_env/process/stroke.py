@@ -7,7 +7,7 @@ only, so that they vectorise. What strokes of a cycle have in common is worked o
 
 import math
 
-from grind_env.kernel import inlined
+from grind_env.kernel import inlined, log
 from grind_env.process import equations as eq
 from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeResult, WheelState
 
@@ -41,7 +41,7 @@ def stroke_constants(p: StrokeParameters, vw: float, Lw: float) -> StrokeConstan
         beta=p.beta,
         peclet=vw / (4.0 * p.alpha),
         e_ch=p.e_ch,
-        hf=p.hf,
+        hf=eq.CARRYING * p.hf,
         kfilm=p.kfilm,
         Tb=p.Tb,
         u0=p.u0,
@@ -50,8 +50,8 @@ def stroke_constants(p: StrokeParameters, vw: float, Lw: float) -> StrokeConstan
         mG=p.mG,
         per_fc=1.0 / p.fc,
         kf=p.kf,
-        kt=p.kt,
-        per_Vt=1.0 / p.Vt,
+        wi=p.wi,
+        per_Vi=1.0 / p.Vi,
         per_dr=1.0 / p.dr,
         turned=eq.turning(Lw, vw),
         kA=p.kA,
@@ -59,15 +59,17 @@ def stroke_constants(p: StrokeParameters, vw: float, Lw: float) -> StrokeConstan
         Af=p.Af,
         Amax=p.Amax,
         per_Amax=1.0 / p.Amax,
-        per_Vchi=1.0 / p.Vchi,
-        ks=p.ks,
-        per_span=1.0 / (p.kr - p.ks),
-        alw0=p.alw0,
         RaRef=p.RaRef,
         f0=p.f0,
         f1=p.f1,
-        cw=p.cw,
+        log_gm=log(p.gm),
+        nr=p.nr,
+        least_chips=eq.log_chip_wear(eq.PLOUGHING_CHIP, p.mG),
         ra_scale=p.ra_scale,
+        per_vw=1.0 / vw,
+        per_capacity=p.per_capacity,
+        per_tau=p.per_tau,
+        swell=p.swell,
     )
 
 
@@ -123,34 +125,32 @@ def grind_stroke(
     lc = eq.contact_length(ae, sd, Fn, k.flattening)
     fg = eq.force_per_grain(Fn, C, lc)
 
-    sink = eq.sink_ratio(wheel.A, vs, k.krw)
-    work = eq.work_conductance(lc, k.vw, k.beta, eq.jaeger_factor(lc, k.peclet))
-    film = k.hf * lc * (1.0 - 0.5 * wheel.lam)
+    work, sink = eq.conductances(lc, k.vw, k.beta, eq.jaeger_factor(lc, k.peclet), wheel.A, vs, k.krw)
+    film = eq.film_conductance(lc, vs, wheel.lam, k.hf)
     T = eq.temperature(eq.retained_heat(P_width, Q, k.e_ch), work * (1.0 + sink), film, k.kfilm, k.Tb)
+    flow = eq.heat_flow(T, work)
     Br = eq.burn_ratio(P_width, eq.burn_power(Q, rubbing, k.vw, sink, k.u0, k.Bm))
 
     dV = ae * k.Lw
-    breaking, initial = eq.fracture(fg, k.per_fc, k.kf), eq.settling(wheel.V, k.kt, k.per_Vt)
-    wear = eq.wear_per_volume(heq, breaking, initial, k.per_G, k.mG)
-    dw = dV * wear * per_ds * (1.0 / math.pi)
-    renewal = min(dw * k.per_dr, 1.0)
+    breaking, chips = eq.fracture(fg, k.per_fc, k.kf), eq.log_chip_wear(heq, k.mG)
+    steady = eq.steady_wear(dV, breaking, chips, k.per_G, per_ds)
+    renewal = min(steady * k.per_dr, 1.0)
+    dw = steady + eq.early_wear(eq.early_loss(wheel.Cd, k.Cref, k.wi), wheel.V, dV, k.per_Vi)
     sliding = eq.grain_sliding(rubbing, vs, per_ds, k.turned)
     growth = eq.wear_flat_growth(sliding, T, wheel.A, k.kA, k.per_Amax)
-    stiffness = k.per_ke * eq.grinding_stiffness(x, b, Kn, sd, k.sa, chip, k.kc)
-    alw = eq.waviness(wheel.alw, dV * k.per_Vchi, stiffness, k.ks, k.per_span, k.alw0)
 
     Rt = eq.wheel_roughness(wheel.Rd, fresh, k.RaRef)
-    Rg = eq.generated_roughness(Rt, Q, per_vs, wheel.lam, wheel.alw, k.f0, k.f1, k.cw, k.ra_scale)
-    Ra = eq.surface_roughness(Rs, Rg, ae, u > 0.0)
+    roughened = eq.roughening(breaking, chips, k.least_chips, k.log_gm, k.nr)
+    Rg = eq.generated_roughness(Rt, Q, per_vs, wheel.lam, k.f0, k.f1, roughened, k.ra_scale)
+    Ra = eq.surface_roughness(Rs, Rg, ae, u)
 
     after = WheelState(
         ds=eq.worn_diameter(wheel.ds, dw),
         A=eq.worn_flat_area(wheel.A, growth, renewal, k.Af, k.Amax),
-        lam=wheel.lam + k.kL * dV * (1.0 - wheel.lam) - wheel.lam * renewal,
+        lam=min(wheel.lam + k.kL * dV * (1.0 - wheel.lam), 1.0) - wheel.lam * renewal,
         V=wheel.V + dV,
         Rd=wheel.Rd,
         Cd=wheel.Cd,
-        alw=alw,
         W=wheel.W + dw,
         wd=wheel.wd,
     )
@@ -168,9 +168,10 @@ def grind_stroke(
         load=load,
         torque=load * k.stall,
         T=T,
-        eps=eq.energy_partition(T, work, P_width),
+        heat=b * flow,
+        eps=eq.energy_partition(flow, P_width),
         Br=Br,
-        G=1.0 / wear,
+        G=eq.g_ratio(dV, dw, wheel.ds),
         dw=dw,
         worn=math.pi * wheel.ds * dw * b,
         Rg=Rg,
@@ -205,7 +206,6 @@ def dress_wheel(
         V=keep * wheel.V,
         Rd=phi * new.Rd + keep * wheel.Rd,
         Cd=phi * new.Cd + keep * wheel.Cd,
-        alw=p.alw0 + keep * (wheel.alw - p.alw0),
         W=0.0,
         wd=wheel.wd + p.kd * removed,
     )
@@ -224,7 +224,6 @@ def dressed_wheel(ds: float, wd: float, lead: float, depth: float, p: StrokePara
         V=0.0,
         Rd=eq.dressed_roughness(lead, depth, blunt, p.RaRef, p.nf, p.na, p.nw, p.qr),
         Cd=eq.dressed_density(s, p.Cref),
-        alw=p.alw0,
         W=0.0,
         wd=wd,
     )

@@ -45,7 +45,7 @@ def reason(cause: str, parts: Sequence[int], record: GrindingRecord, job: Job) -
 
 def shares(part: Any) -> str:
     """What the mean size error of a part, a row of `record.PART_ROW`, is made up of."""
-    names = {"wheel wear": "size_wear", "deflection": "size_deflection", "rest": "size_rest"}
+    names = {"wheel wear": "size_wear", "growth": "size_growth", "deflection": "size_deflection", "rest": "size_rest"}
     split = ", ".join(f"{name} {round(float(part[field]), 1) + 0.0:.1f}" for name, field in names.items())
     return f"{part['size_error']:.1f} µm: {split}"
 
@@ -94,6 +94,7 @@ def _for_size(part: Any, record: GrindingRecord, job: Job) -> str:
     remedies = {
         "taper": f"{uneven}: take the last cycle over all of it, or {late}",
         "size_wear": "gauge it with M01 before the last cycle",
+        "size_growth": "let it cool before the last cycle, lower its E, or dress before",
         "size_deflection": (
             "add strokes at full depth, or end with less deep ones"
             if _by_feeds(record, [int(part["part"])])

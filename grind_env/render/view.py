@@ -85,7 +85,7 @@ class Workpiece:
     stock: float
     """Stock before the block, mm."""
     left: float
-    """Stock still on the part, mm."""
+    """Stock still on the part, mm; below 0 on one that is too thin."""
 
     @property
     def description(self) -> str:

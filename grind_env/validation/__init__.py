@@ -13,8 +13,10 @@ from grind_env.toml import read_toml
 from grind_env.validation import (
     dressing,
     fluid,
+    grade,
     grit,
     heat,
+    part_heat,
     published,
     rotary,
     roughness,
@@ -23,18 +25,18 @@ from grind_env.validation import (
     valve_alloys,
     wear,
 )
-from grind_env.validation.check import GROUPS, Band, Check, Kind, Row, Source, row_of
+from grind_env.validation.check import GROUPS, Band, Basis, Check, Evidence, Row, row_of
 from grind_env.validation.rig import Rig
 
 __all__ = [
     "CHECKS",
     "GROUPS",
     "Band",
+    "Basis",
     "Check",
-    "Kind",
+    "Evidence",
     "Rig",
     "Row",
-    "Source",
     "is_as_known",
     "known_failures",
     "row_of",
@@ -45,7 +47,7 @@ __all__ = [
 CHECKS: tuple[Check, ...] = tuple(
     check
     for module in (
-        *(dressing, rotary, grit, fluid, spark_out, roughness, wear, heat, spindle),
+        *(dressing, rotary, grit, grade, fluid, spark_out, roughness, wear, heat, part_heat, spindle),
         *(published, valve_alloys),
     )
     for check in module.CHECKS

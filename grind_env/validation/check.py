@@ -12,19 +12,19 @@ from grind_env.validation.rig import Rig
 GROUPS = {
     1: "Dress depth and lead",
     2: "Rotary dressers",
-    3: "Grit size and structure",
+    3: "Grit size, structure and grade",
     4: "Fluid",
     5: "Spark-out and threshold force",
     6: "Roughness",
-    7: "G-ratio",
-    8: "Heat and boiling",
+    7: "Wear and G-ratio",
+    8: "Heat, boiling and the heat of the part",
     9: "Spindle",
     10: "Measured, published and remembered numbers",
 }
 """What the checks are about, by number of the group. Groups 1 to 9 are trends that the model has to show."""
 
 
-class Kind(Enum):
+class Evidence(Enum):
     """What a row carries, from the strongest to the weakest."""
 
     MEASURED = "a measured number"
@@ -34,24 +34,24 @@ class Kind(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
+class Basis:
     """Where the band of a check is from.
 
     Attributes:
-        kind: what stands behind its numbers. A relation that says no more than which way a trend goes is no number,
+        evidence: what stands behind its numbers. A relation that says no more than which way a trend goes is no number,
             whoever found it: what it allows is then a band of this project.
         text: where it was read, or who says so.
     """
 
-    kind: Kind
+    evidence: Evidence
     text: str
 
     def __str__(self) -> str:
         """As in `drawn: page_numbers.csv`."""
-        return f"{self.kind.name.lower()}: {self.text}"
+        return f"{self.evidence.name.lower()}: {self.text}"
 
 
-TREND = Source(Kind.OWN, "expected of the trend")
+TREND = Basis(Evidence.OWN, "expected of the trend")
 """Of a band that is the judgement of this project alone."""
 
 
@@ -109,7 +109,7 @@ class Check:
         measure: what takes it; raises a `GrindError` where the catalogue lacks what it needs.
         unit: of the number; "" without one.
         reference: the number that was measured, published or remembered, in `unit`, where it is one number.
-        source: where that number or the band is from.
+        basis: where that number or the band is from.
     """
 
     name: str
@@ -120,7 +120,7 @@ class Check:
     measure: Callable[[Rig], float]
     unit: str = ""
     reference: float | None = None
-    source: Source = TREND
+    basis: Basis = TREND
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from grind_env.process.state import StrokeResult
-from grind_env.validation.check import FALLS, RISES, Band, Check, Kind, Source, around
+from grind_env.validation.check import FALLS, RISES, Band, Basis, Check, Evidence, around
 from grind_env.validation.rig import USUAL, Grinder, Rig
 from grind_env.validation.slopes import exponent, largest_step, smallest_step
 
@@ -13,8 +13,8 @@ ALL_DEPTHS = (0.002, *DEPTHS, 0.050)
 LEADS = (0.04, 0.07, 0.10, 0.14, 0.20)
 """mm per revolution; at the depth of the set-up, 0.02 mm."""
 
-MALKIN = Source(Kind.REMEMBERED, "Ra ~ lead^(1/2) depth^(1/4): Malkin, Grinding Technology")
-SEVERITY = Source(Kind.OWN, "which way, by the severity 2 ad (fd/dg)^(1/2): Malkin & Murray 1978 (from memory)")
+MALKIN = Basis(Evidence.REMEMBERED, "Ra ~ lead^(1/2) depth^(1/4): Malkin, Grinding Technology")
+SEVERITY = Basis(Evidence.OWN, "which way, by the severity 2 ad (fd/dg)^(1/2): Malkin & Murray 1978 (from memory)")
 
 
 def over(name: str, values: tuple[float, ...], shown: Callable[[Grinder], float]) -> Callable[[Rig], list[float]]:
@@ -58,7 +58,7 @@ def roughness_exponents(dresser: str) -> tuple[Check, ...]:
             at=f"{at}; {said}; stroke {number} after the dress",
             band=band,
             measure=fitted(name, values, number),
-            source=MALKIN,
+            basis=MALKIN,
         )
         for name, (said, band, values) in ends.items()
         for number in (1, 5)
@@ -118,7 +118,7 @@ CHECKS = (
         at=f"{USUAL}; depth .002 to .05 mm, lead .1",
         band=FALLS,
         measure=steps("depth", ALL_DEPTHS, flats),
-        source=SEVERITY,
+        basis=SEVERITY,
     ),
     Check(
         name="energy on depth",
@@ -127,7 +127,7 @@ CHECKS = (
         at=f"{USUAL}; depth .002 to .05 mm, lead .1; stroke 5",
         band=FALLS,
         measure=steps("depth", ALL_DEPTHS, lambda grinder: fifth(grinder).u_s),
-        source=SEVERITY,
+        basis=SEVERITY,
     ),
     Check(
         name="roughness rises with depth",
@@ -144,7 +144,7 @@ CHECKS = (
         at=f"{USUAL}; lead .04 to .2 mm, depth .02",
         band=FALLS,
         measure=steps("lead", LEADS, flats),
-        source=SEVERITY,
+        basis=SEVERITY,
     ),
     Check(
         name="energy on lead",
@@ -153,7 +153,7 @@ CHECKS = (
         at=f"{USUAL}; lead .04 to .2 mm, depth .02; stroke 5",
         band=FALLS,
         measure=steps("lead", LEADS, lambda grinder: fifth(grinder).u_s),
-        source=SEVERITY,
+        basis=SEVERITY,
     ),
     *roughness_exponents("single_point"),
     *roughness_exponents("blade"),
@@ -164,7 +164,7 @@ CHECKS = (
         at=USUAL,
         band=Band(0.3, 0.95),
         measure=equal_overlap,
-        source=SEVERITY,
+        basis=SEVERITY,
     ),
     Check(
         name="flats of further passes",

@@ -10,7 +10,7 @@ from grind_env.validation import GROUPS, Row
 from grind_env.validation.report import reason, verdict
 
 COLUMNS = (
-    *("group", "name", "what", "at", "source kind", "source", "reference", "predicted", "low", "high", "unit"),
+    *("group", "name", "what", "at", "evidence", "source", "reference", "predicted", "low", "high", "unit"),
     *("verdict", "reason", "outside limits"),
 )
 
@@ -34,7 +34,7 @@ def _write(rows: Sequence[Row], path: Path) -> None:
 def _cells(row: Row) -> tuple[object, ...]:
     check = row.check
     return (
-        *(GROUPS[check.group], check.name, check.what, check.at, check.source.kind.name.lower(), check.source.text),
+        *(GROUPS[check.group], check.name, check.what, check.at, check.basis.evidence.name.lower(), check.basis.text),
         *map(_digits, (check.reference, row.value, check.band.low, check.band.high)),
         *(check.unit, verdict(row), reason(row), "; ".join(map(str, row.outside))),
     )

@@ -131,7 +131,7 @@ def _tried(rig: Rig, names: Mapping[str, str], changes: dict[str, dict[str, floa
     ):
         grinder = rig.fresh(changes=changes, lead=0.15, depth=0.015, **chosen, **conditions)
         if flats is not None:
-            grinder.wheel = grinder.wheel._replace(A=flats, lam=0.3, alw=0.1)
+            grinder.wheel = grinder.wheel._replace(A=flats, lam=0.3)
         for _ in range(3):
             numbers += grinder.grind(20)
             numbers += grinder.wheel

@@ -4,20 +4,9 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from grind_env.validation import data
-from grind_env.validation.check import Band, Check, Kind, Source, around, at_most
-from grind_env.validation.rig import USUAL, Grinder, Rig, dress_width
+from grind_env.validation.check import Band, Basis, Check, Evidence, around, at_most
+from grind_env.validation.rig import NO_GROWTH, USUAL, Grinder, Rig, dress_width
 from grind_env.validation.spark_out import after_passes
-
-
-def drawn(text: str) -> Source:
-    """Of a band drawn from what was seen."""
-    return Source(Kind.DRAWN, text)
-
-
-def remembered(text: str) -> Source:
-    """Of a number whose page was not opened."""
-    return Source(Kind.REMEMBERED, text)
-
 
 CASES: Mapping[str, tuple[str, dict[str, Any]]] = {
     "R1": ("52100/A60J, 30 m/s, 12 m/min, 10 um", {}),
@@ -45,14 +34,18 @@ QUANTITIES: Mapping[str, Callable[[Grinder], float]] = {
     "G-ratio": lambda grinder: grinder.grind(5).G,
 }
 
-KALPAKJIAN = remembered("specific_energy_ranges.csv: Kalpakjian & Schmid")
-GRID = remembered("burn_threshold_grid.csv: Malkin 1978; Wen, Tay & Nee 1992")
-OVERLAP = drawn("dressing_overlap_worked_example.csv: moderngrindingtechnology.com, worked out there and not measured")
+KALPAKJIAN = Basis(Evidence.REMEMBERED, "specific_energy_ranges.csv: Kalpakjian & Schmid")
+GRID = Basis(Evidence.REMEMBERED, "burn_threshold_grid.csv: Malkin 1978; Wen, Tay & Nee 1992")
+OVERLAP = Basis(
+    Evidence.DRAWN,
+    "dressing_overlap_worked_example.csv: moderngrindingtechnology.com, worked out there and not measured",
+)
 
 
 def magnitude(row: dict[str, str]) -> Check:
     """An order of magnitude of a set-up."""
     conditions, setup = CASES[row["case"]]
+    setup = {**setup, "changes": NO_GROWTH}  # of the depth of cut that is told
     name, _, state = row["quantity"].rpartition(" ")
 
     def measure(rig: Rig) -> float:
@@ -66,7 +59,7 @@ def magnitude(row: dict[str, str]) -> Check:
         unit=row["unit"].strip("-"),
         band=Band(float(row["low"]), float(row["high"])),
         measure=measure,
-        source=remembered(data.MAGNITUDES),
+        basis=Basis(Evidence.REMEMBERED, data.MAGNITUDES),
     )
 
 
@@ -81,7 +74,7 @@ def energy_range(published: str, material: str) -> Check:
         unit="J/mm3",
         band=Band(float(row["u_min_J_mm3"]), float(row["u_max_J_mm3"])),
         measure=lambda rig: rig.sharp(material=material).grind(5).u_s,
-        source=KALPAKJIAN,
+        basis=KALPAKJIAN,
     )
 
 
@@ -136,7 +129,7 @@ def diameter_effect(rig: Rig) -> float:
     """Radial wear of a 15 in wheel over that of an 18 in one after the same stock, at one surface speed."""
     depths = []
     for inches in (15.0, 18.0):
-        grinder = rig.fresh(diameter=25.4 * inches, constant_surface_speed=True)
+        grinder = rig.steady(diameter=25.4 * inches, constant_surface_speed=True)
         grinder.grind_volume(100.0)
         depths.append(grinder.wheel.W)
     return depths[0] / depths[1]
@@ -161,7 +154,7 @@ CHECKS = (
         unit="J/mm3",
         band=Band(21.6, 25.5),
         measure=lambda rig: rig.sharp(material="aisi_1045", downfeed=0.020, table_speed=250.0).grind(5).u_s,
-        source=drawn("page_numbers.csv: Dietrich & Tschaetsch as coded by others"),
+        basis=Basis(Evidence.DRAWN, "page_numbers.csv: Dietrich & Tschaetsch as coded by others"),
     ),
     Check(
         name="least specific energy",
@@ -172,7 +165,7 @@ CHECKS = (
         reference=data.number("malkin_energy_wearflat", "u_ch", "value_or_min"),
         band=around(13.8, 0.7),
         measure=least_energy,
-        source=remembered("malkin_energy_wearflat.csv: Malkin"),
+        basis=Basis(Evidence.REMEMBERED, "malkin_energy_wearflat.csv: Malkin"),
     ),
     Check(
         name="energy linear in flats",
@@ -181,7 +174,7 @@ CHECKS = (
         at=f"{USUAL}; 10 um cut",
         band=around(1.0, 0.01),
         measure=linearity,
-        source=remembered("Malkin & Cook 1971"),
+        basis=Basis(Evidence.REMEMBERED, "Malkin & Cook 1971"),
     ),
     Check(
         name="flats at burn",
@@ -192,7 +185,7 @@ CHECKS = (
         reference=data.number("malkin_energy_wearflat", "A_burn", "value_or_min"),
         band=Band(2.0, 6.0),
         measure=lambda rig: 100.0 * dull_to_burn(rig).wheel.A,
-        source=remembered("malkin_energy_wearflat.csv: Malkin & Cook 1971"),
+        basis=Basis(Evidence.REMEMBERED, "malkin_energy_wearflat.csv: Malkin & Cook 1971"),
     ),
     Check(
         name="temperature at burn",
@@ -202,7 +195,10 @@ CHECKS = (
         unit="K",
         band=Band(230.0, 980.0),
         measure=lambda rig: dull_to_burn(rig).grind(5).T,
-        source=drawn("page_numbers.csv: temper colours from 250, damage up to 1000 degC (Badger 2012, Tarasov 1951)"),
+        basis=Basis(
+            Evidence.DRAWN,
+            "page_numbers.csv: temper colours from 250, damage up to 1000 degC (Badger 2012, Tarasov 1951)",
+        ),
     ),
     Check(
         name="burn threshold grid",
@@ -212,7 +208,7 @@ CHECKS = (
         unit="%",
         band=at_most(10.0),
         measure=burn_threshold_error,
-        source=GRID,
+        basis=GRID,
     ),
     Check(
         name="dress width",
@@ -223,7 +219,7 @@ CHECKS = (
         reference=data.number("dressing_overlap_worked_example", "pitch_for_one_overlay", "value", "quantity"),
         band=around(0.273, 0.003),
         measure=lambda rig: dress_width(0.025, 0.38),
-        source=OVERLAP,
+        basis=OVERLAP,
     ),
     Check(
         name="dress overlap",
@@ -233,7 +229,7 @@ CHECKS = (
         reference=2.0,
         band=around(2.0, 0.05),
         measure=lambda rig: dress_width(0.025, 0.38) / (192.5 / 1410.0),
-        source=OVERLAP,
+        basis=OVERLAP,
     ),
     Check(
         name="partition after boiling, steel",
@@ -242,7 +238,7 @@ CHECKS = (
         at=f"{USUAL}; dry; sharp",
         band=Band(0.60, 0.75),
         measure=lambda rig: rig.sharp(fluid="dry").grind(5).eps,
-        source=remembered("thermal_partition.csv: Malkin & Guo 2007"),
+        basis=Basis(Evidence.REMEMBERED, "thermal_partition.csv: Malkin & Guo 2007"),
     ),
     Check(
         name="G-ratio conventional",
@@ -251,7 +247,9 @@ CHECKS = (
         at=f"{USUAL}; sharp",
         band=Band(20.0, 80.0),
         measure=lambda rig: rig.sharp().grind(5).G,
-        source=drawn("page_numbers.csv: toolingu.com; Groover's 95 to 125 excludes it and was not chosen"),
+        basis=Basis(
+            Evidence.DRAWN, "page_numbers.csv: toolingu.com; Groover's 95 to 125 excludes it and was not chosen"
+        ),
     ),
     Check(
         name="share of the dresser",
@@ -261,17 +259,19 @@ CHECKS = (
         unit="%",
         band=Band(70.0, 80.0),
         measure=dressed_share,
-        source=drawn("wheelwear_gratio_practice.csv: psiworldweb.com, a vendor on high-volume production"),
+        basis=Basis(
+            Evidence.DRAWN, "wheelwear_gratio_practice.csv: psiworldweb.com, a vendor on high-volume production"
+        ),
     ),
     Check(
         name="smaller wheel wears faster",
         group=10,
         what="radial wear, 15 in wheel over 18 in wheel, same stock and surface speed",
-        at=f"{USUAL}; over 100 mm3/mm from the dress on",
+        at=f"{USUAL}; steady wear over 100 mm3/mm from the dress on",
         reference=1.2,
         band=Band(1.15, 1.3),
         measure=diameter_effect,
-        source=drawn("page_numbers.csv: Badger 2009, a column: about 20 % more, how found is not said"),
+        basis=Basis(Evidence.DRAWN, "page_numbers.csv: Badger 2009, a column: about 20 % more, how found is not said"),
     ),
     Check(
         name="fine cBN roughness",
@@ -282,8 +282,8 @@ CHECKS = (
         reference=0.1,
         band=Band(0.05, 0.2),
         measure=fine_cbn,
-        source=Source(
-            Kind.MEASURED,
+        basis=Basis(
+            Evidence.MEASURED,
             "14 of 16 means of 320 parts of 52100 lie at .078 to .108 (Wu & Zha, cylindrical grinding); within x 2",
         ),
     ),
@@ -295,7 +295,7 @@ CHECKS = (
         unit="um",
         band=Band(0.231, 1.25),
         measure=lambda rig: rig.sharp(material="aisi_m2").grind(5).Rg,
-        source=drawn("page_numbers.csv: W18CR4V, PMC11904558"),
+        basis=Basis(Evidence.DRAWN, "page_numbers.csv: W18CR4V, PMC11904558"),
     ),
     Check(
         name="force after spark-out, dull",
@@ -303,7 +303,7 @@ CHECKS = (
         what="normal force after ten passes over the threshold's",
         at=f"{USUAL}; A 4 %; 10 strokes before",
         band=around(1.0, 0.1),
-        measure=lambda rig: after_passes(rig.dulled(DULL), lambda done: done.Fn),
-        source=Source(Kind.OWN, "the band of a sharp wheel (group 5), asked of a dull one"),
+        measure=lambda rig: after_passes(rig.dulled(DULL, changes=NO_GROWTH), lambda done: done.Fn),
+        basis=Basis(Evidence.OWN, "the band of a sharp wheel (group 5), asked of a dull one"),
     ),
 )

@@ -11,7 +11,7 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from grind_env.validation import GROUPS, Kind, Row, is_as_known, known_failures, unfit_uses
+from grind_env.validation import GROUPS, Evidence, Row, is_as_known, known_failures, unfit_uses
 from grind_env.validation.leave_out import (
     CONSTANT,
     MODEL,
@@ -72,8 +72,8 @@ def expected(row: Row) -> str:
 
 def sources(rows: Sequence[Row]) -> str:
     """How many rows have what behind them, in one sentence."""
-    counts = Counter(row.check.source.kind for row in rows)
-    first, *others = Kind
+    counts = Counter(row.check.basis.evidence for row in rows)
+    first, *others = Evidence
     listed = ", ".join(f"{counts[kind]} {kind.value}" for kind in others)
     return f"{len(rows)} rows: {counts[first]} carry {first.value}, {listed}."
 
@@ -194,5 +194,5 @@ def print_report(rows: Sequence[Row], predicted: Sequence[LeftOut], steps: Seque
 def _described(row: Row) -> Group:
     """The number, its conditions, where its band is from, and what else is to be said of the row; a line each."""
     why = f"why: {reason(row)}" if reason(row) else ""
-    said = "\n".join(filter(None, (row.check.at, str(row.check.source), why, outside(row))))
+    said = "\n".join(filter(None, (row.check.at, str(row.check.basis), why, outside(row))))
     return Group(Text(row.check.what), Padding(Text(said), (0, 0, 0, 2)))

@@ -14,19 +14,27 @@ from grind_env.examples import FOLDER as EXAMPLES
 from grind_env.kernel import entry
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, Lots, Part, Setup
+from grind_env.machine.loops.cycle import grown_of
 from grind_env.machine.record import GrindingRecord
 from grind_env.process import equations as eq
 from grind_env.process import stroke
 from grind_env.process.catalogue import Catalogue
 from grind_env.process.entries import Entry, quantities
-from grind_env.process.parameters import stroke_parameters
+from grind_env.process.parameters import USUAL_HEIGHT, stroke_parameters
+from grind_env.process.process import PROCESS, PartHeat, whole_ms
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 from grind_env.validation.beyond import Beyond, beyond
 
 SHARP = 25
 """Strokes after a dress at which a wheel is called sharp: the dressed texture has worn in."""
 
+constants_of, grind_stroke, part_grown = PROCESS.constants, PROCESS.stroke, grown_of(PROCESS)
+
 EntryT = TypeVar("EntryT", bound=Entry)
+
+
+COLD = PartHeat()
+"""A part as it is put on."""
 
 
 class RigError(GrindError):
@@ -44,27 +52,33 @@ class RigState(NamedTuple):
     Z: float
     """Downfeed position, mm."""
     worn: float
-    """Wheel volume worn in these strokes, mm3."""
+    """Wheel volume worn on this part, mm3."""
+    part: PartHeat
+    """What the process remembers of the part."""
 
 
 @entry
 def grind_strokes(
-    before: RigState, downfeed: float, count: int, vw: float, b: float, Lw: float, p: StrokeParameters
+    before: RigState, downfeed: float, count: int, vw: float, b: float, Lw: float, p: StrokeParameters, pause: float
 ) -> tuple[RigState, StrokeResult]:
     """Grind `count` strokes (at least one), before each of which the wheel goes down by `downfeed` mm.
+
+    Each takes `pause` s more than the way over the part.
 
     Returns:
         Wheel and part after them, and the last stroke.
     """
+    constants, seconds = constants_of(p, vw, Lw), whole_ms(Lw / vw + pause)
     Z = before.Z + downfeed
-    constants = stroke.stroke_constants(p, vw, Lw)
-    wheel, done = stroke.grind_stroke(before.wheel, before.S, before.Rs, Z, b, constants)
-    S, worn = before.S + done.ae, done.worn
+    face = Z + part_grown(before.part, constants)
+    wheel, part, done = grind_stroke(before.wheel, before.part, before.S, before.Rs, face, b, constants, seconds)
+    S, worn = before.S + done.ae, before.worn + done.worn
     for _ in range(count - 1):
         Z += downfeed
-        wheel, done = stroke.grind_stroke(wheel, S, done.Ra, Z, b, constants)
+        face = Z + part_grown(part, constants)
+        wheel, part, done = grind_stroke(wheel, part, S, done.Ra, face, b, constants, seconds)
         S, worn = S + done.ae, worn + done.worn
-    return RigState(wheel, S, done.Ra, Z, worn), done
+    return RigState(wheel, S, done.Ra, Z, worn, part), done
 
 
 @entry
@@ -95,6 +109,8 @@ class SetUp:
         downfeed: of each plunge, mm.
         width: engaged, mm.
         length: ground, mm.
+        height: of the part, mm.
+        pause: between strokes, off the part, s.
         lead: of the dress, mm per revolution.
         depth: of each dress pass, mm.
         diamond_flat: wear flat of the diamond, mm.
@@ -112,11 +128,16 @@ class SetUp:
     downfeed: float = 0.010
     width: float = 20.0
     length: float = 200.0
+    height: float = USUAL_HEIGHT
+    pause: float = 0.5
     lead: float = 0.10
     depth: float = 0.020
     diamond_flat: float = 0.0
     changes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
+
+NO_GROWTH: Mapping[str, Mapping[str, float]] = {"material": {"thermal_expansion": 0.0}}
+"""A part that stays as high as it is: changes of a set-up for what the elastic loop alone does."""
 
 USUAL = "usual"
 CONDITIONS = (
@@ -138,15 +159,13 @@ class Grinder:
     Rs: float = eq.INITIAL_ROUGHNESS
     Z: float = 0.0
     worn: float = 0.0
+    heat: PartHeat = COLD
 
     def grind(self, count: int = 1, downfeed: float | None = None) -> StrokeResult:
         """Grind strokes with the downfeed of the set-up, or another; returns the last one."""
-        state = RigState(self.wheel, self.S, self.Rs, self.Z, 0.0)
-        setup = self.setup
-        feed = setup.downfeed if downfeed is None else downfeed
-        state, done = grind_strokes(state, feed, count, setup.table_speed, setup.width, setup.length, self.p)
-        self.wheel, self.S, self.Rs, self.Z = state.wheel, state.S, state.Rs, state.Z
-        self.worn += state.worn
+        state = RigState(self.wheel, self.S, self.Rs, self.Z, self.worn, self.heat)
+        state, done = self._ground(state, self.setup.downfeed if downfeed is None else downfeed, count)
+        self.wheel, self.S, self.Rs, self.Z, self.worn, self.heat = state
         return done
 
     def grind_volume(self, volume: float) -> StrokeResult:
@@ -155,9 +174,7 @@ class Grinder:
 
     def trial(self, interference: float) -> StrokeResult:
         """The stroke that this wheel would make with so much interference, mm; nothing is changed."""
-        state, setup = RigState(self.wheel, 0.0, self.Rs, 0.0, 0.0), self.setup
-        at = interference + self.wheel.W
-        return grind_strokes(state, at, 1, setup.table_speed, setup.width, setup.length, self.p)[1]
+        return self._ground(RigState(self.wheel, 0.0, self.Rs, 0.0, 0.0, COLD), interference + self.wheel.W, 1)[1]
 
     def cut(self, depth: float) -> StrokeResult:
         """The stroke that removes just `depth` mm; the interference that it needs is found by bisection."""
@@ -171,9 +188,13 @@ class Grinder:
         """The stroke with the greatest interference that removes nothing, less than 1 nm."""
         return self.cut(1e-6)
 
+    def _ground(self, state: RigState, feed: float, count: int) -> tuple[RigState, StrokeResult]:
+        setup = self.setup
+        return grind_strokes(state, feed, count, setup.table_speed, setup.width, setup.length, self.p, setup.pause)
+
     def new_part(self) -> None:
-        """Touch off on the next part."""
-        self.S, self.Rs, self.Z, self.worn = 0.0, eq.INITIAL_ROUGHNESS, 0.0, 0.0
+        """Touch off on the next part, which is cold."""
+        self.S, self.Rs, self.Z, self.worn, self.heat = 0.0, eq.INITIAL_ROUGHNESS, 0.0, 0.0, COLD
         self.wheel = self.wheel._replace(W=0.0)
 
     def dress(self, passes: float = 2.0) -> float:
@@ -219,6 +240,10 @@ class Rig:
         grinder.new_part()
         return grinder
 
+    def steady(self, **setup: Any) -> Grinder:
+        """A freshly dressed wheel over a new part, of which nothing is loose: what it loses is steady wear."""
+        return self.fresh(**setup, changes={"wheel": {"initial_wear": 0.0}})
+
     def dulled(self, flats: float, **setup: Any) -> Grinder:
         """A sharp wheel whose wear-flat area is set to `flats`, share of its face."""
         grinder = self.sharp(**setup)
@@ -254,6 +279,8 @@ class Rig:
             machine,
             wheel_speed=setup.wheel_speed,
             constant_surface_speed=setup.constant_surface_speed,
+            width=setup.width,
+            height=setup.height,
         )
 
 

@@ -2,12 +2,12 @@
 
 from typing import Any
 
-from grind_env.validation.check import Band, Check, Kind, Source, around, at_least, at_most
+from grind_env.validation.check import Band, Basis, Check, Evidence, around, at_least, at_most
 from grind_env.validation.dressing import DEPTHS, LEADS
 from grind_env.validation.rig import USUAL, Grinder, Rig
 from grind_env.validation.slopes import exponent, smallest_step
 
-L8 = Source(Kind.MEASURED, "eight runs with a rotary dresser (Furtwangen University; flat_grinding_L8_dressing.csv)")
+L8 = Basis(Evidence.MEASURED, "eight runs with a rotary dresser (Furtwangen University; flat_grinding_L8_dressing.csv)")
 RATIOS = (0.3, 0.5, 0.7, 0.9)
 """Speed ratios qd; 1 is crushing."""
 AT = f"{USUAL}; dresser rotary"
@@ -38,7 +38,7 @@ CHECKS = (
         band=around(-1.1, 0.15),
         reference=-1.10,
         measure=on_overlap,
-        source=L8,
+        basis=L8,
     ),
     Check(
         name="rotary roughness on speed ratio",
@@ -48,7 +48,7 @@ CHECKS = (
         band=around(0.38, 0.18),
         reference=0.38,
         measure=on_speed_ratio,
-        source=L8,
+        basis=L8,
     ),
     Check(
         name="rotary flats towards crushing",

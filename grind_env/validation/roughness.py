@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from grind_env.validation.check import Band, Check, Kind, Source, around
-from grind_env.validation.rig import USUAL, Rig, roughness_scatter
+from grind_env.validation.check import Band, Basis, Check, Evidence, around, at_least, at_most
+from grind_env.validation.rig import NO_GROWTH, USUAL, Rig, roughness_scatter
 from grind_env.validation.slopes import exponent, largest_step
 
 FULL = 40
@@ -23,7 +23,9 @@ def sparked_out(rig: Rig, **setup: Any) -> float:
 
 def stiffness_ratio(rig: Rig) -> float:
     """Ra on a stiff machine over that on a soft one."""
-    stiff, soft = (sparked_out(rig, changes={"machine": {"stiffness": ke}}) for ke in (200_000.0, 10_000.0))
+    stiff, soft = (
+        sparked_out(rig, changes={**NO_GROWTH, "machine": {"stiffness": ke}}) for ke in (200_000.0, 10_000.0)
+    )
     return stiff / soft
 
 
@@ -34,6 +36,18 @@ def spark_out_ratio(rig: Rig, downfeed: float, table_speed: float) -> float:
     return grinder.grind(FULL, 0.0).Ra / plunged
 
 
+def settled(rig: Rig, material: str, wheel: str) -> float:
+    """Ra of a wheel that has ground for a while in a material, um."""
+    grinder = rig.fresh(material=material, wheel=wheel)
+    return grinder.grind_volume(100.0).Rg
+
+
+def touched(rig: Rig) -> float:
+    """What a touch of 1 nm takes off the roughness of an unground face, %."""
+    grinder = rig.fresh()
+    return 100.0 * (1.0 - grinder.trial(1e-6).Ra / grinder.Rs)
+
+
 def on_wheel_speed(rig: Rig) -> float:
     """Exponent of Ra on the wheel speed, with one and the same wheel."""
     wheel = rig.sharp()
@@ -42,10 +56,42 @@ def on_wheel_speed(rig: Rig) -> float:
 
 CHECKS = (
     Check(
+        name="roughness in nickel, alumina",
+        group=6,
+        what="Ra in inc751 over that in aisi_52100, alumina: the wheel that wears faster is the rougher",
+        at=f"{USUAL}; a60j; 100 mm3/mm after the dress",
+        band=Band(1.2, 2.4),
+        measure=lambda rig: settled(rig, "inc751", "a60j") / settled(rig, "aisi_52100", "a60j"),
+        basis=Basis(Evidence.DRAWN, "(wear over volume)^.3 of valve_alloys.csv (Nametala, CIRP JMST 2020)"),
+    ),
+    Check(
+        name="roughness in nickel, cBN",
+        group=6,
+        what="that ratio of alumina over that of cBN, which breaks away less",
+        at=f"{USUAL}; a60j and b126; 100 mm3/mm after the dress",
+        band=at_least(1.05),
+        measure=lambda rig: (
+            settled(rig, "inc751", "a60j")
+            / settled(rig, "aisi_52100", "a60j")
+            * settled(rig, "aisi_52100", "b126")
+            / settled(rig, "inc751", "b126")
+        ),
+        basis=Basis(Evidence.DRAWN, "valve_alloys.csv (Nametala, CIRP JMST 2020)"),
+    ),
+    Check(
+        name="first touch",
+        group=6,
+        what="what a touch of 1 nm takes off the Ra of an unground face",
+        at=USUAL,
+        unit="%",
+        band=at_most(0.1),
+        measure=touched,
+    ),
+    Check(
         name="spark-out roughness on stiffness",
         group=6,
         what="Ra after full spark-out, stiffness 200,000 over 10,000 N/mm",
-        at=f"{USUAL}; sharp; 10 strokes, 40 spark-out",
+        at=f"{USUAL}; sharp; 10 strokes, 40 spark-out; a part that does not grow",
         band=around(1.0, 0.1),
         measure=stiffness_ratio,
     ),
@@ -53,9 +99,11 @@ CHECKS = (
         name="spark-out roughness on width",
         group=6,
         what="Ra after full spark-out, 60 over 5 mm wide",
-        at=f"{USUAL}; sharp; 10 strokes, 40 spark-out",
+        at=f"{USUAL}; sharp; 10 strokes, 40 spark-out; a part that does not grow",
         band=around(1.0, 0.1),
-        measure=lambda rig: sparked_out(rig, width=60.0) / sparked_out(rig, width=5.0),
+        measure=lambda rig: (
+            sparked_out(rig, width=60.0, changes=NO_GROWTH) / sparked_out(rig, width=5.0, changes=NO_GROWTH)
+        ),
     ),
     Check(
         name="spark-out gain, finest feed",
@@ -88,8 +136,8 @@ CHECKS = (
         at=f"{USUAL}; sharp; 20 to 40 m/s; stroke 5",
         band=Band(-0.7, -0.3),
         measure=on_wheel_speed,
-        source=Source(
-            Kind.OWN, "it excludes the -.08 of flat_grinding_L8_dressing.csv, which is of deep and slow passes"
+        basis=Basis(
+            Evidence.OWN, "it excludes the -.08 of flat_grinding_L8_dressing.csv, which is of deep and slow passes"
         ),
     ),
     Check(
@@ -99,6 +147,6 @@ CHECKS = (
         at="a batch of a job with nothing said",
         band=Band(0.10, 0.25),
         measure=lambda rig: roughness_scatter(),
-        source=Source(Kind.OWN, "320 parts of 52100 ground with cBN scatter by 4 to 12 %, 1200 piston rings by more"),
+        basis=Basis(Evidence.OWN, "320 parts of 52100 ground with cBN scatter by 4 to 12 %, 1200 piston rings by more"),
     ),
 )

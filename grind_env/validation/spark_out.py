@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from grind_env.process.state import StrokeResult
 from grind_env.validation.check import Band, Check, around, at_most
-from grind_env.validation.rig import USUAL, Grinder, Rig
+from grind_env.validation.rig import NO_GROWTH, USUAL, Grinder, Rig
 
 PASSES = 10
 """Spark-out passes after which force and power are to be near those of the threshold."""
@@ -70,17 +70,17 @@ CHECKS = (
         name="force after spark-out",
         group=5,
         what="normal force after ten passes over the threshold's",
-        at=f"{SHARP}; 10 strokes before",
+        at=f"{SHARP}; 10 strokes before; a part that does not grow",
         band=around(1.0, 0.1),
-        measure=lambda rig: after_passes(rig.sharp(), lambda done: done.Fn),
+        measure=lambda rig: after_passes(rig.sharp(changes=NO_GROWTH), lambda done: done.Fn),
     ),
     Check(
         name="power after spark-out",
         group=5,
         what="power after ten passes over the threshold's",
-        at=f"{SHARP}; 10 strokes before",
+        at=f"{SHARP}; 10 strokes before; a part that does not grow",
         band=around(1.0, 0.1),
-        measure=lambda rig: after_passes(rig.sharp(), lambda done: done.power),
+        measure=lambda rig: after_passes(rig.sharp(changes=NO_GROWTH), lambda done: done.power),
     ),
     Check(
         name="power of the last cut",

@@ -14,7 +14,7 @@ import numpy as np
 
 from grind_env.arrays import Array
 from grind_env.validation import data
-from grind_env.validation.check import Check, Kind, Source, around
+from grind_env.validation.check import Basis, Check, Evidence, around
 from grind_env.validation.rig import Rig
 from grind_env.validation.slopes import exponents
 
@@ -30,7 +30,9 @@ RESPONSES = {"wheel_wear_um": "wear", "Ra_um": "Ra"}
 FACTORS = ("removal rate", "volume removed")
 LEAST = 0.1
 """Half width of the band of an exponent where twice its standard error is less."""
-SOURCE = Source(Kind.MEASURED, "valve_alloys.csv (Nametala, CIRP JMST 2020): within two standard errors, at least .1")
+SOURCE = Basis(
+    Evidence.MEASURED, "valve_alloys.csv (Nametala, CIRP JMST 2020): within two standard errors, at least .1"
+)
 POOLED, POOLED_ERROR = 0.29, 0.03
 """Exponent of Ra on the removal rate over all its wheels and alloys, and its standard error."""
 
@@ -115,7 +117,7 @@ def exponent_check(wheel: Wheel, response: str, factor: str) -> Check:
         reference=value,
         band=around(value, max(2.0 * error, LEAST)),
         measure=lambda rig: float(fitted(simulated(rig, wheel), response)[place]),
-        source=SOURCE,
+        basis=SOURCE,
     )
 
 
@@ -129,7 +131,7 @@ CHECKS = (
         reference=POOLED,
         band=around(POOLED, 2.0 * POOLED_ERROR),
         measure=lambda rig: pooled(rig),
-        source=Source(Kind.MEASURED, "valve_alloys.csv with its third alloy, pooled: within two standard errors"),
+        basis=Basis(Evidence.MEASURED, "valve_alloys.csv with its third alloy, pooled: within two standard errors"),
     ),
 )
 

@@ -78,7 +78,7 @@ def test_dots_stand_at_the_probabilities():
 def test_costs_are_in_percent_of_the_best_fixed_plan():
     figure = cost_figure(ROWS)
     panels = [panel for panel in figure.axes if panel.get_visible()]
-    assert [panel.get_title() for panel in panels] == ["slot", "power_limited", "rush"]
+    assert [panel.get_title() for panel in panels] == ["power_limited", "rush", "slot"]
     names = [text.get_text() for text in panels[0].get_yticklabels()]
     for panel in panels:
         places = dict(zip(names, panel.get_yticks(), strict=True))

@@ -17,8 +17,10 @@ from agents.reference.gaps import (
     DRESS,
     FIXED,
     HINDSIGHT,
+    KNOWN,
     PLANNER,
     SPEED,
+    STATE,
     Gap,
     TaskGaps,
     task_gaps,
@@ -73,12 +75,13 @@ def test_gaps_by_hand(tmp_path):
         HINDSIGHT: "hindsight",
         ADAPTING_E: "adaptive_rule",
         ADAPTING_D: "adaptive_rule",
+        STATE: "full_state_rule",
     }
     savings = {what: gap.saving.value for what, gap in of.gaps.items()}
     # on 20 $ an episode
     plain = {FIXED: 0.0, SPEED: 10.0, DRESS: 20.0, BOTH: 40.0, BEST: 45.0, PLANNER: 50.0, HINDSIGHT: 60.0}
     # 12 $ on 16 $, and on 18 $
-    assert savings == pytest.approx({**plain, ADAPTING_E: 25.0, ADAPTING_D: 100.0 / 3.0})
+    assert savings == pytest.approx({**plain, ADAPTING_E: 25.0, ADAPTING_D: 100.0 / 3.0, STATE: 62.5})
     assert of.gaps[ADAPTING_E].against == "adaptive_dress"
     assert of.gaps[ADAPTING_D].against == "adaptive_speed"
     assert of.gaps[BEST].score.value == pytest.approx(75.0)
@@ -155,7 +158,7 @@ def test_the_command(tmp_path, monkeypatch, capsys):
     assert "the planner saves 15 %" in printed
     with (tmp_path / "results" / "gaps.csv").open(encoding="utf-8") as file:
         rows = {row["what"]: row for row in csv.DictReader(file)}
-    assert list(rows) == [FIXED, SPEED, DRESS, BOTH, BEST, PLANNER, HINDSIGHT, ADAPTING_E, ADAPTING_D]
+    assert list(rows) == [FIXED, SPEED, DRESS, BOTH, BEST, PLANNER, HINDSIGHT, ADAPTING_E, ADAPTING_D, *KNOWN]
     assert {row["seeds"] for row in rows.values()} == {"2000000..2000002"}
     assert float(rows[HINDSIGHT]["score"]) == pytest.approx(100.0)
     written = (tmp_path / "results" / "gaps.md").read_text(encoding="utf-8")

@@ -57,8 +57,8 @@ def test_a_score_run_writes_the_table_and_the_reference_scores(tmp_path):
     assert (rows["random"]["seeds"], rows["hindsight"]["seeds"]) == ("2000000..2000003", "2000000..2000003")
     scale = read_references(tmp_path / "scores.toml")["grind/Oracle6-v0"]
     # the exact optimum of six parts
-    assert scale.J_plan == pytest.approx(16.1513, rel=1e-3)
-    assert scale.hundred == pytest.approx(-16.1513 / ORACLE.task.reference_cost, rel=1e-3)
+    assert scale.J_plan == pytest.approx(13.4211, rel=1e-3)
+    assert scale.hundred == pytest.approx(-13.4211 / ORACLE.task.reference_cost, rel=1e-3)
     assert scale.fixed_plan == "constant_per_kind"
     assert float(rows["constant_per_kind"]["score"]) == 0.0
     assert float(rows["interval"]["score"]) == pytest.approx(
@@ -156,9 +156,9 @@ def test_the_checked_in_tables_have_every_policy_of_their_task(problem):
 
 
 def test_policies_that_see_measurements_may_cost_less_than_a_rule_that_sees_the_state():
-    for task, policy in (("CBN", "adaptive_rule"), ("rush", "look_ahead")):
+    for task in ("CBN", "power_limited"):
         costs = {row["policy"]: float(row["cost_per_good_part"]) for row in checked_in(task)}
-        assert costs[policy] < costs["full_state_rule"]
+        assert costs["look_ahead"] < costs["full_state_rule"]
 
 
 def test_a_comparison_by_hand():

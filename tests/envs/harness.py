@@ -1,6 +1,7 @@
 """What the tests of the environments share: ids, actions, rollouts, and exact comparison."""
 
 import inspect
+from dataclasses import replace
 from typing import Any
 
 import gymnasium as gym
@@ -82,6 +83,11 @@ def job_drawn(
     return job_tape(tape[0], blocks, parts, [0.2] * parts)
 
 
+def whole_tape(env: Any) -> np.ndarray:
+    """The tape of the episode that an environment is in, shape (blocks, fields of `TapeRow`)."""
+    return env.unwrapped.simulation.tape(env.unwrapped.episodes, 0)
+
+
 def tape_of_job(env: Any) -> JobTape:
     """What was drawn for the episode of a program that an environment is in."""
     return env.simulation.tape(env.episodes, 0)
@@ -92,6 +98,12 @@ def rows_of(batch: Any, count: int) -> list[Any]:
     if isinstance(batch, dict):
         return [{name: values[i] for name, values in batch.items()} for i in range(count)]
     return [batch[i] for i in range(count)]
+
+
+def without_expansion(task: Task) -> Task:
+    """The task with materials that heat does not expand: how long a part has cooled is then the same."""
+    materials = {name: replace(each, thermal_expansion=0.0) for name, each in task.catalogue.materials.items()}
+    return replace(task, catalogue=replace(task.catalogue, materials=materials))
 
 
 def native(env_id: str, num_envs: int, mode: AutoresetMode | str = AutoresetMode.NEXT_STEP, **kwargs: Any) -> VectorEnv:

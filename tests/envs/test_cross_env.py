@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 
 from grind_env.control import read
 from grind_env.envs.blocks.program import conditions, job_from_surface
-from grind_env.envs.contexts import nominal_context
+from grind_env.envs.contexts import Fixed, Given, nominal_context
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.ids import wide_plates
 from grind_env.envs.observations import physical
-from grind_env.envs.strips.simulation import StripSimulation
+from grind_env.envs.strips.simulation import StripEpisodes, StripSimulation
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import read_task
 from grind_env.machine.grind import grind
@@ -25,7 +25,7 @@ from grind_env.machine.part.rows import WHEEL_FIELDS
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.process import PROCESS
-from grind_env.process.state import WheelState
+from tests.envs.harness import whole_tape
 
 PARTS = 4
 
@@ -43,7 +43,7 @@ def ground(env: GrindEnv, parts: int = PARTS) -> GrindingRecord:
     """The program of the episode under `machine.grind`, with the wheel and the parts of its seed."""
     drawn = env.simulation.start([np.random.default_rng(env.np_random_seed)])
     job = job_from_surface(env.task)
-    job = replace(job, wheel=replace(job.wheel, diamond_flat=float(drawn.wheels[0, -1])))
+    job = replace(job, wheel=replace(job.wheel, diamond_flat=drawn.wheel(0).wd))
     return grind(read(env.part_program()), job, conditions=conditions(env.task, drawn.tape[0])[:parts])
 
 
@@ -74,7 +74,7 @@ def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_
         assert getattr(record, name).tobytes() == getattr(own, name).tobytes(), name
     parts = record.parts
     assert env.episodes is not None
-    for number, (info, row) in enumerate(zip(infos, env.episodes.tape[0], strict=False), 1):
+    for number, (info, row) in enumerate(zip(infos, whole_tape(env), strict=False), 1):
         made, stock = record.strokes[record.strokes["part"] == number], TapeRow(*row).stock
         assert set(made["E"]) == {info["E"]}
         assert made["Z"].max() == pytest.approx(stock, abs=1e-12)
@@ -89,7 +89,7 @@ def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_
     found = {"rise": "rise", "burn_ratio": "burn_ratio", "peak_power": "peak_power", "roughness": "Ra"}
     for name, column in (found | {"size_error": "worst_error"}).items():
         assert parts[column] == pytest.approx([getattr(each, name) for each in env.outcomes], rel=1e-9, abs=1e-9), name
-    wheel = WheelState(*env.episodes.wheels[0].tolist())
+    wheel = env.episodes.wheel(0)
     for name in WHEEL_FIELDS:
         assert getattr(wheel, name) == pytest.approx(record.strokes[name][-1], rel=1e-9), name
     assert parts["total_cost"] == pytest.approx([info["block_cost"] for info in infos], rel=1e-8)
@@ -113,7 +113,7 @@ def test_the_block_is_a_g83_that_takes_the_wheel_from_edge_to_edge() -> None:
     env = wide_plates.make(predress=True)
     env.reset(seed=0)
     assert env.episodes is not None
-    stock = f"{env.episodes.tape[0, 0, 1]:.3f}".lstrip("0").rstrip("0")
+    stock = f"{whole_tape(env)[0, 1]:.3f}".lstrip("0").rstrip("0")
     text = env.step(env.codec.encode(9487.0, 1.0, 1.0)[0])[4]["block"]
     assert text == f"G83.1 X330. I-30. Y-{stock} J-.02 Z35. K12. L0 F1500. E9487. P9100 D1"
     plain = env.step(np.array([0.0, -1.0, -0.5], np.float32))[4]["block"]
@@ -141,16 +141,17 @@ def test_the_strips_are_those_of_a_traverse_walked_by_hand() -> None:
     task, kind = env.task, env.task.kinds[0]
     env.reset(seed=0, options={"context": {**nominal_context(task), "stock": 1.06}})
     assert env.episodes is not None
-    wheel, stock = WheelState(*env.episodes.wheels[0].tolist()), float(env.episodes.tape[0, 0, 1])
+    wheel, stock = env.episodes.wheel(0), float(whole_tape(env)[0, 1])
     env.step(np.array([0.0, -1.0], np.float32))
     # a strip has 1 mm; the wheel of 25 mm goes there by 12 mm and back by 12 mm, each from where it plunged
     there, back = (0, 12, 24, 35), (35, 23, 11, 0)
     S, Rs, reached = np.zeros(60), np.full(60, INITIAL_ROUGHNESS), np.zeros(60)
     depths = [0.0, *np.minimum(kind.pick * np.arange(1, 20), stock)[: int(np.ceil(stock / kind.pick))]]
-    p, v = task.parameters(kind), 9487.0 / 60.0
+    p, v, own = task.parameters(kind), 9487.0 / 60.0, np.array([PROCESS.own()])
+    seconds = 360.0 / v + v / 1000.0 + 0.15
     for number, Z in enumerate(depths):
         for edge in (there if number % 2 else back) if number else (0,):
-            lies = edge, edge + 25, Z, v, kind.width, kind.length, p, Z, np.empty((1, 0)), 1.0
+            lies = edge, edge + 25, Z, v, kind.width, kind.length, p, Z, own, seconds
             wheel, *_ = strips_of(PROCESS)(wheel, S, Rs, reached, *lies)
     part = env.record().parts[0]
     assert part["size_error"] == pytest.approx(1000.0 * (stock - S.mean()), rel=1e-9)
@@ -207,6 +208,15 @@ def test_taper_and_worst_size_are_read_after_every_part() -> None:
 
 def test_gauge_noise_differs_from_part_to_part_and_is_that_of_two_sizes() -> None:
     simulation = StripSimulation(read_task("wide_plates"))
-    episodes = simulation.start([np.random.default_rng(seed) for seed in range(40)])
-    assert episodes.taper_noise.std() == pytest.approx(0.7 * 2**0.5, rel=0.06)
-    assert len(np.unique(episodes.taper_noise)) == episodes.taper_noise.size
+    exact = Given(fixed=Fixed(noise=0.0))
+    tapers = list[list[np.ndarray]]()
+    for noisy in (Given(), exact):
+        episodes = simulation.start([np.random.default_rng(seed) for seed in range(40)], [noisy] * 40)
+        assert isinstance(episodes, StripEpisodes)
+        tapers.append([])
+        for _ in range(simulation.task.blocks):
+            simulation.step(episodes, np.full(40, 12_000.0), np.zeros(40))
+            tapers[-1].append(episodes.taper.copy())
+    noise = np.array(tapers[0]) - np.array(tapers[1])
+    assert noise.std() == pytest.approx(0.7 * 2**0.5, rel=0.06)
+    assert len(np.unique(noise)) == noise.size

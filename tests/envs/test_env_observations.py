@@ -11,9 +11,10 @@ from grind_env.envs.observations import HIDDEN, physical
 from grind_env.envs.tables import Outcome, ShopMemory
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task, task_names
+from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.machine.loops.tally import Tally
 from grind_env.process.state import WheelState
-from tests.envs.harness import IDS, Array, actions, native, rollout, start
+from tests.envs.harness import IDS, Array, actions, native, rollout, start, whole_tape
 
 N = 300
 
@@ -38,7 +39,7 @@ class Run:
         self.task = task = self.simulation.task
         rng = np.random.default_rng(1)
         shape = (task.blocks, N)
-        self.speeds = 1000.0 * np.floor(6.0 + 15.0 * rng.random(shape))
+        self.speeds = 1000.0 * np.floor(6.0 + 13.0 * rng.random(shape))
         self.executions = np.floor(1.4 * rng.random(shape))
         episodes = start(self.simulation, N)
         self.tape = TapeRow(*np.moveaxis(episodes.tape, 2, 0))
@@ -53,7 +54,7 @@ class Run:
             observations.append(self.simulation.observe(episodes))
         self.outcome = Outcome(*np.moveaxis(np.array(outcomes), 2, 0))
         self.result = Tally(*np.moveaxis(np.array(results), 2, 0))
-        self.wheels = WheelState(*np.moveaxis(np.array(wheels), 2, 0))
+        self.wheels = WheelState(*np.moveaxis(np.array(wheels)[:, :, :OWN_FROM], 2, 0))
         self.observations = np.array(observations)
         shown = physical(self.observations, self.simulation.entries)
         constant = {name: np.full(self.observations.shape[:2], value) for name, value in self.simulation.usual.items()}
@@ -233,7 +234,7 @@ def test_a_pre_dress_is_remembered_for_one_block() -> None:
     env.reset(seed=0)
     for wanted, D in ((1.0, 1), (0.0, 0), (1.0, 0)):
         action = env.codec.encode([9000.0], [D], [wanted])[0]
-        stock = env.episodes.tape[0, env.episodes.block[0], TapeRow._fields.index("gauged")]
+        stock = whole_tape(env)[env.episodes.block[0], TapeRow._fields.index("gauged")]
         before = physical(env.simulation.observe(env.episodes)[0], env.simulation.entries)
         observation, *_, info = env.step(action)
         seen = physical(observation, env.simulation.entries)
@@ -251,7 +252,6 @@ def test_the_full_observation_shows_the_true_state(name: str) -> None:
     for reading, true in (
         ("wear_flat", r.wheels.A),
         ("loading", r.wheels.lam),
-        ("waviness", r.wheels.alw),
         ("diamond_flat", r.wheels.wd),
         ("dressed_roughness", r.wheels.Rd),
         ("dressed_density", r.wheels.Cd),
@@ -270,6 +270,27 @@ def test_the_full_observation_shows_the_true_state(name: str) -> None:
         np.testing.assert_allclose(r.read[reading][:-1], np.minimum(factor, 11.0), rtol=1e-6, err_msg=reading)
 
 
+@pytest.mark.parametrize("name", ["CBN", "blades", "wide_rails"])  # which grind a part in several blocks
+def test_the_full_observation_shows_the_heat_of_a_part_in_work(name: str) -> None:
+    simulation = BlockSimulation(load_task(name), full=True)
+    episodes, shown, blocks = start(simulation, 1), [], []
+    for _ in range(3):
+        shown.append(physical(simulation.observe(episodes)[0], simulation.entries)["part_rise"])
+        blocks.append(simulation.block(episodes, 0, 9000.0, 0.0))
+        simulation.step(episodes, np.array([9000.0]), np.array([0.0]))
+    strokes = (record := simulation.record(episodes, 0, blocks)).strokes
+    kind, catalogue = blocks[0].kind, simulation.task.catalogue
+    material = catalogue.material(kind.material)
+    # it grows by its expansion for each mm of height, and cools while the wheel goes back, which a task leaves out
+    first = record.executions["first"][1]
+    on_the_way = strokes["time"][first] - strokes["time"][first - 1] - strokes["seconds"][first - 1]
+    capacity = 1e-9 * material.density * material.specific_heat * kind.height  # J/(mm2 K)
+    left = np.exp(-on_the_way * 1e-6 * simulation.task.fluid.part_cooling / capacity)
+    warm = strokes["grown"][first] / (material.thermal_expansion * kind.height) / left
+    assert warm > 1.0 and left < 0.99
+    assert shown == pytest.approx([0.0, warm, 0.0], rel=1e-4)
+
+
 def test_every_episode_starts_with_the_wheel_of_its_task() -> None:
     for name, A, V in (("power_limited", None, 0.0), ("oracle6", 0.012, 150.0)):
         env = native(environment_id(name), 50, AutoresetMode.SAME_STEP, observation="full")
@@ -280,7 +301,7 @@ def test_every_episode_starts_with_the_wheel_of_its_task() -> None:
             rows += [stepped[0]] if stepped[2].all() else []
         assert len(rows) == (11 if name == "oracle6" else 2)
         seen = physical(np.array(rows), entries)
-        for reading, value in (("diameter", 300.0), ("volume", V), ("loading", 0.0), ("waviness", 0.03)):
+        for reading, value in (("diameter", 300.0), ("volume", V), ("loading", 0.0)):
             np.testing.assert_allclose(seen[reading], value, rtol=1e-6, atol=1e-9, err_msg=reading)
         if A is not None:
             np.testing.assert_allclose(seen["wear_flat"], A, rtol=1e-6)
@@ -305,10 +326,13 @@ def test_the_removed_volume_is_the_removed_stock(name: str) -> None:
 @pytest.mark.parametrize("name", task_names())
 def test_the_measured_observation_shows_nothing_hidden(name: str) -> None:
     measured, full = (BlockSimulation(load_task(name), full=value) for value in (False, True))
-    hidden = set(HIDDEN)
+    # a part that has not been ground is as warm as the hall
+    whole = all(kind.starts_part for kind in measured.task.kinds)
+    behind = [each for each in HIDDEN if each != "part_rise" or not whole]
+    hidden = set(behind)
     names = [entry.name for entry in measured.entries]
     assert hidden.isdisjoint(names)
-    assert [entry.name for entry in full.entries] == [*names, *HIDDEN]
+    assert [entry.name for entry in full.entries] == [*names, *behind]
     assert all((entry.noise == "hidden") == (entry.name in hidden) for entry in full.entries)
 
     episodes = start(measured, 5)
@@ -348,13 +372,13 @@ def test_physical_gives_back_what_observe_scaled(name: str) -> None:
         "dresses": 17.0,
         "diameter": 287.125,
     }
-    worn = {"A": 0.0123, "lam": 0.21, "V": 345.6, "Rd": 0.81, "Cd": 7.5, "alw": 0.41, "wd": 0.037}
+    worn = {"A": 0.0123, "lam": 0.21, "V": 345.6, "Rd": 0.81, "Cd": 7.5, "wd": 0.037}
     for fields, table, values in ((ShopMemory, episodes.memory, remembered), (WheelState, episodes.wheels, worn)):
         for field, value in values.items():
             table[1, fields._fields.index(field)] = value
     shown_as = {"speed": "last_speed", "executions": "last_executions", "pick": "last_pick", "width": "last_width"}
     shown_as |= {"since_gauged": "parts_since_gauged", "A": "wear_flat", "lam": "loading"}
-    shown_as |= {"V": "wheel_volume", "Rd": "dressed_roughness", "Cd": "dressed_density", "alw": "waviness"}
+    shown_as |= {"V": "wheel_volume", "Rd": "dressed_roughness", "Cd": "dressed_density"}
     shown_as |= {"wd": "diamond_flat"}
     observations = r.simulation.observe(episodes)
     both, single = physical(observations, entries), physical(observations[1], entries)

@@ -2,6 +2,7 @@
 
 import functools
 from pathlib import Path
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,8 @@ from grind_env.envs.env import GrindEnv
 from grind_env.envs.ids import job
 from grind_env.envs.job.readings import job_task
 from grind_env.envs.job.tape import LOT_FACTORS, WHEEL_FACTORS, WHEEL_SPREAD, JobTape, barred_factors
+from grind_env.envs.tape import EPISODE
+from grind_env.kernel.random import philox
 from grind_env.machine.job import Lots
 from tests.envs.harness import MODES, assert_same, job_drawn, tape_of_job
 from tests.envs.test_contexts import DECILES
@@ -82,7 +85,9 @@ def test_what_a_context_does_not_name_is_drawn_as_without() -> None:
 
 def cut(seed: int) -> float:
     """The standard normal number of the wheel, cut as all of them."""
-    return float(np.clip(np.random.default_rng(seed).standard_normal(), -1.8, 1.8))
+    first, second = np.floor(np.random.default_rng(seed).random(2) * 2.0**32).astype(int).tolist()
+    word = philox(first, second, 0, EPISODE, 0, 0)[0]
+    return float(np.clip(NormalDist().inv_cdf((word + 0.5) / 2.0**32), -1.8, 1.8))
 
 
 def test_a_context_does_not_change_the_random_numbers_of_a_later_episode() -> None:

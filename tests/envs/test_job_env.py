@@ -600,6 +600,7 @@ STAGED = JOB + "\n[[part.stages]]\nstock = 0.05\n"
         ("G82 X230. I-30. Y-.05 J-.01 F60. E9000.\nG80\nG96 S1800\nG95 G01 Y2. F.05\nG94 F60.\n", JOB, 6,
          "its motions depend on the radius of the wheel"),
         ("G81 X230. I-30. E9000.\nG01 Y-.03 F.6\nX220.\nG01 Y-.04 F.6\n", JOB, 6, "the program redirects the table"),
+        ("G81 X230. I-30. E9000.\nG01 Y-.03 F.6\nE9000.\nG01 Y-.04 F.6\n", JOB, 6, "the program redirects the table"),
         ("G82 X230. I-30. Y-.05 J-.01 F.5 E9000.\n", JOB, 3, "a pick is still under way in the middle of the stroke"),
         ("G82 X230. I-30. Y-.05 J-.01 F1.5 E9000. P9100\n", JOB, 3, "a dress waits for a pick to end"),
         ("G82 X230. I-30. Y-.05 J-.01 F60. E9000.\nM01\n", STAGED, 3, "after this cycle the part is judged"),

@@ -18,7 +18,7 @@ from grind_env.envs.strokes.simulation import StrokeSimulation
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task, load_task, read_task
 from grind_env.process.state import WheelState
-from tests.envs.harness import Array, every_id, start
+from tests.envs.harness import every_id, start
 
 EXAMPLES = sorted((Path(grind_env.__file__).parent / "examples").glob("*.nc"))
 STEPS = 700
@@ -159,8 +159,6 @@ def changed(simulation: Simulation, field: str) -> Any:
     if field in TapeRow._fields:
         column = TapeRow._fields.index(field)
         other.tape[..., column] *= 1.2
-        if isinstance(simulation, StrokeSimulation):
-            other.rows[..., column] *= 1.2
     else:
         other.wheels[:, WheelState._fields.index(field)] *= 1.5
     return other
@@ -172,11 +170,7 @@ def test_the_true_stock_shows_when_the_wheel_has_touched_the_part(name: str) -> 
     episodes, other = start(simulation, 4), start(simulation, 4)
     column = TapeRow._fields.index("stock")
     # more than a pick, so that one stroke more is needed
-    rows: list[Array] = [other.tape[:, 0]]
-    if isinstance(simulation, StrokeSimulation):
-        rows.append(other.rows)
-    for each in rows:
-        each[:, column] += 0.045
+    other.tape[:, 0, column] += 0.045
     np.testing.assert_array_equal(simulation.observe(episodes), simulation.observe(other))
     names = [entry.name for entry in simulation.entries]
     for each in (episodes, other):
@@ -195,7 +189,6 @@ def test_a_worn_wheel_is_booked_when_it_is_gauged_and_not_before() -> None:
     soft, hard = start(simulation, 4), start(simulation, 4)
     column = TapeRow._fields.index("Gref")
     soft.tape[..., column] *= 0.2
-    soft.rows[..., column] *= 0.2
     place = [entry.name for entry in simulation.entries].index("diameter")
     task, parts = simulation.task, []
     dressed = 2.0 * task.dress.passes * task.dress.depth

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -101,7 +103,7 @@ def test_lateness_costs_600_dollars_an_hour_without_limit(speed: float, dresses:
     if speed == 3000.0:
         assert late[-1].min() > 3600.0  # an hour and more at the end, and still counting
         assert (np.diff(late[7::8], axis=0) > 0.0).all()
-    plain = BlockSimulation(load_task("job_shop"))
+    plain = BlockSimulation(replace(load_task("job_shop"), dress=RUSH.task.dress))
     without, _, _ = rollout(plain, start(plain, 32), speed, dresses)
     np.testing.assert_array_equal(outcome.scrap_cost, without.scrap_cost)
     np.testing.assert_allclose(outcome.cost - outcome.late_cost, without.cost, rtol=1e-9)

@@ -18,6 +18,7 @@ from grind_env.machine.loops.rows import LOG
 from grind_env.machine.part.rows import WHEEL_FIELDS
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
+from grind_env.process.process import PROCESS
 from grind_env.process.state import StrokeResult
 from tests.batches import FEEDS, PART, TALLY, WHEEL, as_table
 from tests.machine.harness import DRESS, DRESS_NUMBERS, job, start_wheel
@@ -98,7 +99,7 @@ def compiled_run(cases: list[Case], job: Job, seconds: float = 0.0) -> tuple[Any
 
     def states() -> tuple[Any, Any, Any]:
         part = PartState(0.0, 0.0, INITIAL_ROUGHNESS)
-        return np.array([tuple(wheel)] * n, WHEEL), np.array([tuple(part)] * n, PART), np.zeros(n, TALLY)
+        return np.array([(*wheel, *PROCESS.own())] * n, WHEEL), np.array([tuple(part)] * n, PART), np.zeros(n, TALLY)
 
     alone, beside, log = states(), states(), np.zeros((n, 400), LOG)
     FEEDS.scalar(feedings, parameters, *map(as_table, alone), motions, log.view(np.float64).reshape(n, 400, -1))
@@ -182,8 +183,9 @@ def test_machines_do_not_touch_each_other() -> None:
 def test_power_is_averaged_over_full_plunges_since_the_last_dress() -> None:
     case = Case(depth=300, infeed=0.6, E=12_000, D=1, sparkout=2, pre_dress=False)
     shop = job(stock=0.3)
-    strokes = program_run(case, shop).strokes
-    tally = compiled_run([case], shop)[2][0]
+    record = program_run(case, shop)
+    strokes, (dress,) = record.strokes, record.dresses
+    tally = compiled_run([case], shop, dress["seconds"])[2][0]
     deeper = np.diff(strokes["Z"], prepend=0.0)
     full = np.flatnonzero(deeper >= 0.9 * 0.0165)
     after = int(case.segments[0].strokes)

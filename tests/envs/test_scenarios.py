@@ -21,8 +21,9 @@ HANDBOOK_SPEED = 12_000.0
 """mm/min; a usual table speed for hardened steel."""
 HANDBOOK_SPEEDS = {"power_limited": 8000.0, "wide_rails": 8000.0}
 """mm/min, of the tasks whose spindle of 5 kW the usual one stalls."""
-LEAST_GAIN = {"power_limited": 1.5}
-"""How many times as dear never dressing is at least where it is not 5: there a fast table keeps the wheel sharp."""
+LEAST_GAIN = {"power_limited": 1.5, "rush": 3.0}
+"""How many times as dear never dressing is at least where it is not 5: a fast table keeps the wheel sharp, or both are
+late."""
 COST, GOOD = (Outcome._fields.index(name) for name in ("cost", "good"))
 
 

@@ -37,12 +37,12 @@ def test_random_actions_are_no_better_than_the_best_fixed_plan(name: str) -> Non
     assert normalise(name, reference(name).returns["random"].value) <= 0.0
 
 
-def test_slot_gives_the_cost_over_that_of_the_constant() -> None:
+def test_slot_gives_the_cost_over_that_of_the_fixed_plan() -> None:
     scale = reference("grind/Slot-v0")
     assert scale.ratio
-    assert scale.fixed_plan == "constant"
+    assert scale.fixed_plan == "interval"
     assert normalise("grind/Slot-v0", 1.25 * scale.zero) == pytest.approx(1.25)
-    # scenarios, section 8: the planner is within 2 % of the constant
+    # scenarios, section 8: the planner is within 2 % of the fixed plan
     assert abs(normalise("grind/Slot-v0", scale.hundred) - 1.0) < 0.02
 
 

@@ -18,7 +18,7 @@ from grind_env.envs.ids import stroke
 from grind_env.envs.strokes.simulation import StrokeEpisodes, StrokeSimulation
 from grind_env.envs.strokes.step import TOGETHER
 from grind_env.envs.tables import Outcome
-from grind_env.envs.tape import TapeRow
+from grind_env.envs.tape import KEY_0, KEY_1, NOISE_FACTOR, STROKE, TapeRow, deviation, words_of
 from grind_env.envs.tasks import TaskError, read_task
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord
@@ -26,9 +26,8 @@ from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.process.process import PROCESS
-from grind_env.process.state import WheelState
 from grind_env.scores import reference
-from tests.envs.harness import Array, assert_same, native, row_of
+from tests.envs.harness import Array, assert_same, native, row_of, whole_tape
 
 ID = "grind/Stroke-v0"
 
@@ -37,7 +36,7 @@ def ground(env: GrindEnv) -> GrindingRecord:
     """The program of the episode, run with the operator's requests."""
     drawn = env.simulation.start([np.random.default_rng(env.np_random_seed)], [env.given])
     shop = job(env.task, *env.task.kinds)
-    shop = dataclasses.replace(shop, wheel=dataclasses.replace(shop.wheel, diamond_flat=float(drawn.wheels[0][-1])))
+    shop = dataclasses.replace(shop, wheel=dataclasses.replace(shop.wheel, diamond_flat=drawn.wheel(0).wd))
     control = dataclasses.replace(shop.control, operator_dress_at=env.operator_dress_at())
     return grind(read(env.part_program()), shop, control=control, conditions=conditions(env.task, drawn.tape[0]))
 
@@ -45,13 +44,15 @@ def ground(env: GrindEnv) -> GrindingRecord:
 def tape_of(env: GrindEnv) -> list[TapeRow]:
     """The parts of its episode."""
     assert env.episodes is not None
-    return [TapeRow(*row) for row in env.episodes.tape[0].tolist()]
+    return [TapeRow(*row) for row in whole_tape(env).tolist()]
 
 
 def noise_of(env: GrindEnv) -> Array:
     """The noise of the strokes of its episode."""
     assert isinstance(env.episodes, StrokeEpisodes)
-    return env.episodes.noise[0].copy()
+    first, second, factor = env.episodes.source[0, [KEY_0, KEY_1, NOISE_FACTOR]].tolist()
+    strokes = range(env.simulation.most_steps)
+    return np.array([deviation(factor, words_of(first, second, STROKE, stroke)[0]) for stroke in strokes])
 
 
 def play(env: GrindEnv, seed: int, policy_seed: int, dress: float, fastest: float = 1.0) -> list[dict[str, Any]]:
@@ -91,7 +92,7 @@ def test_the_part_program_of_an_episode_grinds_the_same_record(seed: int, policy
     cost = sum(info["block_cost"] for info in infos)
     assert cost == pytest.approx(record.parts["total_cost"].sum() + handover, rel=1e-9)
     assert env.episodes is not None
-    assert record.strokes["A"][-1] == pytest.approx(WheelState(*env.episodes.wheels[0]).A, rel=1e-12)
+    assert record.strokes["A"][-1] == pytest.approx(env.episodes.wheel(0).A, rel=1e-12)
 
 
 def test_the_program_of_a_stroke() -> None:
@@ -143,6 +144,12 @@ def test_what_is_seen() -> None:
     assert [view["strokes_left"] for view in views] == pytest.approx(first["strokes_left"] - np.arange(1, 7))
     assert [view["wear_flat"] for view in views] == pytest.approx(strokes["A"], rel=1e-5)
     assert views[0]["last_speed"] == pytest.approx(10.0)
+    rises = np.array([view["part_rise"] for view in (first, *views[:5])])
+    (kind,) = env.task.kinds
+    grown = strokes["grown"] / (env.task.catalogue.material(kind.material).thermal_expansion * kind.height)
+    # the part cools while the wheel is dressed
+    assert rises[[0, 1, 2, 4, 5]] == pytest.approx(grown[[0, 1, 2, 4, 5]], rel=1e-6)
+    assert 0.0 < grown[3] < rises[3]
 
 
 def test_the_size_gauge_and_the_roughness_gauge() -> None:
@@ -254,7 +261,7 @@ def test_a_context_does_not_change_the_random_numbers_of_a_later_episode() -> No
         env.reset(seed=0, options={"context": context})
         assert len(noise_of(env)) >= sum(env.task.strokes(env.task.kinds[0], row.stock) for row in tape_of(env))
         env.reset(options={"context": None})
-        tapes.append((env.episodes.tape.copy(), noise_of(env), env.np_random.random()))
+        tapes.append((whole_tape(env), noise_of(env), env.np_random.random()))
     assert_same(tapes[0], tapes[1])
     assert_same(tapes[0], tapes[2])
 
@@ -340,7 +347,7 @@ def test_a_planner_branches_an_episode() -> None:
 
 def test_a_stroke_that_sparks_out_adds_no_heat_that_counts() -> None:
     env = stroke.make()
-    env.reset(seed=0)
+    env.reset(seed=1)
     strokes = env.task.strokes(env.task.kinds[0], tape_of(env)[0].stock)
     for _ in range(strokes):
         env.step(env.codec.encode(9000.0, 0)[0])

@@ -8,11 +8,13 @@ import gymnasium as gym
 import pytest
 
 from grind_env.envs import any_task, tasks
+from grind_env.envs.any_task import simulation_of
 from grind_env.envs.blocks.episode import EpisodeGenerator
 from grind_env.envs.blocks.program import check_task
 from grind_env.envs.names import environment_id
 from grind_env.envs.tasks import Kind, Orders, Spread, Task, TaskError, load_task, read_task, task_names
-from grind_env.envs.tasks.reading import usual_cost
+from grind_env.policies.evaluation import roll_out, start_episodes
+from grind_env.policies.scripted.rules import Fixed
 
 DUE = "[due]\nblocks = 6\nspeed = 12.0\nslack = [0.7, 1.3]\nlate = 1.0\n\n[spread]"
 TEXT = {name: (tasks.FOLDER / f"{name}.toml").read_text(encoding="utf-8") for name in task_names()}
@@ -162,7 +164,7 @@ def test_a_slip_beside_a_base_is_named(own: str, parts: list[str], tmp_path: Pat
         ('title = "', 'kinds = []\ntitle = "', "kinds", ["there is no key kinds"]),
         ('title = "', 'file = "x"\ntitle = "', "file", ["there is no key file"]),
         ('title = "', 'observation = "hidden"\ntitle = "', "observation", ["one of measured, full"]),
-        ("reference_cost = 4.62", "reference_cost = 0", "reference_cost", ["0.0001"]),
+        ("reference_cost = 5.26", "reference_cost = -1", "reference_cost", ["0 to"]),
         ("executions = 3", "execution = 3", "action.execution", ["did you mean executions?"]),
         (
             "speed_range = [3.0, 30.0]",
@@ -206,8 +208,8 @@ def test_a_slip_beside_a_base_is_named(own: str, parts: list[str], tmp_path: Pat
         ('sequence = ["plate"]', "sequence = []", "sequence", ["sequence", "[orders]"]),
         ("[spread]", "[orders]\nmost_parts = 2\n\n[spread]", "sequence", ["sequence", "[orders]"]),
         (
-            'sequence = ["plate"]\nreference_cost = 4.62',
-            "orders = {most_parts = 0}\nreference_cost = 4.62",
+            'sequence = ["plate"]\nreference_cost = 5.26',
+            "orders = {most_parts = 0}\nreference_cost = 5.26",
             "orders.most_parts",
             ["1 to 1000"],
         ),
@@ -265,15 +267,26 @@ def test_what_a_file_leaves_out_has_its_default(tmp_path: Path) -> None:
         usual.dresser,
         usual.fluid,
     )
-    # dear: 60 s of a machine at 80 $/h, wheel and dresser; by hand
-    time = (1 + 20 + 2) * (260.0 / (1000.0 * 90**0.5 / 60.0) + 158.11388 / 1000.0 + 0.15) + 20.0
-    assert task.reference_cost == pytest.approx(task.rates.hourly * (time + task.dress_seconds) / 3600.0, rel=0.5)
+    assert task.reference_cost == 0.0  # it does not say
 
 
-def test_the_usual_cost_is_near_the_measured_one_where_dresses_are_not_dear() -> None:
-    for name in ("power_limited", "wide_rails", "slot", "reciprocation", "job_shop"):
-        task = read_task(name)
-        assert usual_cost(task) == pytest.approx(task.reference_cost, rel=0.25), name
+@pytest.mark.parametrize("name", ["power_limited", "wide_rails", "slot", "reciprocation", "wide_plates", "rush", "CBN"])
+def test_a_task_that_does_not_say_is_priced_near_what_was_measured(name: str) -> None:
+    task = read_task(name)
+    found = simulation_of(replace(task, reference_cost=0.0)).task
+    assert found == replace(task, reference_cost=found.reference_cost)
+    # of few episodes, on which the plan is chosen, too; tuned plans may tell kinds of block apart
+    assert 0.75 < found.reference_cost / task.reference_cost < 1.05
+
+
+def test_the_price_is_what_the_cheapest_plan_costs_in_an_evaluation(tmp_path: Path) -> None:
+    put(tmp_path, shop=KIND)
+    simulation = simulation_of(load_task(str(tmp_path / "shop.toml")))
+    plans = [Fixed(E=30.0, D=1, every=20), Fixed(E=30.0, D=1), Fixed(E=3.0, D=1, every=5), Fixed(E=30.0, D=0)]
+    runs = [roll_out(plan, simulation, start_episodes(simulation, range(16))) for plan in plans]
+    costs = [run.cost.mean() / simulation.task.blocks for run in runs]
+    assert min(costs) >= simulation.task.reference_cost * (1.0 - 1e-9)
+    assert min(costs) == pytest.approx(simulation.task.reference_cost, rel=0.2)
 
 
 def test_a_task_is_resolved_once() -> None:
@@ -300,17 +313,10 @@ def test_the_flagship_has_the_published_parameters() -> None:
 def test_oracle6_has_its_start() -> None:
     task = load_task("oracle6")
     wheel = EpisodeGenerator(task).wheel(0.0)
-    assert (wheel.ds, wheel.A, wheel.V, wheel.lam, wheel.alw, wheel.wd) == (
-        300.0,
-        0.012,
-        150.0,
-        0.0,
-        0.03,
-        0.0,
-    )
+    assert (wheel.ds, wheel.A, wheel.V, wheel.lam, wheel.wd) == (300.0, 0.012, 150.0, 0.0, 0.0)
     order = [task.kinds[task.kind_of_block(k)].name for k in range(6)]
     assert order == ["plate", "gauge", "plate", "plate", "gauge", "gauge"]
-    assert task.parameters(task.kinds[0]).kA == pytest.approx(5.0 * 1.24e-6)
+    assert task.parameters(task.kinds[0]).kA == pytest.approx(12.0 * 1.24e-6)
     assert not any(getattr(task.spread, name) for name in task.spread.__slots__)
 
 
@@ -339,7 +345,7 @@ CBN_ROUGH = ("inconel_718", 0.20, 0.010, 0, 20, 200, 0, 0, 150, 200, 0.4)
 @pytest.mark.parametrize(
     ("name", "kinds"),
     [
-        ("slot", [("aisi_52100", 1.6, 0.016, 4, 20, 200, 0.50, 12, 0, 40, 0.4)]),
+        ("slot", [("aisi_52100", 1.6, 0.016, 4, 20, 200, 0.50, 20, 0, 40, 0.4)]),
         ("job_shop", [GAUGE, PLATE, WEAR_PLATE]),
         ("rush", [GAUGE, PLATE, WEAR_PLATE]),
         ("power_limited", [("aisi_52100", 0.30, 0.020, 1, 50, 300, 0.50, 20, 150, 60, 0.4)]),
@@ -351,7 +357,7 @@ CBN_ROUGH = ("inconel_718", 0.20, 0.010, 0, 20, 200, 0, 0, 150, 200, 0.4)
             ],
         ),
         ("blades", [BLADE, ("inconel_718", 0.03, 0.005, 3, 20, 200, 0.50, 9, 0, 120, 0.4)]),
-        ("CBN", [CBN_ROUGH, ("inconel_718", 0.03, 0.005, 3, 20, 200, 0.36, 8, 0, 200, 0.4)]),
+        ("CBN", [CBN_ROUGH, ("inconel_718", 0.03, 0.005, 3, 20, 200, 0.44, 8, 0, 200, 0.4)]),
     ],
 )
 def test_the_blocks_are_those_published(name: str, kinds: list[tuple[object, ...]]) -> None:
@@ -361,7 +367,7 @@ def test_the_blocks_are_those_published(name: str, kinds: list[tuple[object, ...
 @pytest.mark.parametrize(
     ("name", "speeds", "executions", "rpm", "stiffness", "power", "width"),
     [
-        ("slot", (6.0, 30.0), 4, 1909.86, 20_000, 7500, 25),
+        ("slot", (6.0, 18.0), 4, 1909.86, 20_000, 7500, 25),
         ("job_shop", (3.0, 30.0), 3, 1909.86, 20_000, 7500, 25),
         ("rush", (3.0, 30.0), 3, 1909.86, 20_000, 7500, 25),
         ("power_limited", (3.0, 30.0), 3, 1909.86, 50_000, 5000, 65),

@@ -1,6 +1,7 @@
 """Tasks that users write: `grind/Task-v0` of whatever file, in both forms."""
 
 import json
+import math
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -22,10 +23,9 @@ from grind_env.envs.tasks.reading import TABLES
 from grind_env.envs.tasks.schema import document, json_schema, rows, toml_text
 from grind_env.machine.grind import grind
 from grind_env.machine.job import WheelStart
-from grind_env.process.state import WheelState
 from grind_env.testing.conformance import check_vector_env
 from grind_env.toml import tomllib
-from tests.envs.harness import assert_same, native, row_of, sync
+from tests.envs.harness import assert_same, native, row_of, sync, whole_tape
 
 ID = "grind/Task-v0"
 
@@ -225,9 +225,40 @@ LESS_THAN_A_PICK = {
 }
 
 
+def with_overrun(overrun: float) -> dict[str, Any]:
+    """The smallest task with that overrun, mm."""
+    content = tomllib.loads("reference_cost = 1.0\nblocks = 4\n" + MINIMAL)
+    content["setup"]["overrun"] = overrun
+    return content
+
+
+def test_an_overrun_from_which_the_wheel_would_grind_the_part_on_its_way_down_is_refused(tmp_path: Path) -> None:
+    # at 0.01 mm above its lowest point a wheel of 300 mm is sqrt(0.01 (300 - 0.01)) = 1.73202 mm from its middle
+    with pytest.raises(TaskError) as caught:
+        load_task(written(tmp_path, toml_text(with_overrun(1.732))))
+    assert str(caught.value).endswith(
+        "setup.overrun is 1.732, but must be at least 1.733 mm, or the 300 mm wheel grinds the part as it comes down "
+        "beside it, 0.01 mm deep in its first pick"
+    )
+    # no pick is deeper than the stock: sqrt(0.004 (300 - 0.004)) = 1.09544 mm
+    thin = with_overrun(1.096)
+    thin["kind"][0]["stock"] = 0.004
+    assert load_task(written(tmp_path, toml_text(thin))).setup.overrun == 1.096
+    with pytest.raises(TaskError, match=r"at least 1\.096 mm"):
+        load_task(written(tmp_path, toml_text(thin | {"setup": thin["setup"] | {"overrun": 1.095}})))
+    for own in ({"infeed": 0.5}, {"cross_pick": 12.0}):  # which set out from the surface
+        content = with_overrun(1.0) | own
+        content["kind"][0]["width"] = 60.0 if "cross_pick" in own else 20.0
+        assert load_task(written(tmp_path, toml_text(content))).setup.overrun == 1.0
+
+
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(content=documents(), cycle=st.sampled_from(["G81", "G82", "G83"]), seed=st.integers(0, 10_000))
 @example(content=LESS_THAN_A_PICK, cycle="G82", seed=0)
+@example(content=with_overrun(1.0), cycle="G81", seed=0)
+@example(content=with_overrun(1.0), cycle="G82", seed=0)
+@example(content=with_overrun(1.0), cycle="G83", seed=0)
+@example(content=with_overrun(1.733), cycle="G82", seed=0)
 def test_the_machine_grinds_the_same_parts_from_the_program_of_a_file(
     content: dict[str, Any], cycle: str, seed: int, tmp_path: Path
 ) -> None:
@@ -244,7 +275,7 @@ def test_the_machine_grinds_the_same_parts_from_the_program_of_a_file(
         return
     env.reset(seed=seed)
     env.action_space.seed(seed)
-    task, wheel = env.task, WheelState(*env.episodes.wheels[0])
+    task, wheel = env.task, env.episodes.wheel(0)
     count = min(task.blocks, 3)
     infos = [env.step(env.action_space.sample())[4] for _ in range(count)]
     shop = job(task, *task.kinds[:1]) if cycle == "G82" else job_from_surface(task)
@@ -256,11 +287,11 @@ def test_the_machine_grinds_the_same_parts_from_the_program_of_a_file(
     )
     programs = read(env.part_program())
     control = replace(shop.control, operator_dress_at=request_times(programs, shop)) if cycle == "G81" else None
-    parts = conditions(task, env.episodes.tape[0])[:count]
+    parts = conditions(task, whole_tape(env))[:count]
     record = grind(programs, replace(shop, wheel=start), control=control, conditions=parts)
     assert record.parts["survival"] == pytest.approx([info["good_parts"] for info in infos], rel=1e-5, abs=1e-9)
     assert record.parts["seconds"] == pytest.approx([info["seconds"] for info in infos], rel=1e-9, abs=2e-6)
-    left = WheelState(*env.episodes.wheels[0])
+    left = env.episodes.wheel(0)
     for name in ("ds", "A", "W"):
         assert record.strokes[name][-1] == pytest.approx(getattr(left, name), rel=1e-9, abs=1e-12), name
 
@@ -322,3 +353,18 @@ def test_grind_tasks_prints_the_schema(capsys: pytest.CaptureFixture[str]) -> No
     assert (status, err) == (0, "")
     assert "  wheel_speed: number, 5 to 150 m/s; default 30.0\n      surface speed of the new wheel\n" in out
     assert json.loads(run(capsys, "--schema", "--json")[1]) == json_schema()
+
+
+def test_gauging_that_is_over_before_the_wheel_is_back_is_refused(tmp_path: Path) -> None:
+    def made(gauge: float) -> object:
+        (tmp_path / "mine.toml").write_text(f'base = "wide_rails"\n[setup]\ngauge = {gauge:.3f}\n', encoding="utf-8")
+        return gym.make("grind/Task-v0", task=str(tmp_path / "mine.toml"))
+
+    with pytest.raises(TaskError, match=r"gauge is 0\.0, but must be at least \d\.\d s, which the way takes") as told:
+        made(0.0)
+    least = float(str(told.value).partition("at least ")[2].partition(" s")[0])
+    # 20 mm up, 360 mm to the farther side and 19 mm down at 20 m/min and 1 m/s2, then 1.3 mm at 60 mm/min
+    assert 2.0 * math.sqrt(0.020) + 360.0 / (20_000.0 / 60.0) + 2.0 * math.sqrt(0.019) + 1.3 < least < 4.0
+    with pytest.raises(TaskError, match="which the way takes"):
+        made(least - 0.1)
+    made(least + 0.1)

@@ -40,8 +40,8 @@ def test_a_view_agrees_with_what_the_env_hands_out(name: str) -> None:
         # the word Y of the block is the depth below the surface touched off, which a finish block finds ground
         depth = float(view.text.split(" Y-")[1].split()[0]) - env.blocks[-1].surface
         assert depth == pytest.approx(view.part.stock, abs=5e-4)
-        # a part on which the spindle has stalled is left as it is
-        assert view.part.left > 0.0
+        # a part ground hot may be too thin; one on which the spindle has stalled is left as it is
+        assert view.part.left == pytest.approx(1e-3 * env.outcomes[-1].size_error, abs=1e-12)
         assert view.part.left < 0.5 * view.part.stock or env.episodes.memory[0, STALLED] == 1.0
 
 

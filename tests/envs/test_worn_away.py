@@ -1,5 +1,6 @@
 from dataclasses import replace
 from itertools import product
+from pathlib import Path
 
 import gymnasium as gym
 import numpy as np
@@ -11,7 +12,7 @@ from grind_env.envs.contexts import CONTEXT_FACTORS
 from grind_env.machine.grind import grind
 from grind_env.process.equations import LEAST_DIAMETER
 from grind_env.process.state import WheelState
-from tests.envs.harness import IDS, native
+from tests.envs.harness import IDS, native, whole_tape
 
 NAMES = ("kA", "pm", "fc", "Gref", "hf")
 """The factors on the wear of the wheel, beside the stock, of which the most wears it most."""
@@ -56,14 +57,22 @@ def test_a_wheel_may_be_dressed_away_in_a_program_of_the_control(env_id: str, mo
     assert env.episodes.wheels[0, DIAMETER] == LEAST_DIAMETER
 
 
-def test_the_machine_wears_the_wheel_away_as_the_environment_does() -> None:
-    env = gym.make("grind/Slot-v0").unwrapped
+@pytest.fixture
+def fast_slot(tmp_path: Path) -> Path:
+    """Slot with a table that is fast enough to wear a wheel away."""
+    path = tmp_path / "fast.toml"
+    path.write_text('base = "slot"\n[action]\nspeed_range = [6, 30]\n', encoding="utf-8")
+    return path
+
+
+def test_the_machine_wears_the_wheel_away_as_the_environment_does(fast_slot: Path) -> None:
+    env = gym.make("grind/Task-v0", task=str(fast_slot)).unwrapped
     env.reset(seed=0, options={"context": WORN})
     for _ in range(3):
         env.step(np.ones(2, np.float32))
-    wheel = WheelState(*env.episodes.wheels[0])
+    wheel = env.episodes.wheel(0)
     assert wheel.ds == LEAST_DIAMETER
-    first = conditions(env.task, env.episodes.tape[0])[:3]
+    first = conditions(env.task, whole_tape(env))[:3]
     record = grind(read(env.part_program()), job(env.task, *env.task.kinds), conditions=first)
     assert record.strokes["ds"][-1] == LEAST_DIAMETER
     assert record.strokes["worn"].sum() > volume(300.0, LEAST_DIAMETER, env.task.kinds[0].width)
@@ -73,11 +82,11 @@ def test_the_machine_grinds_on_with_a_destroyed_wheel_as_the_environment_does() 
     env = gym.make("grind/PowerLimited-v0").unwrapped
     context = {"material": "inconel_718", "kA": 20, "wheel_kA": 20, "fc": 0.2, "Gref": 0.2}
     env.reset(seed=0, options={"context": context})
-    found = WheelState(*env.episodes.wheels[0])
+    found = env.episodes.wheel(0)
     for _ in range(3):
         env.step(np.full(2, -1.0, np.float32))
-    wheel = WheelState(*env.episodes.wheels[0])
-    shop, first = job(env.task, *env.task.kinds), conditions(env.task, env.episodes.tape[0])[:3]
+    wheel = env.episodes.wheel(0)
+    shop, first = job(env.task, *env.task.kinds), conditions(env.task, whole_tape(env))[:3]
     start = replace(shop.wheel, diameter=found.ds, wear_flat_area=found.A, diamond_flat=found.wd)
     record = grind(read(env.part_program()), replace(shop, wheel=start), conditions=first)
     limit = shop.setup.wheel.wear_flat_limit
@@ -87,10 +96,10 @@ def test_the_machine_grinds_on_with_a_destroyed_wheel_as_the_environment_does() 
     assert record.strokes["ds"][-1] == pytest.approx(wheel.ds, rel=1e-9)
 
 
-def test_wearing_a_wheel_away_does_not_pay() -> None:
+def test_wearing_a_wheel_away_does_not_pay(fast_slot: Path) -> None:
     untimed = []
     for E in (12_000.0, 15_000.0, 18_000.0, 20_000.0, 25_000.0, 30_000.0):
-        env = gym.make("grind/Slot-v0", action="dict").unwrapped
+        env = gym.make("grind/Task-v0", task=str(fast_slot), action="dict").unwrapped
         env.reset(seed=0, options={"context": WORN | {"stock": 2.0}})
         _, reward, _, _, info = env.step({"E": np.array([E], np.float32), "D": 3})
         paid = -info["reward_terms"]["wheel"] * env.task.reference_cost

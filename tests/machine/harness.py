@@ -1,5 +1,6 @@
 """Short ways to describe a job and to run a program text on it."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -81,6 +82,12 @@ def job(
         times=Times(load=load, dress_setup=dress_setup),
         wheel=wheel_start or WheelStart(),
     )
+
+
+STILL = replace(CATALOGUE.material("aisi_52100"), thermal_expansion=0.0)
+"""A material that does not grow: what a stroke does then depends on no time."""
+TIMELESS = replace(CATALOGUE.fluid("emulsion"), part_cooling=0.0)
+"""A fluid under which a part stays as warm as it is, however long it waits."""
 
 
 def run(

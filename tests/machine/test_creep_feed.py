@@ -61,15 +61,18 @@ def test_depth_force_power_heat_and_wear_by_hand(depth: float, feed: int) -> Non
     to_grains = p.krw / math.sqrt((1.0 + 20.8 * wheel.A) * vs)
     to_work = p.beta * math.sqrt(vw * contact / jaeger) * (1.0 + to_grains)
     heat = 1e6 * (power - min(p.e_ch * Q, 0.45 * power))
-    wet, dry = heat / (to_work + p.hf * contact), heat / (to_work + p.kfilm * p.hf * contact)
+    film = p.hf * math.sqrt(vs / 30.0) * math.sqrt(2.4 / contact) * contact  # carried by the wheel
+    wet, dry = heat / (to_work + film), heat / (to_work + p.kfilm * film)
     boiled = min(max((wet - p.Tb) / 20.0 + 0.5, 0.0), 1.0)
     assert stroke["T"] == pytest.approx(wet + (dry - wet) * boiled**2 * (3.0 - 2.0 * boiled), rel=1e-9)
 
     over = normal(ae) / (grains * contact) / p.fc - 1.0
     breaking = 1.0 + 0.5 * p.kf * (over + math.sqrt(over**2 + 0.1))
-    G = p.Gref / (breaking * (1.0 + p.kt) * (Q / vs / 0.1) ** p.mG)
-    worn = ae * L / (G * math.pi * ds)
-    assert stroke["G"] == pytest.approx(G, rel=1e-9) and stroke["dw"] == pytest.approx(worn, rel=1e-9)
+    steady = ae * L * breaking * (max(Q / vs, 0.001) / 0.1) ** p.mG / (p.Gref * math.pi * ds)
+    loosened = p.wi * (p.Cref / grains) ** 4 * (1.0 - 1.0 / (1.0 + ae * L / p.Vi) ** 2)
+    worn = steady + loosened
+    assert stroke["G"] == pytest.approx(ae * L / (math.pi * ds * worn), rel=1e-9)
+    assert stroke["dw"] == pytest.approx(worn, rel=1e-9)
     assert stroke["V"] == pytest.approx(ae * L, rel=1e-9)
     assert stroke["ds"] == pytest.approx(ds - 2.0 * worn, rel=1e-12)
 

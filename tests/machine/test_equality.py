@@ -36,7 +36,7 @@ from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 from tests import batches
-from tests.batches import CYCLE, PARAMETERS, PART, PLUNGES, WHEEL, grind_cycles
+from tests.batches import CYCLE, PARAMETERS, PART, PLUNGES, WHEEL, cold, grind_cycles
 from tests.machine.harness import CATALOGUE, DRESS_NUMBERS, job, log_cycles, run, start_wheel
 
 MICRONS = 1000.0  # in a mm; the quotient is the number that a word such as Y.009 says
@@ -190,7 +190,7 @@ def tables(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Any, Any, An
     return (
         np.array(cycles, CYCLE),
         records(StrokeParameters, PARAMETERS, parameters),
-        records(WheelState, WHEEL, wheels),
+        np.array([cold(wheel) for wheel in wheels], WHEEL),
         records(PartState, PART, parts),
     )
 
@@ -352,10 +352,10 @@ from grind_env.process.process import PROCESS
 from grind_env.process.state import WheelState
 from tests.machine.harness import job
 p = job().parameters
-wheel = WheelState(300.0, 0.01, 0.0, 20.0, 0.5, 3.0, 0.03, 0.0, 0.0)
+wheel = WheelState(300.0, 0.01, 0.0, 20.0, 0.5, 3.0, 0.0, 0.0)
 S, Rs, reached = np.zeros(20), np.full(20, 1.6), np.zeros(20)
 grind_strips = strips_of(PROCESS)
-stroke = grind_strips(wheel, S, Rs, reached, 0, 20, 0.01, 200.0, 20.0, 200.0, p, 0.01, np.empty((1, 0)), 1.0)[1]
+stroke = grind_strips(wheel, S, Rs, reached, 0, 20, 0.01, 200.0, 20.0, 200.0, p, 0.01, np.zeros((1, 1)), 1.0)[1]
 print(stroke.T, sum(grind_strips.stats.cache_hits.values()))
 """
 

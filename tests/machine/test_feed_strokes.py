@@ -30,7 +30,8 @@ PLACED = ("part", "groove", "time", "line", "number")
 def job(*, dwell: float = 0.0, **values: Any) -> Job:
     """The table rests at its reversal points as long as a feed move does, not at all."""
     machine = replace(CATALOGUE.machine("default"), reversal_dwell=dwell)
-    return harness.job(**{"stock": 0.05, "tolerance": 9.0, "setup": {"machine": machine}, **values})
+    setup = {"machine": machine, "fluid": harness.TIMELESS}
+    return harness.job(**{"stock": 0.05, "tolerance": 9.0, "setup": setup, **values})
 
 
 def ground(text: str, shop: Job | None = None) -> GrindingRecord:

@@ -16,7 +16,7 @@ from grind_env.machine.grind import GrindingError, grind
 from grind_env.machine.job import Diamond, PartConditions
 from grind_env.machine.job.file import load_job
 from grind_env.machine.record import GrindingRecord
-from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, job, run
+from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, STILL, job, run
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
 
@@ -42,10 +42,11 @@ def test_examples_lie_in_the_orders_of_magnitude_of_the_literature(name: str) ->
     assert ((strokes["u_s"] > 20.0) & (strokes["u_s"] < 130.0)).all()
     power_per_width = strokes["power"] / strokes["b"]
     assert ((power_per_width > 30.0) & (power_per_width < 200.0)).all()
-    assert ((strokes["T"] > 50.0) & (strokes["T"] < 300.0)).all()
-    assert ((strokes["G"] > 5.0) & (strokes["G"] < 100.0)).all()
+    # the film may boil, but nothing tempers; what the dress has loosened lowers the first G-ratios
+    assert ((strokes["T"] > 50.0) & (strokes["T"] < 450.0)).all()
+    assert ((strokes["G"] > 2.0) & (strokes["G"] < 100.0)).all()
     assert 0.2 < part["Ra"] < 0.8
-    assert 0.0 < part["size_error"] < 6.0
+    assert abs(part["size_error"]) < 6.0  # ground warm, a part may be too thin
 
 
 def test_example_dresses_and_strokes() -> None:
@@ -206,7 +207,9 @@ def test_nothing_is_lost(text: str, width: float, wheel: str) -> None:
 
 def test_cbn_wears_little_and_stays_cool() -> None:
     text = HEAD + CYCLE + "M30\n"
-    alumina, cbn = run(text, job()), run(text, job(wheel="b126"))
+    # beside what their dresses have loosened, which is much the same
+    firm = (dataclasses.replace(CATALOGUE.wheel(name), initial_wear=0.0) for name in ("a60j", "b126"))
+    alumina, cbn = (run(text, job(setup={"wheel": wheel})) for wheel in firm)
     assert cbn.parts["worn"][0] < alumina.parts["worn"][0] / 20.0
     assert cbn.parts["rise"][0] < alumina.parts["rise"][0]
 
@@ -225,6 +228,7 @@ def test_a_wheel_that_covers_the_part_grinds_it_in_one_strip() -> None:
 def test_wheel_wear_tapers_a_traversed_part() -> None:
     text = HEAD + "G83 X230. I-30. Y-.02 J-.02 Z75. K25. L0 F1500. E12000. P9100\nM30\n"
     wide = job(width=100.0, setup={"machine": stiff()})
+    wide = dataclasses.replace(wide, part=dataclasses.replace(wide.part, material=STILL))
     record = run(text, wide)
     strokes = record.strokes[1:]
     assert list(strokes["b"]) == [25.0] * 4
@@ -234,7 +238,7 @@ def test_wheel_wear_tapers_a_traversed_part() -> None:
     # the last band is ground with the wear of the three before it
     lost = 1000.0 * strokes["W"][2]
     assert 0.5 * lost < record.parts[0]["taper"] < lost
-    hard = (PartConditions(factors={"Gref": 1e6}),)
+    hard = (PartConditions(factors={"Gref": 1e6, "wi": 1e-6}),)
     assert run(text, wide, conditions=hard).parts[0]["taper"] < 0.02 * lost
 
 

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from grind_env.machine.job import JobError, PartConditions, WheelStart
+from grind_env.machine.job import Job, JobError, PartConditions, Times, WheelStart
 from grind_env.machine.record import GrindingRecord
 from tests.machine.harness import CYCLE, HEAD, STROKE, job, run
 
@@ -24,6 +24,29 @@ def test_a_long_approach_takes_its_own_time() -> None:
     record = run(text, job(load=20.0))
     assert record.strokes["time"][0] == pytest.approx(approach)
     assert record.parts[0]["seconds"] == pytest.approx(approach + len(record.strokes) * STROKE, abs=1e-6)
+
+
+def gauged(seconds: float) -> Job:
+    return dataclasses.replace(job(), times=Times(load=20.0, gauge=seconds))
+
+
+def test_gauging_covers_the_time_from_m01_until_the_next_cycle() -> None:
+    again = CYCLE.replace("Y-.05", "Y-.08")
+    text = HEAD + CYCLE + "G80\nG00 Y20.\nM01\nG04 P2.\nG00 Y-.05\n" + again + "M30\n"
+    way, brief, slow = (run(text, gauged(seconds)) for seconds in (0.0, 1.0, 30.0))
+    # 2 s and the way down, 20.05 mm at 1 m/s2, are longer than a second
+    assert brief.strokes["time"].tolist() == way.strokes["time"].tolist()
+    later = slow.strokes["time"] - way.strokes["time"]
+    assert later == pytest.approx(np.where(np.arange(len(later)) < 8, 0.0, 28.0 - 2.0 * math.sqrt(20.05 / 1000.0)))
+    assert slow.parts[0]["seconds"] - way.parts[0]["seconds"] == pytest.approx(later[-1])
+    # and the part cools in it
+    assert slow.strokes["grown"][8] < way.strokes["grown"][8] < way.strokes["grown"][7]
+
+
+@pytest.mark.parametrize("stop", ["M01\nG80\n", "G80\nM00\nM01\n"], ids=["table goes on", "no part"])
+def test_where_the_table_goes_on_or_no_part_lies_gauging_takes_no_time(stop: str) -> None:
+    text = HEAD + CYCLE + stop + "G00 Y20.\nG00 X-30.\nG00 Y0\n" + CYCLE + "M30\n"
+    assert run(text, gauged(0.0)).strokes.tolist() == run(text, gauged(30.0)).strokes.tolist()
 
 
 def test_a_dress_takes_the_time_of_its_plan() -> None:
@@ -145,7 +168,7 @@ def test_parts_of_several_kinds_are_ground_in_one_run() -> None:
     for name in ("Z", "ae", "power", "A", "V"):
         assert second[name] == pytest.approx(alone[name], rel=0.01), name
     hard = run(HEAD + higher + "M30\n", job(length=100.0, surface=12.5, wheel_start=start)).strokes
-    assert second["power"][3] < 0.95 * hard["power"][3]
+    assert second["power"][3] < 0.97 * hard["power"][3]
 
 
 BATCH = HEAD + "M00\n".join(["G00 X-30. Y0\n" + CYCLE.replace("P9100", "P9100 D1") + "G80\nG00 Y20.\n"] * 3) + "M30\n"

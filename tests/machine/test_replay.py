@@ -17,6 +17,7 @@ from grind_env.envs.job.text import with_words_chosen
 from grind_env.envs.program_episode import Words
 from grind_env.envs.tables import Outcome
 from grind_env.machine.job import Job, Stage, WheelStart
+from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.part.unjudged import UnjudgedError
 from grind_env.machine.record import GrindingRecord
@@ -137,11 +138,12 @@ def assert_same(
     assert total.seconds == pytest.approx(record.seconds, rel=1e-9)
     assert total.worn == pytest.approx(record.parts["worn"].sum(), rel=1e-9, abs=1e-12)
     assert total.dressed_off == pytest.approx(record.parts["dressed_off"].sum(), rel=1e-9)
-    wheel = WheelState(*episodes.wheels[0].tolist())
+    wheel = WheelState(*episodes.wheels[0, :OWN_FROM].tolist())
     assert run.wheel is not None
     for name in set(WheelState._fields) - {"W"}:  # the wear is known from the last stop on
         expected = getattr(run.wheel, name)
         assert getattr(wheel, name) == pytest.approx(expected, rel=1e-9, abs=1e-13), name
+    assert episodes.wheels[0, OWN_FROM:] == pytest.approx(run.mount.own[0], rel=1e-9, abs=1e-13)
     last = record.parts[-1]
     stock = simulation.job.part.stock
     assert 1000.0 * (stock - episodes.parts[0, 1]) == pytest.approx(last["worst_error"], rel=1e-9, abs=1e-9)

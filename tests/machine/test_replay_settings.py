@@ -16,6 +16,7 @@ from grind_env.envs.tables import Outcome
 from grind_env.errors import GrindError
 from grind_env.machine.dress.mounting import first_wheel, new_wheel
 from grind_env.machine.dress.program import run_dress
+from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.script.block import ScriptError
 from grind_env.machine.script.choice import SettingsError
@@ -112,7 +113,7 @@ def check(case: Case, **changes: Any) -> None:
     episodes = simulation.start([np.random.default_rng(k) for k in range(3)])
     # the machine of the program so written begins with a wheel that its first dress program has dressed
     dress = run.dressing.plans[9200]
-    episodes.wheels[[0, 2]] = first_wheel(simulation.job, dress, simulation.job.parameters)
+    episodes.wheels[[0, 2], :OWN_FROM] = first_wheel(simulation.job, dress, simulation.job.parameters)
     sums, good = np.zeros(len(Tally._fields)), 0.0
     for number, (mine, beside) in enumerate(zip(first, other, strict=True)):
         rows = [choice.settings(choice.words(number, case.inch), case.inch) for choice in (mine, beside, mine)]
@@ -261,7 +262,7 @@ def test_a_new_wheel_is_dressed_as_the_block_that_found_the_old_one_worn() -> No
     simulation.step(episodes, chosen[:, 0], np.ones(2), settings=chosen)
     programs = read(f"M30\nO9100\n{back_and_forth(2, 191, 40)}\nM99\n")
     dress = run_dress(programs, 9100, worn, worn.control, (0.0, 0.0, 0.0), 0).plan
-    wheels = [WheelState(*row) for row in episodes.wheels.tolist()]
+    wheels = [WheelState(*row) for row in episodes.wheels[:, :OWN_FROM].tolist()]
     assert all(wheel.ds == worn.setup.wheel.diameter for wheel in wheels)
     expected = new_wheel(worn, wheels[1], dress, worn.parameters)
     assert wheels[1].Rd == pytest.approx(expected.Rd, rel=1e-12) and wheels[0].Rd != wheels[1].Rd

@@ -20,7 +20,7 @@ from grind_env.machine.job import Diamond, Job
 from grind_env.machine.job.file import load_job
 from grind_env.machine.part.running import Running, Told
 from grind_env.machine.record import GrindingRecord
-from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, LONG_AFTER, job, run, told_stepped
+from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, LONG_AFTER, TIMELESS, job, run, told_stepped
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
 
@@ -178,10 +178,24 @@ def test_what_runs_otherwise_than_the_job_has_no_script(words: str, between: str
 # --- the diamond --------------------------------------------------------------------------------------------------
 
 
+def test_a_part_cools_in_dresses_that_miss_the_diamond_as_long_stroke_by_stroke() -> None:
+    """Three of them in a row last for another number of whole ms than each three times."""
+    missed = replace(job(dress_setup=8.0003), diamond=Diamond(x=-100.0, y=10.0, z=-10.0))
+    seven = CYCLE.replace("P9100", "P9100 D7").replace("Y-.05 J-.01", "Y-.1 J-.03")
+    text = HEAD + CYCLE.replace("P9100", "P9100 D1") + "G80\nG00 X-30.\n" + seven + "G80\nM30\n"  # D1 makes it known
+    late = replace(missed.control, operator_dress_at=LONG_AFTER)
+    whole, stepped = run(text, missed), run(text, missed, control=late)
+    assert len(whole.dresses) == 8 and whole.strokes["grown"].max() > 0.0
+    assert round(3000.0 * whole.dresses["seconds"][0]) != 3 * round(1000.0 * whole.dresses["seconds"][0])
+    for name in ("grown", "ae", "A"):
+        assert whole.strokes[name].tobytes() == stepped.strokes[name].tobytes(), name
+
+
 def test_a_dress_that_misses_the_diamond_takes_its_time_and_dresses_nothing() -> None:
     text = CYCLE.replace("P9100", "P9100 D2") + "G80\nG00 X-30.\nG00 Y0\n" + CYCLE.replace("Y-.05", "Y-.08")
-    met, missed = (replace(job(stock=0.08), diamond=Diamond(x=x, y=10.0, z=-10.0)) for x in (-120.0, -100.0))
-    found, as_if, plain = (run(HEAD + text + "M30\n", each) for each in (missed, met, job(stock=0.08)))
+    shop = job(stock=0.08, setup={"fluid": TIMELESS})
+    met, missed = (replace(shop, diamond=Diamond(x=x, y=10.0, z=-10.0)) for x in (-120.0, -100.0))
+    found, as_if, plain = (run(HEAD + text + "M30\n", each) for each in (missed, met, shop))
     assert as_if.warnings == () and as_if.strokes.tobytes() == plain.strokes.tobytes()
     (warning,) = found.warnings
     assert "dress program O9100 dresses nothing" in warning

@@ -83,7 +83,7 @@ def test_a_part_on_which_the_spindle_has_stalled_is_ground_no_more() -> None:
 
 def test_the_heat_of_a_stage_counts_against_its_own_limit(plain: GrindingRecord) -> None:
     rough, finish = (float(of_line(plain, k)["T"].max()) for k in (0, 1))
-    assert finish < 72.0 < 82.0 < rough
+    assert finish + 10.0 < rough
     assert plain.parts[0]["rise"] == pytest.approx(rough)  # it is within 0.05 mm of the end
     soft = dataclasses.replace(job().part.material, tempering_rise=50.0)
     burnt = dataclasses.replace(job(**BOTH), part=dataclasses.replace(job(**BOTH).part, material=soft))

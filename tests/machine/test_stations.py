@@ -151,7 +151,8 @@ def test_a_program_may_come_back_to_a_station() -> None:
     record = run(HEAD + "".join(strokes(*each) for each in passes) + "M30\n", two())
     assert record.warnings == () and record.parts["part"].tolist() == [1, 2]
     assert record.strokes["part"][record.strokes["number"] == 1].tolist() == [1, 2, 1, 2]
-    assert np.allclose(record.parts["S"], 0.048, atol=0.001)
+    # ground warm, each is a little too thin
+    assert np.allclose(record.parts["S"] + 0.001 * record.parts["size_growth"], 0.048, atol=0.001)
     end, control = record.strokes[-1], two().control
     speed = control.rapid_feed / 60.0
     retract = 600.05 / speed + speed / control.acceleration
@@ -161,6 +162,30 @@ def test_a_program_may_come_back_to_a_station() -> None:
         script_of(read(HEAD + "".join(strokes(*each) for each in passes) + "M30\n" + DRESS), two())
     with pytest.raises(JobProgramError, match=r"come back to station left; .*\[\[stations\]\]"):
         JobSimulation(read(HEAD + "".join(strokes(*each) for each in passes) + "M30\n" + DRESS), two(), 1.0)
+
+
+def test_a_part_that_strokes_come_back_to_has_cooled_meanwhile_and_a_new_one_is_cold() -> None:
+    passes = [("G54", 0.03, 0.0), ("G55", 0.03, 0.0), ("G54", 0.05, 0.03), ("G55", 0.05, 0.03)]
+    whole = two()
+    record = run(HEAD + "".join(strokes(*each) for each in passes) + "M30\n", whole)
+    p = whole.parameters
+    for number in (1, 2):
+        rows = record.strokes[record.strokes["part"] == number]
+        assert rows["grown"][0] == 0.0 < rows["grown"][6]
+        # the heat of each stroke, dT = eps Ft vs b/(vw rho c H B), then tau of Newton's cooling up to the next one
+        heat = rows["eps"] * rows["Ft"] * rows["vs"] * rows["b"] / (rows["E"] / 60.0) * p.per_capacity * p.swell
+        left = (rows["grown"] + heat)[:-1] * np.exp(-np.diff(rows["time"]) * p.per_tau)
+        assert rows["grown"][1:] == pytest.approx(left, rel=1e-4)
+
+
+def test_a_part_that_a_running_table_goes_over_to_is_cold() -> None:
+    """Side by side across the table; the next one is met by an infeed, without another cycle."""
+    text = "G54\nG00 Y20.\nG00 X-30. Z-2.\nG00 Y0\nG81 X130. I-30. E12000.\nG01 Y-.03 F.4\n"
+    text += "G01 Y1. F600.\nG01 Z58. F1500.\nG01 Y0 F600.\nG01 Y-.03 F.4\nG80\nG00 Y20.\nM30\n"
+    rows = run(HEAD + text, two((0.0, 0.0, 60.0))).strokes
+    first, second = (rows[rows["part"] == number] for number in (1, 2))
+    assert first["grown"].max() > 0.0 and second["ae"][0] > 0.0
+    assert second["grown"][0] == 0.0 < second["grown"][-1]
 
 
 def test_two_rows_met_by_one_stroke_are_told_and_not_judged() -> None:

@@ -26,7 +26,7 @@ from grind_env.machine.loops.tally import (
 )
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeResult
-from tests.batches import CYCLE, PARAMETERS, PART, PLUNGES, WHEEL, as_table, grind_cycles
+from tests.batches import CYCLE, PARAMETERS, PART, PLUNGES, WHEEL, as_table, cold, grind_cycles
 from tests.machine.harness import DRESS_NUMBERS, job, log_cycles, start_wheel
 
 MICRON = 0.001
@@ -166,7 +166,7 @@ def tables(*plunges: Plunge) -> tuple[Any, ...]:
     return (
         np.array([each.cycle for each in plunges], CYCLE),
         np.array([tuple(P)] * n, PARAMETERS),
-        np.array([tuple(WHEEL_AT_START)] * n, WHEEL),
+        np.array([cold(WHEEL_AT_START)] * n, WHEEL),
         np.array([tuple(PartState(*part)) for part in parts], PART),
     )
 

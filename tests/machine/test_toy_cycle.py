@@ -27,7 +27,7 @@ from grind_env.machine.script.tables import tables_of
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.process import Drive
 from grind_env.process.state import StrokeResult
-from tests.batches import FEEDS, PART, TALLY, WHEEL, as_table
+from tests.batches import FEEDS, PART, TALLY, WHEEL, as_table, cold
 from tests.machine.harness import DRESS, DRESS_NUMBERS, HEAD, job, run, start_wheel
 
 
@@ -157,7 +157,7 @@ def tables(cases: list[Case], dress_seconds: float = 30.0) -> list[Any]:
     """What the loops read and write, up to the tallies."""
     n, p = len(cases), job().parameters
     part = PartState(0.0, 0.0, INITIAL_ROUGHNESS)
-    updated = np.array([tuple(start_wheel(p))] * n, WHEEL), np.array([tuple(part)] * n, PART), np.zeros(n, TALLY)
+    updated = np.array([cold(start_wheel(p))] * n, WHEEL), np.array([tuple(part)] * n, PART), np.zeros(n, TALLY)
     return [np.array([case.cycle(dress_seconds) for case in cases]), np.array([p] * n), *updated]
 
 

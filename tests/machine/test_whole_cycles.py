@@ -179,7 +179,7 @@ def test_an_operator_at_the_panel_has_strokes_stepped(told: list[tuple[int, int]
 
 
 def test_a_whole_cycle_beyond_numbers_is_refused_in_its_line() -> None:
-    beyond = PartConditions(factors={"kA": 1e300, "kL": 1e300})
+    beyond = PartConditions(factors={"u_ch": 1e308, "kp": 1e308})
     with pytest.raises(GrindingError, match=r"test\.nc:3: forces, heat or wear of a cut are no finite numbers"):
         run(HEAD + CYCLE + "M30\n", job(), conditions=(beyond,))
 

@@ -15,16 +15,16 @@ from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.loops.batch import NO_MOTIONS
 from grind_env.machine.loops.compiled import dress_lead, dressed_wheel
 from grind_env.machine.loops.cycle import Stroking
-from grind_env.machine.loops.rows import LOG
+from grind_env.machine.loops.rows import LOG, OWN_FROM
 from grind_env.machine.loops.strips import Zone, strips_of
 from grind_env.machine.loops.surfaces import MOST_ZONES
 from grind_env.machine.loops.tally import RETRACTED
 from grind_env.machine.loops.zones import strip_centres, strip_zones, traverse_edges, zones_of
 from grind_env.process.entries import Machine
-from grind_env.process.equations import INITIAL_ROUGHNESS
-from grind_env.process.process import PROCESS
+from grind_env.process.equations import INITIAL_ROUGHNESS, cooled
+from grind_env.process.process import PROCESS, whole_ms
 from grind_env.process.state import StrokeResult, WheelState
-from tests.batches import PARAMETERS, TALLY, TRAVERSES, WHEEL, as_table
+from tests.batches import PARAMETERS, TALLY, TRAVERSES, WHEEL, as_table, cold
 from tests.machine.harness import CATALOGUE, job, run
 
 FEED = 191.0 / 60.0
@@ -174,7 +174,7 @@ def machines(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Array, Arr
     return (
         np.array([(*case.stroking(dress_seconds), *case.rules) for case in cases]),
         as_table(np.array([case.job.parameters for case in cases], PARAMETERS)),
-        as_table(np.array([case.wheel for case in cases], WHEEL)),
+        as_table(np.array([cold(case.wheel) for case in cases], WHEEL)),
     )
 
 
@@ -235,19 +235,22 @@ def test_the_scalar_loop_with_a_zone_a_strip_grinds_strips_stroke_by_stroke(case
         np.full(centres.size, INITIAL_ROUGHNESS),
         np.zeros(centres.size),
     )
-    torque = 0.0
+    torque, own = 0.0, np.array([PROCESS.own()])
     for row in found.log[0, : int(strokes_of(found)[0])]:
         first, last = np.searchsorted(centres, (row["edge"], row["edge"] + WHEEL_WIDTH))
-        stroke, b = StrokeResult(*[0.0] * len(StrokeResult._fields)), 0.0
-        if first < last:
+        stroke, b, seconds = StrokeResult(*[0.0] * len(StrokeResult._fields)), 0.0, float(row["seconds"])
+        if first == last:
+            own[0, 0] = cooled(own[0, 0], whole_ms(seconds), p.per_tau)
+        else:
             place = int(first), int(last), float(row["Z"])
             depth = place[-1] if torque < 1.0 else RETRACTED
-            lies = *place, stroking.speed, stroking.width, stroking.length, p, depth, np.empty((1, 0)), 1.0
-            wheel, stroke, b, _ = strips_of(PROCESS)(wheel, ground, roughness, reached, *lies)
+            lies = *place, stroking.speed, stroking.width, stroking.length, p, depth, own, seconds
+            wheel, stroke, b, *_ = strips_of(PROCESS)(wheel, ground, roughness, reached, *lies)
             torque = max(torque, stroke.torque)
         assert row["b"] == b
         assert tuple(row[list(StrokeResult._fields)]) == stroke
         assert tuple(row[list(WheelState._fields)]) == wheel
+    assert found.wheels[0, OWN_FROM:].tobytes() == own.tobytes()
     for column, values in ((S, ground), (RS, roughness), (REACHED, reached)):
         assert found.surfaces[0, :, column].tobytes() == values.tobytes()
 
@@ -317,7 +320,7 @@ def test_a_wheel_beside_the_part_changes_nothing_but_the_time() -> None:
     case = Case(0.02, 100.0, 20_000.0, 7500.0, 60, 0, 80, 0, 20, 10, 10, 40, 40, 1, 12_000, 0, False)
     beside = dataclasses.replace(case, start=160, end=240)
     found = one_by_one([beside], strip_zones(beside.centres)[None])
-    assert tuple(found.wheels[0]) == beside.wheel
+    assert tuple(found.wheels[0]) == cold(beside.wheel)
     assert found.surfaces[0].tobytes() == strip_zones(beside.centres).tobytes()
     tally = found.tallies.view(TALLY)[0, 0]
     assert tally["seconds"] == one_by_one([case], case.joined[None]).tallies.view(TALLY)[0, 0]["seconds"] > 0.0

@@ -1,9 +1,10 @@
-"""The adaptive rule without one of its decisions."""
+"""The adaptive rule without one of its decisions, and the rule on the state without some of its knowledge."""
 
 import numpy as np
 import pytest
 
 from grind_env.policies.evaluation import episode_seeds, start_episodes
+from grind_env.policies.planners.known_state import FullStateRule
 from grind_env.policies.policy import Policy
 from grind_env.policies.registry import ABLATIONS, TUNED, make_policy, policy_names
 from grind_env.policies.scripted.rules import AdaptiveRule, Fixed
@@ -40,6 +41,22 @@ def test_each_has_one_decision_of_the_adaptive_rule_and_the_other_of_a_plan() ->
     assert set(np.unique(of_dress[:, 0])) == {11000.0}
     assert len(np.unique(of_both[:, 0])) > 10
     assert 0.0 < of_both[:, 1].mean() < 1.0
+
+
+def test_what_the_rule_on_the_state_does_not_know_moves_nothing() -> None:
+    terms = {"E": (9.0, 14.0, 20.0), "A_dress": (0.011, 0.013, 0.016), "gA": -0.5, "gF": 0.1, "gH": -0.2, "wV": 0.2}
+    terms |= {"wH": 0.4, "gP": 0.3, "wP": -0.1}
+    known = {"growth_rule": {"gK": 0.4, "wK": 0.6}, "roughness_rule": {"gR": -0.8}, "dullness_rule": {}}
+    full = FullStateRule(**terms, gK=0.4, gR=-0.8, wK=0.6)
+    all_zero = {"gK": 0.0, "gR": 0.0, "wK": 0.0}
+    for name, of_it in known.items():
+        rule, same = TUNED[name](**terms, **of_it), FullStateRule(**terms, **{**all_zero, **of_it})
+        episodes = start_episodes(RUSH, episode_seeds("training", 8))
+        RUSH.step(episodes, np.full(8, 9000.0), np.zeros(8))
+        for policy in (full, rule, same):
+            policy.begin(RUSH, 8)
+        np.testing.assert_array_equal(rule.act(None, episodes), same.act(None, episodes))
+        assert not np.array_equal(rule.act(None, episodes).speeds, full.act(None, episodes).speeds)
 
 
 def test_they_can_be_named_but_stand_in_no_list() -> None:

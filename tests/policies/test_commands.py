@@ -23,7 +23,7 @@ def test_one_policy_is_evaluated(grind: Grind) -> None:
     status, out, err = grind(*command, "--json")
     answer = json.loads(out)
     assert (status, err) == (0, "")
-    assert (answer["E"], answer["D"], answer["paired"]) == (6.0, 1.0, True)
+    assert (answer["E"], answer["D"], answer["paired"]) == (9.0, 1.0, True)
     assert (answer["seeds"], answer["split"]) == ("evaluation", "all")
     assert (answer["env"], answer["name"]) == ("grind/Oracle6-v0", "oracle6")
     status, out, _ = grind(*command)

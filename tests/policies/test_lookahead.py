@@ -21,7 +21,7 @@ from tests.policies.optimum import exact_optimum
 ORACLE = simulated("oracle6")
 COST = Outcome._fields.index("cost")
 A, LOADING = WheelState._fields.index("A"), WheelState._fields.index("lam")
-RULE = {"E": (11.0, 7.0), "A_dress": (0.02, 0.012), "gA": -0.4, "gF": 0.1, "gH": 0.2, "wV": 0.3, "wH": 0.6, "gK": 0.2}
+RULE = {"E": (11.3, 7.2), "A_dress": (0.02, 0.012), "gA": -0.4, "gF": 0.1, "gH": 0.2, "wV": 0.3, "wH": 0.6, "gK": 0.2}
 
 
 def certain(name):
@@ -75,10 +75,10 @@ def test_where_the_belief_is_the_truth_the_choice_is_the_cheapest(name, blocks):
 
 def test_the_price_of_the_wheel_makes_up_for_the_short_sight():
     optimum = exact_optimum(ORACLE).cost
-    policies = [LookAhead(price=(price,) * 2, growth=(1.7,) * 2) for price in (0.0, 1.0)]
+    policies = [LookAhead(price=(price,) * 2, growth=(1.7,) * 2) for price in (0.0, 1.5)]
     blind, seeing = (run_seeds(policy, ORACLE, range(1)) for policy in policies)
-    assert blind.cost[0] > 1.03 * optimum
-    assert optimum <= seeing.cost[0] < (1.0 + 1e-9) * optimum
+    assert blind.cost[0] > 1.09 * optimum
+    assert optimum <= seeing.cost[0] < 1.025 * optimum
 
 
 def test_lost_time_makes_it_hurry_and_a_scarce_layer_makes_it_dress_less():
@@ -89,7 +89,7 @@ def test_lost_time_makes_it_hurry_and_a_scarce_layer_makes_it_dress_less():
         kinds = len(simulation.task.kinds)
         return run_seeds(LookAhead(price=(1.0,) * kinds, growth=(1.5,) * kinds, **changes), simulation, seeds)
 
-    assert run(rush, haste=4.0).speeds.mean() > 1.02 * run(rush, haste=0.0).speeds.mean()
+    assert run(rush, haste=4.0).speeds.mean() > 1.01 * run(rush, haste=0.0).speeds.mean()
     assert run(cbn, layer=0.1).executions.mean() < 0.9 * run(cbn, layer=0.0).executions.mean()
 
 

@@ -13,7 +13,7 @@ from grind_env.policies.problem import find_problem
 from grind_env.policies.scripted.rules import Fixed
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
-SEED = 2_000_003
+SEED = 2_000_004
 
 
 def ended(*words: object) -> int:
@@ -84,9 +84,13 @@ def test_grind_run_of_what_a_task_of_ones_own_was_played_as_costs_what_the_episo
     assert found["good_parts"] == pytest.approx(played.good)
 
 
-def test_where_the_operator_asks_for_dresses_it_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("seed", [2_000_000, 2_000_010])
+def test_where_the_operator_asks_for_dresses_it_is_told_when(
+    seed: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    # in these episodes infeeds end within a ms after the table has turned: a request before that is met elsewhere
     path = tmp_path / "played.nc"
-    assert ended("play", "--task", "reciprocation", "--policy", "E9D1", "--output", path) == 0
+    assert ended("play", "--task", "reciprocation", "--policy", "E9D1", "--seed", seed, "--output", path) == 0
     told = capsys.readouterr().out
     command, _, _ = told.partition("grind run ")[2].partition("\n")
     assert command.startswith(str(path))
@@ -94,6 +98,9 @@ def test_where_the_operator_asks_for_dresses_it_is_told(tmp_path: Path, capsys: 
     ended("run", path, *options, "--json")
     found = json.loads(capsys.readouterr().out)
     assert sum(part["dresses"] for part in found["parts"]) == options.count("--dress-at") > 1
+    played = play(Fixed(9.0, 1), find_problem("reciprocation"), seed)
+    cost = sum(part["total_cost"] for part in found["parts"])
+    assert cost + played.handover == pytest.approx(played.cost, rel=1e-9)
 
 
 def test_a_program_under_the_name_of_its_job_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -129,7 +136,7 @@ def test_parts_of_several_kinds_are_told_by_their_own_limits(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "played.nc"
-    assert ended("play", "--task", "rush", "--policy", "E12D1", "--output", path) == 0
+    assert ended("play", "--task", "rush", "--policy", "E12D1", "--seed", 3, "--output", path) == 0
     capsys.readouterr()
     ended("run", path, "--json")
     parts = json.loads(capsys.readouterr().out)["parts"]

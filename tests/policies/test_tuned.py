@@ -179,7 +179,8 @@ def test_terms_of_a_rule_that_mean_nothing_in_a_task_are_not_tuned():
 def test_every_entry_of_a_search_vector_has_its_name():
     names = entry_names(RULES["look_ahead"], simulated("rush").task)
     kinds = ("gauge", "plate", "wear_plate")
-    assert names == [*(f"price[{kind}]" for kind in kinds), *(f"growth[{kind}]" for kind in kinds), "haste", "calm"]
+    of_kinds = [f"{name}[{kind}]" for name in ("price", "growth") for kind in kinds]
+    assert names == [*of_kinds, "caution", "haste", "calm"]
     assert entry_names(RULES["power_threshold"], PLATES.task) == ["E", "upper", "lower", "share"]
 
 
@@ -187,7 +188,7 @@ def test_tuning_resumes_and_repeats(tmp_path):
     oracle = find_problem("oracle6")
     settings = {"evaluations": 20, "episodes": 1, "folder": tmp_path, "runs": tmp_path / "runs"}
     first = tune(oracle, ["constant", "power_threshold"], **settings)
-    assert first["constant"].parameters == {"E": 6.0, "D": 1, "every": 1}
+    assert first["constant"].parameters == {"E": 9.0, "D": 1, "every": 1}
     kept = (tmp_path / "oracle6.toml").read_text(encoding="utf-8")
     both = tune(
         find_problem("oracle6"), ["constant", "power_threshold", "size_threshold"], **settings | {"evaluations": 40}

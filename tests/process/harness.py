@@ -1,10 +1,11 @@
 """A grinder to experiment with: one wheel over one part, driven stroke by stroke."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from grind_env.process.catalogue import load_catalogue
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.parameters import stroke_parameters
+from grind_env.process.process import PROCESS, PartHeat
 from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeResult, WheelState
 from grind_env.process.stroke import dress_wheel, dressed_wheel, grind_stroke, stroke_constants
 
@@ -29,6 +30,8 @@ def parameters(
         CATALOGUE.machine("default"),
         wheel_speed=wheel_speed,
         constant_surface_speed=constant_surface_speed,
+        width=20.0,
+        height=20.0,
     )
     return nominal._replace(**changes)
 
@@ -90,6 +93,40 @@ def grinder(
     return Grinder(p, table_speed, wheel, width)
 
 
+@dataclass
+class WarmGrinder(Grinder):
+    """One whose part warms up, grows and cools down: the process of the package, as the loops run it."""
+
+    own: PartHeat = field(default_factory=PartHeat)
+
+    @property
+    def grown(self) -> float:
+        """By how much the part stands higher than when it was cold, mm."""
+        return float(PROCESS.grown(self.own, self.constants))
+
+    def stroke(self, downfeed: float = 0.0, seconds: float = 1.8) -> StrokeResult:
+        self.Z += downfeed
+        self.wheel, self.own, stroke = PROCESS.stroke(
+            self.wheel, self.own, self.S, self.Rs, self.Z + self.grown, self.width, self.constants, seconds
+        )
+        self.S += stroke.ae
+        self.Rs = stroke.Ra
+        return stroke
+
+    def wait(self, seconds: float) -> None:
+        self.wheel, self.own = PROCESS.idle(self.wheel, self.own, self.p, seconds, False)
+
+    def load(self) -> None:
+        """Touch off on the next part, which is as warm as the hall."""
+        self.wheel, self.own = PROCESS.idle(self.wheel, self.own, self.p, 20.0, True)
+        self.new_part()
+
+
+def warm_grinder(p: StrokeParameters, table_speed: float = 12.0, **state: float) -> WarmGrinder:
+    """The same as `grinder`, of a part that is as warm as the hall."""
+    return WarmGrinder(p, table_speed, grinder(p, table_speed, **state).wheel)
+
+
 def cut(depth: float, at: Grinder) -> StrokeResult:
     """The stroke that removes just `depth` mm; the interference it needs is found by bisection."""
     low, high = 0.0, 100.0 * depth + 10.0
@@ -98,15 +135,3 @@ def cut(depth: float, at: Grinder) -> StrokeResult:
         _, stroke = grind_stroke(at.wheel, 0.0, at.Rs, middle, at.width, at.constants)
         low, high = (middle, high) if stroke.ae < depth else (low, middle)
     return stroke
-
-
-def table(text: str) -> list[dict[str, str]]:
-    """Rows of a table whose first line names the columns."""
-    header, *lines = text.strip().splitlines()
-    return [dict(zip(header.split(), line.split(), strict=True)) for line in lines]
-
-
-def tolerance(printed: str, relative: float) -> float:
-    """Half a unit of the last printed digit, or the relative tolerance where that is more."""
-    decimals = len(printed.partition(".")[2])
-    return max(0.5 * 10.0**-decimals, relative * abs(float(printed)))

@@ -29,7 +29,6 @@ def wheels(draw: st.DrawFn) -> WheelState:
         V=draw(st.just(0.0) | st.floats(0.0, 1e5)),
         Rd=draw(st.floats(0.02, 5.0)),
         Cd=draw(st.floats(0.3, 60.0)),
-        alw=draw(st.sampled_from([0.03, 3.0]) | st.floats(0.03, 3.0)),
         W=draw(st.floats(0.0, 0.05)),
         wd=draw(st.floats(0.0, 2.0)),
     )
@@ -44,7 +43,6 @@ def assert_within_bounds(wheel: WheelState, p: StrokeParameters) -> None:
     assert wheel.ds >= 20.0
     assert p.Amax * ROUNDING >= wheel.A
     assert wheel.lam <= 1.0
-    assert p.alw0 <= wheel.alw <= 3.0 * ROUNDING
 
 
 @settings(deadline=None, max_examples=1000)
@@ -72,6 +70,16 @@ def test_a_stroke_from_any_state_stays_finite_and_within_bounds(
     assert min(wheel.A, p.Af) <= after.A
 
 
+@pytest.mark.parametrize("setup", [("ti_6al_4v", "dry"), ("inconel_718", "dry")], ids="-".join)
+def test_a_stroke_that_would_clog_more_than_all_of_the_face_clogs_all_of_it(setup: tuple[str, str]) -> None:
+    material, fluid = setup
+    p = parameters(material, fluid=fluid, ke=2e5, dr=1e9)
+    wheel = grinder(p).wheel
+    for u, length in ((0.040, 400.0), (0.3, 400.0)):
+        after, _ = grind_stroke(wheel, 0.0, 1.6, u, 1.0, stroke_constants(p, 50.0, length))
+        assert_within_bounds(after, p)
+
+
 @settings(deadline=None, max_examples=200)
 @given(
     p=st.sampled_from(SETUPS),
@@ -88,12 +96,11 @@ def test_a_dress_from_any_state_stays_within_bounds(
     assert removed == pytest.approx(passes * depth * math.pi * wheel.ds * 25.0, rel=1e-12)
     assert after.lam <= wheel.lam
     assert after.V <= wheel.V
-    assert after.alw <= wheel.alw * ROUNDING
 
 
 def test_a_dress_of_no_pass_leaves_the_wheel_as_it_was() -> None:
     p = parameters()
-    wheel = grinder(p, A=0.05, lam=0.3, V=300.0, alw=0.5).wheel
+    wheel = grinder(p, A=0.05, lam=0.3, V=300.0).wheel
     for passes, depth in ((0.0, 0.020), (2.0, 0.0)):
         after, removed = dress_wheel(wheel, passes, 0.1, depth, p)
         assert after == pytest.approx(wheel, rel=1e-12)

@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import pytest
 
+from grind_env.process.process import whole_ms
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
-from tests.process.harness import cut, grinder, parameters
+from tests.process.harness import CATALOGUE, cut, grinder, parameters, warm_grinder
 
 STROKES = 10_000
 POWER = 3000.0
@@ -204,3 +205,56 @@ def test_a_rubbing_wheel_dulls_as_hard_as_it_presses() -> None:
 
     # but for the little that the hotter one dulls faster
     assert dulling(0.25) == pytest.approx(0.5 * dulling(0.5), rel=0.02)
+
+
+@pytest.mark.parametrize("material", ["aisi_52100", "inconel_718"])
+def test_the_part_stores_the_heat_that_enters_it(material: str) -> None:
+    """Energy in is mass times specific heat times rise, where no fluid cools it; over strokes of any kind."""
+    work, draw = CATALOGUE.material(material), random.Random(4)
+    machine = warm_grinder(parameters(material, power=POWER, per_tau=0.0))
+    mass = 1e-9 * work.density * machine.length * machine.width * 20.0  # kg
+    heat = [0.0]
+    for _ in range(500):
+        machine.table_speed = draw.uniform(3.0, 40.0)
+        stroke = machine.stroke(draw.choice([0.0, 0.002, 0.010, -0.004]), draw.uniform(0.3, 6.0))
+        passing = machine.length / machine.speed  # s that the wheel is over each mm of it, all in all
+        assert stroke.heat == pytest.approx(stroke.eps * stroke.Ft * stroke.vs * machine.width, rel=1e-12)
+        heat.append(stroke.heat * passing)
+        if draw.random() < 0.1:
+            machine.wait(draw.uniform(0.0, 100.0))
+    assert machine.own.dT * mass * work.specific_heat == pytest.approx(math.fsum(heat), rel=1e-9)
+    assert machine.own.dT > 50.0
+    machine.load()
+    assert machine.own.dT == machine.grown == 0.0
+
+
+def test_a_stroke_in_the_air_and_a_wait_cool_the_part_alike() -> None:
+    in_air, waits = (warm_grinder(parameters()) for _ in range(2))
+    for machine in (in_air, waits):
+        machine.strokes(10, 0.010)
+    hot = waits.own.dT
+    in_air.stroke(-1.0, 5.0)
+    waits.wait(2.0)
+    waits.wait(3.0)
+    assert in_air.own.dT == pytest.approx(waits.own.dT, rel=1e-12)
+    steel, flood = CATALOGUE.material("aisi_52100"), CATALOGUE.fluid("emulsion").part_cooling
+    assert waits.own.dT == pytest.approx(
+        hot * math.exp(-5.0 * flood / (steel.density * steel.specific_heat * 0.020)), rel=1e-12
+    )
+    assert in_air.wheel == waits.wheel
+
+
+@pytest.mark.parametrize("downfeed", [0.001, 0.003, 0.010, 0.030])
+def test_a_dressed_wheel_loses_its_loose_grains_once_however_it_is_fed(downfeed: float) -> None:
+    machine = grinder(parameters(Gref=1e12, wi=0.0045))  # steady wear is nothing beside
+    while machine.wheel.V < 60.0:
+        machine.stroke(downfeed)
+    left = (1.0 + machine.wheel.V / machine.p.Vi) ** -2
+    assert pytest.approx(0.0045 * (1.0 - left), rel=1e-6) == machine.wheel.W
+
+
+def test_a_while_is_as_long_from_whatever_sum_its_time_comes() -> None:
+    # an infeed of 10 um at F30 with 1 m/s2 takes 20.5 ms, which a clock shows as a little less or more
+    infeed = 0.01 / 0.5 + 0.5 / 1000.0
+    began = [k * 4.0 / 3.0 for k in range(1000)]
+    assert {whole_ms((time + infeed) - time) for time in began} == {0.021}

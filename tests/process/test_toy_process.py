@@ -31,7 +31,7 @@ from grind_env.machine.loops.loops import loops_of
 from grind_env.machine.loops.rows import LOG, OWN_FROM
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.run import GrindingRun
-from grind_env.process.process import PROCESS, Drive, Hook, Moment, Process, composed
+from grind_env.process.process import PROCESS, Drive, Hook, Moment, Nothing, PartHeat, Process, composed
 from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeResult, WheelState
 from grind_env.process.stroke import dress_wheel, grind_stroke
 from tests.machine.harness import DRESS, job
@@ -269,7 +269,7 @@ def test_its_lanes_have_the_bits_of_its_scalar_loop() -> None:
     wheels[:, OWN_FROM + FIELDS.index("blocks")] = 1.0
     _, tallies = simulation.step(episodes, np.linspace(5000.0, 25_000.0, n), np.arange(n) % 3.0)
     parts, alone, motions = np.array([NEW_PART] * n), np.zeros_like(tallies), np.empty((0, 0))
-    tables = simulation._tables(n)[3:]
+    tables = simulation._tables(n)[5:]
     loops_of(COURSES["G82"], TOY).scalar(*tables, wheels, parts, alone, motions, np.empty((n, 0, len(LOG.names or ()))))
     own = slice(OWN_FROM + len(FIELDS))
     assert alone.tobytes() == tallies.tobytes() and parts.tobytes() == episodes.parts.tobytes()
@@ -277,12 +277,14 @@ def test_its_lanes_have_the_bits_of_its_scalar_loop() -> None:
 
 
 def test_what_it_says_is_felt() -> None:
-    choices = [(6000.0, 0.0)] * 8
+    choices = [(6000.0, 0.0)] * 6
     plain, bare = (play(simulation_of("power_limited", process, GAUGE), choices) for process in (PROCESS, BARE))
     A, heat = WheelState._fields.index("A"), OWN_FROM + FIELDS.index("heat")
     assert bare.wheel[A] < plain.wheel[A] - 0.5 * PULLED * BURST  # grains have pulled out
     assert bare.wheel[heat] > 0.0
-    assert (bare.outcomes.size_error < plain.outcomes.size_error).all()  # the head has grown towards the part
+    cold = play(simulation_of("power_limited", PROCESS._replace(grown=None), GAUGE), choices)
+    assert (bare.outcomes.size_error < cold.outcomes.size_error).all()  # the head has grown towards the part
+    assert (plain.outcomes.size_error < cold.outcomes.size_error).all()  # and the part towards the head
     dulls, slows = (composed(PROCESS, hook) for hook in (Hook(dulling, Dulling), Hook(worn_table)))
     duller, slower = (play(simulation_of("power_limited", process, GAUGE), choices) for process in (dulls, slows))
     assert duller.wheel[A] > plain.wheel[A]
@@ -311,12 +313,40 @@ def test_a_meter_that_lags_shows_later_what_is_ground_alike() -> None:
     assert lags.wheel[-2:].tolist() == [shown[2], pytest.approx(lags.memory.clock)]
 
 
-def test_without_any_of_it_nothing_is_remembered_or_made_anew() -> None:
-    assert composed(PROCESS) is PROCESS and PROCESS.own() == ()
-    assert simulation_of("power_limited", PROCESS, GAUGE).room(1).wheels.shape == (1, OWN_FROM)
+def room_of(process: Process) -> int:
+    """Numbers that a lane has for the wheel and for what is remembered besides."""
+    return int(simulation_of("power_limited", process, GAUGE).room(1).wheels.shape[1])
+
+
+def test_without_any_of_it_the_heat_of_the_part_alone_is_remembered_and_nothing_made_anew() -> None:
+    assert composed(PROCESS) is PROCESS and PROCESS.own() == PartHeat(0.0)
+    assert room_of(PROCESS) == OWN_FROM + 1
+    assert composed(PROCESS, Hook(worn_table)).own() == PROCESS.own()  # a hook that remembers nothing adds no room
+    assert composed(PROCESS, Hook(dulling, Dulling)).own._fields == ("dT", "blocks")
     course = COURSES["G82"]
     assert loops_of(course) is loops_of(course, PROCESS) and loops_of(course, TOY) is loops_of(course, TOY)
     assert loops_of(course) is not loops_of(course, TOY)
+
+
+@inlined
+def forgetful_stroke(
+    wheel: WheelState, own: Any, S: float, Rs: float, Z: float, b: float, k: StrokeConstants, seconds: float
+) -> tuple[WheelState, Any, StrokeResult]:
+    """That of the package, of a part that stays cold."""
+    after, stroke = grind_stroke(wheel, S, Rs, Z, b, k)
+    return after, own, stroke
+
+
+def test_a_process_that_remembers_the_wheel_alone_has_room_for_it_alone_and_grinds_a_part_that_stays_cold() -> None:
+    forgetful = Process(Nothing, StrokeConstants, PROCESS.constants, forgetful_stroke, PROCESS.dress)
+    assert room_of(forgetful) == OWN_FROM
+    choices = [(9000.0, 0.0), (12_000.0, 1.0)]
+    found, cold = (
+        play(simulation_of("power_limited", process, GAUGE), choices)
+        for process in (forgetful, PROCESS._replace(grown=None))
+    )
+    np.testing.assert_allclose(found.wheel, cold.wheel[:OWN_FROM], rtol=NEAR)
+    np.testing.assert_allclose(found.outcomes, cold.outcomes, rtol=NEAR)
 
 
 def test_two_that_remember_something_under_one_name_are_refused() -> None:

@@ -11,7 +11,7 @@ from grind_env.process.state import WheelState
 from grind_env.render.view import Extent, GroundBlock, Instant, View, Workpiece
 
 LIMITS = Limits(rise=500.0, power=8000.0, roughness=1.0, size=10.0)
-WHEEL = WheelState(ds=300.0, A=0.01, lam=0.0, V=0.0, Rd=1.0, Cd=1.0, alw=0.03, W=0.0, wd=0.05)
+WHEEL = WheelState(ds=300.0, A=0.01, lam=0.0, V=0.0, Rd=1.0, Cd=1.0, W=0.0, wd=0.05)
 GOOD = GroundBlock(
     speed=9000.0,
     executions=0,

@@ -149,7 +149,7 @@ def test_a_file_of_another_task_is_refused(tmp_path, monkeypatch):
     with pytest.raises(GrindError, match=r"agent.zip was trained for power_limited, not for rush"):
         load_zip(tmp_path / "agent.zip", rush)
     monkeypatch.setattr(shown_view, "TASK_VERSION", 99)
-    with pytest.raises(GrindError, match=r"agent.zip is of task version 2.*train it anew"):
+    with pytest.raises(GrindError, match=r"agent.zip is of task version 3.*train it anew"):
         load_zip(tmp_path / "agent.zip", simulation)
     monkeypatch.undo()
     changed = find_problem("power_limited")

@@ -58,7 +58,7 @@ G00 Y1. M09 M05
 M30
 """
 DRESS = PLATE.read_text()[PLATE.read_text().index("O9100") :].rstrip("%\n")
-SEED = 11
+SEED = 12
 
 
 def batch(program: Path, parts: int) -> Problem:

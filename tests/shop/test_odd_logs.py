@@ -93,7 +93,7 @@ def test_a_log_that_was_kept_only_above_some_power_is_refused(plates, tmp_path):
 def test_other_work_in_the_log_is_told(plates, tmp_path):
     rows = plates.read_text(encoding="utf-8").splitlines()
     end = float(rows[-1].split(",")[0])
-    other = [f"{end + 0.1 * k:.2f},{1500 + 1200 * (k // 7 % 2)}" for k in range(1, 1200)]
+    other = [f"{end + 0.1 * k:.2f},{1500 + 1200 * (k // 13 % 2)}" for k in range(1, 1200)]
     (tmp_path / "log.csv").write_text("\n".join([*rows, *other]), encoding="utf-8")
     found = calibrate(tmp_path / "log.csv", PLATE, JOB, names=["stiffness"])
     told = [re.search(r"for (\d+) s the log has the power of grinding where", each) for each in found.remarks]

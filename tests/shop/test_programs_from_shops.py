@@ -19,6 +19,7 @@ from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
 from grind_env.machine.job.file import load_job
 from grind_env.shop.calls import optimise, sweep
+from grind_env.shop.optimise.outcome import Verdict
 from tests.command import Grind
 
 pytestmark = pytest.mark.usefixtures("few_lots")
@@ -66,7 +67,9 @@ def test_it_grinds_what_its_shop_counts(name: str) -> None:
     assert (record.strokes.size, len(record.dresses), record.parts.size) == shop[:3]
     assert not any(record.unjudged)
     stock = [each.part.stock for each in job.stations] or [job.part.stock] * shop.parts
-    assert record.parts["S"] == pytest.approx(stock, rel=0.15, abs=0.01)  # the wheel gives way
+    assert record.parts["S"] == pytest.approx(
+        stock, rel=0.15, abs=0.015
+    )  # the wheel gives way, and loses what its dress has loosened
 
 
 def test_an_infeed_beside_a_table_that_reciprocates_grinds_the_stock() -> None:
@@ -81,7 +84,8 @@ def test_an_infeed_beside_a_table_that_reciprocates_grinds_the_stock() -> None:
 @pytest.mark.parametrize("name", MADE_BETTER)
 def test_what_is_promised_of_better_words_is_what_they_grind(name: str) -> None:
     path, job = held(name)
-    found = optimise(path, parts=4, budget=2.0, variables=job.variables)
+    found = optimise(path, parts=4, budget=6.0, variables=job.variables)
+    assert found.verdict is Verdict.BETTER
     record = grind(read(found.after, path.name, path.parent), replace(job, variables=SHOPS[name].given))
     for quantity, column in (("cost", "total_cost"), ("seconds", "seconds"), ("Ra", "Ra")):
         assert found.quantity(quantity).expected[1] == pytest.approx(record.parts[column].mean(), rel=1e-9), quantity

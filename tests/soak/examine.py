@@ -36,7 +36,6 @@ from grind_env.machine.script.block import ScriptError
 from grind_env.machine.script.script import script_of
 from grind_env.machine.script.tables import BlockRow
 from grind_env.process.cost import STALL
-from grind_env.process.state import WheelState
 from grind_env.shop.trials import Trials
 from tests.soak.writer import Case
 
@@ -291,8 +290,11 @@ def _replayed(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
     examined.replay = "script" if simulation.why is None else _reason(str(simulation.why))
     episode, wheels = ProgramEpisode(programs, job, job.parts), []
     while episode.block is not None:
+        mount, changes = episode.run.mount, episode.run.mount.changes
         episode.step({})
-        wheels.append(episode.run.wheel)
+        # a script lets the way from a stop up to the unloading pass before it changes the wheel, and not after that
+        own = {} if mount.changes > changes else dict(zip(job.process.own._fields, mount.own[0].tolist(), strict=True))
+        wheels.append({**mount.present(job.parameters)._asdict(), **own})
     _compare_tables("step: strokes", episode.run.record().strokes, record.strokes, True, examined)
     way = "control" if simulation.script is None else "replay"
     found = _stepped_blocks(simulation, [(block.plan.feed, block.plan.dresses) for block in simulation.blocks])
@@ -343,7 +345,7 @@ class Stepped:
     Attributes:
         outcomes: by name, each of shape (blocks,).
         tallies: likewise.
-        wheels: after each block, shape (blocks, fields of `WheelState`).
+        wheels: after each block, with what the process remembers, shape (blocks, fields of `WheelState` and `own`).
     """
 
     outcomes: Array
@@ -371,7 +373,7 @@ def _stepped_blocks(simulation: JobSimulation, choices: Sequence[tuple[float, in
 
 
 def _compare_wheels(
-    way: str, simulation: JobSimulation, found: Array, expected: Sequence[Any], examined: Examined
+    way: str, simulation: JobSimulation, found: Array, expected: Sequence[dict[str, float]], examined: Examined
 ) -> None:
     """After each block; its wear since it was gauged is known at a stop here, with the next block there.
 
@@ -387,11 +389,9 @@ def _compare_wheels(
             by_clock |= any(not isinstance(motion, Dwell) for motion in script.blocks[number].beside)
             if script.blocks[number].to_secondary:
                 continue
-        wheel = WheelState(*one)
-        for name in WheelState._fields:
+        for here, (name, there) in zip(one, other.items(), strict=False):
             if name == "W":
                 continue
-            here, there = getattr(wheel, name), getattr(other, name)
             compared, exact = compared + 1, exact + (here == there)
             same = here == there if whole and not by_clock else _near(here, there)
             if odd is None and not same:

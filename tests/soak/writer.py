@@ -127,10 +127,13 @@ class Writer(BlockWriter):
         if self._chance(0.2):
             self._saw("part conditions")
             conditions = tuple(self._conditions(part) for _ in range(self.parts + (rng.random() < 0.5)))
+        gauge = one(0.0, 0.0, 12.0, 1.5)
+        if gauge > 0.0:
+            self._saw("gauging")
         return Job(
             part=part,
             setup=setup,
-            times=Times(load=one(20.0, 0.0, 3.5), dress_setup=one(8.0, 0.0), wheel_change=change),
+            times=Times(load=one(20.0, 0.0, 3.5), gauge=gauge, dress_setup=one(8.0, 0.0), wheel_change=change),
             wheel=start,
             diamond=self._diamond() if self._chance(0.15) else None,
             parts=conditions,

@@ -18,7 +18,7 @@ from grind_env.validation import (
     CHECKS,
     GROUPS,
     Band,
-    Kind,
+    Evidence,
     Rig,
     Row,
     is_as_known,
@@ -83,8 +83,8 @@ def test_the_exit_status_says_whether_all_is_as_known():
 def test_the_first_line_counts_what_the_rows_carry(rows):
     (first, *_) = printed(rows).splitlines()
     counts = [int(number) for number in re.findall(r"\d+", first)]
-    kinds = Counter(check.source.kind for check in CHECKS)
-    assert counts == [len(CHECKS), *(kinds[kind] for kind in Kind)]
+    kinds = Counter(check.basis.evidence for check in CHECKS)
+    assert counts == [len(CHECKS), *(kinds[kind] for kind in Evidence)]
     assert counts[0] == sum(counts[1:])
     assert len(first) <= WIDTH
 
@@ -114,7 +114,7 @@ def test_the_rows_are_written_as_csv(rows, tmp_path):
         assert inside == row.passed
         assert (line["verdict"] == "pass") == row.passed
         assert bool(line["outside limits"]) == bool(row.outside)
-    assert {line["source kind"] for line in lines} == {"measured", "drawn", "remembered", "own"}
+    assert {line["evidence"] for line in lines} == {"measured", "drawn", "remembered", "own"}
     assert [path.name for path in tmp_path.iterdir()] == ["rows.csv"]
 
 

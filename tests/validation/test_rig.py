@@ -3,7 +3,7 @@
 import pytest
 
 from grind_env.process.catalogue import load_catalogue
-from grind_env.validation.rig import Grinder, Rig, RigError
+from grind_env.validation.rig import NO_GROWTH, Grinder, Rig, RigError
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +25,7 @@ def test_strokes_in_one_call_are_those_made_one_by_one(rig):
 
 
 def test_stock_is_what_the_wheel_went_down_less_wear_and_what_is_left(rig):
-    grinder = rig.fresh()
+    grinder = rig.fresh(changes=NO_GROWTH)
     grinder.grind(10)
     before, wear = grinder.S, grinder.wheel.W
     done = grinder.trial(grinder.Z - wear - before)

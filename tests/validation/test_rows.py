@@ -11,7 +11,7 @@ from grind_env.validation import (
     CHECKS,
     GROUPS,
     Check,
-    Kind,
+    Evidence,
     Rig,
     Row,
     data,
@@ -38,12 +38,12 @@ SHAPES = (
 
 
 MEMORIES = {
-    "expected_magnitudes": {Kind.REMEMBERED},
-    "specific_energy_ranges": {Kind.REMEMBERED},
-    "malkin_energy_wearflat": {Kind.REMEMBERED},
-    "burn_threshold_grid": {Kind.REMEMBERED},
-    "thermal_partition": {Kind.REMEMBERED, Kind.OWN},
-    "dressing_overlap": {Kind.DRAWN},
+    "expected_magnitudes": {Evidence.REMEMBERED},
+    "specific_energy_ranges": {Evidence.REMEMBERED},
+    "malkin_energy_wearflat": {Evidence.REMEMBERED},
+    "burn_threshold_grid": {Evidence.REMEMBERED},
+    "thermal_partition": {Evidence.REMEMBERED, Evidence.OWN},
+    "dressing_overlap": {Evidence.DRAWN},
 }
 """What may be made of a file whose numbers nobody measured for this package, by name of the file."""
 
@@ -87,7 +87,7 @@ def test_names_are_unique_and_every_group_has_rows():
     assert len({check.name for check in CHECKS}) == len(CHECKS)
     assert [check.group for check in CHECKS] == sorted(check.group for check in CHECKS)
     assert {check.group for check in CHECKS} == set(GROUPS)
-    assert all(check.what and check.at and check.source.text for check in CHECKS)
+    assert all(check.what and check.at and check.basis.text for check in CHECKS)
 
 
 def test_every_number_comes_from_the_process(rows):
@@ -106,11 +106,11 @@ def test_a_measured_number_may_lie_outside_the_band_of_its_row_only_where_the_ba
 
 def test_what_is_called_measured_has_its_number_and_is_no_file_of_the_memory():
     for check in CHECKS:
-        source = check.source
-        assert source.kind is not Kind.MEASURED or check.reference is not None, check.name
-        assert source.kind is not Kind.OWN or check.reference is None, check.name
+        basis = check.basis
+        assert basis.evidence is not Evidence.MEASURED or check.reference is not None, check.name
+        assert basis.evidence is not Evidence.OWN or check.reference is None, check.name
         for name, lines in MEMORIES.items():
-            assert name not in source.text or source.kind in lines, f"{check.name}: {name}"
+            assert name not in basis.text or basis.evidence in lines, f"{check.name}: {name}"
 
 
 def test_a_band_of_the_memory_is_so_called_where_the_file_says_so():
@@ -170,9 +170,9 @@ def test_exponents_and_steps():
 
 def test_a_field_that_does_nothing_is_found():
     known = load_catalogue()
-    assert "wheel.fracture_force" not in idle_fields(Rig(known))
-    unbroken = {name: replace(wheel, fracture_factor=0.0) for name, wheel in known.wheels.items()}
-    assert "wheel.fracture_force" in idle_fields(Rig(replace(known, wheels=unbroken)))
+    assert "wheel.initial_wear_volume" not in idle_fields(Rig(known))
+    firm = {name: replace(wheel, initial_wear=0.0) for name, wheel in known.wheels.items()}
+    assert "wheel.initial_wear_volume" in idle_fields(Rig(replace(known, wheels=firm)))
 
 
 @pytest.mark.parametrize("check", [check for check in CHECKS if check.group < 10], ids=lambda check: check.name)

@@ -1,7 +1,6 @@
 """The blocks of a task, which a branch may try one by one."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
@@ -29,6 +28,7 @@ class BlockBranches:
         volume = dressed_volume(task.dress.passes, task.dress.depth, task.wheel.diameter, task.wheel.width)
         self.dress_price = running_cost(task.dress_seconds, volume, 1.0, task.rates)
         self.usual_dress = task.dress_feed, task.dress.depth
+        self.change_seconds = task.wheel_change.seconds if task.wheel_change else 0.0
         self._stocks = kind_table(task)[:, STOCK]
 
     def coming_rows(self, seen: Mapping[str, Table]) -> Numbers:
@@ -63,7 +63,7 @@ class BlockBranches:
         for k, block in enumerate(blocks[1:], 1):
             number = task.kind_of_block(block)
             tape[:, k, KIND], tape[:, k, TAPE_STOCK] = number, task.kinds[number].stock
-        return replace(episodes, tape=tape)
+        return episodes.on(tape)
 
     def first_wheels(self, count: int) -> Table:
         """As `Branches.first_wheels`."""

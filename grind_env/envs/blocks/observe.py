@@ -6,10 +6,10 @@ import numpy as np
 
 from grind_env.envs.observations import LEAST_SLACK, Layout, Readings
 from grind_env.envs.tables import Shop, read_kind, read_memory, read_shop
-from grind_env.envs.tape import TapeRow, read_row
+from grind_env.envs.tape import TapeRow, place_of, read_row
 from grind_env.kernel import entry, inlined, log
 from grind_env.kernel.columns import column_writer
-from grind_env.machine.loops.rows import read_wheel
+from grind_env.machine.loops.rows import OWN_FROM, read_wheel
 
 READINGS = len(Readings._fields)
 KIND = TapeRow._fields.index("kind")
@@ -23,13 +23,26 @@ def scaled(value: float, offset: float, scale: float, low: float, high: float) -
     return min(max((value - offset) / scale, low), high)
 
 
+def heat_column(own: type[Any]) -> int:
+    """Column of the part's heat in a row of a wheel with what process and gauge remember; -1 where they do not."""
+    return OWN_FROM + own._fields.index("dT") if "dT" in own._fields else -1
+
+
+@inlined
+def part_rise(wheels: Any, i: int, heat: int, in_work: bool) -> float:
+    """Temperature above the hall of a part, K, if it is still that of the strokes before."""
+    return wheels[i, heat] if in_work and heat >= 0 else 0.0
+
+
 @inlined
 def observe_block(
     i: int,
     kinds: Any,
+    total: int,
     tape: Any,
     block: Any,
     wheels: Any,
+    heat: int,
     memory: Any,
     shop: Shop,
     layout: Layout,
@@ -41,16 +54,16 @@ def observe_block(
     observations: Any,
 ) -> None:
     """Write the observation of episode i; `values`, shape (1, fields of `Readings`), is overwritten."""
-    total = tape.shape[1]
+    rows = tape.shape[1]
     materials = layout.materials.size
     execution_depth = 2.0 * shop.dress_passes * shop.dress_depth
     wheel, seen = read_wheel(wheels, i), read_memory(memory, i)
     ahead = block[i] < total
-    row = read_row(tape[i], min(block[i], total - 1))
+    row = read_row(tape[i], place_of(min(block[i], total - 1), rows))
     number, material = int(row.kind), int(row.material)
     kind = read_kind(kinds, number * materials + material)
     here = 1.0 if ahead else 0.0
-    changed = seen.wheel_changes > 0.0
+    in_work, changed = ahead and kind.starts_part == 0.0, seen.wheel_changes > 0.0
     growth = row.spare_kA if changed else row.kA
     ra_scale = row.spare_ra_scale if changed else row.ra_scale
     time_to_due = here * (row.due - seen.clock)
@@ -86,7 +99,6 @@ def observe_block(
         slack=slack,
         wear_flat=wheel.A,
         loading=wheel.lam,
-        waviness=wheel.alw,
         diamond_flat=wheel.wd,
         dressed_roughness=wheel.Rd,
         dressed_density=wheel.Cd,
@@ -97,6 +109,7 @@ def observe_block(
         convection=row.hf,
         roughness_scale=ra_scale,
         wheel_volume=wheel.V,
+        part_rise=part_rise(wheels, i, heat, in_work),
     )
     write_readings(values, 0, reading)
     for k in range(layout.columns.size):
@@ -105,7 +118,7 @@ def observe_block(
     if ahead and layout.kinds > 0:
         observations[i, layout.first_kind + number] = 1.0
         if block[i] + 1 < total:
-            after = int(tape[i, block[i] + 1, KIND])
+            after = int(tape[i, place_of(block[i] + 1, rows), KIND])
             observations[i, layout.first_kind + layout.kinds + after] = 1.0
     if ahead and layout.materials[material] >= 0:
         observations[i, layout.materials[material]] = 1.0
@@ -114,9 +127,11 @@ def observe_block(
 @entry
 def observe_blocks(
     kinds: Any,
+    total: int,
     tape: Any,
     block: Any,
     wheels: Any,
+    heat: int,
     memory: Any,
     shops: Any,
     layout: Layout,
@@ -130,9 +145,11 @@ def observe_blocks(
 
     Args:
         kinds: of `step.Tables`.
+        total: blocks of an episode.
         tape: of `step.EpisodeArrays`, like the next three.
         block: coming block.
         wheels: wheel states.
+        heat: column of them with the heat of the part, see `heat_column`.
         memory: what is remembered.
         shops: numbers of the task, shape (1, fields of `Shop`).
         layout: which readings are shown, and where.
@@ -146,5 +163,20 @@ def observe_blocks(
     values = np.empty((1, READINGS))
     for i in range(block.size):
         observe_block(
-            i, kinds, tape, block, wheels, memory, shop, layout, offset, scale, low, high, values, observations
+            i,
+            kinds,
+            total,
+            tape,
+            block,
+            wheels,
+            heat,
+            memory,
+            shop,
+            layout,
+            offset,
+            scale,
+            low,
+            high,
+            values,
+            observations,
         )

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.belief.hidden import FACTORS
-from grind_env.control import read
+from grind_env.control import ProgramEnd, ProgramStop, execute, read
 from grind_env.control.cycles import RULES
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.tables import ShopMemory
@@ -76,7 +76,7 @@ def coming_block(
     task: Task, episodes: Episodes, i: int, speed: float, executions: float, pre_dress: float = 0.0
 ) -> CycleBlock:
     """The block that episode i runs next with E `speed` (mm/min), D `executions` and perhaps a pre-dress (1)."""
-    row = episodes.tape[i, episodes.block[i]]
+    row = episodes.row(i)
     kind, stock = task.kinds[int(row[KIND])], float(row[STOCK])
     surface = 0.0 if kind.starts_part else float(episodes.parts[i, SURFACE])
     (wheel, own), changes = episodes.wheel_and_own(i), int(episodes.memory[i, WHEEL_CHANGES])
@@ -153,7 +153,7 @@ def program_of(task: Task, blocks: Sequence[CycleBlock], lines_of: Callable[[Cyc
             if block.kind.starts_part:
                 lines.append(next_part(change))
             else:
-                lines += [f"G00 Y{number(CLEAR)}", f"M01 ({change}GAUGE THE PART)"]
+                lines.append(f"M01 ({change}RETRACT, GAUGE THE PART)")
         lines += lines_of(block)
     return "\n".join([*lines, *end_of(task)])
 
@@ -178,10 +178,14 @@ def check_task(task: Task, cycle: str | None = None) -> None:
     """Check that the program of a task can be run, and that its blocks have the cycle asked for; None asks for none.
 
     Raises:
-        TaskError: there is no such cycle, it is not that of the task, or its dresses leave no time for their program.
+        TaskError: there is no such cycle, it is not that of the task, its dresses leave no time for their program, or
+            gauging none for the way of the wheel off the part and back.
     """
     try:
         job(task, task.kinds[0])
+        for kind in task.kinds:
+            if not kind.starts_part:
+                _check_gauging(task, kind)
     except TaskError as error:
         raise TaskError(error.message, error.key, error.found, error.legal, task.file) from None
     if cycle is None:
@@ -190,6 +194,18 @@ def check_task(task: Task, cycle: str | None = None) -> None:
         raise TaskError(f"cycle is {quoted(cycle)}, but must be one of {', '.join(RULES)}")
     if cycle != task.cycle:
         raise TaskError(f"cycle is {cycle!r}, but the blocks of {task.name} are {task.cycle}: leave it out")
+
+
+def _check_gauging(task: Task, kind: Kind) -> None:
+    """Refuse a time to gauge a part that is over before the wheel is back, from its farther end, on the whole depth."""
+    depth = sum(each.stock for each in task.kinds)
+    there = f"G00 X{number(kind.length + task.setup.overrun)} Y{number(-depth)} Z0."
+    way = "\n".join([*start_of(task), there, "M01", *approach(task, depth), "M30"])
+    events = execute(read(way), job(task, kind).control)
+    began, ended = (event.time for event in events if isinstance(event, ProgramStop | ProgramEnd))
+    least = ended - began
+    if task.setup.gauge < least:
+        raise wrong("setup.gauge", task.setup.gauge, f"at least {least:.1f} s, which the way takes", TaskError)
 
 
 def job(task: Task, *kinds: Kind, first: float | None = None) -> Job:
@@ -210,7 +226,7 @@ def job(task: Task, *kinds: Kind, first: float | None = None) -> Job:
         wheel_speed=task.setup.wheel_speed,
     )
     change = None if task.wheel_change is None else task.wheel_change.seconds
-    times = Times(load=task.setup.load, dress_setup=0.0, wheel_change=change)
+    times = Times(load=task.setup.load, gauge=task.setup.gauge, dress_setup=0.0, wheel_change=change)
     part = part_of(task, kinds, [kind.stock for kind in kinds], kinds[-1].material)
     bare = Job(part=part, setup=setup, times=times)
     depth = min(kinds[0].pick, kinds[0].stock) if first is None else first
@@ -270,6 +286,7 @@ def part_of(task: Task, kinds: Sequence[Kind], stocks: Sequence[float], material
         material=task.catalogue.material(material),
         length=kind.length,
         width=kind.width,
+        height=kind.height,
         stock=depths[-1],
         roughness_limit=kind.roughness_limit,
         tolerance=kind.tolerance,

@@ -92,7 +92,7 @@ def outcome_of(
 
     No more of a wheel can be worn and dressed off than is left of it.
     """
-    seconds = result.seconds + kind.load + change * shop.change_seconds
+    seconds = result.seconds + kind.wait + change * shop.change_seconds
     clock = old.clock + seconds
     finished = kind.ends_part
     removed = min(result.worn + result.dressed_off, volume_left(old.found_diameter, shop.wheel_width))

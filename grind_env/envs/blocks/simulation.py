@@ -16,17 +16,17 @@ from grind_env.arrays import Numbers, Table
 from grind_env.control import read
 from grind_env.envs.blocks.branches import BlockBranches
 from grind_env.envs.blocks.episode import EpisodeGenerator
-from grind_env.envs.blocks.observe import observe_blocks
+from grind_env.envs.blocks.observe import heat_column, observe_blocks
 from grind_env.envs.blocks.program import block_text, coming_block, drawn_job, job_of_kinds, part_program
 from grind_env.envs.blocks.requests import request_times
 from grind_env.envs.blocks.step import NEW_PART, blocks_step
 from grind_env.envs.contexts import Given, without_effect
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.episodes import Episodes, EpisodesT
 from grind_env.envs.gauge import GAUGE, Gauge
 from grind_env.envs.observations import Reading, constant_readings, physical, readings, scaling
 from grind_env.envs.simulation import Written
 from grind_env.envs.tables import Outcome, Shop, ShopMemory, kind_table, shop_row
-from grind_env.envs.tape import TapeRow
+from grind_env.envs.tape import AHEAD, DRAWN, SOURCE, TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.envs.view import view_of
 from grind_env.machine.grind import grind
@@ -83,7 +83,8 @@ class BlockSimulation:
         gauge: Gauge = GAUGE,
     ) -> None:
         self.task, self.pre_dress, self.barred = task, pre_dress, without_effect(task)
-        self.process, self.gauge, self._own = process, gauge, tuple(joined(process.own, gauge.own)())
+        own = joined(process.own, gauge.own)
+        self.process, self.gauge, self._own, self._heat = process, gauge, tuple(own()), heat_column(own)
         self.entries = self._readings(task, full=full, pre_dress=pre_dress)
         self.kinds, self.branches = kind_table(task), BlockBranches(task)
         self.usual: Mapping[str, float] = constant_readings(task, pre_dress=pre_dress)
@@ -99,9 +100,11 @@ class BlockSimulation:
         """As `Simulation.most_steps`."""
         return self.task.blocks
 
-    def start(self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None) -> Episodes:
+    def start(
+        self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None, *, whole: bool = True
+    ) -> Episodes:
         """As `Simulation.start`."""
-        episodes = self.room(len(rngs))
+        episodes = self.room(len(rngs), whole=whole)
         self.restart_all(episodes, range(len(rngs)), rngs, [Given()] * len(rngs) if given is None else given)
         return episodes
 
@@ -110,12 +113,31 @@ class BlockSimulation:
     ) -> None:
         """As `Simulation.restart_all`."""
         rows = np.array(index)
-        self._generator.begin(episodes.tape, episodes.wheels, rows, rngs, given)
+        self._generator.begin(episodes, rows, rngs, given)
         self.clear(episodes, rows)
 
-    def room(self, n: int) -> Episodes:
+    def room(self, n: int, *, whole: bool = True) -> Episodes:
         """As `Simulation.room`."""
-        return Episodes(**room_for(n, self.task.blocks, self._own))
+        return Episodes(**self._room(n, whole))
+
+    def _room(self, n: int, whole: bool) -> dict[str, Any]:
+        """The arrays that every form has."""
+        blocks = self.task.blocks
+        return room_for(n, blocks, blocks if whole else min(AHEAD, blocks), self._own)
+
+    def whole(self, episodes: EpisodesT) -> EpisodesT:
+        """As `Simulation.whole`; what has not been kept of the tapes is drawn again."""
+        copies = episodes.pick(np.arange(len(episodes.block)))
+        if copies.tape.shape[1] < self.task.blocks:
+            block, copies.block = copies.block, np.zeros_like(copies.block)
+            copies.tape, copies.source[:, DRAWN] = self._room(len(block), True)["tape"], 0.0
+            self._generator.draw(copies)
+            copies.block = block
+        return copies
+
+    def tape(self, episodes: Episodes, i: int) -> Table:
+        """The whole tape of episode i, shape (blocks, fields of `TapeRow`)."""
+        return np.asarray(self.whole(episodes.pick([i])).tape[0])
 
     def clear(self, episodes: Episodes, index: Numbers) -> None:
         """As `Simulation.clear`."""
@@ -149,7 +171,7 @@ class BlockSimulation:
             self._cycles, self._parameters = (np.empty((n, room.shape[1])) for room in (self._cycles, self._parameters))
         self._step_of(self.process, self.gauge)(
             self._tables(n),
-            tuple(episodes.arrays().values()),
+            episodes.in_order(),
             (speeds, executions, np.zeros(n) if pre_dresses is None else pre_dresses),
             active,
             results,
@@ -166,9 +188,11 @@ class BlockSimulation:
         observations = np.zeros((len(episodes.block), len(self._scaling.offset)), np.float32)
         observe_blocks(
             self.kinds,
+            self.task.blocks,
             episodes.tape,
             episodes.block,
             episodes.wheels,
+            self._heat,
             episodes.memory,
             self._shops,
             *self._scaling,
@@ -195,7 +219,7 @@ class BlockSimulation:
     def written(self, episodes: Episodes, i: int, blocks: Sequence[Any]) -> Written:
         """As `Simulation.written`."""
         program = self.program(blocks)
-        job = drawn_job(self.task, self._job(blocks), blocks[0].wheel, episodes.tape[i])
+        job = drawn_job(self.task, self._job(blocks), blocks[0].wheel, self.tape(episodes, i))
         own = blocks[0].own[: len(self.process.own._fields)]
         job = replace(job, process=self.process, own=own)
         return Written(program, job, request_times(read(program), job))
@@ -221,21 +245,27 @@ class BlockSimulation:
 
     def _tables(self, n: int) -> tuple[Any, ...]:
         """What that takes as the tables of N episodes."""
-        return self.kinds, self.branches.base, self._shops, self._cycles[:n], self._parameters[:n]
+        drawn = self._generator.kinds, self._generator.spreads
+        return self.kinds, self.branches.base, self._shops, *drawn, self._cycles[:n], self._parameters[:n]
 
     def _job(self, blocks: Sequence[Any]) -> Job:
         """The job of their program, for nominal parts and a new wheel."""
         return job_of_kinds(self.task, blocks)
 
 
-def room_for(n: int, blocks: int, own: tuple[float, ...]) -> dict[str, Any]:
-    """Arrays for N episodes of that many blocks, by name; `own` is what process and gauge remember at the start."""
+def room_for(n: int, blocks: int, rows: int, own: tuple[float, ...]) -> dict[str, Any]:
+    """Arrays for N episodes of that many blocks, by name.
+
+    Tapes have so many `rows`, and `own` is what process and gauge remember at the start.
+    """
     return {
-        "tape": np.empty((n, blocks, len(TapeRow._fields))),
+        "tape": np.empty((n, rows, len(TapeRow._fields))),
         "block": np.zeros(n, np.int64),
         "wheels": np.empty((n, OWN_FROM + len(own))),
         "parts": np.empty((n, len(PartState._fields))),
         "memory": np.empty((n, len(ShopMemory._fields))),
+        "source": np.zeros((n, SOURCE)),
+        "schedule": np.zeros((n, blocks), np.int16),
     }
 
 

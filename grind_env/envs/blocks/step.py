@@ -33,7 +33,7 @@ from grind_env.envs.tables import (
     write_memory,
     write_outcome,
 )
-from grind_env.envs.tape import SPARE_FACTORS, TapeRow, read_row
+from grind_env.envs.tape import BLOCKS, SPARE_FACTORS, TapeRow, draw_rows, place_of, read_row
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.machine.loops.batch import NO_MOTIONS, longest_plunges
@@ -80,6 +80,10 @@ class Tables(NamedTuple):
     """Of `tables.parameter_table`, shape (kinds x materials, fields of `StrokeParameters`)."""
     shops: Any
     """Numbers of the task, shape (1, fields of `Shop`)."""
+    drawn: Any
+    """Numbers of its kinds that rows of the tape are drawn with, shape (kinds, fields of `DrawnKind`)."""
+    spreads: Any
+    """Shape (1, fields of `Sigmas`)."""
     cycles: Any
     """Room for the cycles, shape (N, `CYCLE_FIELDS`)."""
     parameters: Any
@@ -87,10 +91,10 @@ class Tables(NamedTuple):
 
 
 class EpisodeArrays(NamedTuple):
-    """The state of N episodes, as in `simulation.Episodes`. All but the tape is updated by a step."""
+    """The state of N episodes, as in `simulation.Episodes`. All but the schedule is updated by a step."""
 
     tape: Any
-    """Shape (N, blocks, fields of `TapeRow`)."""
+    """Shape (N, rows, fields of `TapeRow`)."""
     block: Any
     """Number of the coming block, shape (N,), int64."""
     wheels: Any
@@ -99,6 +103,10 @@ class EpisodeArrays(NamedTuple):
     """Shape (N, fields of `PartState`)."""
     memory: Any
     """Shape (N, fields of `ShopMemory`)."""
+    source: Any
+    """Shape (N, SOURCE)."""
+    schedule: Any
+    """Shape (N, blocks), int16."""
 
 
 class Choices(NamedTuple):
@@ -150,8 +158,8 @@ def block_stroking(kind: KindRow, shop: Shop, drive: Drive, E: float, start: flo
 
 
 @inlined
-def write_factored(parameters: Any, i: int, base: Any, number: int, tape: Any, block: int, changed: bool) -> None:
-    """Write row `number` of the nominal parameters to episode i, with the factors of a block on its tape.
+def write_factored(parameters: Any, i: int, base: Any, number: int, tape: Any, place: int, changed: bool) -> None:
+    """Write row `number` of the nominal parameters to episode i, with the factors in a row of its tape.
 
     Those of the spare wheel, if the wheel has been changed.
     """
@@ -160,7 +168,7 @@ def write_factored(parameters: Any, i: int, base: Any, number: int, tape: Any, b
         parameters[i, k] = base[number, k]
     for k in range(len(FACTOR_COLUMNS)):
         column = SPARE_COLUMNS[k] if changed else FACTOR_COLUMNS[k]
-        parameters[i, PARAMETER_COLUMNS[k]] *= tape[i, block, column]
+        parameters[i, PARAMETER_COLUMNS[k]] *= tape[i, place, column]
 
 
 class Floor(NamedTuple):
@@ -182,27 +190,28 @@ def floor_of(process: Process, gauge: Gauge) -> Floor:
 
     @inlined
     def begin(i: int, tables: Any, episodes: Any, shop: Shop, E: float, results: Any) -> tuple[KindRow, TapeRow, Drive]:
-        row, old = read_row(episodes.tape[i], episodes.block[i]), read_memory(episodes.memory, i)
+        place = place_of(episodes.block[i], episodes.tape.shape[1])
+        row, old = read_row(episodes.tape[i], place), read_memory(episodes.memory, i)
         variant = row_of(row, shop)
         kind = read_kind(tables.kinds, variant)
         changed = old.wheel_changes > 0.0
-        write_factored(tables.parameters, i, tables.base, variant, episodes.tape, episodes.block[i], changed)
+        write_factored(tables.parameters, i, tables.base, variant, episodes.tape, place, changed)
         episodes.memory[i, FOUND] = episodes.wheels[i, DIAMETER]
         starts = kind.starts_part > 0.0
-        pass_time(episodes.wheels, tables.parameters, i, kind.load, starts)
+        pass_time(episodes.wheels, tables.parameters, i, kind.wait, starts)
         # the part is touched off or gauged before every block: wear of the wheel up to now is known
         episodes.wheels[i, WEAR] = 0.0
         results[i, TORQUE] = 0.0 if starts else old.stalled * STALL
         if starts:
             write_part(episodes.parts, i, NEW_PART)
-        number, seconds = float(episodes.block[i]), old.clock + kind.load
+        number, seconds = float(episodes.block[i]), old.clock + kind.wait
         moment = Moment(number=number, seconds=seconds, place=0.5 * kind.length, E=E)
         return kind, row, before(episodes.wheels, tables.parameters, i, shop.dwell, moment)
 
     @inlined
     def settle(i: int, tables: Any, episodes: Any, choices: Choices, shop: Shop, results: Any, outcomes: Any) -> None:
         block, tape = episodes.block, episodes.tape
-        row, old = read_row(tape[i], block[i]), read_memory(episodes.memory, i)
+        row, old = read_row(tape[i], place_of(block[i], tape.shape[1])), read_memory(episodes.memory, i)
         kind = read_kind(tables.kinds, row_of(row, shop))
         wheel, part, result = read_wheel(episodes.wheels, i), read_part(episodes.parts, i), read_tally(results, i)
         p = read_parameters(tables.parameters, i)
@@ -213,7 +222,7 @@ def floor_of(process: Process, gauge: Gauge) -> Floor:
             write_wheel(episodes.wheels, i, wheel)
             pass_time(episodes.wheels, tables.parameters, i, shop.change_seconds, False)
         handover = 0.0
-        if block[i] + 1 == tape.shape[1]:
+        if block[i] + 1 == episodes.source[i, BLOCKS]:
             handover = handover_of(wheel, lead, shop, p)
         size_error = 1000.0 * (read_stroking(tables.cycles, i).finish - part.S)
         good = good_so_far(kind, part, result, size_error, old)
@@ -234,6 +243,20 @@ def floor_of(process: Process, gauge: Gauge) -> Floor:
         block[i] += 1
 
     return Floor(begin, settle)
+
+
+@inlined
+def draw_coming(tables: Any, episodes: Any, active: Any) -> None:
+    """Draw the rows of blocks that have come up on the tapes."""
+    draw_rows(
+        episodes.tape,
+        episodes.block,
+        episodes.source,
+        episodes.schedule,
+        tables.drawn,
+        tables.spreads,
+        active,
+    )
 
 
 @inlined
@@ -294,5 +317,6 @@ def blocks_work(process: Process, gauge: Gauge) -> Work:
         shop = read_shop(tables.shops, 0)
         for i in active:
             settle_one(i, tables, episodes, choices, shop, results, outcomes)
+        draw_coming(tables, episodes, active)
 
     return Work(Tables, EpisodeArrays, Choices, prepare, grind, settle)

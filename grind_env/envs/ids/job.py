@@ -68,7 +68,7 @@ def make(
     ## Episode
 
     The program from its start to its end, `parts` times, where it is `terminated`. Wheel, coolant and lots of material
-    differ from episode to episode as in the other tasks; everything random is drawn at reset. `reset(options=...)`
+    differ from episode to episode as in the other tasks; everything random is decided at reset. `reset(options=...)`
     fixes the factors of lot, wheel, coolant and noise or restricts what they are drawn from
     (`grind_env.envs.contexts`); stock and material are those of the job.
 

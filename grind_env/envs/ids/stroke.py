@@ -50,7 +50,7 @@ def make(
 
     ## Episode
 
-    Starts with a freshly dressed wheel and ends `terminated` with the last part. Everything random is drawn at reset.
+    Starts with a freshly dressed wheel and ends `terminated` with the last part. Everything random is decided at reset.
 
     Args:
         observation: `"measured"` or `"full"`.

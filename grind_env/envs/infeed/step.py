@@ -5,7 +5,7 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from grind_env.envs.blocks.step import Choices, EpisodeArrays, floor_of, stroking_of
+from grind_env.envs.blocks.step import Choices, EpisodeArrays, draw_coming, floor_of, stroking_of
 from grind_env.envs.gauge import Gauge
 from grind_env.envs.infeed.infeed import Infeed, write_motions
 from grind_env.envs.step import Work, step_of
@@ -26,11 +26,13 @@ full_from = replacer(Stroking, "full_plunge")
 
 
 class InfeedTables(NamedTuple):
-    """What the task is made of, and room for N cycles; the first five as in `Tables`."""
+    """What the task is made of, and room for N cycles; the first seven as in `Tables`."""
 
     kinds: Any
     base: Any
     shops: Any
+    drawn: Any
+    spreads: Any
     cycles: Any
     parameters: Any
     motions: Any
@@ -121,5 +123,6 @@ def feedings_step(process: Process, gauge: Gauge) -> Callable[..., None]:
         for i in active:
             settle_one(i, tables, episodes, choices, shop, results, outcomes)
             episodes.memory[i, PICK] = tables.infeed * read_stroking(tables.cycles, i).stroke_seconds
+        draw_coming(tables, episodes, active)
 
     return step_of(Work(InfeedTables, EpisodeArrays, Choices, prepare, grind, settle))

@@ -36,6 +36,7 @@ class ProgramBranches:
         self.nominal = self.base[np.minimum(firsts, len(self.base) - 1)]
         self.wheel = np.array(first_wheel(job, blocks[0].dress, jobs[0].parameters))
         self.dress_price, self.usual_dress = 0.0, (USUAL_LEAD * revolutions, USUAL_DEPTH)
+        self.change_seconds = job.times.wheel_change or 0.0
         dress = next((block.dress for block in blocks if block.dress is not None), None)
         if dress is not None:
             wheel = job.setup.wheel

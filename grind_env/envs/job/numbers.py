@@ -29,7 +29,7 @@ def kind_of(block: BlockOutline, job: Job) -> KindRow:
         starts_part=float(block.starts_part),
         ends_part=float(block.finished),
         counts_all=float(part.rise_allowance > 0.0),
-        load=0.0,
+        wait=0.0,
         rise=limits.rise,
         power=limits.power,
         roughness=limits.roughness,

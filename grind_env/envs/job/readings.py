@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from grind_env.control.cycles import RULES
 from grind_env.envs.job.outline import BlockOutline
 from grind_env.envs.job.tape import WHEEL_SPREAD
-from grind_env.envs.observations import BOOK, ROUGHNESS_NOISE, SIZE_NOISE, Reading, of_few_parts, readings
+from grind_env.envs.observations import BOOK, PART_RISE, ROUGHNESS_NOISE, SIZE_NOISE, Reading, of_few_parts, readings
 from grind_env.envs.tasks import ActionRange, Kind, Spread, Task, load_task
 from grind_env.machine.job import Job, Part
 
@@ -45,7 +45,6 @@ SEEN = (
 HIDDEN = (
     "wear_flat",
     "loading",
-    "waviness",
     "diamond_flat",
     "dressed_roughness",
     "dressed_density",
@@ -56,6 +55,7 @@ HIDDEN = (
     "fracture",
     "wear",
     "roughness_scale",
+    "part_rise",
 )
 
 
@@ -86,7 +86,7 @@ def job_readings(task: Task, constant: Container[str], *, full: bool) -> tuple[R
         *(Reading(f"coming_{code}", "", 0.0, 1.0, 0.0, 1.0, "exact", f"1 if the coming block is a {code}")
           for code in RULES),
     ]  # fmt: skip
-    known = {entry.name: entry for entry in (*readings(task, full=True), *own)}
+    known = {entry.name: entry for entry in (*readings(task, full=True), PART_RISE, *own)}
     return tuple(known[name] for name in ((*SEEN, *HIDDEN) if full else SEEN) if name not in constant)
 
 

@@ -17,10 +17,10 @@ from grind_env.arrays import Numbers, Table
 from grind_env.control import Programs
 from grind_env.control.cycles import codes_said
 from grind_env.control.rewriting import with_words
-from grind_env.envs.blocks.observe import observe_blocks
+from grind_env.envs.blocks.observe import heat_column, observe_blocks
 from grind_env.envs.blocks.simulation import DIAMETER, forget, readings_of, room_for, without_least_diameter
 from grind_env.envs.contexts import Given
-from grind_env.envs.episodes import Episodes
+from grind_env.envs.episodes import Episodes, EpisodesT
 from grind_env.envs.gauge import GAUGE, Gauge
 from grind_env.envs.job.branches import ProgramBranches
 from grind_env.envs.job.episodes import JobEpisodes
@@ -57,7 +57,7 @@ from grind_env.machine.script.choice import taken
 from grind_env.machine.script.script import Script, script_of
 from grind_env.machine.script.settings import D, E, Ranges, own_settings
 from grind_env.machine.script.tables import is_whole, tables_of
-from grind_env.process.process import Drive
+from grind_env.process.process import Drive, joined
 from grind_env.render.view import View
 
 CHANGE_SECONDS = Shop._fields.index("change_seconds")
@@ -108,7 +108,8 @@ class JobSimulation:
         gauge: Gauge = GAUGE,
     ) -> None:
         self.unread = refuse_many(programs, job)
-        self.gauge, self._start = gauge, (*job.own_at_start, *gauge.own())
+        self.process, self.gauge, self._start = job.process, gauge, (*job.own_at_start, *gauge.own())
+        self._heat = heat_column(joined(job.process.own, gauge.own))
         task = job_task(name or Path(programs.name).stem, job, spread, file)
         low, high = (1000.0 * speed for speed in task.action.speed_ends)
         self.programs, self.job, self.spread = programs, job, spread
@@ -212,21 +213,28 @@ class JobSimulation:
         """As `Simulation.most_steps`."""
         return len(self.blocks)
 
-    def start(self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None) -> JobEpisodes:
+    def start(
+        self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None, *, whole: bool = True
+    ) -> JobEpisodes:
         """As `Simulation.start`."""
         episodes = self.room(len(rngs))
         self.restart_all(episodes, range(len(rngs)), rngs, [Given()] * len(rngs) if given is None else given)
         return episodes
 
-    def room(self, n: int) -> JobEpisodes:
-        """As `Simulation.room`."""
+    def room(self, n: int, *, whole: bool = True) -> JobEpisodes:
+        """As `Simulation.room`; the tape of a program is always whole."""
+        blocks = len(self.blocks)
         return JobEpisodes(
-            **room_for(n, len(self.blocks), self._start),
+            **room_for(n, blocks, blocks, self._start),
             stages=np.zeros((n, STAGE_FIELDS)),
             surfaces=np.empty((n, self._zones, len(Zone._fields))),
             first=np.zeros(n, np.int64),
             programs=[],
         )
+
+    def whole(self, episodes: EpisodesT) -> EpisodesT:
+        """As `Simulation.whole`."""
+        return episodes.pick(np.arange(len(episodes.block)))
 
     def restart_all(
         self, episodes: Episodes, index: Sequence[int], rngs: Sequence[np.random.Generator], given: Sequence[Given]
@@ -352,9 +360,9 @@ class JobSimulation:
         if self.script is None:
             self._execute(episodes, chosen, active, tallies, outcomes)
             return outcomes, tallies
-        base, times = self.branches.base, (self.script.approach, self.job.times.load)
+        base, approach = self.branches.base, self.script.approach
         room = np.empty((n, base.shape[1])), np.empty(n), np.empty(n), np.empty((n, len(Drive._fields)))
-        tables = *self.tables, self.kinds, base, self.shops, *times, *room
+        tables = *self.tables, self.kinds, base, self.shops, approach, *room
         step = jobs_step(self.job.process, self.gauge, self._whole)
         step(tables, tuple(episodes.compiled_arrays()), (chosen,), active, tallies, outcomes)
         return outcomes, tallies
@@ -365,9 +373,11 @@ class JobSimulation:
         measured = np.zeros((len(episodes.block), len(self._read)), np.float32)
         observe_blocks(
             self.kinds,
+            len(self.blocks),
             episodes.tape,
             episodes.block,
             episodes.wheels,
+            self._heat,
             episodes.memory,
             self.shops,
             *self._scaling,

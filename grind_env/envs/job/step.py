@@ -184,8 +184,6 @@ class JobTables(NamedTuple):
     """Numbers of the job, shape (1, fields of `Shop`)."""
     approach: float
     """Time of the program up to its first block, s."""
-    load: float
-    """Time from one part to the next until its first cycle starts, s."""
     parameters: Any
     """Room for those of the machines, shape (N, fields of `StrokeParameters`)."""
     picks: Any
@@ -301,10 +299,10 @@ def jobs_step(process: Process, gauge: Gauge, whole: bool) -> Callable[..., None
 
     @inlined
     def came_and_waited(tables: JobTables, number: int, row: BlockRow, stage: StageSoFar) -> tuple[float, float]:
-        """Time on the way to the first block, and that for which the machine waits for the part to be loaded, s."""
+        """Time on the way to the first block, and that for which the machine waits for a part to be ready, s."""
         came = tables.approach if number == 0 else 0.0
         gone = tables.approach if number == 0 else stage.gone
-        return came, max(tables.load - gone, 0.0) if row.loads > 0.0 else 0.0
+        return came, max(row.wait - gone, 0.0)
 
     @entry
     def prepare(tables: JobTables, episodes: JobArrays, choices: JobChoices, active: Any, results: Any) -> None:

@@ -1,4 +1,4 @@
-"""What is random in an episode of the user's own job, all of it drawn at reset.
+"""What is random in an episode of the user's own job: a whole tape, drawn at reset from the key of the episode.
 
 The spreads are those of the scenarios (section 3), or those that the job's `[lots]` names: every wheel, coolant and lot
 of material differs somewhat from the catalogue, and gauges are noisy.
@@ -6,16 +6,30 @@ of material differs somewhat from the catalogue, and gauges are noisy.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.belief.hidden import FACTORS
-from grind_env.envs.contexts import CONTEXT_FACTORS, Fixed, Given, from_ranges
-from grind_env.envs.tape import TapeRow, log_normal, unless, write_row
+from grind_env.envs.contexts import CONTEXT_FACTORS, Fixed, Given, apart, split_bits
+from grind_env.envs.tape import (
+    EPISODE,
+    GAUGES,
+    PART,
+    READINGS,
+    TapeRow,
+    deviation,
+    factor,
+    key_of,
+    keys_of,
+    unless,
+    words_of,
+    write_row,
+)
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader
+from grind_env.kernel.random import uniform
 from grind_env.machine.job import JobError, Lots, PartConditions
 
 WHEEL_SPREAD = {"kA": 0.20, "ra_scale": 0.07, "fc": 0.10, "Gref": 0.15, "hf": 0.15}
@@ -43,6 +57,21 @@ read_fixed = column_reader(Fixed)
 
 LEAST_STOCK = 0.4
 """Of the nominal one; no part has less."""
+
+
+class JobSigmas(NamedTuple):
+    """Standard deviations: logarithmic ones of factors, and relative ones of stock and readings."""
+
+    wheel_growth: float
+    wheel_roughness: float
+    fracture_force: float
+    g_ratio: float
+    convection: float
+    lot_growth: float
+    lot_pressure: float
+    stock: float
+    part_roughness: float
+    measurement: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,8 +121,18 @@ class JobGenerator:
     ) -> None:
         self.part_of_block, self.stocks = np.array(part_of_block), np.array(stocks)
         self.parts, self.lots, self.spread, self.wheel = parts, lots, spread, wheel
-        self._wheel_sigmas = spread * np.array([*WHEEL_SPREAD.values()])
-        self._lot_sigmas = spread * np.array([lots.growth, lots.pressure])
+        self._sigmas = JobSigmas(
+            wheel_growth=spread * WHEEL_SPREAD["kA"],
+            wheel_roughness=spread * WHEEL_SPREAD["ra_scale"],
+            fracture_force=spread * WHEEL_SPREAD["fc"],
+            g_ratio=spread * WHEEL_SPREAD["Gref"],
+            convection=spread * WHEEL_SPREAD["hf"],
+            lot_growth=spread * lots.growth,
+            lot_pressure=spread * lots.pressure,
+            stock=spread * lots.stock,
+            part_roughness=spread * lots.roughness,
+            measurement=spread,
+        )
 
     def begin(
         self,
@@ -103,9 +142,7 @@ class JobGenerator:
         rngs: Sequence[np.random.Generator],
         given: Sequence[Given],
     ) -> None:
-        """Draw an episode from each of M generators, and write its tape and its first wheel.
-
-        The count of random numbers depends on the program only, never on what they turn out to be.
+        """Begin an episode with a key from each of M generators: write its tape and its first wheel.
 
         Args:
             tape: shape (N, blocks, fields of `TapeRow`); written in the rows `index`.
@@ -114,39 +151,18 @@ class JobGenerator:
             rngs: their generators.
             given: what is given of each.
         """
-        m, blocks, lots = len(rngs), len(self.part_of_block), self.lots
-        episode, drawn = np.empty((m, len(WHEEL_SPREAD))), np.empty((m, self.parts, len(LOT_FACTORS)))
-        uniforms, noise = np.empty((m, self.parts)), np.empty((m, blocks, len(NOISES)))
-        stocks, fixed = np.zeros((m, self.parts)), np.array([each.fixed for each in given])
-        roughness = np.empty((m, self.parts))
-        for j, (rng, each) in enumerate(zip(rngs, given, strict=True)):
-            rng.standard_normal(out=episode[j])
-            rng.standard_normal(out=drawn[j])
-            rng.random(out=uniforms[j])
-            rng.standard_normal(out=noise[j])
-            rng.standard_normal(out=roughness[j])
-            if lots.stock > 0.0:
-                rng.standard_normal(out=stocks[j])
-            if each.ranges:
-                episode[j], drawn[j] = from_ranges(episode[j], each.ranges), from_ranges(drawn[j], each.ranges)
+        each, which = apart(given)
         fill_jobs(
             tape,
             index,
+            keys_of(rngs),
+            which,
+            np.array([one.fixed for one in each]),
+            np.array([split_bits(one.ranges) for one in each]),
             self.part_of_block,
-            self._wheel_sigmas,
-            self._lot_sigmas,
-            self.spread * lots.stock,
-            self.spread * lots.roughness,
-            self.spread,
-            lots.probability,
             self.stocks,
-            episode,
-            drawn,
-            uniforms,
-            noise,
-            stocks,
-            roughness,
-            fixed,
+            self._sigmas,
+            self.lots.probability,
         )
         wheels[index, : self.wheel.size] = self.wheel
 
@@ -175,7 +191,7 @@ class StatedParts(JobGenerator):
     ) -> None:
         alike = Lots(probability=0.0, growth=0.0, pressure=0.0, stock=0.0, roughness=0.0)
         super().__init__(part_of_block, len(conditions), alike, stocks, spread, wheel)
-        self._wheel_sigmas = np.zeros(len(WHEEL_SPREAD))
+        self._sigmas = JobSigmas(*[0.0] * len(JobSigmas._fields))._replace(measurement=spread)
         rows = [_stated(number, each, stocks[number - 1]) for number, each in enumerate(conditions, 1)]
         self._stated = np.array(rows)[self.part_of_block]
 
@@ -216,123 +232,79 @@ def _stated(number: int, part: PartConditions, nominal: float) -> tuple[float, .
 def fill_jobs(
     tape: Any,
     index: Any,
-    part_of_block: Any,
-    wheel_sigmas: Any,
-    lot_sigmas: Any,
-    stock_sigma: float,
-    roughness_sigma: float,
-    spread: float,
-    probability: float,
-    nominal: Any,
-    episode: Any,
-    lots: Any,
-    uniforms: Any,
-    noise: Any,
-    stocks: Any,
-    roughness: Any,
+    keys: Any,
+    which: Any,
     fixed: Any,
+    splits: Any,
+    part_of_block: Any,
+    nominal: Any,
+    sigmas: JobSigmas,
+    probability: float,
 ) -> None:
     """Write the tapes of M episodes.
 
     Args:
         tape: shape (N, blocks, fields of `TapeRow`); written in the rows `index`.
         index: episodes that begin, shape (M,).
+        keys: two uniform numbers for each, shape (M, 2).
+        which: number of what is given of each, shape (M,).
+        fixed: what a context fixes, by that number, shape (any, fields of `Fixed`).
+        splits: ranges of the split likewise, as in `tape.Origin`.
         part_of_block: number of the part of each block, shape (blocks,).
-        wheel_sigmas: of the factors `WHEEL_SPREAD`, shape (5,).
-        lot_sigmas: of the factors `LOT_FACTORS`, shape (2,).
-        stock_sigma: of the stock, relative.
-        roughness_sigma: of the roughness from part to part, logarithmic.
-        spread: factor on all that is random.
-        probability: that a part after the first begins a new lot.
         nominal: stock of each part, mm, shape (parts,).
-        episode: standard normal numbers of the wheel, shape (M, 5).
-        lots: of each part, should it begin a lot, shape (M, parts, 2).
-        uniforms: of each part, shape (M, parts).
-        noise: of the gauges after each block, shape (M, blocks, 6).
-        stocks: of each part, shape (M, parts).
-        roughness: of each part, shape (M, parts).
-        fixed: what a context fixes, shape (M, fields of `Fixed`).
+        sigmas: spreads of the job.
+        probability: that a part after the first begins a new lot.
     """
     for j in range(index.size):
-        given = read_fixed(fixed, j)
-        # a lot that differs from the last one in nothing is no new lot
-        same = spread == 0.0 or not (np.isnan(given.kA) or np.isnan(given.pm))
+        given = read_fixed(fixed, which[j])
         fill_job(
-            tape[index[j]],
-            part_of_block,
-            wheel_sigmas,
-            lot_sigmas,
-            stock_sigma,
-            roughness_sigma,
-            spread * unless(given.noise, 1.0),
-            0.0 if same else probability,
-            nominal,
-            episode[j],
-            lots[j],
-            uniforms[j],
-            noise[j],
-            stocks[j],
-            roughness[j],
-            given,
+            tape[index[j]], keys[j, 0], keys[j, 1], given, splits[which[j]], part_of_block, nominal, sigmas, probability
         )
 
 
 @inlined
 def fill_job(
     tape: Any,
-    part_of_block: Any,
-    wheel_sigmas: Any,
-    lot_sigmas: Any,
-    stock_sigma: float,
-    roughness_sigma: float,
-    measurement: float,
-    probability: float,
-    nominal: Any,
-    episode: Any,
-    lots: Any,
-    uniforms: Any,
-    noise: Any,
-    stocks: Any,
-    roughness: Any,
+    u_0: float,
+    u_1: float,
     fixed: Fixed,
+    split: float,
+    part_of_block: Any,
+    nominal: Any,
+    sigmas: JobSigmas,
+    probability: float,
 ) -> None:
-    """Write a tape.
+    """Write a tape, shape (blocks, fields of `TapeRow`), by two uniform numbers; the others are as for `fill_jobs`.
 
-    Args:
-        tape: shape (blocks, fields of `TapeRow`); written.
-        part_of_block: number of the part of each block, shape (blocks,).
-        wheel_sigmas: of the factors `WHEEL_SPREAD`, shape (5,).
-        lot_sigmas: of the factors `LOT_FACTORS`, shape (2,).
-        stock_sigma: of the stock, relative.
-        roughness_sigma: of the roughness from part to part, logarithmic.
-        measurement: factor on the noise of the gauges.
-        probability: that a part after the first begins a new lot.
-        nominal: stock of each part, mm, shape (parts,).
-        episode: standard normal numbers of the wheel, shape (5,).
-        lots: of each part, should it begin a lot, shape (parts, 2).
-        uniforms: of each part, shape (parts,).
-        noise: of the gauges after each block, shape (blocks, 6).
-        stocks: of each part, shape (parts,).
-        roughness: of each part, shape (parts,).
-        fixed: what a context fixes.
+    A number of a part is drawn for that of the part, and one of a reading for that of the block.
     """
-    wheel_kA = unless(fixed.wheel_kA, log_normal(wheel_sigmas[0], episode[0]))
-    wheel_ra = log_normal(wheel_sigmas[1], episode[1])
-    fc = unless(fixed.fc, log_normal(wheel_sigmas[2], episode[2]))
-    Gref = unless(fixed.Gref, log_normal(wheel_sigmas[3], episode[3]))
-    hf = unless(fixed.hf, log_normal(wheel_sigmas[4], episode[4]))
+    key_0, key_1 = key_of(u_0, u_1)
+    growth_word, rough_word, fc_word, Gref_word = words_of(key_0, key_1, EPISODE, 0)
+    hf_word, _, _, _ = words_of(key_0, key_1, EPISODE, 1)
+    wheel_kA = unless(fixed.wheel_kA, factor(sigmas.wheel_growth, growth_word, split))
+    wheel_ra = factor(sigmas.wheel_roughness, rough_word, split)
+    fc = unless(fixed.fc, factor(sigmas.fracture_force, fc_word, split))
+    Gref = unless(fixed.Gref, factor(sigmas.g_ratio, Gref_word, split))
+    hf = unless(fixed.hf, factor(sigmas.convection, hf_word, split))
+    measurement = sigmas.measurement * unless(fixed.noise, 1.0)
+    # a lot that differs from the last one in nothing is no new lot
+    lots = sigmas.measurement > 0.0 and (np.isnan(fixed.kA) or np.isnan(fixed.pm))
     part, kA, pm, ra_scale, part_ra, stock = -1, 1.0, 1.0, 1.0, 1.0, nominal[0]
     for k in range(part_of_block.size):
         begins = False
         while part < part_of_block[k]:
             part += 1
-            begins = part == 0 or uniforms[part] < probability
+            lot_word, kA_word, pm_word, stock_word = words_of(key_0, key_1, PART, part)
+            _, part_word, _, _ = words_of(key_0, key_1, GAUGES, part)
+            begins = part == 0 or (lots and uniform(lot_word) < probability)
             if begins:
-                kA = unless(fixed.kA, log_normal(lot_sigmas[0], lots[part, 0]))
-                pm = unless(fixed.pm, log_normal(lot_sigmas[1], lots[part, 1]))
-            part_ra = log_normal(roughness_sigma, roughness[part]) if np.isnan(fixed.ra_scale) else 1.0
+                kA = unless(fixed.kA, factor(sigmas.lot_growth, kA_word, split))
+                pm = unless(fixed.pm, factor(sigmas.lot_pressure, pm_word, split))
+            part_ra = factor(sigmas.part_roughness, part_word, 0.0) if np.isnan(fixed.ra_scale) else 1.0
             ra_scale = unless(fixed.ra_scale, wheel_ra * part_ra)
-            stock = nominal[part] * max(LEAST_STOCK, 1.0 + stock_sigma * stocks[part])
+            stock = nominal[part] * max(LEAST_STOCK, 1.0 + deviation(sigmas.stock, stock_word))
+        _, _, mean_word, first_word = words_of(key_0, key_1, GAUGES, k)
+        peak_word, size_word, roughness_word, wheel_word = words_of(key_0, key_1, READINGS, k)
         shown = 1.0 if begins else 0.0  # numba takes no condition among so many keywords
         row = TapeRow(
             kind=float(k),
@@ -346,12 +318,12 @@ def fill_job(
             Gref=Gref,
             ra_scale=ra_scale,
             part_ra=part_ra,
-            mean_noise=measurement * noise[k, 0],
-            first_noise=measurement * noise[k, 1],
-            peak_noise=measurement * noise[k, 2],
-            size_noise=measurement * noise[k, 3],
-            roughness_noise=measurement * noise[k, 4],
-            wheel_noise=measurement * noise[k, 5],
+            mean_noise=deviation(measurement, mean_word),
+            first_noise=deviation(measurement, first_word),
+            peak_noise=deviation(measurement, peak_word),
+            size_noise=deviation(measurement, size_word),
+            roughness_noise=deviation(measurement, roughness_word),
+            wheel_noise=deviation(measurement, wheel_word),
             material=0.0,
             spare_kA=wheel_kA * kA,
             spare_ra_scale=ra_scale,

@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from grind_env.arrays import Table
 from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.envs.blocks.program import job_from_surface
-from grind_env.envs.blocks.simulation import BlockSimulation, room_for
+from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.contexts import Given
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.gauge import Gauge
-from grind_env.envs.observations import SIZE_NOISE, Reading, measured_first, readings
+from grind_env.envs.observations import Reading, measured_first, readings
 from grind_env.envs.strips.program import block_text, crossover, part_program
-from grind_env.envs.strips.step import traverses_step
+from grind_env.envs.strips.step import TAPER_NOISE, traverses_step
 from grind_env.envs.tasks import Task
 from grind_env.machine.job import Job
 from grind_env.machine.loops.zones import strip_centres, traverse_edges, zones_of
@@ -27,24 +27,16 @@ from grind_env.process.process import Process
 
 TAPER = "taper"
 """Name of the entry that only a part ground in strips has."""
-TAPER_NOISE = SIZE_NOISE * 2.0**0.5
-"""um; standard deviation of a taper, the difference of two sizes."""
 
 
 @dataclass(slots=True)
 class StripEpisodes(Episodes):
     """The state of N episodes under way.
 
-    `taper` of the last finished part in um as gauged, shape (N,); `taper_noise` of each part in um, shape (N, blocks).
+    `taper` of the last finished part in um as gauged, shape (N,).
     """
 
     taper: Table
-    taper_noise: Table
-
-    def hide_noise(self) -> None:
-        """As `Episodes.hide_noise`; that of the taper is apart."""
-        Episodes.hide_noise(self)
-        self.taper_noise[:] = 0.0
 
 
 class StripSimulation(BlockSimulation):
@@ -62,13 +54,8 @@ class StripSimulation(BlockSimulation):
         self, episodes: Episodes, index: Sequence[int], rngs: Sequence[np.random.Generator], given: Sequence[Given]
     ) -> None:
         """As `Simulation.restart_all`."""
-        cross = _cross(episodes)
-        super().restart_all(cross, index, rngs, given)
-        for i, rng, each in zip(index, rngs, given, strict=True):
-            noise = 1.0 if np.isnan(each.fixed.noise) else each.fixed.noise
-            cross.taper[i] = 0.0
-            spread = noise * self.task.spread.measurement * TAPER_NOISE
-            cross.taper_noise[i] = spread * rng.standard_normal(self.task.blocks)
+        super().restart_all(episodes, index, rngs, given)
+        _cross(episodes).taper[np.array(index)] = 0.0
 
     def observe(self, episodes: Episodes) -> NDArray[np.float32]:
         """As `Simulation.observe`."""
@@ -101,10 +88,9 @@ class StripSimulation(BlockSimulation):
         plain = (_at_worst(entry) for entry in readings(task, full=full, pre_dress=pre_dress))
         return measured_first((*plain, taper_reading(task)))
 
-    def room(self, n: int) -> StripEpisodes:
+    def room(self, n: int, *, whole: bool = True) -> StripEpisodes:
         """As `Simulation.room`."""
-        blocks = self.task.blocks
-        return StripEpisodes(**room_for(n, blocks, self._own), taper=np.empty(n), taper_noise=np.empty((n, blocks)))
+        return StripEpisodes(**self._room(n, whole), taper=np.empty(n))
 
     @staticmethod
     def _step_of(process: Process, gauge: Gauge) -> Callable[..., None]:

@@ -7,10 +7,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from grind_env.control.cycles.traverse import TraverseCycle
-from grind_env.envs.blocks.step import Choices, block_stroking, floor_of
+from grind_env.envs.blocks.step import Choices, block_stroking, draw_coming, floor_of
 from grind_env.envs.gauge import Gauge
+from grind_env.envs.observations import SIZE_NOISE
 from grind_env.envs.step import Work, step_of
 from grind_env.envs.tables import read_shop
+from grind_env.envs.tape import KEY_0, KEY_1, NOISE_FACTOR, TAPER, deviation, read_sigmas, words_of
 from grind_env.kernel import entry
 from grind_env.kernel.columns import column_writer, replacer
 from grind_env.machine.loops.batch import NO_MOTIONS, longest_traverses
@@ -21,16 +23,21 @@ from grind_env.machine.loops.rows import RULES_FROM, read_stroking, write_part, 
 from grind_env.machine.part.gauging import gauge_zones
 from grind_env.process.process import Process
 
+TAPER_NOISE = SIZE_NOISE * 2.0**0.5
+"""um; standard deviation of a taper as gauged, the difference of two sizes."""
+
 write_traverse = column_writer(TraverseCycle, RULES_FROM)
 crossing = replacer(Stroking, "start", "cross_end")
 
 
 class CrossTables(NamedTuple):
-    """What the task is made of, and room for N cycles; the first five as in `Tables`."""
+    """What the task is made of, and room for N cycles; the first seven as in `Tables`."""
 
     kinds: Any
     base: Any
     shops: Any
+    drawn: Any
+    spreads: Any
     cycles: Any
     parameters: Any
     surfaces: Any
@@ -44,7 +51,7 @@ class CrossTables(NamedTuple):
 
 
 class CrossArrays(NamedTuple):
-    """The state of N episodes, as in `simulation.CrossEpisodes`; the first five as in `EpisodeArrays`.
+    """The state of N episodes, as in `simulation.CrossEpisodes`; the first seven as in `EpisodeArrays`.
 
     The depth S in `parts` is that where a part is farthest from its size.
     """
@@ -54,10 +61,10 @@ class CrossArrays(NamedTuple):
     wheels: Any
     parts: Any
     memory: Any
+    source: Any
+    schedule: Any
     taper: Any
     """Of the last parts as gauged, um, shape (N,)."""
-    taper_noise: Any
-    """Of the gauge, um, shape (N, blocks)."""
 
 
 @functools.cache
@@ -107,12 +114,16 @@ def traverses_step(process: Process, gauge: Gauge) -> Callable[..., None]:
         tables: CrossTables, episodes: CrossArrays, choices: Choices, active: Any, results: Any, outcomes: Any
     ) -> None:
         """As for G82 blocks, on parts that are judged where they are worst."""
-        shop = read_shop(tables.shops, 0)
+        shop, sigmas = read_shop(tables.shops, 0), read_sigmas(tables.spreads, 0)
+        source = episodes.source
         for i in active:
             stock = read_stroking(tables.cycles, i).finish
             found = gauge_zones(tables.surfaces[i], stock)
             write_part(episodes.parts, i, PartState(Z=stock, S=stock - 0.001 * found.worst_error, Rs=found.Ra))
-            episodes.taper[i] = found.taper + episodes.taper_noise[i, episodes.block[i]]
+            word, _, _, _ = words_of(source[i, KEY_0], source[i, KEY_1], TAPER, episodes.block[i])
+            spread = source[i, NOISE_FACTOR] * sigmas.measurement * TAPER_NOISE
+            episodes.taper[i] = found.taper + deviation(spread, word)
             settle_one(i, tables, episodes, choices, shop, results, outcomes)
+        draw_coming(tables, episodes, active)
 
     return step_of(Work(CrossTables, CrossArrays, Choices, prepare, grind, settle))

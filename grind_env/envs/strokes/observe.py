@@ -4,11 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from grind_env.envs.blocks.observe import scaled
+from grind_env.envs.blocks.observe import part_rise, scaled
 from grind_env.envs.strokes.readings import StrokeReadings
-from grind_env.envs.strokes.step import PART, kind_of, pick_before, read_strokes, strokes_of
+from grind_env.envs.strokes.step import PART, kind_of, pick_before, read_strokes, row_in_work, strokes_of
 from grind_env.envs.tables import read_memory
-from grind_env.envs.tape import read_row
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_writer
 from grind_env.machine.loops.rows import read_wheel
@@ -26,8 +25,9 @@ def observe_stroke(
     parts: int,
     block: Any,
     wheels: Any,
+    heat: int,
     memory: Any,
-    rows: Any,
+    tape: Any,
     strokes: Any,
     columns: Any,
     offset: Any,
@@ -39,7 +39,7 @@ def observe_stroke(
 ) -> None:
     """Write the observation of episode i; `values`, shape (1, fields of `StrokeReadings`), is overwritten."""
     ahead = block[i] < parts
-    row, done = read_row(rows, i), read_strokes(strokes, i)
+    row, done = row_in_work(tape, block, parts, i), read_strokes(strokes, i)
     wheel, seen = read_wheel(wheels, i), read_memory(memory, i)
     kind = kind_of(kinds, materials, row.material, PART)
     here = 1.0 if ahead else 0.0
@@ -69,11 +69,11 @@ def observe_stroke(
         remaining=(parts - block[i]) / parts,
         wear_flat=wheel.A,
         loading=wheel.lam,
-        waviness=wheel.alw,
         diamond_flat=wheel.wd,
         wheel_volume=wheel.V,
         growth=row.kA,
         pressure=row.pm,
+        part_rise=part_rise(wheels, i, heat, done.made > 0.0),
     )
     write_readings(values, 0, reading)
     for k in range(columns.size):
@@ -87,8 +87,9 @@ def observe_strokes(
     parts: int,
     block: Any,
     wheels: Any,
+    heat: int,
     memory: Any,
-    rows: Any,
+    tape: Any,
     strokes: Any,
     columns: Any,
     offset: Any,
@@ -105,8 +106,9 @@ def observe_strokes(
         parts: of an episode.
         block: number of the coming part.
         wheels: wheel states.
+        heat: column of them with the heat of the part, see `blocks.observe.heat_column`.
         memory: what is remembered.
-        rows: tapes of the coming parts.
+        tape: rows of the coming parts.
         strokes: what is remembered beside.
         columns: index into `StrokeReadings` of each entry, shape (entries,), like the next four.
         offset: of each entry.
@@ -124,8 +126,9 @@ def observe_strokes(
             parts,
             block,
             wheels,
+            heat,
             memory,
-            rows,
+            tape,
             strokes,
             columns,
             offset,

@@ -44,7 +44,7 @@ class StrokeBlock(NamedTuple):
 def coming_stroke(task: Task, episodes: StrokeEpisodes, i: int, speed: float, executions: float) -> StrokeBlock:
     """The stroke that episode i makes next with E `speed` (mm/min) and D `executions`."""
     made, part, pace = int(episodes.strokes[i, MADE]), int(episodes.block[i]), Pace(*episodes.paces[i].tolist())
-    stock, state = float(episodes.tape[i, part, STOCK]), episodes.wheel_and_own(i)
+    stock, state = float(episodes.row(i)[STOCK]), episodes.wheel_and_own(i)
     drive = Drive(*episodes.strokes[i, DRIVE].tolist()) if made else Drive(1.0, task.machine.reversal_dwell)
     return StrokeBlock(task.kinds[0], part, stock, made, float(speed), int(executions), pace, drive, *state)
 

@@ -6,7 +6,7 @@ Names, scales and noise are those of `observations` wherever they mean the same.
 from typing import NamedTuple
 
 from grind_env.belief.sensor import POWER_NOISE, POWER_NOISE_FLOOR, POWER_RANGE
-from grind_env.envs.observations import Reading, constant_readings, readings
+from grind_env.envs.observations import PART_RISE, Reading, constant_readings, readings
 from grind_env.envs.tasks import Task
 
 
@@ -32,11 +32,11 @@ class StrokeReadings(NamedTuple):
     remaining: float
     wear_flat: float
     loading: float
-    waviness: float
     diamond_flat: float
     wheel_volume: float
     growth: float
     pressure: float
+    part_rise: float
 
 
 MEASURED = StrokeReadings._fields.index("wear_flat")
@@ -65,7 +65,7 @@ def stroke_readings(task: Task, *, full: bool) -> tuple[Reading, ...]:
         Reading("growth", "", 1.0, 1.0, -1.0, 10.0, "hidden", "factor on wear-flat growth"),
         Reading("pressure", "", 1.0, 1.0, -1.0, 10.0, "hidden", "factor on wear-flat pressure"),
     ]  # fmt: skip
-    known = {entry.name: entry for entry in (*readings(task, full=True), *own)}
+    known = {entry.name: entry for entry in (*readings(task, full=True), PART_RISE, *own)}
     names = StrokeReadings._fields if full else StrokeReadings._fields[:MEASURED]
     # the pick of a stroke changes: spark-out has none
     constant = constant_readings(task).keys() - {"pick"}

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.envs.blocks.program import job
-from grind_env.envs.blocks.simulation import BlockSimulation, room_for
+from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.contexts import CONTEXT_FACTORS, Given
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.gauge import Gauge
@@ -28,7 +28,7 @@ from grind_env.process.process import Process
 from grind_env.render.view import View
 
 STOCK = TapeRow._fields.index("stock")
-ENDS, LOAD = KindRow._fields.index("ends_part"), KindRow._fields.index("load")
+ENDS, WAIT = KindRow._fields.index("ends_part"), KindRow._fields.index("wait")
 
 
 class StrokeSimulation(BlockSimulation):
@@ -40,7 +40,7 @@ class StrokeSimulation(BlockSimulation):
         super().__init__(task, **given)
         within, last = self.kinds.copy(), self.kinds.copy()
         # the loading is counted in the time of the first stroke
-        within[:, LOAD] = last[:, LOAD] = within[:, ENDS] = 0.0
+        within[:, WAIT] = last[:, WAIT] = within[:, ENDS] = 0.0
         self.kinds = np.concatenate([self.kinds, within, last])
         self._most = most_strokes(task)
         self._columns = np.array([StrokeReadings._fields.index(entry.name) for entry in self.entries])
@@ -48,22 +48,16 @@ class StrokeSimulation(BlockSimulation):
     def restart_all(
         self, episodes: Episodes, index: Sequence[int], rngs: Sequence[np.random.Generator], given: Sequence[Given]
     ) -> None:
-        """As `Simulation.restart_all`; the noise of the strokes is drawn after the tape."""
-        mine = _stroke_episodes(episodes)
+        """As `Simulation.restart_all`."""
+        mine, rows = _stroke_episodes(episodes), np.array(index)
         super().restart_all(mine, index, rngs, given)
-        rows = np.array(index)
-        mine.rows[rows] = mine.tape[rows, 0]
         mine.strokes[rows] = mine.plunges[rows] = 0.0
-        for i, rng, each in zip(index, rngs, given, strict=True):
-            rng.standard_normal(out=mine.noise[i])
-            fixed = each.fixed.noise
-            mine.noise[i] *= self.task.spread.measurement if np.isnan(fixed) else fixed
 
     def observe(self, episodes: Episodes) -> NDArray[np.float32]:
         """Observations of the coming strokes, shape (N, entries), float32; zeros for what is not after the last one."""
         mine = _stroke_episodes(episodes)
         observations = np.empty((len(mine.block), len(self.entries)), np.float32)
-        state = mine.block, mine.wheels, mine.memory, mine.rows, mine.strokes
+        state = mine.block, mine.wheels, self._heat, mine.memory, mine.tape, mine.strokes
         shown = self._columns, *self._scaling[1:], observations
         observe_strokes(self.kinds, self._materials, self.task.blocks, *state, *shown)
         return observations
@@ -87,7 +81,7 @@ class StrokeSimulation(BlockSimulation):
 
     def view(self, episodes: Episodes, i: int, blocks: Sequence[Any], outcomes: Sequence[Outcome]) -> View:
         """As `Simulation.view`."""
-        kind, stocks = self.task.kinds[0], episodes.tape[i, :, STOCK].tolist()
+        kind, stocks = self.task.kinds[0], self.tape(episodes, i)[:, STOCK].tolist()
         strokes = sum(self.task.strokes(kind, stock) for stock in stocks)
         return in_strokes(super().view(episodes, i, blocks, outcomes), strokes)
 
@@ -106,24 +100,19 @@ class StrokeSimulation(BlockSimulation):
         *others, _ = super()._tables(n)  # parameters of a part stay from stroke to stroke, in the episodes
         return tuple(others)
 
-    def room(self, n: int) -> StrokeEpisodes:
+    def room(self, n: int, *, whole: bool = True) -> StrokeEpisodes:
         """As `Simulation.room`."""
         return StrokeEpisodes(
-            **room_for(n, self.task.blocks, self._own),
-            rows=np.empty((n, len(TapeRow._fields))),
+            **self._room(n, whole),
             strokes=np.empty((n, len(StrokeMemory._fields))),
             paces=np.empty((n, len(Pace._fields))),
             plunges=np.empty((n, len(Plunges._fields))),
             parameters=np.empty((n, self.branches.base.shape[1])),
-            noise=np.empty((n, self._most)),
         )
 
 
 def most_strokes(task: Task) -> int:
-    """Strokes of an episode whose parts all have the greatest stock that a context can fix.
-
-    The count of random numbers depends on the task only, never on what they turn out to be or on what is given.
-    """
+    """Strokes of an episode whose parts all have the greatest stock that a context can fix."""
     kind = task.kinds[0]
     return task.blocks * (int(CONTEXT_FACTORS["stock"].high * kind.stock / kind.pick) + kind.sparkout + 2)
 

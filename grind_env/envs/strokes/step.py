@@ -16,7 +16,16 @@ from grind_env.envs.blocks.settling import (
     truth_of,
     with_powers,
 )
-from grind_env.envs.blocks.step import DIAMETER, NEW_PART, WEAR, Choices, stroking_of, write_factored, write_plunge
+from grind_env.envs.blocks.step import (
+    DIAMETER,
+    NEW_PART,
+    WEAR,
+    Choices,
+    draw_coming,
+    stroking_of,
+    write_factored,
+    write_plunge,
+)
 from grind_env.envs.gauge import Gauge, Shown
 from grind_env.envs.step import Work, step_of
 from grind_env.envs.strokes import rules
@@ -32,7 +41,19 @@ from grind_env.envs.tables import (
     write_memory,
     write_outcome,
 )
-from grind_env.envs.tape import read_row, write_row
+from grind_env.envs.tape import (
+    BLOCKS,
+    KEY_0,
+    KEY_1,
+    NOISE_FACTOR,
+    STROKE,
+    TapeRow,
+    deviation,
+    place_of,
+    read_row,
+    read_sigmas,
+    words_of,
+)
 from grind_env.kernel import entry, inlined, inlined_rule
 from grind_env.kernel.columns import column_reader, column_writer, replacer
 from grind_env.machine.loops.batch import NO_MOTIONS
@@ -92,22 +113,21 @@ class StrokeTables(NamedTuple):
     kinds: Any
     base: Any
     shops: Any
+    drawn: Any
+    spreads: Any
     cycles: Any
 
 
 class StrokeArrays(NamedTuple):
-    """The state of N episodes, as in `simulation.StrokeEpisodes`; the first five as in `EpisodeArrays`."""
+    """The state of N episodes, as in `simulation.StrokeEpisodes`; the first seven as in `EpisodeArrays`."""
 
     tape: Any
     block: Any
     wheels: Any
     parts: Any
     memory: Any
-    rows: Any
-    """Tape of the part in work or coming, at the end of the last one, shape (N, fields of `TapeRow`).
-
-    A copy: the rows of episodes at different parts lie scattered on the tape, and each costs a wait for the memory.
-    """
+    source: Any
+    schedule: Any
     strokes: Any
     """Shape (N, fields of `StrokeMemory`)."""
     paces: Any
@@ -116,8 +136,6 @@ class StrokeArrays(NamedTuple):
     """Power readings of the latest full plunges, shape (N, fields of `Plunges`)."""
     parameters: Any
     """Of the part in work, shape (N, fields of `StrokeParameters`)."""
-    noise: Any
-    """Of the power reading of every stroke, standard normal times a factor, shape (N, strokes)."""
 
 
 TORQUE, CLOCK = Tally._fields.index("peak_torque"), ShopMemory._fields.index("clock")
@@ -130,6 +148,13 @@ read_drive = column_reader(Drive, StrokeMemory._fields.index("share"))
 write_drive = column_writer(Drive, StrokeMemory._fields.index("share"))
 with_noise = replacer(Shown, "peak_power")
 gone_on = replacer(StrokeMemory, "made", "all_made", "torque", "rise", "noise")
+
+
+@inlined
+def row_in_work(tape: Any, block: Any, parts: int, i: int) -> TapeRow:
+    """The row of the part in work or coming of episode i, at the end that of the last one of so many `parts`."""
+    row: TapeRow = read_row(tape[i], place_of(min(block[i], parts - 1), tape.shape[1]))
+    return row
 
 
 @inlined
@@ -154,22 +179,23 @@ def strokes_step(process: Process, gauge: Gauge) -> Callable[..., None]:
 
         In its result, a spindle that has stalled on the part is noted.
         """
-        row, done = read_row(episodes.rows, i), read_strokes(episodes.strokes, i)
+        place = place_of(episodes.block[i], episodes.tape.shape[1])
+        row, done = read_row(episodes.tape[i], place), read_strokes(episodes.strokes, i)
         made = done.made
         results[i, TORQUE] = done.torque if done.torque >= STALL else 0.0
         kind = kind_of(tables.kinds, int(shop.materials), row.material, PART)
         wheels, parameters = episodes.wheels, episodes.parameters
         if made == 0.0:
-            write_factored(parameters, i, tables.base, int(row.material), episodes.tape, episodes.block[i], False)
+            write_factored(parameters, i, tables.base, int(row.material), episodes.tape, place, False)
             write_part(episodes.parts, i, NEW_PART)
-            pass_time(wheels, parameters, i, kind.load, True)
+            pass_time(wheels, parameters, i, kind.wait, True)
             wheels[i, WEAR] = 0.0  # touched off on the new part
-            number, clock = float(episodes.block[i]), episodes.memory[i, CLOCK] + kind.load
+            number, clock = float(episodes.block[i]), episodes.memory[i, CLOCK] + kind.wait
             moment = Moment(number=number, seconds=clock, place=0.5 * kind.length, E=E)
             write_drive(episodes.strokes, i, before(wheels, parameters, i, shop.dwell, moment))
         drive = read_drive(episodes.strokes, i)
         table = TableRun(length=kind.stroke, acceleration=shop.acceleration, dwell=drive.dwell)
-        reached, waited = drive.share * E, kind.load
+        reached, waited = drive.share * E, kind.wait
         if made > 0.0:
             pick = pick_before(made, row.stock, kind.pick)
             turn = next_turn(table, read_pace(episodes.paces, i), pick, reached, D > 0.0)
@@ -200,7 +226,7 @@ def strokes_step(process: Process, gauge: Gauge) -> Callable[..., None]:
         """Write what the stroke of episode i has cost and shown, and go on to the next one or to the next part."""
         kinds, materials = tables.kinds, int(shop.materials)
         tape, block = episodes.tape, episodes.block
-        row, done = read_row(episodes.rows, i), read_strokes(episodes.strokes, i)
+        row, done = read_row(tape[i], place_of(block[i], tape.shape[1])), read_strokes(episodes.strokes, i)
         result, old, part = read_tally(results, i), read_memory(episodes.memory, i), read_part(episodes.parts, i)
         kind = kind_of(kinds, materials, row.material, PART)
         last = done.made + 1.0 >= strokes_of(row.stock, kind.pick, kind.sparkout)
@@ -212,7 +238,7 @@ def strokes_step(process: Process, gauge: Gauge) -> Callable[..., None]:
         # heat that later strokes grind off is shown, but does not count
         rise = counted if last else result.plunge_rise
         handover, wheel = 0.0, read_wheel(episodes.wheels, i)
-        if last and block[i] + 1 == tape.shape[1]:
+        if last and block[i] + 1 == episodes.source[i, BLOCKS]:
             p = read_parameters(episodes.parameters, i)
             handover = handover_of(wheel, dress_lead(wheel, shop.dress_feed, p), shop, p)
         outcome = outcome_of(kind, row, shop, part, result, old, size_error, rise, good, 0.0, handover)
@@ -235,19 +261,16 @@ def strokes_step(process: Process, gauge: Gauge) -> Callable[..., None]:
         write_memory(episodes.memory, i, new_memory)
         made, torque, counted = (0.0, 0.0, 0.0) if last else (done.made + 1.0, torque, counted)
         write_strokes(episodes.strokes, i, gone_on(done, (made, done.all_made + 1.0, torque, counted, 0.0)))
-        if last:
-            block[i] += 1
-            if block[i] < tape.shape[1]:
-                write_row(episodes.rows, i, read_row(tape[i], block[i]))
+        block[i] += 1 if last else 0
 
     @entry
     def prepare(tables: StrokeTables, episodes: StrokeArrays, choices: Choices, active: Any, results: Any) -> None:
         """Write the cycles of the coming strokes; D is their pre-dress."""
-        shop, strokes = read_shop(tables.shops, 0), episodes.strokes
+        shop, sigmas = read_shop(tables.shops, 0), read_sigmas(tables.spreads, 0)
+        strokes, source = episodes.strokes, episodes.source
         for i in active:
-            # in a loop with nothing else in it, since every number lies where the memory has to be waited for
-            strokes[i, NOISE] = episodes.noise[i, int(strokes[i, ALL_MADE])]
-        for i in active:
+            word, _, _, _ = words_of(source[i, KEY_0], source[i, KEY_1], STROKE, int(strokes[i, ALL_MADE]))
+            strokes[i, NOISE] = deviation(source[i, NOISE_FACTOR] * sigmas.measurement, word)
             prepare_stroke(i, tables, episodes, choices.speeds[i], choices.executions[i], shop, results)
 
     @entry
@@ -265,5 +288,6 @@ def strokes_step(process: Process, gauge: Gauge) -> Callable[..., None]:
         shop = read_shop(tables.shops, 0)
         for i in active:
             settle_stroke(i, tables, episodes, choices.speeds[i], choices.executions[i], shop, results, outcomes)
+        draw_coming(tables, episodes, active)
 
     return step_of(Work(StrokeTables, StrokeArrays, Choices, prepare, grind, settle, TOGETHER))

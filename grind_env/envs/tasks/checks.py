@@ -6,6 +6,7 @@ from grind_env.control.rules import motion_time, picks_to
 from grind_env.envs.tasks.numbers import TaskNumbers
 from grind_env.envs.tasks.tables import Kind, TaskError
 from grind_env.errors import quoted, shortened
+from grind_env.machine.dress.wheel_body import half_chord
 from grind_env.process.state import StrokeParameters
 from grind_env.process.tables import refuse_unknown, wrong
 from grind_env.process.user_catalogue import entry_of
@@ -48,6 +49,8 @@ def check_whole(task: TaskNumbers) -> None:
         _check_crossing(task)
     for kind in task.kinds:
         _check_strokes(task, kind)
+        if task.cycle == "G82":
+            _check_clear(task, kind)
     _check_start(task)
 
 
@@ -91,6 +94,20 @@ def _check_strokes(task: TaskNumbers, kind: Kind) -> None:
                 key,
                 pick,
             )
+
+
+def _check_clear(task: TaskNumbers, kind: Kind) -> None:
+    """Refuse an overrun so short that the wheel would grind the part before the G82, which begins at the first pick."""
+    diameter, overrun = task.wheel.diameter, task.setup.overrun
+    # the first pick goes no deeper than the stock, of which a part with a spread may have any
+    first = kind.pick if task.spread.stock > 0.0 else min(kind.pick, kind.stock)
+    least = math.ceil(1000.0 * half_chord(0.5 * diameter, first)) / 1000.0
+    if overrun < least:
+        way = (
+            f"the {diameter:g} mm wheel grinds the part as it comes down beside it, {first:g} mm deep in its first pick"
+        )
+        legal = f"at least {least:.3f} mm, or {way}"
+        raise wrong("setup.overrun", overrun, legal, TaskError)
 
 
 def _check_infeeds(task: TaskNumbers) -> None:

@@ -35,7 +35,8 @@ class Task(TaskNumbers):
         name: of its file.
         title: the job in a few words.
         blocks: cycle blocks of an episode.
-        reference_cost: cost of a block that a reward of -1 stands for.
+        reference_cost: cost of a block that a reward of -1 stands for; 0 for that of the cheapest of some fixed plans,
+            which the simulation of the task finds out.
         action: what an action can choose.
         setup: wheel, dresser, fluid and machine.
         dress: the dress program.
@@ -61,7 +62,7 @@ class Task(TaskNumbers):
     name: str
     title: str
     blocks: Annotated[int, Quantity("", "", 1, 10_000)]
-    reference_cost: Annotated[float, Quantity("", "$", 1e-4, 1e9)]
+    reference_cost: Annotated[float, Quantity("", "$", 0, 1e9)] = 0.0
     action: ActionRange = field(default_factory=ActionRange)
     setup: TaskSetup = field(default_factory=TaskSetup)
     dress: Dress = field(default_factory=Dress)

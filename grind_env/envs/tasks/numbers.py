@@ -11,7 +11,7 @@ from grind_env.envs.tasks.tables import ActionRange, Dress, Due, Kind, Orders, S
 from grind_env.errors import did_you_mean, listed, quoted, shortened
 from grind_env.process.catalogue import Catalogue
 from grind_env.process.cost import Limits, Rates
-from grind_env.process.entries import Dresser, Fluid, Machine, Material, Wheel
+from grind_env.process.entries import Dresser, Fluid, Machine, Wheel
 from grind_env.process.parameters import limits_of, rates_of, stroke_parameters
 from grind_env.process.state import StrokeParameters
 from grind_env.process.user_catalogue import entry_of
@@ -119,19 +119,30 @@ class TaskNumbers:
         """Names of all materials of its catalogue, in alphabetical order; numbers of materials count in it."""
         return tuple(sorted(self.catalogue.materials))
 
-    @cached_property
-    def _parameters(self) -> Mapping[str, StrokeParameters]:
-        """Stroke parameters of every material."""
-        return {name: self._parameters_in(material) for name, material in self.catalogue.materials.items()}
-
-    def _parameters_in(self, material: Material) -> StrokeParameters:
-        tools = self.wheel, self.dresser, self.fluid, self.machine
-        p = stroke_parameters(material, *tools, wheel_speed=self.setup.wheel_speed)
-        return p._replace(**{name: getattr(p, name) * factor for name, factor in self.factors.items()})
-
     def parameters(self, kind: Kind) -> StrokeParameters:
         """Stroke parameters of a block kind, with the fixed factors of this task."""
-        return self._parameters[kind.material]
+        part = kind.material, kind.width, kind.height
+        if part not in self._parameters:
+            self._parameters[part] = self._parameters_of(*part)
+        return self._parameters[part]
+
+    @cached_property
+    def _parameters(self) -> dict[tuple[str, float, float], StrokeParameters]:
+        """Those that have been asked for, by material, width and height."""
+        return {}
+
+    def _parameters_of(self, material: str, width: float, height: float) -> StrokeParameters:
+        p = stroke_parameters(
+            self.catalogue.materials[material],
+            self.wheel,
+            self.dresser,
+            self.fluid,
+            self.machine,
+            wheel_speed=self.setup.wheel_speed,
+            width=width,
+            height=height,
+        )
+        return p._replace(**{name: getattr(p, name) * factor for name, factor in self.factors.items()})
 
     def limits(self, kind: Kind) -> Limits:
         """Limits of a good part of that kind."""
@@ -187,8 +198,12 @@ class TaskNumbers:
         return motion_time(self.stroke_length(kind), vw, self.machine.acceleration) + self.machine.reversal_dwell
 
     def nominal_seconds(self, kind: Kind, speed: float) -> float:
-        """Time of a block of nominal stock at E `speed` (m/min) without a dress, s; a first one with its loading."""
-        stroke, load = self.stroke_seconds(kind, speed), self.setup.load if kind.starts_part else 0.0
+        """Time of a block of nominal stock at E `speed` (m/min) without a dress, with what comes before it, s."""
+        stroke, wait = self.stroke_seconds(kind, speed), self.wait_seconds(kind)
         if self.infeed > 0.0:
-            return 60.0 * kind.stock / self.infeed + (2 + kind.sparkout) * stroke + load
-        return self.strokes(kind, kind.stock) * stroke + load
+            return 60.0 * kind.stock / self.infeed + (2 + kind.sparkout) * stroke + wait
+        return self.strokes(kind, kind.stock) * stroke + wait
+
+    def wait_seconds(self, kind: Kind) -> float:
+        """Time before a block of that kind in which its part is loaded or gauged, s."""
+        return self.setup.load if kind.starts_part else self.setup.gauge

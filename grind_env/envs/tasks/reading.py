@@ -21,7 +21,6 @@ tables such as `[material.hard_lot]` with `base = "aisi_52100"` and the values t
 """
 
 import functools
-import math
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
@@ -47,7 +46,6 @@ from grind_env.envs.tasks.tables import (
 from grind_env.errors import GrindError, did_you_mean, quoted
 from grind_env.files import ReadError
 from grind_env.process.catalogue import KINDS, CatalogueError, load_catalogue
-from grind_env.process.cost import dress_cost, running_cost
 from grind_env.process.tables import TomlTable, checked, keys, refuse_missing, refuse_unknown, wrong
 from grind_env.process.user_catalogue import files_of
 from grind_env.toml import TomlError, read_toml
@@ -84,7 +82,7 @@ USUAL_ROUNDS = 30
 DERIVED = {
     "title": "its name",
     "blocks": f"{USUAL_ROUNDS} times the sequence",
-    "reference_cost": "what a block costs at the middle E with one dress, every part good",
+    "reference_cost": "what a block costs by the cheapest of a grid of E and dress interval",
     "sequence": "all kinds in turn",
 }
 """What keys of `PLAIN` without a default are if a file leaves them out."""
@@ -244,10 +242,7 @@ def _task(path: Path, document: TomlTable) -> Task:
         values.setdefault("sequence", tuple(kind.name for kind in kinds))
     rounds = len(values["sequence"]) if isinstance(values.get("sequence"), tuple) else max(len(kinds), 1)
     values.setdefault("blocks", USUAL_ROUNDS * max(rounds, 1))
-    priced = "reference_cost" in values
-    values.setdefault("reference_cost", 1.0)
-    task = Task(name=path.stem, kinds=kinds, catalogue=catalogue, file=str(path), **given, **values)
-    return task if priced else replace(task, reference_cost=usual_cost(task))
+    return Task(name=path.stem, kinds=kinds, catalogue=catalogue, file=str(path), **given, **values)
 
 
 def _kind(number: int, table: object) -> Kind:
@@ -269,21 +264,3 @@ def _unchanging(value: Any) -> Any:
     if isinstance(value, dict):
         return ReadOnly(value)
     return tuple(value) if isinstance(value, list) else value
-
-
-def usual_cost(task: Task) -> float:
-    """What a block costs, $, at the geometric middle of E with one dress execution, if every part is good.
-
-    The mean over the nominal sequence: its time, the wheel volume that grinds the stock off at the reference G-ratio,
-    and the dress of a new wheel.
-    """
-    rates, wheel, dress = task.rates, task.wheel, task.dress
-    speed = math.sqrt(math.prod(task.action.speed_ends))
-    dressing = dress_cost(float(dress.passes), dress.depth, task.dress_seconds, wheel.diameter, wheel.width, rates)
-    sequence = [task.kinds[task.kind_of_block(block)] for block in range(len(task.nominal_sequence))]
-    costs = []
-    for kind in sequence:
-        p = task.parameters(kind)
-        worn = kind.stock * kind.width * kind.length / p.Gref
-        costs.append(running_cost(task.nominal_seconds(kind, speed), worn, 0.0, rates) + dressing)
-    return math.fsum(costs) / len(costs)

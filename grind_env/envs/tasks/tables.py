@@ -10,6 +10,7 @@ from typing import Annotated
 
 from grind_env.process.catalogue import USUAL
 from grind_env.process.entries import Quantity
+from grind_env.process.parameters import USUAL_HEIGHT
 from grind_env.process.tables import TableError, check, wrong
 
 SPEED = Quantity("E", "m/min", 1, 60)
@@ -90,8 +91,9 @@ class TaskSetup:
         fluid: name of the coolant.
         machine: name of the machine tool.
         wheel_speed: surface speed of the new wheel.
-        overrun: of the table beyond the part, on each side.
+        overrun: of the table beyond the part, on each side, where the wheel of a G82 has to be clear of it a pick deep.
         load: time to load each part, the way of the wheel to it included.
+        gauge: time to gauge a part between two blocks on it, the way of the wheel off it and back included.
         coolant_ageing: with every part the convection of the coolant falls by the factor exp(-coolant_ageing).
         wheel_overrides: values of the wheel that differ from its entry in the catalogue, in the units there.
         dresser_overrides: the same of the dresser, in the units of its entry.
@@ -106,6 +108,7 @@ class TaskSetup:
     wheel_speed: Annotated[float, Quantity("vs", "m/s", 5, 150)] = 30.0
     overrun: Annotated[float, Quantity("", "mm", 1, 1000)] = 30.0
     load: Annotated[float, Quantity("t_load", "s", 0, 86_400)] = 20.0
+    gauge: Annotated[float, Quantity("t_gauge", "s", 0, 86_400)] = 10.0
     coolant_ageing: Annotated[float, Quantity("", "", 0, 1)] = 0.0
     wheel_overrides: Mapping[str, float] = field(default_factory=ReadOnly)
     dresser_overrides: Mapping[str, float] = field(default_factory=ReadOnly)
@@ -152,6 +155,7 @@ class Kind:
         sparkout: strokes at full depth after the plunges; traverses of a G83.
         width: of the part.
         length: of the part, along the table.
+        height: of the part, by which it warms up and grows.
         scrap: price of a spoilt part, charged with the block that ends it.
         roughness_limit: highest Ra; 0 for none.
         tolerance: on the size error; 0 for none.
@@ -169,6 +173,7 @@ class Kind:
     sparkout: Annotated[int, Quantity("L", "", 0, 1000)] = 2
     width: Annotated[float, Quantity("b", "mm", 0.5, 2000)]
     length: Annotated[float, Quantity("Lw", "mm", 1, 10_000)]
+    height: Annotated[float, Quantity("", "mm", 0.1, 10_000)] = USUAL_HEIGHT
     scrap: Annotated[float, Quantity("", "$", 0, 1e6)] = 50.0
     roughness_limit: Annotated[float, Quantity("Ra", "um", 0, 50)] = 0.0
     tolerance: Annotated[float, Quantity("tol", "um", 0, 1000)] = 0.0

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from grind_env.arrays import Array
 from grind_env.machine.dress.program import DressPlan
 from grind_env.machine.job import Job
 from grind_env.machine.loops.compiled import dress_lead, dress_of, dressed_wheel
@@ -32,6 +33,7 @@ class Mount:
         self._row = np.array([[*[0.0] * OWN_FROM, *job.own_at_start]])
         self.own, self.lived = self._row[:, OWN_FROM:], 0.0
         self._known = True  # its wear, until it grinds on
+        self._left = dict[int, tuple[Array, float]]()  # what is remembered with the part at a station, and up to when
 
     @property
     def diameter(self) -> float:
@@ -56,6 +58,18 @@ class Mount:
             if self._known:
                 self.gauge()
         self.lived = time
+
+    def leave(self, station: int) -> None:
+        """Strokes go over to another part, and may come back to the one at this station."""
+        self._left[station] = self._row.copy(), self.lived
+
+    def come_back(self, station: int, p: StrokeParameters) -> None:
+        """Strokes have come back to the part at a station, which has lain there meanwhile."""
+        row, lived = self._left.pop(station)
+        entries_of(self.job.process).pass_time(row, np.array([p]), 0, self.lived - lived, False)
+        fields = self.job.process.own._fields
+        for name in self.job.process.of_part:
+            self.own[0, fields.index(name)] = row[0, OWN_FROM + fields.index(name)]
 
     def ground(self, wheel: WheelState, lived: float) -> None:
         """Strokes have made it this wheel, up to a time of the job, s."""

@@ -20,7 +20,7 @@ from grind_env.machine.axes import cross_axis, plunge_axis
 from grind_env.process import tables
 from grind_env.process.cost import NO_LIMIT, Limits, Rates
 from grind_env.process.entries import Dresser, Fluid, Machine, Material, Quantity, Wheel
-from grind_env.process.parameters import limits_of, rates_of, stroke_parameters
+from grind_env.process.parameters import USUAL_HEIGHT, limits_of, rates_of, stroke_parameters
 from grind_env.process.process import PROCESS, Process
 from grind_env.process.state import StrokeParameters
 from grind_env.process.tables import TableError
@@ -84,7 +84,8 @@ class Part:
         rise_allowance: temperature rise allowed beyond that which tempers the material, where the surface is
             ground again later; above 0 every plunge counts and not only the last 0.05 mm.
         height: above the table or chuck, before it is ground; the table is taken to lie under all of the travel. None
-            if it is not known: the wheel is then not watched for coming down on the table.
+            if it is not known: the wheel is then not watched for coming down on the table, and the part warms up and
+            grows as one of 20 mm does.
         stages: before the last one: the first M01 at which it has been ground ends the first of them, and so on. The
             last one, up to the M00 or M30 that takes the part off, is judged by the limits above; of heat and power
             only what comes after the stages. Without stages those limits hold for all of its grinding.
@@ -240,12 +241,15 @@ class Times:
 
     Attributes:
         load: from one part to the next until its first cycle starts, travel included.
+        gauge: from an M01, at which the part is gauged, until its next cycle starts, travel included; none of it where
+            the table goes on meanwhile.
         dress_setup: of a dress execution, on top of the motions of its program.
         wheel_change: of putting a new wheel in the place of one that has come below its least diameter, which the
             operator does when the part is taken off or gauged; None if the worn wheel stays.
     """
 
     load: Annotated[float, Quantity("t_load", "s", 0, 86_400)] = 20.0
+    gauge: Annotated[float, Quantity("t_gauge", "s", 0, 86_400)] = 0.0
     dress_setup: Annotated[float, Quantity("t_d0", "s", 0, 86_400)] = 8.0
     wheel_change: Annotated[float | None, Quantity("", "s", 0, 86_400)] = None
 
@@ -433,6 +437,8 @@ class Job:
             setup.machine,
             wheel_speed=setup.wheel_speed,
             constant_surface_speed=setup.constant_surface_speed,
+            width=self.part.width,
+            height=USUAL_HEIGHT if self.part.height is None else self.part.height,
         )
 
     @cached_property

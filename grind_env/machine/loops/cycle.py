@@ -87,7 +87,7 @@ class Acts(NamedTuple):
 @functools.cache
 def acts_of(process: Process) -> Acts:
     """What a process does in a cycle."""
-    grind, dress_wheel, idle = process.stroke, process.dress, idle_of(process)
+    grind, dress_wheel, idle, grown = process.stroke, process.dress, idle_of(process), grown_of(process)
 
     @inlined
     def advance(
@@ -102,7 +102,8 @@ def acts_of(process: Process) -> Acts:
         tally: Tally,
         k: Any,
     ) -> tuple[WheelState, Any, PartState, Tally, StrokeResult]:
-        wheel, own, stroke = grind(wheel, own, part.S, part.Rs, wheel_depth(Z, tally), b, k, whole_ms(seconds[1]))
+        face = wheel_depth(Z, tally) + grown(own, k)
+        wheel, own, stroke = grind(wheel, own, part.S, part.Rs, face, b, k, whole_ms(seconds[1]))
         deeper = Z - part.Z
         finishing = stroking.finish - Z <= FINISHING_DEPTH + DEPTH_TOLERANCE
         plunge, full = reached + DEPTH_TOLERANCE < Z, stroking.full_plunge <= deeper
@@ -142,6 +143,16 @@ def idle_of(process: Process) -> Callable[..., Any]:
 @inlined
 def _unchanged(wheel: WheelState, own: Any, p: StrokeParameters, seconds: float, loads: bool) -> tuple[WheelState, Any]:
     return wheel, own
+
+
+def grown_of(process: Process) -> Callable[..., Any]:
+    """Compiled `grown` of a process; nothing where there is none."""
+    return _nothing if process.grown is None else process.grown
+
+
+@inlined
+def _nothing(own: Any, k: Any) -> float:
+    return 0.0
 
 
 @inlined

@@ -14,7 +14,7 @@ from grind_env.arrays import Array
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader, column_writer, lane_reader, lane_writer
 from grind_env.machine.loops.courses import Course
-from grind_env.machine.loops.cycle import PartState, Stroking, acts_of, measured, stroke_seconds
+from grind_env.machine.loops.cycle import PartState, Stroking, acts_of, grown_of, measured, stroke_seconds
 from grind_env.machine.loops.rows import (
     OWN_FROM,
     RULES_FROM,
@@ -94,7 +94,7 @@ def _loops(course: Course, process: Process, surface_of: Callable[[Buffer], Surf
     )
     read_cycle = column_reader(course.cycle, RULES_FROM)
     read_own, write_own = column_reader(process.own, OWN_FROM), column_writer(process.own, OWN_FROM)
-    constants, (advance, dress) = process.constants, acts_of(process)
+    constants, grown, (advance, dress) = process.constants, grown_of(process), acts_of(process)
     begin, after_reversal, finished = course.begin, course.after_reversal, course.finished
     depth, edge, lost, find, gauged = course.depth, course.edge, course.lost, course.find, course.gauged
 
@@ -103,7 +103,7 @@ def _loops(course: Course, process: Process, surface_of: Callable[[Buffer], Surf
         """Where the coming stroke of a lane lies."""
         stroking, progress = get_stroking(rows, lane), get_progress(rows, lane)
         near, Z = edge(stroking, progress), depth(stroking, get_cycle(rows, lane), progress)
-        face = wheel_depth(Z, get_tally(rows, lane))
+        face = wheel_depth(Z, get_tally(rows, lane)) + grown(get_own(rows, lane), get_held(rows, lane))
         return Place(Z=Z, depth=face, edge=near, end=near + get_parameters(rows, lane).bs)
 
     @inlined
@@ -252,7 +252,7 @@ def _loops(course: Course, process: Process, surface_of: Callable[[Buffer], Surf
             while not finished(cycle, progress):
                 seconds = stroke_seconds(stroking, progress.reversal)
                 near, Z = edge(stroking, progress), depth(stroking, cycle, progress)
-                place = Place(Z=Z, depth=wheel_depth(Z, tally), edge=near, end=near + p.bs)
+                place = Place(Z=Z, depth=wheel_depth(Z, tally) + grown(own, k), edge=near, end=near + p.bs)
                 wheel, own, part, tally, stroke, b = advance_one(
                     surfaces, i, place, stroking, seconds, wheel, own, part, tally, k
                 )

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader, column_writer, replacer
+from grind_env.machine.loops.cycle import grown_of
 from grind_env.process.equations import INITIAL_ROUGHNESS, surface_roughness
 from grind_env.process.process import Process, whole_ms
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
@@ -131,7 +132,7 @@ def ground(zone: Zone, under: bool, cut: bool, tip: float, Z: float, ae: float, 
     It took `ae`, mm, off what was in the cut, and left `Rg`, um; `tip` is the depth of the wheel face, mm.
     """
     S = zone.S + ae if cut else zone.S
-    Rs = surface_roughness(zone.Rs, Rg, ae, cut & (tip > zone.S))
+    Rs = surface_roughness(zone.Rs, Rg, ae if cut else 0.0, tip - zone.S if cut else 0.0)
     reached = max(zone.reached, Z) if under else zone.reached
     return left_on(zone, (S, Rs, reached))
 
@@ -142,9 +143,9 @@ def _strip(S: Strips, Rs: Strips, reached: Strips, i: int) -> Zone:
 
 
 @functools.cache
-def strips_of(process: Process) -> Callable[..., tuple[WheelState, StrokeResult, float, bool]]:
+def strips_of(process: Process) -> Callable[..., tuple[WheelState, StrokeResult, float, bool, float]]:
     """The compiled stroke of a process over strips, `grind_strips`."""
-    grind, constants = process.stroke, process.constants
+    grind, constants, grown = process.stroke, process.constants, grown_of(process)
     read_own, write_own = column_reader(process.own), column_writer(process.own)
 
     @entry
@@ -163,7 +164,7 @@ def strips_of(process: Process) -> Callable[..., tuple[WheelState, StrokeResult,
         depth: float,
         own: NDArray[Any],
         seconds: float,
-    ) -> tuple[WheelState, StrokeResult, float, bool]:
+    ) -> tuple[WheelState, StrokeResult, float, bool, float]:
         """One stroke over the strips `first` to `last - 1` of a part, which the wheel covers.
 
         Args:
@@ -183,9 +184,12 @@ def strips_of(process: Process) -> Callable[..., tuple[WheelState, StrokeResult,
             seconds: up to the next stroke, s.
 
         Returns:
-            The wheel after the stroke, the stroke, the engaged width in mm, and whether the wheel went deeper
-            into a strip than before.
+            The wheel after the stroke, the stroke, the engaged width in mm, whether the wheel went deeper into a strip
+            than before, and by how much the part stood higher than when it was cold, mm.
         """
+        before, held = read_own(own, 0), constants(p, vw, Lw)
+        higher = grown(before, held)
+        depth += higher
         contact = contact_at(depth - wheel.W)
         for i in range(S.size):
             contact = beneath(contact, _strip(S, Rs, reached, i), (first <= i) & (i < last))
@@ -193,13 +197,12 @@ def strips_of(process: Process) -> Callable[..., tuple[WheelState, StrokeResult,
             zone = _strip(S, Rs, reached, i)
             contact = joined(contact, zone, in_cut(contact, zone, True))
         b, S_mean, Rs_mean = cut_surface(contact, width)
-        held = constants(p, vw, Lw)
-        after, left, stroke = grind(wheel, read_own(own, 0), S_mean, Rs_mean, depth, b, held, whole_ms(seconds))
+        after, left, stroke = grind(wheel, before, S_mean, Rs_mean, depth, b, held, whole_ms(seconds))
         write_own(own, 0, left)
         for i in range(first, last):
             zone = _strip(S, Rs, reached, i)
             zone = ground(zone, True, in_cut(contact, zone, True), contact.tip, Z, stroke.ae, stroke.Rg)
             S[i], Rs[i], reached[i] = zone.S, zone.Rs, zone.reached
-        return after, stroke, b, contact.reached + DEPTH_TOLERANCE < Z
+        return after, stroke, b, contact.reached + DEPTH_TOLERANCE < Z, higher
 
     return grind_strips

@@ -20,7 +20,7 @@ class Place(NamedTuple):
     Z: float
     """Depth at which it is programmed."""
     depth: float
-    """Depth at which the wheel passes."""
+    """Depth at which the wheel passes, into a part that may have grown."""
     edge: float
     """Cross coordinate of the wheel's edge on the minus side."""
     end: float

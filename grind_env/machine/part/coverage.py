@@ -47,8 +47,9 @@ class Coverage:
             self._short[place] = max(self._short.get(place, 0.0), Z)
 
     def least(self) -> Strips:
-        """Depth of each strip where it has been reached least, mm; 0 where a place of it has not been reached."""
-        least: Strips = self._depths().min(axis=1)
+        """Depth of each strip where it has been reached least, mm; infinite where it has been reached alike."""
+        depths = self._depths()
+        least: Strips = np.where(np.ptp(depths, axis=1) > 0.0, depths.min(axis=1), np.inf)
         return least
 
     def least_between(self, first: int, last: int, ends: tuple[float, float]) -> float:

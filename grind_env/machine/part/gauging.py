@@ -35,7 +35,8 @@ def gauge(depths: Strips, roughness: Strips, stock: float, least: Strips | None 
         depths: ground off each strip or groove, mm.
         roughness: of each, um.
         stock: what is to be off, mm.
-        least: depth to which strokes have been where a strip has been reached least, mm; None for grooves.
+        least: depth to which strokes have been where a strip has been reached least, mm, infinite where it has been
+            reached alike; None for grooves.
     """
     S = float(depths.mean())
     error, taper = 1000.0 * (stock - S), 1000.0 * float(depths.max() - depths.min())

@@ -69,7 +69,7 @@ class Grooves:
         """In the order in which they were begun."""
         return iter(self._grooves.values())
 
-    def grind(self, mount: Mount, event: Infeed, p: StrokeParameters) -> tuple[StrokeResult, float] | None:
+    def grind(self, mount: Mount, event: Infeed, p: StrokeParameters) -> tuple[StrokeResult, float, float] | None:
         """One infeed of the wheel.
 
         Args:
@@ -78,7 +78,8 @@ class Grooves:
             p: parameters.
 
         Returns:
-            The cut, and the engaged width in mm; None if it goes no deeper than before.
+            The cut, the engaged width, and by how much the part stood higher than when it was cold, both mm; None if
+            it goes no deeper than before.
         """
         Z, direction = infeed_depth(event, self.surface), _direction(event)
         place = tuple(round(x, PLACE_DECIMALS) for axis, x in enumerate(event.end) if axis != event.axis)
@@ -91,10 +92,10 @@ class Grooves:
         width = self._engaged(direction, place, Z)
         surface = groove.S, groove.Rs, groove.reached, 0, 1
         lies, before = (Z, vw, width, self.length, p, Z, mount.own, event.seconds), mount.present(p)
-        wheel, stroke, b, _ = strips_of(mount.job.process)(before, *surface, *lies)
+        wheel, stroke, b, _, grown = strips_of(mount.job.process)(before, *surface, *lies)
         mount.ground(wheel, mount.lived + event.seconds)
         groove.plunges.append((Z, stroke.T))
-        return stroke, b
+        return stroke, b, grown
 
     def _engaged(self, direction: Direction, place: Place, Z: float) -> float:
         """Width that the wheel cuts at depth `Z`, mm: all but what the nearest groove so deep has cut before."""

@@ -46,6 +46,8 @@ class Pass(NamedTuple):
     stroke: StrokeResult
     b: float
     """Engaged width, mm."""
+    grown: float
+    """By how much the part stood higher than when it was cold, mm."""
     Lw: float
     """Ground length, mm."""
     plunged: bool
@@ -103,7 +105,8 @@ class PartRun:
         self._grooves = Grooves(job.part.surface, job.part.length, job.setup.wheel.width)
         self._plunges: list[tuple[float, float]] = []
         self._earlier, self._earlier_power, self._earlier_torque = 1.0, 0.0, 0.0  # in the stages before
-        self._wear = 0.0  # of the wheel, not yet gauged, in the last stroke or infeed at full depth, mm
+        # in the last stroke or infeed at full depth: wear of the wheel that was not yet gauged, growth of the part, mm
+        self._wear = self._grown = 0.0
         self._left, self._excess = math.inf, 0.0  # of the tally when nothing is left of the wheel, and beyond it, mm3
 
     @property
@@ -175,9 +178,11 @@ class PartRun:
         mount.ground(wheel, lived)
         Z, over = rows["Z"], rows["Lw"] > 0.0
         self.deepest = max((self.deepest, *Z[over].tolist()))
-        finishing = np.flatnonzero(over & (self.deepest - DEPTH_TOLERANCE <= Z))
+        # a part that cools below a wheel that does not come deeper is what the last cut has left it
+        finishing = np.flatnonzero(over & (self.deepest - DEPTH_TOLERANCE <= Z) & (rows["ae"] > 0.0))
         if finishing.size:
-            self._wear = float(rows["W"][finishing[-1]] - rows["dw"][finishing[-1]])
+            last_one = rows[finishing[-1]]
+            self._wear, self._grown = float(last_one["W"] - last_one["dw"]), float(last_one["grown"])
         self._plunges += zip(Z[plunged].tolist(), rows["T"][plunged].tolist(), strict=True)
         if not (first_way.whole and later_way.whole):
             for k in np.flatnonzero(over).tolist():
@@ -233,9 +238,10 @@ class PartRun:
         before = mount.present(self.p)
         cut = self._grooves.grind(mount, event, self.p) if grinds else None
         if cut is None:
-            return self._counted(Pass(IDLE, 0.0, 0.0, plunged=False), event.seconds)
-        self._wear = before.W
-        return self._counted(Pass(*cut, self._grooves.length, plunged=True), event.seconds)
+            return self._counted(Pass(IDLE, 0.0, 0.0, 0.0, plunged=False), event.seconds)
+        done = Pass(*cut, self._grooves.length, plunged=True)
+        self._wear, self._grown = before.W, done.grown
+        return self._counted(done, event.seconds)
 
     def _counted(self, done: Pass, seconds: float) -> Pass:
         self.tally = count_stroke(self.tally, done.stroke, seconds, done.plunged, self.p.stall_time)
@@ -326,13 +332,14 @@ class PartRun:
         return np.concatenate([groove.S for groove in grooves]), np.concatenate([groove.Rs for groove in grooves])
 
     @property
-    def size_shares(self) -> tuple[float, float, float]:
-        """What of the mean size error is wear of the wheel, what deflection, and what the program leaves, um."""
+    def size_shares(self) -> tuple[float, float, float, float]:
+        """What of the mean size error is wear of the wheel, growth, deflection, and what the program leaves, um."""
         grooves = () if self.strokes else tuple(self._grooves)
         reached = np.concatenate([groove.reached for groove in grooves]) if grooves else self._reached
-        missed = 1000.0 * float(reached.mean() - self._ground()[0].mean())
+        growth = -1000.0 * self._grown
+        missed = 1000.0 * float(reached.mean() - self._ground()[0].mean()) - growth
         wear = min(1000.0 * self._wear, max(missed, 0.0))
-        return wear, missed - wear, 1000.0 * (self.stock - float(reached.mean()))
+        return wear, growth, missed - wear, 1000.0 * (self.stock - float(reached.mean()))
 
     def _surface(self, stock: float) -> Surface:
         """The surface as it is now, if `stock`, mm, is to be off it."""

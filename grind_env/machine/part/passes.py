@@ -116,14 +116,14 @@ def passes_of(process: Process) -> Callable[..., tuple[WheelState, Tally, float]
                 executed += 1
             if k == len(rows):
                 break
-            made, stroke, b, plunged[k] = read_table_stroke(rows, k), IDLE, 0.0, False
+            made, stroke, b, grown, plunged[k] = read_table_stroke(rows, k), IDLE, 0.0, 0.0, False
             wheel, left = idle(wheel, read_own(own, 0), p, made.time - lived, False)
             write_own(own, 0, left)
             lived = made.time + made.seconds
             way = first_way if k == 0 else later_way
             Lw = way.Lw if first[k] < last[k] else 0.0
             if Lw > 0.0:
-                wheel, stroke, b, plunged[k] = grind_strips(
+                wheel, stroke, b, plunged[k], grown = grind_strips(
                     wheel,
                     S,
                     Rs,
@@ -146,10 +146,10 @@ def passes_of(process: Process) -> Callable[..., tuple[WheelState, Tally, float]
                 wheel, left = idle(wheel, left, p, made.seconds, False)
                 write_own(own, 0, left)
             tally = count_stroke(tally, stroke, made.seconds, 0.0, plunged[k], False, False, p.stall_time)
-            made = TableStroke(time=made.time, seconds=made.seconds, E=made.E, Z=made.Z, b=b, Lw=Lw)
+            made = TableStroke(time=made.time, seconds=made.seconds, E=made.E, Z=made.Z, b=b, Lw=Lw, grown=grown)
             write_table_stroke(rows, k, made)
             write_stroke(rows, k, stroke)
-            seen = WheelSeen(A=wheel.A, lam=wheel.lam, V=wheel.V, ds=wheel.ds, alw=wheel.alw, W=wheel.W)
+            seen = WheelSeen(A=wheel.A, lam=wheel.lam, V=wheel.V, ds=wheel.ds, W=wheel.W)
             write_wheel_seen(rows, k, seen)
         return wheel, tally, lived
 

@@ -23,6 +23,8 @@ class TableStroke(NamedTuple):
     """Engaged width, mm."""
     Lw: float
     """Ground length, mm; 0 where the wheel passes beside the part, then b is 0 as well."""
+    grown: float
+    """By how much the part stands higher than when it was cold, mm."""
 
 
 class WheelSeen(NamedTuple):
@@ -32,7 +34,6 @@ class WheelSeen(NamedTuple):
     lam: float
     V: float
     ds: float
-    alw: float
     W: float
 
 

@@ -44,6 +44,7 @@ class ScriptBlock:
         ways: that way, from the secondary and from the primary point where the crossover begins, then where it ends.
         gauged: whether the operator gauges or takes off the part before the next block.
         gauged_on_the_way: whether the operator gauges the part while the table reciprocates on.
+        gauged_at_rest: whether the operator gauges the part, and the table stands.
         stops: M01 met on the way with the part on the machine.
         ends_part: whether the part is taken off, or strokes go over to that of another station.
         loads: whether it would be the first block on parts that are newly loaded, and not on one at another station.
@@ -64,6 +65,7 @@ class ScriptBlock:
     ways: tuple[Way, ...] = ()
     gauged: bool = False
     gauged_on_the_way: bool = False
+    gauged_at_rest: bool = False
     stops: int = 0
     ends_part: bool = False
     loads: bool = True

@@ -167,7 +167,7 @@ class _Writer:
         self.blocks: list[ScriptBlock] = []
         self.ahead: Block | None = None
         self.dresses = DressRuns(programs, job, self.control)
-        self.way, self.unloaded = [0.0, 0.0], False
+        self.way, self.waited = [0.0, 0.0], False
         self.leaving = False  # the part, by an M00 beside which the table has gone on
         self.stopped = False  # by the operator, with the table running
         self.in_dress = False
@@ -196,7 +196,7 @@ class _Writer:
         table = self.execution.table
         if table is not None and self.blocks and not isinstance(event, CycleStart):
             plan = self.blocks[-1].plan
-            if (table.primary, table.secondary, table.feed) != (plan.primary, plan.secondary, plan.feed):
+            if table.refed or (table.primary, table.secondary) != (plan.primary, plan.secondary):
                 raise self._error("the program redirects the table", getattr(event, "line", 0))
         match event:
             case CycleAhead():
@@ -298,7 +298,7 @@ class _Writer:
             self._close()
         else:
             self.approach = sum(self.way)
-            self.way, self.unloaded = [0.0, 0.0], False
+            self.way, self.waited = [0.0, 0.0], False
         if plan.plunge_axis is not None and plan.depth_target > plan.plunge_start:
             raise self._error("its cycle plunges away from the part", plan.line)
         dress = None
@@ -333,7 +333,7 @@ class _Writer:
                 return
             if isinstance(event, Line | Arc):
                 self._require_own_feed(self.feed_ahead if isinstance(event, Line) else None)
-            self.way[self.unloaded] += event.seconds
+            self.way[self.waited] += event.seconds
             return
         if isinstance(event, Line):
             self._require_own_feed(None)
@@ -374,7 +374,7 @@ class _Writer:
             self._close()
         else:
             self.approach = sum(self.way)
-            self.way, self.unloaded = [0.0, 0.0], False
+            self.way, self.waited = [0.0, 0.0], False
         self.ahead, self.fed_by_stroke, self.stopped = block, True, False
         dress = self.blocks[-1].dress if self.blocks else None
         made = ScriptBlock(block, stroke.inch, plan, stroke.start, stroke.end, False, dress, at_secondary=False)
@@ -424,6 +424,9 @@ class _Writer:
             self.blocks[-1].gauged_on_the_way = True
         if not self.blocks[-1].ends_part:
             self.blocks[-1].stops += 1
+            if table is None:
+                self.blocks[-1].gauged_at_rest = True
+                self._wait()
 
     def _let_part_go(self) -> None:
         """The table stands, or another cycle takes it over: as `GrindingRun.let_part_go`."""
@@ -433,13 +436,18 @@ class _Writer:
 
     def _unload(self) -> None:
         if self.blocks and not self.blocks[-1].ends_part:
-            self.blocks[-1].ends_part = self.blocks[-1].gauged = self.unloaded = True
+            self.blocks[-1].ends_part = self.blocks[-1].gauged = True
+            self._wait()
+
+    def _wait(self) -> None:
+        """The operator begins to load the next part or to gauge this one: the way up to here has been gone before."""
+        self.way, self.waited = [sum(self.way), 0.0], True
 
     def _close(self) -> None:
         """The way from the last block to the next one has been gone."""
         if self.blocks:
             self.blocks[-1].ways = (Way(*self.way),)
-        self.way, self.unloaded = [0.0, 0.0], False
+        self.way, self.waited = [0.0, 0.0], False
 
     def _error(self, reason: str, line: int = 0) -> ScriptError:
         return script_error(self.programs, line or (self.blocks[-1].plan.line if self.blocks else 0), reason)

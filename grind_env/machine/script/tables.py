@@ -88,8 +88,8 @@ class BlockRow(NamedTuple):
     """1 if the next cycle takes over the table, else 0."""
     starts_part: float
     """1 if it is the first on its part, else 0."""
-    loads: float
-    """1 if it is the first after parts have been loaded, else 0: of parts at several stations that of the first one."""
+    wait: float
+    """From the stop before it, at which parts are loaded or gauged, until it begins at the earliest, s."""
     ends_part: float
     """1 if the part is taken off after it, else 0."""
     gauged: float
@@ -147,6 +147,8 @@ def tables_of(script: Script) -> ScriptTables:
             first_of_part = number
             job = script.job.of_part(part)
             stages = job.part.stages
+        gauged = number > 0 and script.blocks[number - 1].gauged_at_rest
+        wait = job.times.load if starts and block.loads else job.times.gauge if gauged else 0.0
         beside = _motions_of(block, job)
         reached = max(reached, _deepest(block, job))
         depths.append(_deepest(block, job))
@@ -156,6 +158,7 @@ def tables_of(script: Script) -> ScriptTables:
         limits = job.limits_at(asked)
         rows.append(
             _row(block, job, limits, reached, starts, len(motions) if beside else NO_BLOCK)._replace(
+                wait=wait,
                 judged=float(judged),
                 counts_all=float(asked.rise_allowance > 0.0),
                 stock=asked.stock if ends_stage else 0.0,
@@ -224,7 +227,7 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
         gauged_at=sum(each.seconds for each in block.beside) + INSTANT if block.gauged_on_the_way else math.inf,
         to_secondary=float(block.to_secondary),
         starts_part=float(starts),
-        loads=float(starts and block.loads),
+        wait=0.0,
         ends_part=float(block.ends_part),
         gauged=float(block.gauged),
         judged=0.0,

@@ -17,7 +17,7 @@ from grind_env.policies.choices import Decision, nearest_speed
 from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.instruments import Instruments
 from grind_env.policies.scripted.rules import REFERENCE_AREA
-from grind_env.process.equations import burn_power, burn_ratio, sink_ratio, wheel_speed
+from grind_env.process.equations import burn_power, burn_ratio, conductances, wheel_speed
 from grind_env.process.state import StrokeParameters
 
 
@@ -92,5 +92,6 @@ def _ratios(parameters: Any, kinds: Any, blocks: Any, ratios: Any) -> None:
             vw = 1000.0 * seen.speed / 60.0
             vs = wheel_speed(seen.diameter, p.n, p.vs_set)
             contact = math.sqrt(seen.diameter * seen.pick)
-            line = burn_power(seen.pick * vw, contact, vw, sink_ratio(REFERENCE_AREA, vs, p.krw), p.u0, p.Bm)
+            _, sink = conductances(contact, vw, p.beta, 1.0, REFERENCE_AREA, vs, p.krw)
+            line = burn_power(seen.pick * vw, contact, vw, sink, p.u0, p.Bm)
             ratios[i] = burn_ratio(seen.power / seen.width, line)

@@ -26,7 +26,7 @@ MEMBERS = 8
 HASTE_WIDTH = 0.1
 """Change of the log of work over time left within which a due date turns from safe to lost."""
 
-SECONDS = Outcome._fields.index("seconds")
+SECONDS, SCRAP = (Outcome._fields.index(name) for name in ("seconds", "scrap_cost"))
 SURVIVAL, DRESSES = (ShopMemory._fields.index(name) for name in ("survival", "dresses"))
 ROUGHNESS = TapeRow._fields.index("ra_scale")
 
@@ -58,6 +58,7 @@ class LookAhead:
     Attributes:
         price: of a wheel of reference dullness, in dress executions, by kind of the coming block.
         growth: exponent of that price, by kind likewise.
+        caution: factor on the price of scrap, for few wheels show few of the worst.
         haste: price of time before a due date that is lost, in prices of lateness.
         calm: log of the work over the time left at which a date is half lost.
         layer: price of a dress execution where as many are left as blocks, in wheel changes.
@@ -68,6 +69,7 @@ class LookAhead:
 
     price: tuple[float, ...]
     growth: tuple[float, ...]
+    caution: float = 1.0
     haste: float = 0.0
     calm: float = 0.0
     layer: float = 0.0
@@ -86,9 +88,9 @@ class LookAhead:
         task = simulation.task
         self.simulation, self.belief, self.block = simulation, WheelBelief(MemberModel(simulation), MEMBERS), 0
         self.belief.begin(episodes)
-        # power does not show the roughness that a wheel leaves: the members divide its spread among them
+        # power does not show the roughness that a wheel leaves on a part: the members divide its spread among them
         levels = [NormalDist().inv_cdf((m + 0.5) / MEMBERS) for m in range(MEMBERS)]
-        self.roughness = np.exp(task.spread.wheel_roughness * np.array(levels))
+        self.roughness = np.exp(np.hypot(task.spread.wheel_roughness, task.spread.part_roughness) * np.array(levels))
         self.usual = np.tile(handbook_speeds(task), (episodes, 1))
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
@@ -173,7 +175,8 @@ class LookAhead:
         share = len(before) // len(prices.second)
         second, execution = np.repeat(prices.second, share), np.repeat(prices.execution, share)
         dressed = branches.memory[:, DRESSES] - before
-        return np.asarray(outcomes[:, COST] + second * outcomes[:, SECONDS] + execution * dressed)
+        cost = outcomes[:, COST] + (self.caution - 1.0) * outcomes[:, SCRAP]
+        return np.asarray(cost + second * outcomes[:, SECONDS] + execution * dressed)
 
     def _left_behind(self, branches: Episodes, prices: Prices) -> Array:
         """Price of the wheel that each branch leaves."""

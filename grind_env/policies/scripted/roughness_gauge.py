@@ -18,7 +18,7 @@ from grind_env.policies.scripted.instruments import Instruments
 class RoughnessGauge:
     """Dress and slow down while the last gauged roughness is near its limit.
 
-    The operator takes every third part to the roughness tester and hears of it one part later. A loaded or wavy wheel
+    The operator takes every third part to the roughness tester and hears of it one part later. A loaded wheel
     is dressed, one execution a block as long as the last reading stands above `upper`; the table is turned down in
     proportion to what the reading is above `near`, because a slower table leaves a finer surface.
 

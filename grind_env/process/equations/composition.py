@@ -9,6 +9,8 @@ import math
 
 REFERENCE_GRIT = 0.25
 """mm; mesh 60, where the entries of wheels state what depends on the grit."""
+REFERENCE_GRADE, REFERENCE_GRADE_CBN = 1.2, 4.0
+"""N; force per grain that breaks grain or bond, of alumina of grade J and of vitrified CBN, at the reference grit."""
 REFERENCE_FRACTION = 0.52
 """Grain volume fraction at which they do, about structure number 5."""
 
@@ -36,6 +38,21 @@ def ploughing_share(z: float, st: float) -> float:
 def bond_post_strength(fc: float, z: float) -> float:
     """Force per grain above which grain and bond fracture, N; smaller grits sit on smaller posts [C]."""
     return fc / (z * math.sqrt(z))
+
+
+def hardness(fc: float, reference: float) -> float:
+    """How much harder than the reference grade of its abrasive a wheel is, by the force per grain that breaks it."""
+    return fc / reference
+
+
+def graded_g_ratio(g: float, hard: float) -> float:
+    """G-ratio of a wheel of that grade: a harder one holds its grains longer [trend of Malkin & Cook 1971, mem; C]."""
+    return g * math.sqrt(hard)
+
+
+def graded_renewal(dr: float, hard: float) -> float:
+    """Wear depth that renews its face, mm: what a harder one holds longer it lets dull longer [likewise; C]."""
+    return float(dr * hard**1.35)
 
 
 def grit_roughness(Ra: float, z: float, st: float) -> float:

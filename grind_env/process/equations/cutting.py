@@ -151,9 +151,3 @@ def specific_energy(P_width: float, Q: float) -> float:
 def force_per_grain(Fn: float, C: float, lc: float) -> float:
     """Normal force per active grain, N; `C` in 1/mm2."""
     return Fn / (C * max(lc, SHORTEST_CONTACT))
-
-
-@inlined
-def grinding_stiffness(x: float, b: float, Kn: float, sd: float, sa: float, chip: float, kc: float) -> float:
-    """Tangent stiffness of the cut, dFn/dae, N/mm; arguments as in `cut_root`."""
-    return b * (kc * chip + 0.5 * Kn * sd / (x + sa))

@@ -9,26 +9,18 @@ of them is a temperature rise.
 
 import math
 
-from grind_env.kernel import inlined
+from grind_env.kernel import exp, inlined
 
 BOILING_SPAN = 20.0
 """K; from the first vapour to a film that has boiled off [C on the jump of Shen et al. 2008, 0.24 to 0.92]."""
+CARRYING_SPEED, CARRYING_LENGTH = 30.0, 2.4
+"""m/s and mm; wheel speed and contact length at which fluids state their convection."""
+CARRYING = math.sqrt(CARRYING_LENGTH / CARRYING_SPEED)
+"""(mm s/m)^0.5; over the root of speed over length, its inverse."""
 MOST_TO_CHIPS = 0.45
 """Share of the power that chips carry off at most."""
 NO_SINK = 1e-150
 """Keeps the quotient a number where there is neither heat nor contact; its square is one, too."""
-
-
-@inlined
-def sink_ratio(A: float, vs: float, krw: float) -> float:
-    """Heat that the grains take over what the work takes of theirs, 1/Rws - 1 (Hahn; Rowe) [R].
-
-    Args:
-        A: wear-flat area; the contact of a grain grows with it.
-        vs: wheel speed, m/s.
-        krw: 0.97 kg/(beta sqrt(r0)), (m/s)^0.5.
-    """
-    return krw / math.sqrt((1.0 + 20.8 * A) * vs)
 
 
 @inlined
@@ -41,9 +33,39 @@ def jaeger_factor(lc: float, peclet: float) -> float:
 
 
 @inlined
-def work_conductance(lc: float, vw: float, beta: float, jaeger: float) -> float:
-    """Conductance into the work over the contact length, W/(m2 K) mm [R]; `jaeger` is the square of the factor."""
-    return beta * math.sqrt(vw * lc / jaeger)
+def conductances(
+    lc: float, vw: float, beta: float, jaeger: float, A: float, vs: float, krw: float
+) -> tuple[float, float]:
+    """Conductance into the work, W/(m2 K) mm [R], and that into the grains over it, 1/Rws - 1 (Hahn; Rowe) [R].
+
+    Args:
+        lc: contact length, mm.
+        vw: table speed, mm/s.
+        beta: effusivity of the work.
+        jaeger: square of the temperature factor.
+        A: wear-flat area; the contact of a grain grows with it.
+        vs: wheel speed, m/s.
+        krw: 0.97 kg/(beta sqrt(r0)), (m/s)^0.5.
+    """
+    grains = (1.0 + 20.8 * A) * vs
+    per = 1.0 / (jaeger * grains)
+    return beta * math.sqrt(vw * lc * grains * per), krw * math.sqrt(jaeger * per)
+
+
+@inlined
+def film_conductance(lc: float, vs: float, lam: float, hf: float) -> float:
+    """Conductance into the fluid over the contact length, W/(m2 K) mm: the wheel carries it through the contact.
+
+    A fluid of effusivity beta_f that moves with the wheel has h = 1.13 beta_f sqrt(vs/lc) (fluid wheel) [R, from
+    memory; the dependence on speed and arc: doi 10.1177/0954405413476392]. A loaded wheel carries less [C].
+
+    Args:
+        lc: contact length, mm.
+        vs: wheel speed, m/s.
+        lam: loading.
+        hf: convection at `CARRYING_SPEED` over `CARRYING_LENGTH`, W/(m2 K), times `CARRYING`.
+    """
+    return hf * math.sqrt(vs * lc) * (1.0 - 0.5 * lam)
 
 
 @inlined
@@ -73,9 +95,15 @@ def temperature(heat: float, work: float, film: float, kfilm: float, Tb: float) 
 
 
 @inlined
-def energy_partition(T: float, work: float, P_width: float) -> float:
-    """Share of the power that enters the work; `work` is the conductance into it over the contact length."""
-    return T * work / (1e6 * P_width) if P_width > 0.0 else 0.0
+def heat_flow(T: float, work: float) -> float:
+    """Power per width that enters the work, W/mm; `work` is the conductance into it over the contact length."""
+    return 1e-6 * T * work
+
+
+@inlined
+def energy_partition(flow: float, P_width: float) -> float:
+    """Share of the power that enters the work."""
+    return flow / P_width if P_width > 0.0 else 0.0
 
 
 @inlined
@@ -92,3 +120,27 @@ def burn_power(Q: float, length: float, vw: float, sink: float, u0: float, Bm: f
 def burn_ratio(P_width: float, threshold: float) -> float:
     """Power over the power at which the work burns; 0 of a wheel in the air."""
     return P_width / threshold if threshold > 0.0 else 0.0
+
+
+@inlined
+def part_heating(heat: float, per_vw: float, per_capacity: float) -> float:
+    """Rise of the mean temperature of the part in a stroke, K: the heat that enters it over what it holds.
+
+    Args:
+        heat: power that enters the work while the wheel passes over it, W.
+        per_vw: one over the table speed, s/mm.
+        per_capacity: one over the heat capacity of the part for each mm of its length, K mm/J.
+    """
+    return heat * per_vw * per_capacity
+
+
+@inlined
+def cooled(dT: float, seconds: float, per_tau: float) -> float:
+    """What is left after a while of a rise `dT` of the part, K, under the flood: Newton, tau = rho c H/h [C]."""
+    return dT * exp(-seconds * per_tau)
+
+
+@inlined
+def part_growth(dT: float, swell: float) -> float:
+    """By how much a part stands higher that is `dT` K warmer, mm; `swell` is alpha H, mm/K."""
+    return swell * dT

@@ -2,8 +2,10 @@
 
 import math
 
-from grind_env.kernel import exp, inlined, power
+from grind_env.kernel import exp, inlined, log
 
+NEARLY_NOTHING = 1e-300
+"""Keeps a quotient of two zeros a number."""
 LEAST_DIAMETER = 20.0
 """mm; about the spindle's nose: a wheel this small has nothing left to lose (project decision). What it would lose
 still counts as wear, in the size of the part and in money, so that nothing is gained by wearing a wheel away."""
@@ -40,23 +42,65 @@ def fracture(fg: float, per_fc: float, kf: float) -> float:
 
 
 @inlined
-def settling(V: float, kt: float, per_Vt: float) -> float:
-    """Factor of initial wear after a dress, which dies with the root of the volume [C on wear ~ V^0.6 of CBN, D]."""
-    return 1.0 + kt / math.sqrt(1.0 + V * per_Vt)
+def log_chip_wear(heq: float, mG: float) -> float:
+    """Logarithm of the wear over that at the reference chip thickness: a power law in the thickness, um [M; mG D]."""
+    return mG * log(max(heq, THINNEST_CHIP) * (1.0 / REFERENCE_CHIP))
 
 
 @inlined
-def wear_per_volume(heq: float, breaking: float, initial: float, per_G: float, mG: float) -> float:
-    """1/G: wheel volume worn per volume ground; a power law in the equivalent chip thickness [M; mG D].
+def steady_wear(dV: float, breaking: float, chips: float, per_G: float, per_ds: float) -> float:
+    """Radius that a wheel loses in a stroke by the G-ratio, mm [M].
 
     Args:
-        heq: equivalent chip thickness, um.
+        dV: specific volume ground, mm3/mm.
         breaking: factor of fracture.
-        initial: factor of initial wear.
-        per_G: of a settled wheel at the reference chip thickness, without fracture.
-        mG: exponent.
+        chips: logarithm of that of the chip thickness.
+        per_G: 1/G at the reference chip thickness without fracture.
+        per_ds: one over the wheel diameter, 1/mm.
     """
-    return per_G * breaking * initial * power(max(heq, THINNEST_CHIP) * (1.0 / REFERENCE_CHIP), mG)
+    return dV * breaking * exp(chips) * per_G * per_ds * (1.0 / math.pi)
+
+
+@inlined
+def early_loss(Cd: float, Cref: float, wi: float) -> float:
+    """Radius, mm, that a dressed face loses before it wears steadily: the grains that its dress has loosened.
+
+    In proportion to the severity of the dress, which the grain density `Cd` that it left remembers (`dressed_density`)
+    [C]; `wi` of a medium one, measured as what wear over volume has at no volume, whatever is ground [D].
+    """
+    thinned = Cref / Cd
+    return wi * (thinned * thinned) * (thinned * thinned)
+
+
+@inlined
+def early_wear(loss: float, V: float, dV: float, per_Vi: float) -> float:
+    """Radial part of that loss in a stroke, mm: what is left of it dies away with the volume ground.
+
+    What is left is loss/(1 + V/Vi)^2, so that strokes of whatever depth lose the same in all. Measured is only what is
+    lost in the end [D]; how it dies is calibrated [C].
+
+    Args:
+        loss: in all, mm.
+        V: specific volume since the dress, mm3/mm.
+        dV: of the stroke, mm3/mm.
+        per_Vi: one over the volume in which three quarters of it are lost, mm/mm3.
+    """
+    before, more = 1.0 + V * per_Vi, dV * per_Vi
+    after = before + more
+    both = before * after
+    return loss * more * (before + after) / (both * both)
+
+
+@inlined
+def g_ratio(dV: float, dw: float, ds: float) -> float:
+    """G-ratio: work volume over wheel volume [M]; 0 where nothing is cut.
+
+    Args:
+        dV: specific volume ground, mm3/mm.
+        dw: radius of the wheel that it cost, mm.
+        ds: diameter of the wheel, mm.
+    """
+    return dV / max(math.pi * ds * dw, NEARLY_NOTHING)
 
 
 @inlined
@@ -73,22 +117,6 @@ def worn_flat_area(A: float, growth: float, renewal: float, Af: float, Amax: flo
     A stroke that would wear more than `Amax` flat leaves all of that flat: a whole stroke is one step of the growth.
     """
     return min(max(A + growth - (A - Af) * renewal, 0.0), Amax)
-
-
-@inlined
-def waviness(alw: float, grown: float, stiffness: float, ks: float, per_span: float, alw0: float) -> float:
-    """Waviness amplitude after a stroke, um: regenerative growth above the stiffness ratio ks [C].
-
-    Args:
-        alw: before it.
-        grown: volume removed in it over that in which waviness grows e-fold.
-        stiffness: of the cut over that of the machine.
-        ks: ratio of stiffnesses at which growth begins.
-        per_span: 1/(kr - ks), with the ratio kr of unit growth.
-        alw0: of a dressed wheel.
-    """
-    rate = min(max((stiffness - ks) * per_span, -0.2), 3.0)
-    return min(max(alw * exp(grown * rate), alw0), 3.0)
 
 
 @inlined

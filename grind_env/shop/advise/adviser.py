@@ -15,7 +15,7 @@ from grind_env.shop.advise.forecast import Forecast, Forecaster
 from grind_env.shop.advise.readings import Readings
 
 DEFAULT = "look_ahead"
-USUAL_PRICE, USUAL_GROWTH = 1.3, 1.4
+USUAL_PRICE, USUAL_GROWTH, USUAL_CAUTION = 1.1, 1.5, 2.7
 """Of `LookAhead`, for a program that it has not been tuned for: the medians over the tasks that it has."""
 
 
@@ -53,7 +53,7 @@ def policy_for(text: str | None, simulation: JobSimulation) -> Policy:
         )
     kinds = len(simulation.task.kinds)
     if text is None and DEFAULT not in read_tuned(simulation.task.name, tuned_folder(simulation.task)):
-        return LookAhead(price=(USUAL_PRICE,) * kinds, growth=(USUAL_GROWTH,) * kinds)
+        return LookAhead(price=(USUAL_PRICE,) * kinds, growth=(USUAL_GROWTH,) * kinds, caution=USUAL_CAUTION)
     policy = named_policy(text or DEFAULT, simulation)
     if policy.sees != "measurements":
         raise AdviceError(

@@ -58,7 +58,7 @@ ERRORS = {"power": 0.05, "Ft": 0.05, "Fn": 0.05, "Ra": 0.1, "wear": 0.15, "G": 0
 """Relative errors of a response that is measured once with care."""
 FREE = 3.0
 """Logarithmic spread of a scale that is not known."""
-BESIDE = (("material", "g_ratio_exponent"), ("wheel", "roughness_rate"), ("wheel", "initial_wear_factor"))
+BESIDE = (("material", "g_ratio_exponent"), ("wheel", "roughness_rate"), ("wheel", "initial_wear"))
 """Constants that settings tell and a log does not."""
 HELD_OUT, ENOUGH = 4, 6
 """One row in so many judges the fit, if there are at least so many."""

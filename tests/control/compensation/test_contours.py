@@ -46,12 +46,17 @@ gentle = st.lists(
 
 
 def parallel(element: Element, offset: Offset) -> list[complex]:
-    """Points one radius beside an element, from its start to its end."""
+    """Points one radius beside an element, from its start to its end.
+
+    No further apart than the radius, so that none of another element that it crosses lies between two of them.
+    """
+    length = element.length if isinstance(element, Segment) else element.radius * swept(element)
+    places = samples(element, max(STEPS, math.ceil(length / offset.radius)))
     if isinstance(element, Segment):
         normal = 1j * (complex(*element.end) - complex(*element.start)) / element.length
-        return [place + offset.side * offset.radius * normal for place in samples(element, STEPS)]
+        return [place + offset.side * offset.radius * normal for place in places]
     centre, ratio = complex(*element.centre), 1.0 - offset.side * element.rotation * offset.radius / element.radius
-    return [centre + ratio * (sample - centre) for sample in samples(element, STEPS)]
+    return [centre + ratio * (place - centre) for place in places]
 
 
 def crossing(a: complex, b: complex, c: complex, d: complex) -> bool:

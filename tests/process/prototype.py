@@ -1,0 +1,301 @@
+"""The process model once more: plain scalar Python, written from its specification and not from the package's code.
+
+It searches where the package has closed forms, for the depth of cut and for the speed of an overloaded spindle, and
+takes nothing from the package but the numbers of the catalogue. Units are mm, s, N, W, J, K; roughness and chips um,
+wheel speeds m/s. Forces, powers and removal rates are per mm of width.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import exp, pi, sqrt
+
+from grind_env.process.entries import Dresser, Fluid, Machine, Material, Wheel
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What is ground with what, and how fast."""
+
+    material: Material
+    wheel: Wheel
+    dresser: Dresser
+    fluid: Fluid
+    machine: Machine
+    wheel_speed: float
+    """Of the new wheel, at constant rpm."""
+    table_speed: float
+    width: float = 20.0
+    """Engaged, and of the part."""
+    height: float = 20.0
+    length: float = 200.0
+
+
+@dataclass(frozen=True)
+class State:
+    """The wheel, its diamond, the part and where the two stand; `rise` is that of the part's temperature."""
+
+    ds: float
+    A: float = 0.0
+    lam: float = 0.0
+    V: float = 0.0
+    Rd: float = 0.0
+    Cd: float = 0.0
+    W: float = 0.0
+    wd: float = 0.0
+    Z: float = 0.0
+    S: float = 0.0
+    Rs: float = 1.6
+    rise: float = 0.0
+
+
+def zero_of(falling: Callable[[float], float], low: float, high: float) -> float:
+    """Where a falling function passes zero, by bisection down to neighbouring numbers; an end where it does not."""
+    while low < (middle := 0.5 * (low + high)) < high:
+        low, high = (middle, high) if falling(middle) > 0.0 else (low, middle)
+    return high if falling(high) >= 0.0 else low
+
+
+def clip(value: float, low: float, high: float) -> float:
+    return min(max(value, low), high)
+
+
+# --- what material, wheel and fluid are together --------------------------------------------------------------
+
+
+def fineness(wheel: Wheel) -> float:
+    return 0.25 / wheel.grit_size
+
+
+def structure(wheel: Wheel) -> float:
+    return wheel.grain_fraction / 0.52
+
+
+def grains(wheel: Wheel) -> float:
+    """After a medium dress, 1/mm2."""
+    return 0.36 * wheel.grain_fraction / wheel.grit_size**2
+
+
+def smoothness(wheel: Wheel) -> float:
+    """The scale of its roughness."""
+    return wheel.roughness * fineness(wheel) ** -0.7 * structure(wheel) ** -0.3
+
+
+def hardness(wheel: Wheel) -> float:
+    """Of its grade, over that of the reference."""
+    return wheel.fracture_force / (1.2 if wheel.abrasive == "alumina" else 4.0)
+
+
+def durability(at: Setup) -> float:
+    """What the wheel makes of this material, over hardened steel."""
+    return at.material.g_ratio_factor if at.wheel.abrasive == "alumina" else at.material.g_ratio_factor_cbn
+
+
+# --- a dress --------------------------------------------------------------------------------------------------
+
+
+def dressed(state: State, at: Setup, passes: float, lead: float, depth: float) -> State:
+    wheel, tool = at.wheel, at.dresser
+    blunt = 1.0 + state.wd / (2.0 * sqrt(2.0 * tool.tip_radius * 0.02 - 0.02**2))
+    q = max(tool.speed_ratio, 0.1) / 0.6
+    severity = depth / 0.02 * sqrt(lead / 0.1) * q**tool.sharpness_exponent / blunt
+    flats = wheel.dressed_wear_flat * sqrt(fineness(wheel) * structure(wheel)) * (0.25 + 0.75 / sqrt(severity))
+    left = smoothness(wheel) * (lead / 0.1) ** tool.lead_exponent * (depth / 0.02) ** tool.depth_exponent
+    left *= blunt**-tool.blunting_exponent * q**tool.speed_ratio_exponent
+    kept = exp(-passes * depth / (wheel.damage_depth * (1.0 + state.lam + state.A / 0.05)))
+    return replace(
+        state,
+        ds=state.ds - 2.0 * passes * depth,
+        A=flats + kept * (state.A - flats),
+        lam=kept * state.lam,
+        V=kept * state.V,
+        Rd=left + kept * (state.Rd - left),
+        Cd=grains(wheel) * severity**-0.25 + kept * (state.Cd - grains(wheel) * severity**-0.25),
+        W=0.0,
+        wd=state.wd + tool.wear_rate * dressed_off(state, at, passes, depth),
+    )
+
+
+def dressed_off(state: State, at: Setup, passes: float, depth: float) -> float:
+    """Wheel volume, mm3."""
+    return passes * depth * pi * state.ds * at.wheel.width
+
+
+def fresh(at: Setup, lead: float = 0.10, depth: float = 0.020, *, diameter: float = 300.0, wd: float = 0.0) -> State:
+    """A wheel that has been dressed until nothing is left of what it was."""
+    wheel = dressed(State(diameter, wd=wd), at, 1e9, lead, depth)
+    return replace(wheel, ds=diameter, wd=wd)
+
+
+# --- a stroke -------------------------------------------------------------------------------------------------
+
+
+def faded(state: State, wheel: Wheel) -> float:
+    """What is left of the topography that the dress made."""
+    return exp(-state.V / wheel.settling_volume)
+
+
+def density(state: State, wheel: Wheel) -> float:
+    """Active grains, 1/mm2."""
+    return 1.1 * grains(wheel) + (state.Cd - 1.1 * grains(wheel)) * faded(state, wheel)
+
+
+def pressures(state: State, at: Setup, speed: float) -> tuple[float, float]:
+    """Tangential and normal force for each mm2 of contact, of all but chips: flats, and grains that plough."""
+    mat, wheel, fluid = at.material, at.wheel, at.fluid
+    difference = 4.0 * at.table_speed / (state.ds * speed * 1000.0)
+    flats = mat.pressure_factor * (wheel.pressure_base + wheel.pressure_slope * difference)
+    flats *= state.A + wheel.loading_area * state.lam
+    ploughing = mat.ploughing_pressure * fluid.ploughing_factor * sqrt(fineness(wheel) * structure(wheel))
+    ploughing *= sqrt(density(state, wheel) / grains(wheel)) * (1.0 + 0.5 * state.lam)
+    return ploughing + wheel.friction * fluid.friction_factor * flats, force_ratio(at) * ploughing + flats
+
+
+def force_ratio(at: Setup) -> float:
+    return at.wheel.force_ratio / at.fluid.force_ratio_factor
+
+
+def heated(state: State, at: Setup, Q: float, power: float, length: float, lc: float, vs: float) -> dict[str, float]:
+    """Rise of the surface, the share of the power that enters the part, and the burn ratio."""
+    mat, wheel, vw = at.material, at.wheel, at.table_speed
+    if power <= 0.0:
+        return {"T": 0.0, "eps": 0.0, "Br": 0.0}
+    contact = 20e-6 / sqrt(fineness(wheel))
+    sink = 0.97 * wheel.grain_conductivity / (mat.effusivity * sqrt(contact * (1.0 + 20.8 * state.A) * vs))
+    jaeger = clip(0.0912 * (2.0 * pi + vw * lc / (8.0 * mat.diffusivity)), 0.578, 1.124)
+    work = mat.effusivity * sqrt(vw * lc / jaeger)
+    film = at.fluid.convection * sqrt(vs / 30.0) * sqrt(2.4 * lc) * (1.0 - 0.5 * state.lam)
+    kept = 1e6 * (power - min(mat.chip_heat * Q, 0.45 * power))
+    wet, boiled = (kept / (work * (1.0 + sink) + left * film) for left in (1.0, at.fluid.film_share))
+    y = clip((wet - at.fluid.boiling_rise) / 20.0 + 0.5, 0.0, 1.0)
+    T = wet + (boiled - wet) * y * y * (3.0 - 2.0 * y)
+    burning = mat.burn_energy * Q + 0.88 * mat.burn_factor * (1.0 + sink) * sqrt(length * vw)
+    return {"T": T, "eps": T * work / (1e6 * power), "Br": power / burning}
+
+
+def fractured(at: Setup, fg: float) -> float:
+    z = fg / (at.wheel.fracture_force * fineness(at.wheel) ** -1.5) - 1.0
+    return 1.0 + 0.5 * at.wheel.fracture_factor * (z + sqrt(z * z + 0.1))
+
+
+def thickened(at: Setup, heq: float) -> float:
+    return float((heq / 0.1) ** at.material.g_ratio_exponent)
+
+
+def worn(state: State, at: Setup, dV: float, heq: float, fg: float) -> tuple[float, float]:
+    """Radius that the wheel loses steadily, and what it loses early."""
+    wheel = at.wheel
+    G = wheel.g_ratio * sqrt(hardness(wheel)) * durability(at) * at.fluid.g_ratio_factor**wheel.g_ratio_fluid
+    steady = dV * fractured(at, fg) * thickened(at, max(heq, 0.001)) / G / (pi * state.ds)
+    loss = wheel.initial_wear * (grains(wheel) / state.Cd) ** 4
+    before, after = ((1.0 + V / wheel.initial_wear_volume) ** -2 for V in (state.V, state.V + dV))
+    return steady, loss * (before - after)
+
+
+def grown(state: State, at: Setup, length: float, vs: float, T: float) -> float:
+    """By how much the flats do, before any are renewed."""
+    wheel = at.wheel
+    rate = at.material.wear_flat_growth * at.fluid.wear_flat_factor
+    rate *= wheel.wear_flat_rate * fineness(wheel) * structure(wheel)
+    sliding = 1000.0 * vs * at.length / (at.table_speed * pi * state.ds) * length
+    return rate * sliding * exp(clip((T - 200.0) / 500.0, -1.0, 2.0)) * (1.0 - state.A / wheel.wear_flat_limit)
+
+
+def generated(state: State, at: Setup, Q: float, vs: float, fg: float) -> float:
+    """Roughness that the wheel generates."""
+    wheel, scale = at.wheel, smoothness(at.wheel)
+    texture = 0.9 * scale + (state.Rd - 0.9 * scale) * faded(state, wheel)
+    nr, x = wheel.roughness_wear_exponent, 0.5 * (fractured(at, fg) - 1.0)
+    worse = (thickened(at, max(Q / vs, 0.02)) / durability(at)) ** nr
+    worse *= (1.0 + (1.0 + nr) * x) / (1.0 + (1.0 - nr) * x)  # for (1 + 2x)^nr, as the package has it
+    rate = wheel.roughness_floor + wheel.roughness_rate * sqrt(Q / 3.0)
+    return worse * texture * sqrt(30.0 / vs) * rate * (1.0 + 0.6 * state.lam)
+
+
+def ground(state: State, at: Setup, downfeed: float, seconds: float) -> tuple[State, dict[str, float]]:
+    """The state after one stroke of some seconds, and the quantities of the stroke by the names of a record."""
+    wheel, de, b, vw = at.wheel, state.ds, at.width, at.table_speed
+    Z = state.Z + downfeed
+    u = Z + at.material.thermal_expansion * at.height * state.rise - state.W - state.S
+    speed = at.wheel_speed * de / wheel.diameter
+    Kt, Kn = pressures(state, at, speed)
+
+    def slack(ae: float) -> float:
+        """What the deflection at that depth does not take up."""
+        chips = force_ratio(at) * at.material.chip_energy * ae * vw / speed
+        return u - ae - b / at.machine.stiffness * (chips + Kn * sqrt(de * (ae + wheel.threshold_depth)))
+
+    ae = zero_of(slack, 0.0, max(u, 0.0))
+    # of a wheel that only rubs, what carries the deflection that all of the interference is
+    rubs = max(u, 0.0) * at.machine.stiffness / (b * Kn)
+    length = sqrt(de * (ae + wheel.threshold_depth)) if ae > 0.0 else rubs
+    Q, limit = ae * vw, at.machine.power_limit - at.machine.idle_power
+    chips = at.material.chip_energy * Q
+    vs = zero_of(lambda v: limit - b * (chips + Kt * length * v), at.machine.stall_speed * speed, speed)
+    Ft, Fn = chips / vs + Kt * length, force_ratio(at) * chips / vs + Kn * length
+    bodies = ((wheel.youngs_modulus, wheel.poisson_ratio), (at.material.youngs_modulus, at.material.poisson_ratio))
+    yielding = sum((1.0 - ratio**2) / (1000.0 * modulus) for modulus, ratio in bodies)
+    lc = sqrt(ae * de + 8.0 * wheel.contact_roughness**2 * Fn * de * yielding / pi)
+    fg = Fn / (density(state, wheel) * lc) if lc > 0.0 else 0.0
+    heat = heated(state, at, Q, Ft * vs, length, lc, vs)
+    entering = heat["eps"] * Ft * vs * b
+    dV = ae * at.length
+    steady, early = worn(state, at, dV, Q / vs, fg)
+    dw = steady + early
+    renewed = min(steady / (wheel.renewal_depth * hardness(wheel) ** 1.35), 1.0)
+    A = state.A + grown(state, at, length, vs, heat["T"]) - (state.A - wheel.wear_flat_floor) * renewed
+    clogged = at.material.loading_rate * at.fluid.loading_factor * dV * (1.0 - state.lam)
+    Rg, reach = generated(state, at, Q, vs, fg), 1000.0 * ae + clip(1000.0 * u, 0.0, 0.5)
+    after = replace(
+        state,
+        ds=de - 2.0 * dw,
+        A=min(A, wheel.wear_flat_limit),
+        lam=state.lam + clogged - state.lam * renewed,
+        V=state.V + dV,
+        W=state.W + dw,
+        Z=Z,
+        S=state.S + ae,
+        Rs=state.Rs + (Rg - state.Rs) * reach / (reach + 2.0 * state.Rs),
+        rise=cooled(state.rise + entering / (vw * capacity(at) * b), at, seconds),
+    )
+    return after, heat | {
+        "ae": ae,
+        "Q": Q,
+        "heq": Q / vs,
+        "Ft": Ft,
+        "Fn": Fn,
+        "power": min(b * Ft * vs, limit),
+        "u_s": Ft * vs / Q if Q > 0.0 else 0.0,
+        "lc": lc,
+        "fg": fg,
+        "vs": vs,
+        "load": b * Ft * speed,
+        "torque": b * Ft * speed * at.machine.stall_speed / limit,
+        "heat": entering,
+        "G": dV / (pi * de * dw) if dV > 0.0 else 0.0,
+        "dw": dw,
+        "worn": pi * de * dw * b,
+        "Rg": Rg,
+        "Ra": after.Rs,
+    }
+
+
+# --- a while without one --------------------------------------------------------------------------------------
+
+
+def capacity(at: Setup) -> float:
+    """Heat that each mm2 of the part seen from above holds, J/K."""
+    return 1e-9 * at.material.density * at.material.specific_heat * at.height
+
+
+def cooled(rise: float, at: Setup, seconds: float) -> float:
+    """What the fluid leaves of the part's heat."""
+    return rise * exp(-seconds * 1e-6 * at.fluid.part_cooling / capacity(at))
+
+
+def waited(state: State, at: Setup, seconds: float) -> State:
+    return replace(state, rise=cooled(state.rise, at, seconds))
+
+
+def loaded(state: State) -> State:
+    """The next part, touched off; it is as warm as the hall."""
+    return replace(state, Z=0.0, S=0.0, Rs=1.6, W=0.0, rise=0.0)
