@@ -3,7 +3,6 @@
 import sys
 from importlib import import_module
 from importlib.machinery import ModuleSpec
-from importlib.util import find_spec
 from types import ModuleType
 from typing import Any
 
@@ -19,13 +18,13 @@ def register() -> None:
 
 
 class _Awaiting:
-    """Finds Gymnasium as all other finders do, and has the ids registered at the end of its import."""
+    """Finds Gymnasium as the finders after it do, and has the ids registered at the end of its import."""
 
     def find_spec(self, fullname: str, path: Any, target: ModuleType | None = None) -> ModuleSpec | None:
         if fullname != GYMNASIUM:
             return None
-        sys.meta_path.remove(self)
-        spec = find_spec(GYMNASIUM)
+        after = sys.meta_path[sys.meta_path.index(self) + 1 :]
+        spec = next(filter(None, (finder.find_spec(fullname, path, target) for finder in after)), None)
         if spec is not None and spec.loader is not None:
             execute = spec.loader.exec_module
 

@@ -75,21 +75,19 @@ def plain(function: Function) -> Function:
 
     So are those that it calls, by their names or as attributes of modules. No number may be NaN.
     """
-    return cast(Function, _plain(function))
+    return cast(Function, _as_written(function)) if is_jitted(function) else function
 
 
 @functools.cache
-def _plain(function: Any) -> Any:
-    written = getattr(function, "py_func", function)
-    if written is function:
-        return function
-    names, within = written.__globals__, written.__code__.co_names
-    called = {name: _plain(names[name]) for name in within if is_jitted(names.get(name))}
-    modules = {name: names[name] for name in within if isinstance(names.get(name), ModuleType)}
-    for name, module in modules.items():
-        found = {each: getattr(module, each) for each in within if hasattr(module, each)}
-        called[name] = SimpleNamespace(**{each: _plain(value) for each, value in found.items()})
-    return FunctionType(written.__code__, {**names, **called}, written.__name__, written.__defaults__)
+def _as_written(function: Any) -> FunctionType:
+    written = function.py_func
+    names = {**written.__globals__}
+    for name in written.__code__.co_names:
+        if isinstance(names.get(name), ModuleType):
+            names[name] = SimpleNamespace(**{each: plain(value) for each, value in vars(names[name]).items()})
+        elif name in names:
+            names[name] = plain(names[name])
+    return FunctionType(written.__code__, names, written.__name__, written.__defaults__)
 
 
 def inlined_rule(rule: Function) -> Function:
