@@ -19,8 +19,6 @@ from typing import Any, ClassVar, TypeVar, cast
 
 import llvmlite.binding as llvm
 import numba
-from numba import _dynfunc
-from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.extending import is_jitted
 
@@ -62,42 +60,12 @@ class KernelCompiler(Compiler):  # type: ignore[misc]
                     gc.enable()
 
 
-class PartLibrary(JITCodeLibrary):  # type: ignore[misc]
-    """The code of a function that is only ever a part of its callers: they optimise it, and make machine code of it."""
-
-    def _optimize_final_module(self) -> None:
-        pass
-
-    def _finalize_final_module(self) -> None:
-        self._finalize_dynamic_globals()
-        self._finalized = True
-
-
-class PartCompiler(Compiler):  # type: ignore[misc]
-    """numba's compiler, for such a function.
-
-    numba optimises and loads each function by itself, and once more in each of its callers.
-    """
-
-    def compile_extra(self, function: Any) -> Any:
-        """Compile a function."""
-        self.state.library = PartLibrary(self.state.targetctx.codegen(), function.__qualname__)
-        self.state.flags.no_compile = True
-        made = super().compile_extra(function)
-        # nothing to call, but what numba knows it by
-        module, kept = made.fndesc.lookup_module(), (made.library,)
-        name = _dynfunc.make_function(module, function.__name__, "", 0, made.environment, kept)
-        self.state.targetctx.insert_user_function(name, made.fndesc, [made.library])
-        return made._replace(entry_point=name)
-
-
 def inlined(function: Function) -> Function:
     """Compile a scalar function so that it is inlined wherever it is called."""
     compiled = numba.njit(**INLINED)(function)
     if not numba.config.DISABLE_JIT:
         # ways in from Python took a third of the time to compile: a caller in compiled code takes a twin without any
-        part = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": PartCompiler}
-        twin = numba.njit(**INLINED, **part)(function)
+        twin = numba.njit(**INLINED, no_cpython_wrapper=True, no_cfunc_wrapper=True)(function)
         compiled.get_call_template, compiled.get_overload = twin.get_call_template, twin.get_overload
     return cast(Function, compiled)
 

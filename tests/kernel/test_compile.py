@@ -3,7 +3,6 @@
 import llvmlite.binding as llvm
 import numba
 import pytest
-from numba.core.codegen import CPUCodeLibrary, JITCodeLibrary
 
 from grind_env.kernel import entry, inlined_rule
 
@@ -33,22 +32,6 @@ def test_a_kernel_and_those_that_it_calls_are_scheduled_alike_and_nothing_after_
     assert outer(2.0) == 9.0
     assert set(options[:-1]) == {"--pre-RA-sched=list-ilp"}
     assert options[-1] == "--pre-RA-sched=default"
-
-
-def test_what_is_inlined_is_optimised_and_made_machine_code_of_with_its_caller_alone(monkeypatch, tmp_path):
-    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
-    optimised, loaded = [], []
-    optimise, load = CPUCodeLibrary._optimize_final_module, JITCodeLibrary._finalize_specific
-    monkeypatch.setattr(CPUCodeLibrary, "_optimize_final_module", lambda it: optimised.append(it.name) or optimise(it))
-    monkeypatch.setattr(JITCodeLibrary, "_finalize_specific", lambda it: loaded.append(it.name) or load(it))
-    fourth = inlined_rule(quarter)
-
-    @entry
-    def eighth(x):
-        return 0.5 * fourth(x)
-
-    assert eighth(4.0) == 0.5
-    assert optimised == loaded == [eighth.__qualname__]
 
 
 def test_a_compilation_that_fails_leaves_the_scheduler_as_it_was(monkeypatch):
