@@ -1,12 +1,14 @@
 """Simulator and Gymnasium environments for the surface-grinding cycles of a CNC grinder control.
 
-Importing the package registers the environments `grind/<Task>-v0`. `evaluate(policy, id)` says what a policy is worth;
-`grind`, `optimise`, `sweep`, `calibrate` and `report` do what the commands of these names do, on the same files.
+Importing the package and Gymnasium, in whichever order, registers the environments `grind/<Task>-v0`.
+`evaluate(policy, id)` says what a policy is worth; `grind`, `optimise`, `sweep`, `calibrate` and `report` do what the
+commands of these names do, on the same files.
 """
 
-import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+from grind_env.envs import register
 
 if TYPE_CHECKING:
     from grind_env import examples
@@ -18,14 +20,6 @@ if TYPE_CHECKING:
     from grind_env.machine.script.script import script_of
     from grind_env.policies.judging import evaluate
     from grind_env.shop.calls import calibrate, optimise, report, sweep
-
-try:
-    from grind_env.envs import register
-except KeyboardInterrupt:
-    # the command `grind` has to import its package before it can guard anything
-    if sys.argv[0].replace("\\", "/").rpartition("/")[2] in ("grind", "grind.exe"):
-        sys.exit(130)
-    raise
 
 __all__ = [
     "__version__",

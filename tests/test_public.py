@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import gymnasium as gym
 import pytest
 
 import grind_env
@@ -18,8 +19,25 @@ PLATE = grind_env.examples.path("plate_g82.nc")
 def test_importing_the_package_imports_nothing_heavy() -> None:
     code = "import sys, grind_env; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    heavy = ("pandas", "matplotlib", "scipy", "jinja2", "plotly", "torch", "grind_env.shop", "grind_env.machine.grind")
-    assert not set(loaded) & set(heavy)
+    heavy = {"pandas", "matplotlib", "scipy", "jinja2", "plotly", "torch", "grind_env.shop", "grind_env.machine.grind"}
+    assert not set(loaded) & (heavy | {"numpy", "numba", "gymnasium"})
+
+
+@pytest.mark.parametrize(
+    "imports",
+    [
+        "import gymnasium, grind_env",
+        "import grind_env, gymnasium.envs.registration",
+        # as libraries look whether it is there, and as notebooks import again what they have edited
+        "import grind_env, importlib.util; importlib.util.find_spec('gymnasium'); import gymnasium",
+        "import grind_env, importlib; importlib.reload(grind_env.envs); importlib.reload(grind_env); import gymnasium",
+    ],
+)
+def test_ids_are_registered_whichever_is_imported_first(imports: str) -> None:
+    code = f"{imports}; print(sorted(name for name in gymnasium.registry if name.startswith('grind/')))"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert found.strip() == str(sorted(name for name in gym.registry if name.startswith("grind/")))
+    assert "grind/PowerLimited-v0" in found and "grind/Wen-v0" in found
 
 
 def test_every_public_name_is_there_documented_and_completed() -> None:

@@ -73,7 +73,7 @@ main()
 @pytest.mark.parametrize(
     ("entry", "module", "arguments"),
     [
-        ("grind_env.__main__", "gymnasium", ["grind", "run", PLATE]),
+        ("grind_env.__main__", "gymnasium", ["grind", "tasks"]),
         ("grind_env.__main__", "numpy", ["grind", "run", PLATE]),
         ("grind_env.__main__", "numba", ["grind", "run", PLATE]),
         ("grind_env.__main__", "grind_env.control", ["grind", "check", PLATE]),

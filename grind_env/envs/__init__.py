@@ -1,24 +1,36 @@
 """The Gymnasium environments: one id per task."""
 
-import gymnasium as gym
+import sys
+from importlib import import_module
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+from typing import Any
 
-from grind_env.envs.names import ANY_TASK, OTHERS, WEN, environment_id, task_names
+GYMNASIUM = "gymnasium"
 
 
 def register() -> None:
-    """Register every task with Gymnasium, those of users together, and the environments that are no such task."""
-    for name in task_names():
-        _register(environment_id(name), "any_task", task=name)
-    _register(ANY_TASK, "any_task")
-    for name in OTHERS:
-        _register(environment_id(name), f"ids.{name}")
-    gym.register(
-        environment_id(WEN),
-        entry_point="grind_env.envs.wen.env:WenEnv",
-        vector_entry_point="grind_env.envs.wen.vector_env:WenVectorEnv",
-    )
+    """Register all ids with Gymnasium: now, or when it is imported, for most commands of `grind` do not need it."""
+    if GYMNASIUM in sys.modules:
+        import_module("grind_env.envs.registration")
+    else:
+        sys.meta_path.insert(0, _Awaiting())
 
 
-def _register(env_id: str, module: str, **fixed: str) -> None:
-    make = f"grind_env.envs.{module}:make"
-    gym.register(env_id, entry_point=make, vector_entry_point=f"{make}_vector", kwargs=fixed)
+class _Awaiting:
+    """Finds Gymnasium as the finders after it do, and has the ids registered at the end of its import."""
+
+    def find_spec(self, fullname: str, path: Any, target: ModuleType | None = None) -> ModuleSpec | None:
+        if fullname != GYMNASIUM:
+            return None
+        after = sys.meta_path[sys.meta_path.index(self) + 1 :]
+        spec = next(filter(None, (finder.find_spec(fullname, path, target) for finder in after)), None)
+        if spec is not None and spec.loader is not None:
+            execute = spec.loader.exec_module
+
+            def exec_module(module: ModuleType) -> None:
+                execute(module)
+                register()
+
+            spec.loader.exec_module = exec_module  # type: ignore[method-assign]
+        return spec

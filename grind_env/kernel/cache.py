@@ -30,6 +30,7 @@ import numba
 import platformdirs
 from numba.core.bytecode import FunctionIdentity
 from numba.core.compiler_lock import global_compiler_lock
+from numba.core.runtime import rtsys
 
 from grind_env.files import FileError, write_atomically
 from grind_env.kernel.fingerprint import UnknownIngredient, count_functions, fingerprint
@@ -43,11 +44,15 @@ LONG = 3.0  # s that somebody waits without wondering
 FunctionIdentity._unique_ids = iter(lambda: secrets.randbits(64), -1)
 
 
+def cache_folder() -> Path:
+    """Where kernels are kept: the folder `kernels` under NUMBA_CACHE_DIR or the user's cache."""
+    return Path(numba.config.CACHE_DIR or platformdirs.user_cache_dir("grind_env")) / "kernels"
+
+
 def keep_on_disk(kernel: Any) -> None:
-    """Give a function that numba compiles this cache, in the folder `kernels` under NUMBA_CACHE_DIR or the user's."""
+    """Give a function that numba compiles this cache."""
     if hasattr(kernel, "_cache"):
-        folder = Path(numba.config.CACHE_DIR or platformdirs.user_cache_dir("grind_env")) / "kernels"
-        kernel._cache = KernelCache(kernel, folder)
+        kernel._cache = KernelCache(kernel, cache_folder())
         kernel.compile = functools.partial(_compile_once, kernel._cache, kernel.compile)
     else:
         _say(f"numba {numba.__version__} takes no cache but its own: kernels are compiled at every start")
@@ -58,7 +63,7 @@ class KernelCache:
 
     Of numba's internals it uses `FunctionIdentity._unique_ids`, `CompileResult._reduce` and `_rebuild`,
     `has_dynamic_globals` of a code library, `magic_tuple` of a code generator (platform, name and features of the CPU)
-    `serialize.dumps`, and that a dispatcher calls its `compile`, under `global_compiler_lock`.
+    `serialize.dumps`, `rtsys.initialize`, and that a dispatcher calls its `compile`, under `global_compiler_lock`.
     """
 
     announced: ClassVar[bool] = False
@@ -66,6 +71,7 @@ class KernelCache:
 
     def __init__(self, kernel: Any, folder: Path) -> None:
         self._kernel, self._folder = kernel, folder
+        self._prints: dict[Any, str] = {}
         with contextlib.suppress(OSError):
             folder.mkdir(parents=True, exist_ok=True)
 
@@ -77,17 +83,18 @@ class KernelCache:
     def lock(self, signature: Any) -> Path | None:
         """What is held while the kernel is compiled for these types of arguments; None if it need not be, or cannot."""
         try:
-            target = self._kernel.targetctx
-            target.refresh()
-            path = self._path(signature, target.codegen())
+            path = self._path(signature, self._kernel.targetctx.codegen())
         except Exception:  # `save_overload` says why it has no file
             return None
         return None if path.exists() or not self.cache_path else path.with_suffix(".lock")
 
+    def forget(self, signature: Any) -> None:
+        """Take the fingerprint anew at the next compilation, in which names may be bound to something else."""
+        self._prints.pop(signature, None)
+
     def load_overload(self, signature: Any, target: Any) -> Any:
         """The compiled kernel for these types of arguments; None if it has to be compiled."""
         try:
-            target.refresh()
             path = self._path(signature, target.codegen())
             content = path.read_bytes()
         except FileNotFoundError:
@@ -98,6 +105,8 @@ class KernelCache:
         try:
             if _digest(path, content[DIGEST:]) != content[:DIGEST]:
                 raise ValueError("damaged")
+            # of what `target.refresh()` imports, SciPy with it, compiled code needs the counting of references alone
+            rtsys.initialize(target)
             compiled = numba.core.compiler.CompileResult._rebuild(target, *pickle.loads(content[DIGEST:]))
         except Exception:
             _say(f"{path} is damaged: the kernel is compiled anew")
@@ -133,7 +142,9 @@ class KernelCache:
 
     def _path(self, signature: Any, codegen: Any) -> Path:
         name = self._kernel.__name__.strip("<>")
-        return self._folder / f"{name}-{fingerprint(self._kernel, signature, codegen.magic_tuple())}.nbc"
+        if signature not in self._prints:
+            self._prints[signature] = fingerprint(self._kernel, signature, codegen.magic_tuple())
+        return self._folder / f"{name}-{self._prints[signature]}.nbc"
 
 
 def _compile_once(cache: KernelCache, compile_: Callable[[Any], Any], signature: Any) -> Any:
@@ -141,6 +152,7 @@ def _compile_once(cache: KernelCache, compile_: Callable[[Any], Any], signature:
     with contextlib.ExitStack() as held:
         # in this order in every thread: a kernel compiles those that it calls
         held.enter_context(global_compiler_lock)
+        held.callback(cache.forget, signature)
         lock = cache.lock(signature)
         if lock is not None:
             cache.announce()

@@ -5,6 +5,8 @@ the lanes reads and writes whole vector registers.
 
 Compiled code gets a load or a store per field where a reader or writer is called. As compiled functions of their own,
 they took a third of the time to compile. A record is at a lane or row that counts from 0, never from the end.
+
+Arrays of numba are imported where code is made, for kernels from disk do without.
 """
 
 from collections.abc import Callable
@@ -15,7 +17,6 @@ from numba import types
 from numba.core import cgutils
 from numba.core.typing import signature
 from numba.extending import lower_builtin, type_callable
-from numba.np.arrayobj import load_item, store_item
 
 Record = TypeVar("Record")
 
@@ -144,6 +145,8 @@ def _loads(read: Callable[..., Any], record: type[Any], dimensions: int, indices
         return None
 
     def load(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        from numba.np.arrayobj import load_item
+
         pointers = _pointers(context, builder, sig, arguments, indices)
         numbers = [load_item(context, builder, sig.args[0], pointer) for pointer in pointers]
         return context.make_tuple(builder, sig.return_type, numbers)
@@ -163,6 +166,8 @@ def _stores(write: Callable[..., Any], record: type[Any], dimensions: int, indic
         return None
 
     def store(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        from numba.np.arrayobj import store_item
+
         array, _, kinds = sig.args
         numbers = cgutils.unpack_tuple(builder, arguments[2])
         pointers = _pointers(context, builder, sig, arguments, indices)

@@ -11,14 +11,16 @@ has the same bits on every machine, for every batch size, in compiled code and i
 """
 
 import functools
+import gc
 from collections.abc import Callable
 from inspect import isfunction
-from types import FunctionType
+from types import FunctionType, ModuleType, SimpleNamespace
 from typing import Any, ClassVar, TypeVar, cast
 
 import llvmlite.binding as llvm
 import numba
 from numba.core.compiler import Compiler
+from numba.extending import is_jitted
 
 from grind_env.kernel.cache import keep_on_disk
 
@@ -33,14 +35,20 @@ class KernelCompiler(Compiler):  # type: ignore[misc]
 
     LLVM's own order keeps registers free; a stroke, a long chain of divisions and exponentials, is faster where
     independent operations stand side by side. The results have the same bits. The option is one of the process, and
-    set for the time of a compilation only, with those that it asks for, under numba's lock.
+    set for the time of a compilation only, with those that it asks for, under numba's lock. For that time Python looks
+    for no cycles of garbage, which took a tenth of it.
     """
 
     under_way: ClassVar[int] = 0
+    collects: ClassVar[bool] = False
+    """Did Python look for garbage before?"""
 
     def compile_extra(self, function: Any) -> Any:
         """Compile a function."""
-        llvm.set_option("", "--pre-RA-sched=list-ilp")
+        if KernelCompiler.under_way == 0:
+            llvm.set_option("", "--pre-RA-sched=list-ilp")
+            KernelCompiler.collects = gc.isenabled()
+            gc.disable()
         KernelCompiler.under_way += 1
         try:
             return super().compile_extra(function)
@@ -48,6 +56,8 @@ class KernelCompiler(Compiler):  # type: ignore[misc]
             KernelCompiler.under_way -= 1
             if KernelCompiler.under_way == 0:
                 llvm.set_option("", "--pre-RA-sched=default")
+                if KernelCompiler.collects:
+                    gc.enable()
 
 
 def inlined(function: Function) -> Function:
@@ -61,8 +71,23 @@ def inlined(function: Function) -> Function:
 
 
 def plain(function: Function) -> Function:
-    """An `inlined` function as it is written, for few calls from Python: the same bits without 0.1 s to compile it."""
-    return cast(Function, getattr(function, "py_func", function))
+    """An `inlined` function as it is written, for few calls from Python: the same bits without 0.1 s to compile it.
+
+    So are those that it calls, by their names or as attributes of modules. No number may be NaN.
+    """
+    return cast(Function, _as_written(function)) if is_jitted(function) else function
+
+
+@functools.cache
+def _as_written(function: Any) -> FunctionType:
+    written = function.py_func
+    names = {**written.__globals__}
+    for name in written.__code__.co_names:
+        if isinstance(names.get(name), ModuleType):
+            names[name] = SimpleNamespace(**{each: plain(value) for each, value in vars(names[name]).items()})
+        elif name in names:
+            names[name] = plain(names[name])
+    return FunctionType(written.__code__, names, written.__name__, written.__defaults__)
 
 
 def inlined_rule(rule: Function) -> Function:

@@ -49,7 +49,7 @@ from grind_env.machine.job import Job, PartConditions, Station, require_conditio
 from grind_env.machine.part.feeds import feed_stroke, keeps_across, leads_over, table_axis
 from grind_env.machine.part.grooving import infeed_depth
 from grind_env.machine.part.part import ANYWHERE, PartRun
-from grind_env.machine.part.rows import STROKE_ROW, WHEEL_FIELDS, numbers_of
+from grind_env.machine.part.rows import NUMBERS_FROM, STROKE_ROW, WHEEL_FIELDS, table_of
 from grind_env.machine.part.running import Running
 from grind_env.machine.part.stations import Sweep, alone, met, sweep_of, sweep_of_plan, touched
 from grind_env.machine.part.unjudged import Unjudged
@@ -536,7 +536,7 @@ class GrindingRun:
         `plunged` has a byte for each (`GrindingRun.plunged`). Refuses what has come to no finite number; no factor of
         a job is 1e300.
         """
-        if not (math.isfinite(sum(self.wheel or ())) and np.isfinite(numbers_of(rows)).all()):
+        if not (math.isfinite(sum(self.wheel or ())) and np.isfinite(table_of(rows)[:, NUMBERS_FROM:]).all()):
             raise GrindingError(f"{self.programs.name}:{rows['line'][0]}: {BEYOND_NUMBERS}")
         if self.part.overloaded:
             self.watch.overload.add(rows, self.part.p)

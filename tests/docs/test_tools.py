@@ -65,7 +65,7 @@ def test_the_page_of_facts_has_all_of_them() -> None:
 def test_the_page_of_commands_has_all_of_them() -> None:
     page = commands_page(app, "grind")
     for command in app.registered_commands:
-        assert f"## `grind {command.callback.__name__}`" in page
+        assert f"## `grind {command.callback.__name__.replace('_', '-')}`" in page
     assert "```console\n$ grind check slot.nc --json\n```" in page
 
 

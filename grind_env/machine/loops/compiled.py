@@ -1,10 +1,10 @@
-"""Compiled, disk-cached entry points to the process model for `machine.grind`."""
+"""Entry points to the process model for `machine.grind`: compiled and cached on disk, or plain where calls are few."""
 
 import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from grind_env.kernel import entry
+from grind_env.kernel import entry, plain
 from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.machine.loops import cycle, tally
 from grind_env.machine.loops.tally import Tally
@@ -27,16 +27,15 @@ class PartVerdict(NamedTuple):
     total_cost: float
 
 
+count_dress = plain(tally.count_dress)
+dressed_wheel = plain(stroke.dressed_wheel)
+dress_lead = plain(cycle.dress_lead)
+
+
 @entry
 def count_stroke(before: Tally, done: StrokeResult, seconds: float, plunge: bool, stall_time: float) -> Tally:
     """A tally with one more stroke; `plunge` says whether it has gone deeper than any before it."""
     return tally.count_stroke(before, done, seconds, 0.0, plunge, False, False, stall_time)
-
-
-@entry
-def count_dress(before: Tally, seconds: float, removed: float) -> Tally:
-    """A tally with one more dress execution of some s, which took `removed` mm3 off the wheel."""
-    return tally.count_dress(before, seconds, removed)
 
 
 @functools.cache
@@ -59,19 +58,6 @@ def dress_of(process: Process) -> Callable[..., tuple[WheelState, float]]:
     return dress
 
 
-@entry
-def dressed_wheel(ds: float, wd: float, lead: float, depth: float, p: StrokeParameters) -> WheelState:
-    """A fully dressed wheel; arguments as for `process.stroke.dressed_wheel`."""
-    return stroke.dressed_wheel(ds, wd, lead, depth, p)
-
-
-@entry
-def dress_lead(wheel: WheelState, feed: float, p: StrokeParameters) -> float:
-    """Dress lead, mm per revolution, of a traverse of `feed` mm/s."""
-    return cycle.dress_lead(wheel, feed, p)
-
-
-@entry
 def judge(
     seconds: float,
     wheel_volume: float,
@@ -89,8 +75,8 @@ def judge(
 
     Arguments as in `process.cost`; `scrap_price` in $, `earlier` the probability that it was good in its stages before.
     """
-    survival = earlier * cost.survival(rise, torque, roughness, size_error, limits)
-    time_cost, wheel_cost, dress_cost = cost.expenses(seconds, wheel_volume, dresses, rates)
+    survival = earlier * plain(cost.survival)(rise, torque, roughness, size_error, limits)
+    time_cost, wheel_cost, dress_cost = plain(cost.expenses)(seconds, wheel_volume, dresses, rates)
     scrap_cost = scrap_price * (1.0 - survival)
     total_cost = time_cost + wheel_cost + dress_cost + scrap_cost
     return PartVerdict(survival, time_cost, wheel_cost, dress_cost, scrap_cost, total_cost)

@@ -211,28 +211,27 @@ def _loops(course: Course, process: Process, surface_of: Callable[[Buffer], Surf
         machine = np.full(LANES, IDLE)
         upcoming = first
         running = 0
-        for lane in range(LANES):
-            # an idle lane repeats the first machine: finite numbers that nobody reads
-            load(rows, lane, cycles, parameters, wheels, surfaces, tallies, order[first])
-            rows[event_row + lane] = 1.0
+        started = False
         while True:
             for lane in range(LANES):
-                if rows[event_row + lane] > 0.0 and machine[lane] != IDLE:
+                due = rows[event_row + lane] > 0.0 and machine[lane] != IDLE
+                while due or (machine[lane] == IDLE and upcoming < order.size):
+                    if machine[lane] == IDLE:
+                        machine[lane] = order[upcoming]
+                        upcoming += step
+                        load(rows, lane, cycles, parameters, wheels, surfaces, tallies, machine[lane])
+                        running += 1
                     serve(rows, lane, motions)
+                    due = False
                     if finished(get_cycle(rows, lane), get_progress(rows, lane)):
                         store(rows, lane, wheels, surfaces, tallies, machine[lane])
                         running -= 1
                         machine[lane] = IDLE
-                while machine[lane] == IDLE and upcoming < order.size:
-                    machine[lane] = order[upcoming]
-                    upcoming += step
-                    load(rows, lane, cycles, parameters, wheels, surfaces, tallies, machine[lane])
-                    serve(rows, lane, motions)
-                    running += 1
-                    if finished(get_cycle(rows, lane), get_progress(rows, lane)):
-                        store(rows, lane, wheels, surfaces, tallies, machine[lane])
-                        running -= 1
-                        machine[lane] = IDLE
+                if not started and machine[lane] == IDLE:
+                    # it repeats the first one: finite numbers that nobody reads
+                    for k in range(lane, rows.size, LANES):
+                        rows[k] = rows[k - lane]
+            started = True
             if running == 0:
                 return
             advance_lanes(rows)

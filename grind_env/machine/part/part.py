@@ -23,7 +23,7 @@ from grind_env.machine.part.coverage import Coverage
 from grind_env.machine.part.gauging import Surface, counted_rise, gauge
 from grind_env.machine.part.grooving import Grooves
 from grind_env.machine.part.passes import Dressed, Way, passes_of
-from grind_env.machine.part.rows import numbers_of
+from grind_env.machine.part.rows import table_of
 from grind_env.machine.part.unjudged import Unjudged
 from grind_env.process.cost import STALL, passed_limits, survival, volume_left
 from grind_env.process.equations import INITIAL_ROUGHNESS
@@ -160,7 +160,7 @@ class PartRun:
             self._Rs,
             self._reached,
             self._coverage.written(),
-            numbers_of(rows),
+            table_of(rows),
             first_way,
             later_way,
             first,

@@ -14,7 +14,7 @@ from grind_env.machine.dress.program import DressPlan
 from grind_env.machine.loops.cycle import dress_lead, idle_of
 from grind_env.machine.loops.strips import IDLE, Strips, strips_of
 from grind_env.machine.loops.tally import Tally, count_dress, count_stroke, wheel_depth
-from grind_env.machine.part.rows import TableStroke, WheelSeen
+from grind_env.machine.part.rows import NUMBERS_FROM, TableStroke, WheelSeen
 from grind_env.process.process import Process
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 
@@ -39,9 +39,13 @@ class Way(NamedTuple):
     """Whether that is the whole length of the part."""
 
 
-read_table_stroke, write_table_stroke = column_reader(TableStroke), column_writer(TableStroke)
-write_stroke = column_writer(StrokeResult, len(TableStroke._fields))
-write_wheel_seen = column_writer(WheelSeen, len(TableStroke._fields) + len(StrokeResult._fields))
+RESULT_FROM = NUMBERS_FROM + len(TableStroke._fields)
+read_table_stroke, write_table_stroke = (
+    column_reader(TableStroke, NUMBERS_FROM),
+    column_writer(TableStroke, NUMBERS_FROM),
+)
+write_stroke = column_writer(StrokeResult, RESULT_FROM)
+write_wheel_seen = column_writer(WheelSeen, RESULT_FROM + len(StrokeResult._fields))
 write_dressed = column_writer(Dressed)
 
 
@@ -81,8 +85,7 @@ def passes_of(process: Process) -> Callable[..., tuple[WheelState, Tally, float]
             Rs: updated.
             reached: updated.
             covered: deepest Z so far of a stroke over the whole length, mm; updated.
-            rows: shape (strokes, fields of `TableStroke`, `StrokeResult`, `WheelSeen`); where they lie is read, the
-                rest written.
+            rows: as of `table_of`; where they lie is read, the rest written.
             first_way: of the first one.
             later_way: of the others.
             first: first strip under the wheel in each.

@@ -53,10 +53,13 @@ STROKE_ROW = np.dtype(
 )
 
 
-def numbers_of(rows: Array) -> Array:
-    """Rows of strokes as a table of the fields of `TableStroke`, `StrokeResult` and `WheelSeen`: a view.
+NUMBERS_FROM = len(STROKE_ROW.names or ()) - len(TableStroke._fields) - len(StrokeResult._fields) - len(WHEEL_FIELDS)
+"""Column of a table of strokes from which on they are those of `TableStroke`, `StrokeResult` and `WheelSeen`."""
 
-    Its shape is (strokes, fields).
+
+def table_of(rows: Array) -> Array:
+    """Rows of strokes as a table of floats, a view in one piece, so that one stroke is no other type than many.
+
+    Its shape is (strokes, fields); in the columns before `NUMBERS_FROM` lie the bits of whole numbers.
     """
-    fields = len(TableStroke._fields) + len(StrokeResult._fields) + len(WHEEL_FIELDS)
-    return rows.view(np.float64).reshape(rows.size, -1)[:, -fields:]
+    return rows.view(np.float64).reshape(rows.size, -1)

@@ -8,6 +8,7 @@ from grind_env.shop.commands.optimise import optimise
 from grind_env.shop.commands.report import report
 from grind_env.shop.commands.start import catalogue, init, job
 from grind_env.shop.commands.sweep import sweep
+from grind_env.shop.commands.warm_up import warm_up
 
 
 def register(app: typer.Typer) -> None:
@@ -22,3 +23,4 @@ def register(app: typer.Typer) -> None:
     app.command(
         epilog="Example: grind calibrate log.csv --program plate.nc --job plate.toml --gauge parts.csv -o shop.toml"
     )(calibrate)
+    app.command(epilog="Example: grind warm-up")(warm_up)

@@ -1,0 +1,22 @@
+"""The ids of the environments: importing this module registers them with Gymnasium."""
+
+import gymnasium as gym
+
+from grind_env.envs.names import ANY_TASK, OTHERS, WEN, environment_id, task_names
+
+
+def _register(env_id: str, module: str, **fixed: str) -> None:
+    make = f"grind_env.envs.{module}:make"
+    gym.register(env_id, entry_point=make, vector_entry_point=f"{make}_vector", kwargs=fixed)
+
+
+for name in task_names():
+    _register(environment_id(name), "any_task", task=name)
+_register(ANY_TASK, "any_task")
+for name in OTHERS:
+    _register(environment_id(name), f"ids.{name}")
+gym.register(
+    environment_id(WEN),
+    entry_point="grind_env.envs.wen.env:WenEnv",
+    vector_entry_point="grind_env.envs.wen.vector_env:WenVectorEnv",
+)

@@ -1,0 +1,81 @@
+"""What users do first, so that what it compiles is in the cache before they do."""
+
+import time
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import NamedTuple
+
+import gymnasium as gym
+
+from grind_env import examples
+from grind_env.errors import GrindError
+from grind_env.extras import MissingExtra
+from grind_env.kernel.cache import cache_folder
+from grind_env.machine.grind_file import grind_file
+from grind_env.pages.sheet import page_ids
+from grind_env.shop.calls import optimise
+
+BUDGET = 1.0
+"""Of the search, s: its first runs have compiled all that it needs."""
+
+
+class Use(NamedTuple):
+    """Something that is done once."""
+
+    name: str
+    call: Callable[[], object]
+
+
+class Warmed(NamedTuple):
+    """What it has come to."""
+
+    name: str
+    seconds: float
+    kernels: int
+    """Files that are new in the cache."""
+    left_out: str = ""
+    """Why it has not been done: an extra is not installed."""
+
+
+def uses() -> list[Use]:
+    """A run of every example, a step of every id, alone and beside another, and a search."""
+    programs = [examples.path(name) for name in examples.names()]
+    runs = [Use(f"grind run {program.name}", partial(grind_file, program)) for program in programs]
+    steps = [Use(name, partial(step, name)) for name in page_ids()]
+    search = partial(optimise, programs[0], budget=BUDGET)
+    return [*runs, *steps, Use(f"grind optimise {programs[0].name}", search)]
+
+
+def step(name: str) -> None:
+    """Make the environment of an id, alone and two beside each other; reset them, and make a step."""
+    for env in (gym.make(name), gym.make_vec(name, num_envs=2)):
+        env.reset(seed=0)
+        env.step(env.action_space.sample())
+        env.close()
+
+
+def warm_up(of: list[Use]) -> Iterator[Warmed]:
+    """Do these things one after the other.
+
+    Raises:
+        GrindError: nothing is kept.
+    """
+    folder = cache_folder()
+    for name, call in of:
+        begin, before = time.perf_counter(), kernels()
+        try:
+            call()
+        except MissingExtra as error:
+            yield Warmed(name, 0.0, 0, str(error))
+        else:
+            yield Warmed(name, time.perf_counter() - begin, kernels() - before)
+    if not kernels():
+        raise GrindError(
+            f"no kernel is in {folder}: let it be written to, or name another by NUMBA_CACHE_DIR, and unset "
+            "NUMBA_DISABLE_JIT"
+        )
+
+
+def kernels() -> int:
+    """How many are in the cache."""
+    return len([*cache_folder().glob("*.nbc")])

@@ -1,0 +1,69 @@
+"""What is compiled ahead of time is what is then loaded."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import gymnasium as gym
+import pytest
+
+from grind_env import examples
+from grind_env.errors import GrindError
+from grind_env.extras import MissingExtra
+from grind_env.shop import warm_up
+from tests.command import Grind
+
+WEN = (
+    "import gymnasium, grind_env; e = gymnasium.make('grind/Wen-v0'); e.reset(seed=0); e.step(e.action_space.sample())"
+)
+
+
+def of_one(name: str, call: Callable[[], object]) -> Callable[[], list[warm_up.Use]]:
+    return lambda: [warm_up.Use(name, call)]
+
+
+def test_every_id_and_every_example_is_among_it() -> None:
+    names = {use.name for use in warm_up.uses()}
+    assert {name for name in gym.registry if name.startswith("grind/")} < names
+    assert {f"grind run {name}" for name in examples.names()} < names
+    assert any(name.startswith("grind optimise ") for name in names)
+
+
+def test_nothing_is_left_to_compile(tmp_path: Path) -> None:
+    def run(code: str) -> str:
+        environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": os.pathsep.join(sys.path)}
+        command = [sys.executable, "-c", code]
+        return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
+
+    code = (
+        "from grind_env.shop import warm_up as w; from grind_env.cli import main; every = w.uses()\n"
+        "w.uses = lambda: [use for use in every if use.name == 'grind/Wen-v0']; main(['warm-up'])"
+    )
+    first, last = run(code).splitlines()
+    made = sorted((tmp_path / "kernels").glob("*.nbc"))
+    assert made and first.startswith("grind/Wen-v0 ") and first.endswith(f" {len(made)} new")
+    assert last == f"{len(made)} kernels in {tmp_path / 'kernels'}"
+    no_compiler = "import numba.core.compiler as compiler; compiler.CompilerBase.__init__ = None; "
+    run(no_compiler + WEN)
+    assert sorted((tmp_path / "kernels").glob("*.nbc")) == made
+
+
+def test_an_extra_that_is_missing_is_told(grind: Grind, monkeypatch: pytest.MonkeyPatch) -> None:
+    def search() -> None:
+        raise MissingExtra("the search needs SciPy")
+
+    monkeypatch.setattr(warm_up, "uses", of_one("grind optimise", search))
+    monkeypatch.setattr(warm_up, "kernels", lambda: 3)
+    status, out, _ = grind("warm-up")
+    assert (status, out.splitlines()[0]) == (0, f"{'grind optimise':29} the search needs SciPy")
+
+
+def test_a_folder_that_keeps_nothing_is_refused(grind: Grind, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(warm_up, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(warm_up, "uses", of_one("nothing", lambda: None))
+    status, _, err = grind("warm-up")
+    assert status == 2 and str(tmp_path) in err and "NUMBA_CACHE_DIR" in err
+    with pytest.raises(GrindError):
+        list(warm_up.warm_up([]))
