@@ -30,9 +30,8 @@ from grind_env.extras import needing
 from grind_env.policies.problem import Problem
 from grind_env.policies.tuned import tuned_folder
 
-# before Ray is imported: nobody is told of what is run here, and a busy machine has time to begin
+# before Ray is imported: nobody is told of what is run here
 os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
-os.environ.setdefault("RAY_raylet_start_wait_time_s", "300")
 with needing("ray", "--ray needs"):
     import ray
 

@@ -12,7 +12,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import Thread
@@ -22,10 +22,10 @@ from agents.benchmark.results import COLUMNS, EPISODES, read_results
 from tests.patience import wait_until
 
 ROOT = Path(__file__).parents[2]
-WORK = ["benchmark", "--tasks", "oracle6,slot", "--kinds=", "--policies", "constant,interval,handbook,random,hindsight"]
+WORK = ["benchmark", "--tasks", "oracle6", "--kinds=", "--policies", "constant,interval,handbook,random,hindsight"]
 TIMES = ("train_seconds", "seconds_to_95")
-BUSY = {"RAY_USAGE_STATS_ENABLED": "0", "RAY_raylet_start_wait_time_s": "600"}
-"""Where it may take long."""
+STARTS = 10
+"""How often a node is started: one whose agent takes 15 s to begin, as on a busy machine, gives up."""
 STARTED = "Ray runtime started"
 WRITES = 5
 """Files that come back before the node is killed."""
@@ -50,23 +50,27 @@ def node(said, *arguments):
     """A node of one processor that has started; what it says goes to a file."""
     script = str(Path(sys.executable).with_name("ray"))
     command = [script, "start", "--block", "--num-cpus=1", "--object-store-memory=100000000", *arguments]
-    environment = os.environ | {"PYTHONPATH": str(ROOT), **BUSY}
-    with said.open("w") as file:
-        process = subprocess.Popen(command, env=environment, stdout=file, stderr=file, start_new_session=True)
-    try:
-        wait_until(lambda: process.poll() is not None or STARTED in said.read_text())
-        assert process.poll() is None, said.read_text()
-        yield process
-    finally:
-        process.terminate()
-        process.wait()
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "RAY_USAGE_STATS_ENABLED": "0"}
+    for _ in range(STARTS):
+        with said.open("w") as file:
+            process = subprocess.Popen(command, env=environment, stdout=file, stderr=file, start_new_session=True)
+        try:
+            wait_until(lambda: process.poll() is not None or STARTED in said.read_text())  # noqa: B023
+            if process.poll() is None:
+                yield process
+                return
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+    raise TimeoutError(said.read_text())
 
 
 @contextmanager
 def two_nodes(cluster, folder):
     """The address of a cluster, and what kills its second node."""
     address = f"{cluster.ray.util.get_node_ip_address()}:{free_port()}"
-    head = ["--head", f"--port={address.rpartition(':')[2]}", "--include-dashboard=false"]
+    head = ["--head", f"--port={address.rpartition(':')[2]}", "--include-dashboard=false", "--no-monitor"]
     with node(folder / "head", *head):
         # before there is a second node on this machine, of which it could be a part
         cluster.connect(address, 1)
@@ -150,4 +154,4 @@ def main(episodes):
 if __name__ == "__main__":
     # whatever ends it, the nodes end with it
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 6400)
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 640)
