@@ -4,30 +4,16 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import redirect_stderr, redirect_stdout, suppress
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol, TypeVar
+from typing import Any, NamedTuple
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
-
-class Request(Protocol):
-    """How cells are worked on."""
-
-    @property
-    def size(self) -> int:
-        """What a cell tells to be done from its beginning to its end."""
-
-
-CellT = TypeVar("CellT")
-RequestT = TypeVar("RequestT", bound=Request)
-FoundT = TypeVar("FoundT")
-Work = Callable[[CellT, RequestT, Callable[[int], object]], FoundT]
-"""What a process does with a cell; it tells how much of the size of the request is done."""
+from agents.progress import Board, CellT, FoundT, RequestT, Work, sentence
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 KILLED = "its process was killed; the same command goes on with it"
@@ -41,9 +27,14 @@ class Worker(NamedTuple):
 
 
 def work_on_all(
-    cells: Sequence[CellT], request: RequestT, jobs: int, console: Console, work: Work[CellT, RequestT, FoundT]
+    cells: Sequence[CellT],
+    request: RequestT,
+    jobs: int,
+    console: Console,
+    work: Work[CellT, RequestT, FoundT],
+    cluster: str | None = None,
 ) -> tuple[list[FoundT], dict[CellT, str]]:
-    """Work on cells, `jobs` of them at a time.
+    """Work on cells, `jobs` of them at a time, or as many as a cluster has processors.
 
     Args:
         cells: in the order in which they are begun.
@@ -51,19 +42,24 @@ def work_on_all(
         jobs: number of processes; each calculates on one thread.
         console: shows how far they are, and why a cell failed.
         work: a function of a module, which processes import.
+        cluster: of Ray that works on them in place of processes of our own; see `agents.cluster`.
 
     Returns:
         What was found, in the order of the cells, and one sentence of each cell that failed.
+
+    Raises:
+        GrindError: the cluster does not answer, or a node of it is not as this machine is.
     """
     # the libraries of the workers read it when they are loaded
     os.environ.update(dict.fromkeys(THREADS, "1"))
-    answers: dict[CellT, Any] = {}
+    if cluster is not None:
+        from agents.cluster import work_on_cluster
+
+        return work_on_cluster(cells, request, cluster, jobs, console, work)
     waiting = list(cells)
     idle: list[Worker] = []
-    busy: dict[Worker, tuple[CellT, TaskID]] = {}
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as progress:
-        total = progress.add_task("cells", total=len(cells))
+    busy: dict[Worker, CellT] = {}
+    with Board(cells, request.size, console) as board:
         try:
             while waiting or busy:
                 while waiting and len(busy) < jobs:
@@ -71,27 +67,21 @@ def work_on_all(
                     worker = idle.pop() if idle else _start(work, request)
                     cell = waiting.pop(0)
                     worker.pipe.send(cell)
-                    busy[worker] = cell, progress.add_task(str(cell), total=request.size)
+                    busy[worker] = cell
+                    board.begin(cell)
                 ready = wait([worker.pipe for worker in busy])
                 for worker in [worker for worker in busy if worker.pipe in ready]:
-                    cell, bar = busy[worker]
                     message = _received(worker)
                     if isinstance(message, int):
-                        progress.advance(bar, message)
+                        board.advance(busy[worker], message)
                         continue
-                    del busy[worker]
+                    board.end(busy.pop(worker), message)
                     idle.append(worker)
-                    answers[cell] = message
-                    if isinstance(message, str):
-                        console.print(f"{cell}: {message}", highlight=False, markup=False, soft_wrap=True)
-                    progress.remove_task(bar)
-                    progress.advance(total)
         finally:
             for worker in [*idle, *busy]:
                 worker.process.terminate()
                 worker.process.join()
-    found = [answers[cell] for cell in cells if not isinstance(answers[cell], str)]
-    return found, {cell: answer for cell, answer in answers.items() if isinstance(answer, str)}
+    return board.ended()
 
 
 def _start(work: Work[CellT, RequestT, FoundT], request: RequestT) -> Worker:
@@ -141,10 +131,3 @@ def _end_with_parent() -> None:
     assert parent is not None
     parent.join()
     os._exit(1)
-
-
-def sentence(error: Exception) -> str:
-    """What to tell the user about a cell that failed."""
-    text = " ".join(str(error).split())
-    known = type(error).__module__.partition(".")[0] in ("grind_env", "agents")
-    return text if known else f"{type(error).__name__}: {text}"

@@ -13,6 +13,7 @@ LIBRARIES = {
     "pandas": "pandas",
     "plotly": "plotly",
     "pyarrow": "pyarrow",
+    "ray": "Ray",
     "scipy": "SciPy",
     "stable_baselines3": "Stable-Baselines3",
     "torch": "PyTorch",

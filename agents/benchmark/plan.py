@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from glob import escape
 from pathlib import Path
 from typing import NamedTuple
 
@@ -40,6 +41,17 @@ class Cell(NamedTuple):
     def name(self) -> str:
         """Name of the policy, with its training seed."""
         return self.policy if self.seed is None else f"{self.policy}-{self.seed}"
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Patterns of what is kept of it: evaluations, and the agent with its checkpoint."""
+        evaluations = f"{escape(self.task)}/cells/{self.name}/**/*"
+        return (f"{escape(self.task)}/{self.name}-*", evaluations) if self.trains else (evaluations,)
+
+    @property
+    def trains(self) -> bool:
+        """Whether its policy is trained."""
+        return self.seed is not None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,6 +10,7 @@ from rich.console import Console
 
 from agents.benchmark.plan import EPISODES, FLAGSHIP, INTERPOLATION_EPISODES, Request, chosen_problems, planned
 from agents.cells import RESULTS, RUNS
+from agents.commands.options import Ray
 from grind_env.arguments import PROBLEM, Keeps, Writes
 from grind_env.commands import Configs, JobFile, Parts
 from grind_env.errors import printable
@@ -56,6 +57,7 @@ def benchmark(
         int, typer.Option(min=0, help="Evaluation episodes with contexts of the split interpolation; 0 for none.")
     ] = INTERPOLATION_EPISODES,
     jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
+    ray: Ray = None,
     runs: Annotated[Path, typer.Option(help="Folder of what is kept."), Keeps()] = RUNS,
     configs: Configs = None,
     results: Annotated[
@@ -96,7 +98,7 @@ def benchmark(
         fresh=fresh,
     )
     try:
-        found, failed = work_on_all(cells, request, jobs, console, measure)
+        found, failed = work_on_all(cells, request, jobs, console, measure, ray)
     except KeyboardInterrupt:
         again = "the same command without --fresh" if fresh else "the same command"
         print(f"agents: interrupted: {again} goes on where it was", file=sys.stderr)

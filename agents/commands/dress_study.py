@@ -1,5 +1,6 @@
 """`python -m agents dress-study`."""
 
+import os
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -9,21 +10,19 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from agents.budgets import STUDY_EPISODES
 from agents.cells import RESULTS, RUNS
+from agents.commands.options import Ray
 from grind_env.arguments import PROBLEM, Keeps
 from grind_env.commands import JobFile, Parts
 from grind_env.envs.names import task_names
 from grind_env.errors import printable
 from grind_env.files import is_file, write_atomically
 from grind_env.policies.evaluation import episode_seeds
-from grind_env.policies.policy import Policy
-from grind_env.policies.problem import Problem, find_problem
-from grind_env.policies.registry import make_policy, policy_names
+from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned import write_whole
 from grind_env.targets import Own, check_own
+from grind_env.terminal import table_console
 
 FOLDER = RESULTS / "dress_study"
-BASELINES = ("random", "handbook", "constant", "constant_per_kind")
-"""Policies that do not decide when to dress."""
 PICTURE = Own("picture of `python -m agents dress-study`, whose table would lie beside it", lambda head: False)
 
 
@@ -45,10 +44,13 @@ def study(
     episodes: Annotated[int, typer.Option(min=2, help="Evaluation episodes.")] = STUDY_EPISODES,
     runs: Annotated[Path, typer.Option(help="Folder of what is kept."), Keeps()] = RUNS,
     results: Annotated[Path, typer.Option(help="Folder of the tables and pictures."), Keeps()] = FOLDER,
+    ray: Ray = None,
 ) -> None:
     """Cost against dress interval, dress lead and depth, and what decides when to dress."""
+    from agents.dressing.cells import Request, cells, deciding, find
     from agents.dressing.figure import dress_figure
     from agents.dressing.study import TABLE, count, csv_text, dress_study
+    from agents.pool import work_on_all
 
     problems = [find_problem(name, job, parts) for name in (task_names() if task is None else [task])]
     for each in problems:
@@ -56,6 +58,10 @@ def study(
         if not is_file(results / f"{each.name}.csv"):
             check_own(results / f"{each.name}.png", PICTURE, "--results")
     deciders = {each.name: deciding(each) for each in problems}
+    if ray is not None:
+        # what is kept then is all that the study below asks for
+        listed = [cell for each in problems for cell in cells(each)]
+        work_on_all(listed, Request(episodes=episodes, runs=runs), os.cpu_count() or 1, table_console(), find, ray)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns) as progress:
         bars = {each.name: progress.add_task(each.name, total=count(each, deciders[each.name])) for each in problems}
@@ -70,15 +76,3 @@ def study(
 def write_picture(path: Path, picture: bytes) -> None:
     """Write a picture whole or not at all."""
     write_atomically(path, lambda unfinished: unfinished.write_bytes(picture))
-
-
-def deciding(problem: Problem) -> list[Policy]:
-    """The policies of a problem that decide when to dress: scripted ones, planners, and the learned one shipped."""
-    from agents.benchmark.trained import from_file
-    from grind_env.policies.learned.saved import SUFFIX
-    from grind_env.policies.naming import SHIPPED
-
-    simulation = problem.simulation()
-    scripted = [make_policy(name, simulation) for name in policy_names(simulation) if name not in BASELINES]
-    shipped = SHIPPED / f"{problem.name}{SUFFIX}"
-    return [*scripted, *([from_file(shipped, simulation, "learned")] if shipped.exists() else [])]

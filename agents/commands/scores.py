@@ -7,6 +7,7 @@ import typer
 
 from agents.budgets import SCORE_EPISODES
 from agents.cells import RESULTS, RUNS
+from agents.commands.options import Ray
 from grind_env.arguments import PROBLEM, Keeps, Writes
 from grind_env.errors import GrindError
 from grind_env.policies.problem import find_problem
@@ -39,6 +40,7 @@ def scores(
         Path, typer.Option(help="File of the reference scores."), Writes(own=REFERENCES, always=True)
     ] = SCORES,
     jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
+    ray: Ray = None,
 ) -> None:
     """Measure the reference scores: tune what is missing, run every policy, write the tables."""
     from agents.reference.compare import compare as compare_published
@@ -58,4 +60,13 @@ def scores(
         table_console().print(table)
         return
     for problem in problems:
-        score(problem, episodes=episodes, results=results, runs=runs, configs=configs, data=data, jobs=jobs)
+        score(
+            problem,
+            episodes=episodes,
+            results=results,
+            runs=runs,
+            configs=configs,
+            data=data,
+            jobs=jobs,
+            cluster=ray,
+        )

@@ -8,14 +8,16 @@ from typing import Annotated
 import typer
 
 from agents.cells import RUNS
+from agents.commands.options import Ray
 from agents.learning.curve import SPENT, curve_path, read_curve, seconds_to
 from agents.learning.settings import DEFAULTS, LAST_SEED, settings_of
 from grind_env.arguments import Keeps
 from grind_env.commands import JobFile, NamedProblem, Parts
-from grind_env.errors import printable
+from grind_env.errors import GrindError, printable
 from grind_env.files import write_atomically
 from grind_env.policies.problem import find_problem
 from grind_env.targets import check_own
+from grind_env.terminal import table_console
 
 INTERRUPTED = 130
 """Exit status, as the shell's own for a command that was interrupted."""
@@ -46,6 +48,7 @@ def train(
         bool,
         typer.Option("--compare-batches", help="Train PPO with the batches of Stable-Baselines3, too; draw both."),
     ] = False,
+    ray: Ray = None,
 ) -> None:
     """Train an agent.
 
@@ -53,10 +56,17 @@ def train(
     """
     # torch takes seconds to load
     from agents.learning.batches import PICTURE, compare_batches
+    from agents.learning.cells import Cell, Request, train_away
     from agents.learning.train import trained_agent
+    from agents.pool import work_on_all
 
     problem = find_problem(task, job, parts)
-    contexts = settings_of(problem, "ppo" if compare else kind, split=split).split
+    settings = settings_of(problem, "ppo" if compare else kind, steps, split)
+    contexts = settings.split
+    if compare and ray is not None:
+        raise GrindError(
+            "--ray trains one agent, and --compare-batches trains two to be compared: leave one of them out"
+        )
     try:
         if compare:
             picture = runs / problem.name / "batches.png"
@@ -65,7 +75,14 @@ def train(
             write_atomically(picture, lambda unfinished: unfinished.write_bytes(image))
             print(printable(f"learning curves, trained on split {contexts}: {picture}"))
             return
-        path = trained_agent(problem, kind, seed, steps, runs, fresh, split=split)
+        if ray is None:
+            path = trained_agent(problem, kind, seed, steps, runs, fresh, split=split)
+        else:
+            request = Request(steps=settings.steps, split=split, runs=runs, fresh=fresh)
+            found, failed = work_on_all([Cell(problem, kind, seed)], request, 1, table_console(), train_away, ray)
+            if failed:
+                raise typer.Exit(1)
+            path = runs / found[0]
     except KeyboardInterrupt:
         again = "the same command without --fresh" if fresh else "the same command"
         print(f"agents: interrupted; {again} goes on from the last checkpoint", file=sys.stderr)

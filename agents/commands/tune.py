@@ -8,9 +8,11 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from agents.budgets import TRIAL_STEPS, TRIALS, TUNING_EPISODES, TUNING_EVALUATIONS, TUNING_STARTS
 from agents.cells import RUNS
+from agents.commands.options import Ray
 from agents.learning.settings import LAST_SEED, settings_folder
 from grind_env.arguments import Keeps
 from grind_env.commands import JobFile, NamedProblem, Parts
+from grind_env.errors import GrindError
 from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned import tuned_folder
 
@@ -44,6 +46,7 @@ def tuning(
     runs: Annotated[Path, typer.Option(help="Folder of the trials and trained agents."), Keeps()] = RUNS,
     fresh: Annotated[bool, typer.Option("--fresh", help="Do again what is already done.")] = False,
     jobs: Annotated[int, typer.Option(min=1, help="Processes for scripted policies.")] = 2,
+    ray: Ray = None,
 ) -> None:
     """Tune scripted policies, or the settings of a learned agent, and store their parameters.
 
@@ -65,11 +68,14 @@ def tuning(
             runs=runs,
             fresh=fresh,
             jobs=jobs,
+            cluster=ray,
         )
         for name, entry in tuned.items():
             print(f"{name}: {entry.training_cost} $ an episode in training, {entry.validation_cost} $ in validation")
         print(f"parameters: {tuned_folder(problem.simulation().task, configs) / problem.name}.toml")
         return
+    if ray is not None:
+        raise GrindError("--ray does nothing with --kind, whose trainings learn one from the other: leave it out")
     # torch takes seconds to load
     from agents.tuning.learners import Search, tune_learner
 

@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from csv import DictWriter
 from dataclasses import asdict, dataclass, fields, replace
+from functools import partial
 from io import StringIO
 from itertools import product
 from pathlib import Path
@@ -97,24 +98,26 @@ def dress_study(
         runs: what is found is kept below, in `<problem>/dress_study/`, and used again while the problem is the same.
         advance: called after every finding; there are `count(problem, deciders)`.
     """
-    seeds, simulation = episode_seeds("evaluation", episodes), problem.simulation()
     found = []
-    for every in intervals(simulation):
-        found.append(kept_finding(runs, simulation, "interval", seeds, (every,)))
+    for question in questions(problem, deciders, episode_seeds("evaluation", episodes), runs):
+        found.append(question())
         advance()
-    found.append(kept_finding(runs, simulation, "plan", seeds, intervals(simulation)))
-    advance()
+    return found
+
+
+def questions(problem: Problem, deciders: Sequence[Policy], seeds: range, runs: Path) -> list[Callable[[], Finding]]:
+    """What makes each of the findings of `dress_study`, in their order."""
+    simulation = problem.simulation()
+    kept = partial(kept_finding, runs)
+    asked = [partial(kept, simulation, "interval", seeds, (every,)) for every in intervals(simulation)]
+    asked.append(partial(kept, simulation, "plan", seeds, intervals(simulation)))
     for lead, depth in dresser_settings(problem):
         dress = simulation.task.dress
         dress = replace(dress, lead=round(dress.lead * lead, 6), depth=round(dress.depth * depth, DEPTH_DIGITS))
         assert isinstance(simulation, BlockSimulation)
         other = type(simulation)(replace(simulation.task, dress=dress))
-        found.append(kept_finding(runs, other, "dresser", seeds, PLANS))
-        advance()
-    for policy in deciders:
-        found.append(finding(simulation, "decision", policy, kept_evaluation(policy, problem, seeds, runs)))
-        advance()
-    return found
+        asked.append(partial(kept, other, "dresser", seeds, PLANS))
+    return [*asked, *(partial(decision, problem, policy, seeds, runs) for policy in deciders)]
 
 
 def intervals(simulation: Simulation) -> list[int]:
@@ -181,6 +184,11 @@ def kept_finding(runs: Path, simulation: Simulation, question: str, seeds: range
     result = finding(simulation, question, plan, run_seeds(plan, simulation, seeds), plan.every)
     write_whole(path, json.dumps(asdict(result)))
     return result
+
+
+def decision(problem: Problem, policy: Policy, seeds: range, runs: Path) -> Finding:
+    """What a policy that decides comes to on the evaluation episodes, kept or new."""
+    return finding(problem.simulation(), "decision", policy, kept_evaluation(policy, problem, seeds, runs))
 
 
 def finding(simulation: Simulation, question: str, policy: Policy, run: Evaluation, every: int = 0) -> Finding:

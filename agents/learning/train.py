@@ -12,7 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 
-from agents.cells import RUNS, bare, behaviour, sources
+from agents.cells import RUNS, Advance, bare, behaviour, sources
 from agents.learning import algorithms, imitation, training_env
 from agents.learning.algorithms import attach_log, build
 from agents.learning.checkpoint import Training, checkpoint_path, read_checkpoint, remove_checkpoints, write_checkpoint
@@ -53,6 +53,7 @@ def trained_agent(
     *,
     split: str | None = None,
     quiet: bool = False,
+    advance: Advance = lambda steps: None,
 ) -> Path:
     """The file of an agent, `<kind>-<seed>-<hash>.safetensors` in the problem's sub-folder of `folder`.
 
@@ -69,11 +70,13 @@ def trained_agent(
         fresh: train even if the agent or a checkpoint is there.
         split: contexts of the training episodes; by default those of the settings.
         quiet: show no progress.
+        advance: called with the number of steps that have been done, or were kept.
 
     Raises:
         GrindError: if there is no such kind or split, its settings do not fit, or its checkpoint is damaged.
     """
-    return train(problem, kind, seed, settings_of(problem, kind, steps, split), folder, fresh=fresh, quiet=quiet)
+    settings = settings_of(problem, kind, steps, split)
+    return train(problem, kind, seed, settings, folder, fresh=fresh, quiet=quiet, advance=advance)
 
 
 def train(
@@ -85,6 +88,7 @@ def train(
     *,
     fresh: bool = False,
     quiet: bool = False,
+    advance: Advance = lambda steps: None,
 ) -> Path:
     """As `trained_agent`, with settings of one's own."""
     if not 0 <= seed <= LAST_SEED or settings.envs > SEED_STRIDE:
@@ -111,7 +115,7 @@ def train(
                 shutil.rmtree(log)
             training = Training(_first_model(problem, kind, seed, settings, log), [], {})
         with Console(quiet=quiet) as console:
-            _finish(training, problem, f"{problem.name} {kind} {seed}", settings, checkpoint, console)
+            _finish(training, problem, f"{problem.name} {kind} {seed}", settings, checkpoint, console, advance)
         write_curve(curve_path(path), training.points)
         save_policy(path, training.model, problem.simulation(), kind, settings)
     remove_checkpoints(stem)
@@ -141,7 +145,13 @@ def _first_model(problem: Problem, kind: str, seed: int, settings: Settings, log
 
 
 def _finish(
-    training: Training, problem: Problem, title: str, settings: Settings, checkpoint: Path, console: Console
+    training: Training,
+    problem: Problem,
+    title: str,
+    settings: Settings,
+    checkpoint: Path,
+    console: Console,
+    advance: Advance,
 ) -> None:
     """Train up to the last step."""
     model = training.model
@@ -149,9 +159,12 @@ def _finish(
     columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.fields[news]}"))
     with Progress(TextColumn(title), *columns, console=console) as progress:
         bar = progress.add_task("", total=settings.steps, completed=model.num_timesteps, news="")
+        advance(model.num_timesteps)
 
         def show(steps: int, news: str) -> None:
-            progress.update(bar, completed=min(steps, settings.steps), news=news)
+            done = min(steps, settings.steps)
+            advance(done - int(progress.tasks[0].completed))
+            progress.update(bar, completed=done, news=news)
 
         watch = Watch(
             training,

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from glob import escape
 from pathlib import Path
 from typing import NamedTuple
 
@@ -25,6 +26,16 @@ class Chunk(NamedTuple):
     def __str__(self) -> str:
         return f"{self.problem.name} {self.policy}, seeds {self.seeds.start} to {self.seeds.stop - 1}"
 
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Pattern of what is kept of it."""
+        return (f"{escape(self.problem.name)}/cells/{self.policy}/{self.seeds.start}.npz",)
+
+    @property
+    def trains(self) -> bool:
+        """No agent is trained."""
+        return False
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Places:
@@ -46,7 +57,12 @@ def measured(chunk: Chunk, places: Places, advance: Advance = lambda episodes: N
 
 
 def measure_all(
-    names: Mapping[Problem, Sequence[str]], episodes: int, places: Places, jobs: int, console: Console
+    names: Mapping[Problem, Sequence[str]],
+    episodes: int,
+    places: Places,
+    jobs: int,
+    console: Console,
+    cluster: str | None = None,
 ) -> dict[Problem, dict[str, Evaluation]]:
     """Evaluations of the named policies of each problem, on its first evaluation episodes.
 
@@ -57,8 +73,8 @@ def measure_all(
     parts = [seeds[first : first + CHUNK] for first in range(0, episodes, CHUNK)]
     # those that know most take longest, and come last in the lists
     chunks = [Chunk(problem, name, part) for problem, of in names.items() for name in reversed(of) for part in parts]
-    if jobs > 1:
-        work_on_all(chunks, places, jobs, console, measured)
+    if jobs > 1 or cluster is not None:
+        work_on_all(chunks, places, jobs, console, measured, cluster)
     found: dict[Problem, dict[str, Evaluation]] = {problem: {} for problem in names}
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as progress:

@@ -4,6 +4,7 @@ import io
 import re
 from collections.abc import Mapping, Sequence
 from csv import writer
+from functools import partial
 from pathlib import Path
 
 from rich.console import Console
@@ -48,6 +49,7 @@ def score(
     data: Path = FILE,
     console: Console | None = None,
     jobs: int = 1,
+    cluster: str | None = None,
 ) -> list[Row]:
     """Tune what has not been tuned, run every policy, print the table and write it and the reference scores.
 
@@ -62,14 +64,16 @@ def score(
         data: file of the reference scores.
         console: where to print.
         jobs: processes.
+        cluster: of Ray that works in place of processes of our own; see `agents.cluster`.
     """
     console = console or table_console()
     name, simulation = problem.name, problem.simulation()
     check_own(results / f"{name}.csv", TABLE, "--results")
-    tune_missing(problem, tunable(simulation), runs=runs, configs=configs, jobs=jobs)
+    tune_missing(problem, tunable(simulation), runs=runs, configs=configs, jobs=jobs, cluster=cluster)
     names = policy_names(simulation)
     policies = [make_policy(each, simulation, configs) for each in names]
-    found = measure_all({problem: names}, episodes, Places(runs=runs, configs=configs), jobs, console)[problem]
+    places = Places(runs=runs, configs=configs)
+    found = measure_all({problem: names}, episodes, places, jobs, console, cluster)[problem]
     rows = table_rows(policies, found)
     console.print(rich_table(rows, f"{simulation.task.title}: {episodes} evaluation episodes"))
     write_whole(results / f"{name}.csv", csv_text(simulation.task, rows, found))
@@ -78,11 +82,20 @@ def score(
     return rows
 
 
-def tune_missing(problem: Problem, names: Sequence[str], *, runs: Path, configs: Path | None, jobs: int) -> None:
+def tune_missing(
+    problem: Problem,
+    names: Sequence[str],
+    *,
+    runs: Path,
+    configs: Path | None,
+    jobs: int,
+    cluster: str | None = None,
+) -> None:
     """Tune those of the policies that have not been tuned for a problem yet, with the budget of all tables."""
     quick, slow = ([name for name in names if (name in SLOW) == those] for those in (False, True))
-    tune(problem, quick, evaluations=EVALUATIONS, folder=configs, runs=runs, jobs=jobs)
-    tune(problem, slow, evaluations=SLOW_EVALUATIONS, starts=SLOW_STARTS, folder=configs, runs=runs, jobs=jobs)
+    tuned = partial(tune, problem, folder=configs, runs=runs, jobs=jobs, cluster=cluster)
+    tuned(quick, evaluations=EVALUATIONS)
+    tuned(slow, evaluations=SLOW_EVALUATIONS, starts=SLOW_STARTS)
 
 
 def score_wen(data: Path = FILE) -> None:

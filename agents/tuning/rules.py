@@ -4,11 +4,13 @@ import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from glob import escape
 from itertools import product
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
+import optuna
 from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
@@ -16,6 +18,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from agents.budgets import TUNING_EPISODES, TUNING_EVALUATIONS, TUNING_STARTS
 from agents.cells import RUNS, behaviour, sources
 from agents.pool import work_on_all
+from agents.tuning.away import add_missing, read_trials, write_trials
 from agents.tuning.coefficients import RULES, entry_names, from_vector, rounded
 from agents.tuning.search import Found, evolve, grid_search, refine
 from agents.tuning.studies import KeptCosts, open_study, sqlite_url
@@ -150,7 +153,7 @@ class Tuner:
         entries = entry_names(RULES[name], self.task)
         # the first run starts where the table says, every other from a point of its own
         start = np.random.default_rng(seed).standard_normal(len(entries)) * (seed > 0)
-        costs = self._kept(f"{name}/{seed}", entries, lambda vector: self._made(name, vector))
+        costs = self._kept(search_name(name, seed), entries, lambda vector: self._made(name, vector))
         return evolve(costs, start, evaluations, seed)
 
     def _made(self, name: str, vector: Any) -> Policy:
@@ -161,18 +164,24 @@ class Tuner:
         return from_vector(RULES[name], self.task, vector)
 
     def _kept(self, search: str, entries: Sequence[str], made: Callable[[Any], Policy]) -> KeptCosts:
-        """The costs of a search whose points are made into policies.
+        """The costs of a search whose points are made into policies."""
+        study = self.study(search)
+        return KeptCosts(study, entries, lambda points: self.costs([made(point) for point in points]), self._advance)
 
-        Another code, task or list of seeds has another study.
-        """
+    def study(self, search: str) -> optuna.Study:
+        """The study of a search; another code, task or list of seeds has another."""
         policy = search.partition("/")[0]
         decides = TUNED[policy]
         module = (decides.func if isinstance(decides, partial) else decides).__module__
         code = sources(module), sources(KeptCosts.__module__), behaviour(self.simulation)
         facts = f"{code} {RULES.get(policy)} {self.seeds}"
         name = f"{self.task.name}/{search}/{hashlib.sha256(facts.encode()).hexdigest()[:8]}"
-        study = open_study(self._storage, name, fresh=self._fresh)
-        return KeptCosts(study, entries, lambda points: self.costs([made(point) for point in points]), self._advance)
+        return open_study(self._storage, name, fresh=self._fresh)
+
+
+def search_name(policy: str, seed: int) -> str:
+    """Name of a CMA-ES run of a rule."""
+    return f"{policy}/{seed}"
 
 
 class Run(NamedTuple):
@@ -185,6 +194,21 @@ class Run(NamedTuple):
     def __str__(self) -> str:
         return f"{self.problem.name} {self.policy}, run {self.seed}"
 
+    @property
+    def file(self) -> str:
+        """Where its trials are kept below `runs`, if they are not in the database yet."""
+        return f"{self.problem.name}/tune/{self.policy}-{self.seed}.json"
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The same as a pattern."""
+        return (escape(self.file),)
+
+    @property
+    def trains(self) -> bool:
+        """No agent is trained."""
+        return False
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Budget:
@@ -193,6 +217,7 @@ class Budget:
     storage: str
     evaluations: int
     episodes: int
+    runs: Path
     fresh: bool
 
     @property
@@ -205,6 +230,21 @@ def do_run(run: Run, budget: Budget, advance: Advance) -> None:
     """Do a run; what it finds stays in its study."""
     simulation = run.problem.simulation()
     tuner = Tuner(simulation, budget.storage, budget.episodes, budget.fresh, advance)
+    tuner.run(run.policy, budget.evaluations, run.seed)
+
+
+def do_run_away(run: Run, budget: Budget, advance: Advance) -> None:
+    """Do a run where its database cannot be reached; what it finds stays in its file."""
+    file = budget.runs / run.file
+
+    def keep(points: int) -> None:
+        write_trials(file, study)
+        advance(points)
+
+    url = sqlite_url(budget.runs / "tune.db")
+    tuner = Tuner(run.problem.simulation(), url, budget.episodes, advance=keep)
+    study = tuner.study(search_name(run.policy, run.seed))
+    add_missing(study, read_trials(file, study.study_name))
     tuner.run(run.policy, budget.evaluations, run.seed)
 
 
@@ -242,6 +282,7 @@ def tune(
     runs: Path = RUNS,
     fresh: bool = False,
     jobs: int = 1,
+    cluster: str | None = None,
 ) -> dict[str, Tuned]:
     """Tune the policies that the file of the task does not have yet, and store each as soon as it is done.
 
@@ -259,6 +300,7 @@ def tune(
         runs: folder of the trials.
         fresh: tune again what the file has; one that is damaged is written anew, with these policies only.
         jobs: processes; with more than one, CMA-ES runs are done side by side. What is found does not depend on it.
+        cluster: of Ray that does the runs in place of processes of our own; see `agents.cluster`.
 
     Raises:
         ConfigError: if a policy has nothing to tune, or the file is damaged and `fresh` is not asked for.
@@ -278,8 +320,9 @@ def tune(
         names = [name for name in names if name not in tuned or not _holds(name, tuned[name], simulation, folder)]
     done = _side_by_side(
         [Run(problem, name, seed) for name in names for seed in range(starts)],
-        Budget(storage=url, evaluations=evaluations, episodes=episodes, fresh=fresh),
+        Budget(storage=url, evaluations=evaluations, episodes=episodes, runs=runs, fresh=fresh),
         jobs,
+        cluster,
     )
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns) as progress:
@@ -296,16 +339,26 @@ def tune(
     return tuned
 
 
-def _side_by_side(runs: Sequence[Run], budget: Budget, jobs: int) -> set[str]:
-    """Do the runs of rules in processes, if there are to be several; the names of the policies whose studies hold them.
+def _side_by_side(runs: Sequence[Run], budget: Budget, jobs: int, cluster: str | None) -> set[str]:
+    """Do the runs of rules on a cluster, or in processes if there are to be several.
 
-    What fails here fails again where it is asked for.
+    Returns the names of the policies whose studies hold them. What fails here fails again where it is asked for.
     """
     # the policies that take longest come last in all lists
     runs = [run for run in reversed(runs) if run.policy in RULES]
-    if jobs == 1 or len(runs) < 2:
+    if cluster is not None and runs:
+        tuner = Tuner(runs[0].problem.simulation(), budget.storage, budget.episodes, budget.fresh)
+        for run in runs:
+            write_trials(budget.runs / run.file, tuner.study(search_name(run.policy, run.seed)))
+        work_on_all(runs, budget, jobs, Console(), do_run_away, cluster)
+        for run in runs:
+            study = tuner.study(search_name(run.policy, run.seed))
+            add_missing(study, read_trials(budget.runs / run.file, study.study_name))
+            (budget.runs / run.file).unlink(missing_ok=True)
+    elif jobs == 1 or len(runs) < 2:
         return set()
-    work_on_all(runs, budget, jobs, Console(), do_run)
+    else:
+        work_on_all(runs, budget, jobs, Console(), do_run)
     return {run.policy for run in runs}
 
 
