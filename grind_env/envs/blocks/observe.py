@@ -176,7 +176,7 @@ def observe_blocks(
         observations: shape (N, entries), float32, all 0; written.
     """
     shop = read_shop(shops, 0)
-    lanes = np.zeros(READINGS * LANES)
+    lanes = np.empty(READINGS * LANES)
     values = lanes.reshape((READINGS, LANES))
     for first in range(0, block.size, LANES):
         for i in range(first, min(first + LANES, block.size)):

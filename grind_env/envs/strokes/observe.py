@@ -109,7 +109,7 @@ def observe_strokes(
         high: of each entry.
         observations: shape (N, entries), float32; written.
     """
-    lanes = np.zeros(READINGS * LANES)
+    lanes = np.empty(READINGS * LANES)
     values = lanes.reshape((READINGS, LANES))
     for first in range(0, block.size, LANES):
         for i in range(first, min(first + LANES, block.size)):
