@@ -50,7 +50,7 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         autoreset_mode: `AutoresetMode` or its value: `"NextStep"`, `"SameStep"` or `"Disabled"`.
         render_mode: `"rgb_array"` or `"ansi"`, for one picture or text of each sub-environment.
         max_episode_steps: steps after which an episode is truncated, as by `TimeLimit`; None for never.
-        threads: that grind, each a share of the episodes; the numbers are the same. Worth it from some 500 episodes on.
+        threads: that grind, each a share of the episodes; the numbers are the same. For some thousand, on idle cores.
 
     Raises:
         GrindError: an argument is not legal.
