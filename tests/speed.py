@@ -17,6 +17,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.control.rules import DEPTH_TOLERANCE, motion_time
 from grind_env.envs.blocks.episode import EpisodeGenerator
 from grind_env.envs.infeed.infeed import write_motions
@@ -25,14 +26,19 @@ from grind_env.envs.tables import kind_row, shop_row
 from grind_env.envs.tasks import Task, load_task, read_task
 from grind_env.machine.loops.batch import NO_MOTIONS, longest_plunges
 from grind_env.machine.loops.feeding import FeedMotion
+from grind_env.machine.loops.rows import RULES_FROM
+from grind_env.machine.loops.zones import strip_centres, strip_zones
 from tests import speed_control, speed_envs, speed_training
-from tests.batches import CYCLE, FEEDS, PARAMETERS, PART, PLUNGES, TALLY, WHEEL, as_table, cold, grind_cycles
+from tests.batches import CYCLE, FEEDS, PARAMETERS, PART, PLUNGES, TALLY, TRAVERSES, WHEEL, as_table, cold, grind_cycles
 
 SECONDS = 0.5
 """Measured of each loop and number of machines, about."""
 
 MACHINES = 16384
 """Of the call that two threads share."""
+
+FEW_ZONES, MANY_ZONES, CROSSOVER, PAIRS = 8, 64, 20.0, 5
+"""Zones of a part, from one end of the crossover to the other in mm, and how often both parts are measured."""
 
 Loop = Callable[..., None]
 """Grinds on the tables of cycles, parameters, wheels, parts and tallies."""
@@ -103,6 +109,40 @@ def feedings(machines: int, seed: int = 0) -> tuple[tuple[np.ndarray, ...], Loop
     return (np.array(rows), *machines_of(task, machines)), feeds
 
 
+def crossings(strips: int, machines: int = 256) -> tuple[tuple[np.ndarray, ...], Loop]:
+    """G83 cycles over parts of so many strips of 1 mm, each a zone: tables, and lanes that lay the parts anew."""
+    cycle = TraverseCycle(
+        depth=0.1,
+        primary_pick=0.02,
+        secondary_pick=0.02,
+        width=CROSSOVER,
+        primary_cross_pick=5.0,
+        secondary_cross_pick=5.0,
+        at_depth=2.0,
+        executions=0.0,
+        pre_dress=0.0,
+    )
+    table, *others = cycles(machines)
+    table["cross_end"], table["width"] = CROSSOVER, strips
+    rows = np.hstack([as_table(table)[:, :RULES_FROM], np.tile(cycle, (machines, 1))])
+    zones = strip_zones(strip_centres(0.0, float(strips)))
+
+    def crosses(
+        cycles: np.ndarray, parameters: np.ndarray, wheels: np.ndarray, _: np.ndarray, tallies: np.ndarray
+    ) -> None:
+        parts = np.tile(zones, (machines, 1, 1))
+        TRAVERSES.lanes(cycles, parameters, wheels, parts, tallies, NO_MOTIONS, np.arange(machines), 0, 1)
+
+    return (rows, *others), crosses
+
+
+def ns_per_zone() -> np.ndarray:
+    """CPU time that a zone more of a part takes in a stroke, ns; one number a pair of measurements."""
+    (few, few_cross), (many, many_cross) = crossings(FEW_ZONES), crossings(MANY_ZONES)
+    pairs = [(ns_per_stroke(few_cross, few), ns_per_stroke(many_cross, many)) for _ in range(PAIRS)]
+    return np.array([(long - short) / (MANY_ZONES - FEW_ZONES) for short, long in pairs])
+
+
 def ns_per_stroke(loop: Loop, tables: tuple[np.ndarray, ...]) -> float:
     """CPU time of a loop, ns per stroke."""
     best, tallies = np.inf, np.zeros(len(tables[0]), TALLY)
@@ -166,6 +206,7 @@ def main() -> None:
     table.add_row("G82 in the scalar loop", f"{scalar:.1f} ns/stroke", "")
     table.add_row("G81 in lanes, N = 256", f"{fed:.1f} ns/stroke", "")
     table.add_row("G81 over G82 in lanes, N = 256", f"{fed / block[256]:.2f}", "<= 1.5")
+    table.add_row(f"G83: a zone in a stroke, of {MANY_ZONES}", speed_envs.quartiles(ns_per_zone(), " ns"), "<= 0.5 ns")
     table.add_row("lanes over scalar loop, N = 256", f"{scalar / block[256]:.2f}", ">= 4 (AVX2: 2.5)")
     table.add_row("lanes over scalar loop, N = 4096", f"{scalar / block[4096]:.2f}", ">= 4 (AVX2: 2.5)")
     table.add_row("ns per stroke, N = 16 over N = 4096", f"{block[16] / block[4096]:.2f}", "<= 1.25")

@@ -22,7 +22,13 @@ def brief(monkeypatch: pytest.MonkeyPatch) -> None:
     """As little of everything as there can be."""
     least: dict[Any, dict[str, Any]] = {
         speed: {"SECONDS": 0.0, "MACHINES": 8, "fresh_process": ones},
-        speed_envs: {"SECONDS": 0.0, "TASKS": ("Oracle6",), "SIZES": (2,), "FEW_AND_MANY": (1, 2)},
+        speed_envs: {
+            "SECONDS": 0.0,
+            "TASKS": ("Oracle6",),
+            "SIZES": (2,),
+            "FEW_AND_MANY": (1, 2),
+            "OVER_KERNEL_OF": (2,),
+        },
         speed_control: {"PARTS": 4, "seconds_of_run": lambda program: 1.0},
         speed_training: {"native": lambda: Point(**{each.name: 1.0 for each in fields(Point)} | {"aside": 0.0})},
     }
