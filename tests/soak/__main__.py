@@ -17,7 +17,7 @@ from tests.soak.counts import Counts, load
 from tests.soak.part import Part, Tried, attempted
 from tests.soak.turns import run
 
-NAMES = "programs texts".split()
+NAMES = "programs texts files calls steps kills surroundings caches".split()
 """Modules beside this one."""
 INTERRUPTED = 130
 

@@ -6,6 +6,7 @@ table otherwise than as text.
 
 import csv
 import io
+import json
 import os
 import random
 import shutil
@@ -108,6 +109,8 @@ def _read(read: Read, inside: Path) -> Tried:
         return broken("controls the terminal", repr(said.out + said.error)[-3000:])
     if TOKEN in said.out + said.error:
         return broken("shows another file", (said.out + said.error)[-3000:])
+    if "--json" in read.words and not _is_json(said.out):
+        return broken("no JSON", said.out[-3000:])
     if "Traceback" in said.error:
         return broken("traceback", said.error)
     if said.status in STATUSES:
@@ -131,6 +134,20 @@ def _written(inside: Path) -> tuple[str, str] | None:
         if path.suffix in (".html", ".svg") and MARKUP in text:
             return f"markup in {path.suffix}", text[max(text.index(MARKUP) - 500, 0) :][:1000]
     return None
+
+
+def _is_json(out: str) -> bool:
+    """Whether each line is JSON that any reader takes, which knows neither NaN nor Infinity."""
+
+    def refuse(constant: str) -> None:
+        raise ValueError(constant)
+
+    try:
+        for line in out.splitlines():
+            json.loads(line, parse_constant=refuse)
+    except ValueError:
+        return False
+    return True
 
 
 def _is_number(cell: str) -> bool:
