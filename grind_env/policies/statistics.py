@@ -8,7 +8,7 @@ run has an interval, too.
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -83,7 +83,7 @@ def percentile_interval(value: float, draws: Array) -> Interval:
     """The interval of an estimate, from the same estimate of each resample, shape (resamples,)."""
     tail = 50.0 * (1.0 - COVERAGE)
     # between two infinite draws lies no number
-    method = "nearest" if np.isinf(draws).any() else "linear"
+    method: Literal["nearest", "linear"] = "nearest" if np.isinf(draws).any() else "linear"
     low, high = np.percentile(draws, [tail, 100.0 - tail], method=method)
     return Interval(value, float(low), float(high))
 

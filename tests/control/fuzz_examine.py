@@ -4,9 +4,8 @@ import itertools
 import math
 import traceback
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from grind_env.control import (
     Arc,
@@ -51,10 +50,6 @@ class Finding:
     seed: int
     case: Case
     details: str
-
-    def record(self) -> dict[str, Any]:
-        """As plain data for a JSON file."""
-        return asdict(self)
 
 
 def examine(case: Case, seed: int = 0) -> tuple[str, Finding | None]:

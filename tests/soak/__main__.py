@@ -6,6 +6,7 @@ repeated by `--part NAME --seed K`. Exit status 1 tells that something has falle
 """
 
 import argparse
+import signal
 import sys
 from importlib import import_module
 from pathlib import Path
@@ -17,7 +18,7 @@ from tests.soak.counts import Counts, load
 from tests.soak.part import Part, Tried, attempted
 from tests.soak.turns import run
 
-NAMES = "programs texts files calls steps kills surroundings caches".split()
+NAMES = ["programs", "texts", "files", "calls", "steps", "kills", "surroundings", "caches", "properties"]
 """Modules beside this one."""
 INTERRUPTED = 130
 
@@ -41,6 +42,7 @@ def main(words: list[str] | None = None) -> int:
     if options.seed is not None:
         return _repeat(parts, options.seed, console)
     counts = load(options.out)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))  # what it has begun ends with it
 
     def told(name: str, seed: int, tried: Tried) -> None:
         if tried.end == "fallen":

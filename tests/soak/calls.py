@@ -4,16 +4,19 @@ What is not refused is done to the twin, too, with the same result; now and then
 the other, and a stranger of the same id is played in between.
 """
 
+import inspect
 import random
+import warnings
 from copy import deepcopy
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
+from gymnasium.envs.registration import load_env_creator
 
 from grind_env.errors import GrindError
-from tests.envs.harness import FORMS, MODES, accepts, assert_same, every_id
-from tests.soak.part import Part, Tried, broken, fallen
+from tests.envs.harness import MODES, assert_same, every_id, forms_of
+from tests.soak.part import Part, Tried, broken, fallen, refused
 
 CALLS = 40
 REFUSALS = GrindError, gym.error.Error
@@ -21,6 +24,10 @@ NUMBERS: tuple[Any, ...] = (
     *(0, 1, -1, 0.5, 1e30, -1e308, 10**400, float("nan"), float("inf"), -0.0, 5e-324, 2**63, -(2**63), 1 + 1e-7),
     *(True, None, "0", b"0", "", "\x1b[31m", 1j, [], {}, (), object(), np.datetime64("nat"), np.float16("inf")),
 )
+SMALL = 0, -1, 1, 2.5, "2", None, True, [2], float("nan")
+"""Numbers of environments; of a great one the memory is the caller's."""
+MADE = 0.3
+"""Share of cases in which an environment is made of odd arguments."""
 SEEDS: tuple[Any, ...] = (-1, 0.5, "one", True, 2**40, 10**30, [], [1], [1, -1], {}, np.array(3), np.array([1.5]), 7, 8)
 SPLITS: tuple[Any, ...] = ("all", "inner", "interpolation", "extrapolation", "", None, 3, ["all"])
 
@@ -29,7 +36,9 @@ def attempt(seed: int) -> Tried:
     """Call the environment of a seed."""
     ids, rng = every_id(), random.Random(seed)
     env_id = ids[seed % len(ids)]
-    words = {"action": rng.choice(FORMS)} if accepts(env_id, "action") else {}
+    if rng.random() < MADE:
+        return _made(env_id, rng)
+    words = {"action": rng.choice(forms_of(env_id))}
     if rng.random() < 0.5:
         count, mode = rng.choice((1, 2, 3, 17)), rng.choice(MODES)
         made = [gym.make_vec(env_id, count, autoreset_mode=mode, **words) for _ in range(3)]
@@ -37,6 +46,29 @@ def attempt(seed: int) -> Tried:
         count = 0
         made = [gym.make(env_id, disable_env_checker=True, **words) for _ in range(3)]
     return _Play(rng, env_id, count, *made).run()
+
+
+def _made(env_id: str, rng: random.Random) -> Tried:
+    """Make an environment with arguments that are wrong, as a rule."""
+    spec, vector = gym.spec(env_id), rng.random() < 0.5
+    create = load_env_creator(spec.vector_entry_point if vector else spec.entry_point)
+    names = list(inspect.signature(load_env_creator(spec.entry_point)).parameters)
+    words = {rng.choice([*names, "no_such"]): rng.choice((*NUMBERS, *SPLITS)) for _ in range(rng.choice((1, 1, 3)))}
+    if vector and rng.random() < 0.5:
+        words[rng.choice(("num_envs", "autoreset_mode"))] = rng.choice((*SMALL, *MODES))
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            create(**{"num_envs": 2, **words} if vector else words).reset(seed=0)
+    except GrindError as error:
+        return refused(error)
+    except REFUSALS:
+        return Tried("refused", sums={"refused by gymnasium": 1})
+    except Exception as error:
+        if isinstance(error, TypeError) and "unexpected keyword argument" in str(error):
+            return Tried("refused", sums={"refused by Python": 1})
+        return fallen(error, f"{env_id} {words}")
+    return Tried("accepted", sums={"made of odd arguments": 1})
 
 
 class _Play:

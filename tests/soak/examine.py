@@ -4,8 +4,8 @@ import math
 import random
 import time
 import traceback
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -85,10 +85,6 @@ class Examined:
     strokes: int = 0
     exact: tuple[int, int] = (0, 0)
     findings: list[Finding] = field(default_factory=list)
-
-    def record(self) -> dict[str, Any]:
-        """As plain data for a JSON file."""
-        return {**asdict(self), "happened": sorted(self.happened)}
 
     def differ(self, kind: str, found: object, expected: object) -> None:
         """Note down a difference."""

@@ -1,7 +1,7 @@
 """Kills at every write of every command: no file is lost or half written, and the same command ends as if unkilled.
 
 A command is killed before it opens a file to write, renames, makes or removes one, each of them in its turn; or in the
-middle of a file, when that has come to so many bytes. A tuning, whose trials are in a database, is killed at statements.
+middle of a file, when that has come to so many bytes. A tuning is killed at the statements of its database.
 """
 
 import os
@@ -205,7 +205,7 @@ def _good() -> Mapping[str, bytes | None]:
 
 
 def _writes(arguments: tuple[object, ...]) -> bool:
-    path, mode, flags = arguments
+    path, _, flags = arguments
     if str(path) == os.devnull:
         return False
     return isinstance(flags, int) and bool(flags & WRITING)

@@ -25,7 +25,9 @@ READINGS = (
     '{"mean_power": 2600, "peak_power": 2900}\n{"mean_power": 1700, "peak_power": 1900, "size_error": 1.5}\n'
     '{"E": 12000, "D": 1}\n{"Ra": 0.3, "new_lot": 1, "new_wheel": 0, "diameter": 298.9}\n'
 )
-MEASURED = "mean_power,first_power,peak_power,size_error,Ra,new_lot\n2600,2500,2900,,,\n1700,,1900,1.5,,1\n,,,,,\n,,,,.3,0\n"
+MEASURED = (
+    "mean_power,first_power,peak_power,size_error,Ra,new_lot\n2600,2500,2900,,,\n1700,,1900,1.5,,1\n,,,,,\n,,,,.3,0\n"
+)
 GAUGED = "part,size [um],Ra,burn,diameter\n1,2,.3,no,299.8\n"
 SETTINGS = (
     "table_speed [m/min];downfeed [µm];volume;power [kW];Ra\n8;5;40;.4;.3\n8;15;40;1.1;.4\n14;5;40;.6;.35\n"

@@ -1,4 +1,4 @@
-"""Commands in odd surroundings: no room, no streams, no words but ASCII, nothing that may be written, Ctrl-C at any time.
+"""Commands in odd surroundings: no room, no streams, no words but ASCII, nothing that may be written, Ctrl-C.
 
 Whatever it is, a command ends by itself with a status of its own and at most one sentence, and leaves no half file.
 """
@@ -171,7 +171,9 @@ def _run(words: str, around: Surroundings, folder: Path, moment: float) -> tuple
         if around.gone:
             shutil.rmtree(folder)
 
-    out, error = (subprocess.PIPE if name is None else os.open(name, os.O_WRONLY) for name in (around.out, around.error))
+    out, error = (
+        subprocess.PIPE if name is None else os.open(name, os.O_WRONLY) for name in (around.out, around.error)
+    )
     with subprocess.Popen(
         [sys.executable, FOLDER[0] / "grind", *shlex.split(words)],
         cwd=folder,
