@@ -45,6 +45,8 @@ COMMANDS = (
 )
 STATUSES = (0, 3)
 """3 tells that no better program was found, and none is written."""
+BLOCK = 8
+"""Cases of a command in a row: each process runs it whole before it kills it."""
 STUDIES = 40
 """Cases of which one is a tuning, which is killed many times."""
 WRITING = os.O_WRONLY | os.O_RDWR
@@ -98,7 +100,8 @@ def attempt(seed: int) -> Tried:
     """Kill the command of a seed, and run it once more."""
     if seed % STUDIES == STUDIES - 1:
         return _kill_tuning(seed // STUDIES)
-    words, turn = COMMANDS[seed % len(COMMANDS)], seed // len(COMMANDS)
+    row, place = divmod(seed, BLOCK * len(COMMANDS))
+    words, turn = COMMANDS[place // BLOCK], BLOCK * row + place % BLOCK
     whole, rng = _whole(words), random.Random(seed)
     if whole.status not in STATUSES:
         return broken(f"{words}: status {whole.status}", "")
@@ -221,4 +224,4 @@ def _alike(words: str, found: bytes | None, expected: bytes | None) -> bool:
     return MOMENTS.sub(b"", found) == MOMENTS.sub(b"", expected)
 
 
-PART = Part(name="kills", attempt=attempt, prepare=prepare, share=1.5, seconds=300.0)
+PART = Part(name="kills", attempt=attempt, prepare=prepare, share=2.5, seconds=300.0)

@@ -40,4 +40,4 @@ def attempt(seed: int) -> Tried:
     return Tried("accepted" if examined.end == "ground" else "refused", sums=sums, most=most)
 
 
-PART = Part(name="programs", attempt=attempt, prepare=warm_up, share=4.0, seconds=600.0)
+PART = Part(name="programs", attempt=attempt, prepare=warm_up, share=14.0, seconds=600.0)
