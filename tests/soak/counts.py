@@ -71,14 +71,21 @@ class Count:
 
 @dataclass(slots=True)
 class Counts:
-    """Cases of all parts, and the file that keeps them."""
+    """Cases of all parts.
+
+    Attributes:
+        path: of the file that keeps them.
+        parts: by name.
+        origin: the first seed of each, so that every commit tries other cases.
+    """
 
     path: Path
     parts: dict[str, Count]
+    origin: int = 0
 
     def of(self, name: str) -> Count:
         """Those of a part."""
-        return self.parts.setdefault(name, Count())
+        return self.parts.setdefault(name, Count(self.origin))
 
     def save(self) -> None:
         """Replace the file; what was given out and has not ended is given out again."""
@@ -91,9 +98,10 @@ class Counts:
 def load(folder: Path) -> Counts:
     """The counts of the commit so far."""
     folder.mkdir(parents=True, exist_ok=True)
-    path = folder / f"{commit()}.json"
+    name = commit()
+    path, origin = folder / f"{name}.json", int(name[:8], 16)
     document = json.loads(path.read_text("utf-8")) if path.exists() else {}
-    return Counts(path, {name: _count(fields) for name, fields in document.items()})
+    return Counts(path, {name: _count(fields) for name, fields in document.items()}, origin)
 
 
 def _count(fields: dict[str, Any]) -> Count:
