@@ -48,11 +48,7 @@ def main(words: list[str] | None = None) -> int:
         if tried.end == "fallen":
             console.print(f"fallen: {name}, seed {seed}: {tried.kind}")
 
-    try:
-        run(parts, counts, 60.0 * options.minutes, options.jobs, told)
-    except KeyboardInterrupt:
-        console.print("interrupted; the same command goes on from here")
-        return INTERRUPTED
+    run(parts, counts, 60.0 * options.minutes, options.jobs, told)
     report(counts, console)
     return int(any(count.kinds for count in counts.parts.values()))
 
@@ -90,4 +86,8 @@ def report(counts: Counts, console: Console) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:
+        print("interrupted; the same command goes on from here", file=sys.stderr)
+        sys.exit(INTERRUPTED)

@@ -2,7 +2,9 @@
 
 import os
 import signal
+import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -17,6 +19,14 @@ from tests.soak.part import Part, Tried
 from tests.soak.readers import READS, Read, Said
 from tests.soak.turns import plan, run
 from tests.test_outputs import TREE
+
+
+@pytest.fixture(scope="module", autouse=True)
+def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Temporary files of what is killed here lie where pytest removes them."""
+    before, tempfile.tempdir = tempfile.tempdir, str(tmp_path_factory.mktemp("soak"))
+    yield
+    tempfile.tempdir = before
 
 
 def odd(seed: int) -> Tried:

@@ -3,6 +3,7 @@
 import faulthandler
 import multiprocessing
 import os
+import shutil
 import signal
 import tempfile
 import time
@@ -72,9 +73,9 @@ class Turn:
         self.began = time.monotonic()
         self.until = self.began + seconds
         self.memory: list[tuple[float, float]] = []
-        handle, name = tempfile.mkstemp(prefix="soak-", suffix=".log")
-        os.close(handle)
-        self.log = Path(name)
+        self.folder = Path(tempfile.mkdtemp(prefix="soak-"))
+        self.log = self.folder / "said.log"
+        self.log.touch()
         self.pipe, other = FORK.Pipe()
         self.process: BaseProcess = FORK.Process(target=_serve, args=(part, self.pipe, other, self.log))
         self.process.start()
@@ -103,7 +104,9 @@ class Turn:
             os.killpg(self.process.pid or 0, signal.SIGKILL)  # what it has begun goes with it
         self.process.join()
         self.pipe.close()
-        self.log.unlink(missing_ok=True)
+        for path, _, _ in os.walk(self.folder):  # some may only be read
+            Path(path).chmod(0o700)
+        shutil.rmtree(self.folder)
 
 
 def run(
@@ -194,6 +197,7 @@ def _serve(part: Part, theirs: Connection, pipe: Connection, log: Path) -> None:
     """Try the cases that come in until no more do; a case that hangs ends the process, and the log says where."""
     os.setsid()  # Ctrl-C is for who began it
     theirs.close()
+    tempfile.tempdir = str(log.parent)  # what it leaves there is removed with it
     said = os.open(log, os.O_WRONLY | os.O_APPEND)
     for descriptor in (1, 2):
         os.dup2(said, descriptor)
