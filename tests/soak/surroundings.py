@@ -83,6 +83,7 @@ def may_not_write() -> None:
     ctypes.CDLL(None).prctl(DROP, CAPABILITY, 0, 0, 0)
 
 
+FULL = "a full disk"
 ASCII = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "LANG": None}
 NOWHERE = "/nowhere/at/all"
 
@@ -96,7 +97,7 @@ def _drawn(rng: random.Random, folder: Path, installed: Path) -> Surroundings:
             Surroundings("output to a full disk", out="/dev/full"),
             Surroundings("errors to a full disk", error="/dev/full"),
             Surroundings("both to a full disk", out="/dev/full", error="/dev/full"),
-            Surroundings("a full disk", _no_room(rng.choice((0, 1, 100, 3000, 20_000)))),
+            Surroundings(FULL, _no_room(rng.choice((0, 1, 100, 3000, 20_000)))),
             Surroundings(f"streams {streams} closed", _closing(*streams)),
             Surroundings("nobody reads on", reads_on=False),
             Surroundings("locale C", environment=ASCII),
@@ -151,7 +152,9 @@ def attempt(seed: int) -> Tried:
         spent = time.monotonic() - began
         if not around.gone:
             folder.chmod(0o755)
-        wrong = _wrong(words, around, status, out, error) or (None if around.gone else _files(before, folder, status))
+        wrong = _wrong(words, around, status, out, error) or (
+            None if around.gone else _files(before, folder, status, around)
+        )
     if wrong is not None:
         return broken(f"{words}, {around.name}: {wrong}", f"status {status}\n{out[-1500:]}\n{error[-4000:]}")
     end = "refused" if status == 2 else "accepted"
@@ -212,15 +215,15 @@ def _wrong(words: str, around: Surroundings, status: int, out: str, error: str) 
     return None
 
 
-def _files(before: Mapping[str, bytes | None], folder: Path, status: int) -> str | None:
-    """What is wrong with the files."""
+def _files(before: Mapping[str, bytes | None], folder: Path, status: int, around: Surroundings) -> str | None:
+    """What is wrong with the files; where only the output has no room, they are whole."""
     after = contents(folder)
     if changed := [name for name in before if after.get(name) != before[name]]:
         return f"changes {changed}"
     if litter := [name for name in after if ".grind-" in name and status >= 0]:
         return f"leaves {litter}"
-    if status == 2 and any(name.startswith("out.") for name in after):
-        return "refuses, and writes a file"
+    if around.name == FULL and status == 2 and any(name.startswith("out.") for name in after):
+        return "has no room, and writes a file"
     return None
 
 
