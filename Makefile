@@ -3,19 +3,27 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+# `make PINNED= VENV=build/newest test` has the newest version of everything.
+PINNED := --constraint constraints.txt
 
-.PHONY: setup test bits lint format benchmark speed validate notebooks docs core readme clean
+.PHONY: setup test bits lint format benchmark speed validate notebooks docs core readme soak clean
 
 setup: $(STAMP)
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check $(PINNED) --editable '.[dev]'
 	touch $(STAMP)
 
 # Each process begins with one half of the files, so that few kernels are compiled, and few fixtures made, by both.
 test: setup
 	$(BIN)/python -m pytest -n 2 --dist worksteal
+
+# Hostile and random cases against everything; further runs add to build/soak/<commit>.json. `make soak PARTS=files`.
+MINUTES ?= 60
+
+soak: setup
+	$(BIN)/python -m tests.soak --minutes $(MINUTES) $(if $(PARTS),--part $(PARTS))
 
 # The tests that promise equal bits, as they run on other processors.
 bits: setup
@@ -62,14 +70,14 @@ docs: notebooks
 # A core install, without torch and Stable-Baselines3, imports, registers and steps every environment.
 core:
 	$(PYTHON) -m venv build/core
-	build/core/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt .
+	build/core/bin/python -m pip install --quiet --disable-pip-version-check $(PINNED) .
 	cd build && core/bin/python ../.ci/core_install.py
 
 # The README as printed, from an installed wheel in an empty environment.
 readme:
 	$(PYTHON) -m venv build/readme
 	build/readme/bin/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir build/wheel .
-	build/readme/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt \
+	build/readme/bin/python -m pip install --quiet --disable-pip-version-check $(PINNED) \
 		"grind_env[plot,sb3,shop] @ file://$(CURDIR)/$$(ls -t build/wheel/grind_env-*.whl | head -1)"
 	build/readme/bin/python .ci/readme.py build/readme/bin
 

@@ -1,5 +1,6 @@
 """What a policy is worth: cost per good part and score on frozen seeds, with intervals."""
 
+import math
 from dataclasses import dataclass
 from typing import Any, get_args
 
@@ -54,17 +55,18 @@ class Judgement:
         return f"{self.policy} (sees {self.sees}) in {self.problem}, {count} episodes, {seeds}, split {self.split}"
 
     def numbers(self) -> dict[str, Any]:
-        """The figures by name, for JSON."""
-        cost, run = self.evaluation.cost_per_good_part, self.evaluation
+        """The figures by name, for JSON; a cost is None where no part is good."""
+        run = self.evaluation
+        cost = [value if math.isfinite(value) else None for value in run.cost_per_good_part]
         found: dict[str, Any] = {
             "policy": self.policy,
             "sees": self.sees,
             "seeds": self.seeds,
             "split": self.split,
             "episodes": len(run.cost),
-            "cost_per_good_part": cost.value,
-            "low": cost.low,
-            "high": cost.high,
+            "cost_per_good_part": cost[0],
+            "low": cost[1],
+            "high": cost[2],
             "scrap": run.scrap,
             "E": run.speed,
             "D": run.dresses,
@@ -76,9 +78,10 @@ class Judgement:
 
     def __str__(self) -> str:
         cost, run = self.evaluation.cost_per_good_part, self.evaluation
+        price = f"{cost.value:.3f} $ per good part ({cost.low:.3f} to {cost.high:.3f})"
         lines = [
             f"{self.title}:",
-            f"{cost.value:.3f} $ per good part ({cost.low:.3f} to {cost.high:.3f}), {100 * run.scrap:.2f} % scrap,"
+            f"{price if math.isfinite(cost.value) else 'no good part'}, {100 * run.scrap:.2f} % scrap,"
             f" E {run.speed:.1f} m/min, D {run.dresses:.2f}",
         ]
         if self.score is not None:

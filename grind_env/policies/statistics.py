@@ -8,7 +8,7 @@ run has an interval, too.
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -34,8 +34,12 @@ class Interval(NamedTuple):
 
 
 def cost_per_good_part(cost: Array, good: Array) -> Array:
-    """Sum of costs over the sum of survival probabilities, along the last axis of shape (..., episodes)."""
-    return np.asarray(cost.sum(axis=-1) / good.sum(axis=-1))
+    """Sum of costs over the sum of survival probabilities, along the last axis of shape (..., episodes).
+
+    Infinite where no part is good.
+    """
+    with np.errstate(divide="ignore"):
+        return np.asarray(cost.sum(axis=-1) / good.sum(axis=-1))
 
 
 def normalised_score(cost: Array, fixed: Array, planner: Array) -> Array:
@@ -78,7 +82,9 @@ def bootstrap(statistic: Callable[..., Array], *samples: Array, seed: int = 0, r
 def percentile_interval(value: float, draws: Array) -> Interval:
     """The interval of an estimate, from the same estimate of each resample, shape (resamples,)."""
     tail = 50.0 * (1.0 - COVERAGE)
-    low, high = np.percentile(draws, [tail, 100.0 - tail])
+    # between two infinite draws lies no number
+    method: Literal["nearest", "linear"] = "nearest" if np.isinf(draws).any() else "linear"
+    low, high = np.percentile(draws, [tail, 100.0 - tail], method=method)
     return Interval(value, float(low), float(high))
 
 

@@ -2,14 +2,10 @@
 
 import itertools
 import math
-import signal
 import traceback
 from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from types import FrameType
-from typing import Any
 
 from grind_env.control import (
     Arc,
@@ -27,6 +23,7 @@ from grind_env.control import (
     read,
 )
 from tests.control.fuzz_cases import Case
+from tests.soak.limits import TooSlowError, limited
 
 SLOW = 2.0
 """s of processor time that a program may take."""
@@ -36,10 +33,6 @@ NEGLIGIBLE = 1e-6
 """mm or s, above the rounding of coordinates."""
 ARC_TOLERANCE = 0.0101
 """mm by which the ends of an arc may differ in their distance from its centre."""
-
-
-class TooSlowError(BaseException):
-    """A program has used up its time; no handler of ordinary exceptions may stop this."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,10 +51,6 @@ class Finding:
     case: Case
     details: str
 
-    def record(self) -> dict[str, Any]:
-        """As plain data for a JSON file."""
-        return asdict(self)
-
 
 def examine(case: Case, seed: int = 0) -> tuple[str, Finding | None]:
     """Check and execute a program.
@@ -70,7 +59,7 @@ def examine(case: Case, seed: int = 0) -> tuple[str, Finding | None]:
         how it ended, "done" or the name of its error, and what is wrong with the control, if anything.
     """
     try:
-        with _limited(SLOW):
+        with limited(SLOW):
             errors = _errors(case)
             broken = next((f"no place: {error}" for error in errors if not _placed(error)), None) or _broken(case)
     except TooSlowError:
@@ -200,19 +189,3 @@ def _act(control: Control, action: str) -> None:
         control.interrupt(9000, int(number))
     else:
         {"dress": control.request_dress, "feedhold": control.feedhold, "single block": control.single_block}[action]()
-
-
-@contextmanager
-def _limited(seconds: float) -> Iterator[None]:
-    """Raise `TooSlowError` after so much processor time."""
-
-    def stop(signum: int, frame: FrameType | None) -> None:
-        raise TooSlowError
-
-    before = signal.signal(signal.SIGVTALRM, stop)
-    signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
-        signal.signal(signal.SIGVTALRM, before)

@@ -1,16 +1,14 @@
-"""A short, repeatable run of the fuzzer, and proof that it sees what it looks for."""
+"""A short, repeatable run of the random texts, and proof that it sees what it looks for."""
 
 from collections import Counter
-from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
 from grind_env.control import ControlError, Event, Execution
 from tests.control import fuzz_examine
-from tests.control.fuzz import growth, main, run_chunk
 from tests.control.fuzz_cases import Case, case
 from tests.control.fuzz_examine import Finding, examine, smallest
+from tests.soak.texts import attempt
 
 PROGRAMS = 2000
 ENDS = """
@@ -22,10 +20,11 @@ LONG = "G00 X1.\nX2.\nG01 X3. F100.\nZ1. (HERE)\nX4. Y5.\nM30\n"
 
 
 def test_random_programs() -> None:
-    record = run_chunk(range(PROGRAMS))
-    assert record["findings"] == []
-    assert record["ends"]["done"] > PROGRAMS // 4
-    assert set(ENDS.split()) <= set(record["ends"])
+    tried = [attempt(seed) for seed in range(PROGRAMS)]
+    assert [each for each in tried if each.end == "fallen"] == []
+    ends = Counter(end for each in tried for end in each.sums)
+    assert ends["done"] == sum(each.end == "accepted" for each in tried) > PROGRAMS // 4
+    assert set(ENDS.split()) <= set(ends)
 
 
 def test_a_case_follows_from_its_seed() -> None:
@@ -95,22 +94,3 @@ def test_more_strokes_than_the_budget_are_seen(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr("grind_env.control.budget.Budget.foresee", lambda self, count, place: None)
     finding = examine(Case(text, {"block_budget": 20}))[1]
     assert finding is not None and finding.signature == "more strokes than the budget"
-
-
-def test_growth_counts_from_full_caches() -> None:
-    def records(worker: int, memory: Iterator[float]) -> list[dict[str, float]]:
-        return [{"worker": worker, "memory": mb} for mb in memory]
-
-    steady = records(1, iter([10.0, 40.0, 50.0, 50.0, 50.0, 50.0, 50.0, 51.0]))
-    leaking = records(2, (10.0 * count for count in range(20)))
-    assert growth(steady + leaking + records(3, iter([1.0, 99.0]))) == {1: 1.0, 2: 140.0}
-
-
-def test_a_run_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    results = tmp_path / "seed-5.jsonl"
-    monkeypatch.setattr("tests.control.fuzz.CHUNK", 20)
-    for programs, chunks in ((20, 1), (50, 3), (50, 3)):
-        arguments = ["--programs", str(programs), "--seed", "5", "--jobs", "1", "--out", str(tmp_path)]
-        monkeypatch.setattr("sys.argv", ["fuzz", *arguments])
-        assert main() == 0
-        assert len(results.read_text().splitlines()) == chunks

@@ -32,6 +32,7 @@ def test_unknown_choices_are_refused_with_the_legal_ones() -> None:
         assert "'continuous'" in message and "box, multidiscrete, discrete, dict" in message
         message = refusal(TaskError, make, observation="hidden")
         assert "'hidden'" in message and "measured, full" in message
+        assert "['G82']" in refusal(TaskError, make, cycle=["G82"])
         assert "'svg'" in refusal(TaskError, make, render_mode="svg")
     message = refusal(TaskError, gym.make_vec, IDS[0], 2, autoreset_mode="Sometimes")
     assert "'Sometimes'" in message

@@ -1,5 +1,7 @@
 """What a policy is said to be worth."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -14,6 +16,7 @@ from grind_env.policies.registry import make_policy
 from grind_env.policies.scripted.rules import Fixed
 from grind_env.policies.tuned import ConfigError
 from grind_env.scores import find_reference, normalise
+from tests.command import Grind
 
 PLATES = find_problem("power_limited")
 SIMULATION = PLATES.simulation()
@@ -150,3 +153,11 @@ def test_a_problem_that_is_not_there_is_told() -> None:
 def test_where_no_speeds_are_chosen_no_policy_is_judged(name: str) -> None:
     with pytest.raises(GrindError, match=f"there is no problem '{name}'"):
         evaluate("random", name)
+
+
+def test_no_good_part_is_said_so_and_is_null_in_json(grind: Grind) -> None:
+    words = ("evaluate", "--policy", "E30D0", "--task", "power_limited", "--episodes", "2")
+    status, said, error = grind(*words)
+    assert (status, error) == (0, "") and "\nno good part, 100.00 % scrap" in said
+    found = json.loads(grind(*words, "--json")[1], parse_constant=pytest.fail)
+    assert [found[name] for name in ("cost_per_good_part", "low", "high")] == [None] * 3

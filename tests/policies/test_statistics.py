@@ -39,6 +39,14 @@ def test_score_of_known_costs(cost, score):
     assert normalised_score(np.array(cost), np.array([4.0, 6.0]), np.array([1.0, 3.0])) == score
 
 
+def test_the_cost_without_a_good_part_is_infinite():
+    none = bootstrap(cost_per_good_part, np.array([3.0, 4.0, 5.0]), np.zeros(3))
+    assert none == (np.inf, np.inf, np.inf)
+    # one good part in forty episodes is in every other resample, and in no smaller share of them than the low end
+    some = bootstrap(cost_per_good_part, np.ones(40), np.eye(40)[0])
+    assert some.value == 40.0 and 0.0 < some.low < 40.0 and some.high == np.inf
+
+
 def test_score_without_a_range_is_not_a_number():
     same = np.array([2.0, 3.0])
     assert np.isnan(normalised_score(same, same, same))

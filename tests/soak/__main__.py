@@ -1,113 +1,93 @@
-"""Random programs that grind, on all their ways: `python -m tests.soak --programs 20000 --seed 1`.
+"""Hostile and random cases against everything, for as long as one likes: `python -m tests.soak --minutes 60`.
 
-What `check` passes, `machine.grind` grinds or refuses in one sentence; stroke by stroke the same comes of it to the bit
-and so it does block by block, compiled or not: wheels to the bit, sums over a run to 1e-9. The results of every hundred
-programs are added to a file of the commit, so that a run which was interrupted goes on where it stopped. Exit status 1
-tells of findings, 130 of an interruption.
+Parts take turns; each draws case k from seed k, tries it, and has it accepted, refused in a sentence, or fallen. The
+counts are kept in a file of the commit, and every further run adds to them, also where it was interrupted. A case is
+repeated by `--part NAME --seed K`. Exit status 1 tells that something has fallen, 130 of an interruption.
 """
 
-import os
-import subprocess
+import argparse
+import signal
 import sys
-import time
-from collections import Counter
+from importlib import import_module
 from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
 
-from grind_env.machine.job.text import job_text
-from tests.campaign import Record, run
-from tests.soak.examine import SLOW, examine
-from tests.soak.writer import case
+from tests.soak.counts import Counts, load
+from tests.soak.part import Part, Tried, attempted
+from tests.soak.turns import run
 
-CHUNK = 100
-KEPT = 3
-"""Findings of a kind whose program and job are kept, of each chunk."""
-WARM = 60
-"""Programs after which what they need has been compiled."""
+NAMES = ["programs", "texts", "files", "calls", "steps", "kills", "surroundings", "caches", "properties"]
+"""Modules beside this one."""
+INTERRUPTED = 130
 
 
-def run_chunk(seeds: range) -> Record:
-    """Examine the programs of some seeds."""
-    warm_up()
-    ends: Counter[str] = Counter()
-    replays: Counter[str] = Counter()
-    constructs: Counter[str] = Counter()
-    kinds: Counter[str] = Counter()
-    kept: list[Record] = []
-    exact, strokes, slowest = [0, 0], 0, (0.0, seeds.start)
-    began = time.process_time()
-    for seed in seeds:
-        before = time.process_time()
-        drawn = case(seed)
-        examined = examine(drawn)
-        slowest = max(slowest, (time.process_time() - before, seed))
-        ends[examined.end or "fell"] += 1
-        replays[examined.replay or "none"] += 1
-        constructs.update(drawn.constructs | examined.happened)
-        exact = [a + b for a, b in zip(exact, examined.exact, strict=True)]
-        strokes += examined.strokes
-        for kind in {finding.kind for finding in examined.findings}:
-            kinds[kind] += 1
-            if kinds[kind] <= KEPT:
-                details = next(finding.details for finding in examined.findings if finding.kind == kind)
-                job = job_text(drawn.job)
-                kept.append({"kind": kind, "seed": seed, "details": details, "text": drawn.text, "job": job})
-    return {
-        "first": seeds.start,
-        "programs": len(seeds),
-        "ends": ends,
-        "replays": replays,
-        "constructs": constructs,
-        "kinds": kinds,
-        "exact": exact,
-        "strokes": strokes,
-        "slowest": list(slowest),
-        "cpu": time.process_time() - began,
-        "findings": kept,
-    }
+def part_of(name: str) -> Part:
+    """The part by that name."""
+    found: Part = import_module(f"tests.soak.{name}").PART
+    return found
 
 
-def warm_up() -> None:
-    """Let numba compile, once in each process, what the limit of time is not for."""
-    if not WARMED:
-        WARMED.append(os.getpid())
-        for seed in range(WARM):
-            examine(case(seed), seconds=600.0)
+def main(words: list[str] | None = None) -> int:
+    """Run, and report all that the file of the commit holds."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--minutes", type=float, default=60.0)
+    parser.add_argument("--part", nargs="+", choices=NAMES, default=NAMES, metavar="NAME", help=", ".join(NAMES))
+    parser.add_argument("--seed", type=int, help="try this case alone, here, and show how it ends")
+    parser.add_argument("--jobs", type=int, default=2, help="processes side by side")
+    parser.add_argument("--out", type=Path, default=Path("build/soak"), help="folder of the counts")
+    options = parser.parse_args(words)
+    parts, console = [part_of(name) for name in options.part], Console(stderr=True, markup=False, highlight=False)
+    if options.seed is not None:
+        return _repeat(parts, options.seed, console)
+    counts = load(options.out)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))  # what it has begun ends with it
+
+    def told(name: str, seed: int, tried: Tried) -> None:
+        if tried.end == "fallen":
+            console.print(f"fallen: {name}, seed {seed}: {tried.kind}")
+
+    run(parts, counts, 60.0 * options.minutes, options.jobs, told)
+    report(counts, console)
+    return int(any(count.kinds for count in counts.parts.values()))
 
 
-WARMED: list[int] = []
+def _repeat(parts: list[Part], seed: int, console: Console) -> int:
+    for part in parts:
+        part.prepare()
+        tried = attempted(part, seed)
+        console.print(f"{part.name}, seed {seed}: {tried.end} {tried.kind}\n{tried.details}")
+        console.print({**tried.sums, **tried.most})
+    return int(tried.end == "fallen")
 
 
-def commit() -> str:
-    """The commit of the working tree, marked if there are changes."""
-    words = ("git", "describe", "--always", "--dirty", "--abbrev=8", "--exclude=*")
-    return subprocess.run(words, capture_output=True, text=True, check=True).stdout.strip()
-
-
-def main() -> int:
-    """Run what is not yet done, and report all of it."""
-    records, console = run(__doc__, Path("build/soak"), run_chunk, CHUNK, mark=f"{commit()}-")
-    _report(records, console)
-    return int(any(record["kinds"] for record in records))
-
-
-def _report(records: list[Record], console: Console) -> None:
-    programs, cpu = sum(record["programs"] for record in records), sum(record["cpu"] for record in records)
-    strokes = sum(record["strokes"] for record in records)
-    for title, key in (("end", "ends"), ("replay", "replays"), ("construct", "constructs"), ("finding", "kinds")):
-        counts: Counter[str] = sum((Counter(record[key]) for record in records), Counter())
-        table = Table(title, "programs")
-        for name, count in counts.most_common():
-            table.add_row(name, str(count))
+def report(counts: Counts, console: Console) -> None:
+    """Print what has been tried, how it ended, what was counted on the way, and what has fallen."""
+    for name, count in counts.parts.items():
+        table = Table("counted", "sum", title=name)
+        for each, value in sorted(count.sums.items(), key=lambda item: -item[1]):
+            table.add_row(each, f"{value:,.0f}")
+        for each, value in count.most.items():
+            table.add_row(f"most: {each}", f"{value:.3g}")
         console.print(table)
-    seconds, seed = max(record["slowest"] for record in records)
-    same, compared = (sum(record["exact"][k] for record in records) for k in range(2))
-    console.print(f"{programs} programs, {strokes} strokes, {programs / cpu:.1f} programs a CPU-second")
-    console.print(f"slowest: {seconds:.2f} s (seed {seed}); at most {SLOW:g} s a way")
-    console.print(f"wheels after a block, number by number: {same} of {compared} to the bit")
+    table = Table("part", *("tried", "accepted", "refused", "fallen", "hours"))
+    for name, count in counts.parts.items():
+        ends = [f"{count.ends.get(end, 0):,}" for end in ("accepted", "refused", "fallen")]
+        table.add_row(name, f"{count.tried:,}", *ends, f"{count.seconds / 3600.0:.2f}")
+    console.print(table)
+    for name, count in counts.parts.items():
+        for kind, often in count.kinds.items():
+            seeds = [fall.seed for fall in count.falls if fall.kind == kind]
+            details = next((fall.details for fall in count.falls if fall.kind == kind), "")
+            console.rule(f"{name}: {kind}, {often} times, seeds {seeds}")
+            console.print(details)
+    console.print(f"counts in {counts.path}")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:
+        print("interrupted; the same command goes on from here", file=sys.stderr)
+        sys.exit(INTERRUPTED)

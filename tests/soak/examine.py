@@ -2,14 +2,11 @@
 
 import math
 import random
-import signal
 import time
 import traceback
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from types import FrameType
 from typing import Any
 from unittest.mock import patch
 
@@ -37,6 +34,7 @@ from grind_env.machine.script.script import script_of
 from grind_env.machine.script.tables import BlockRow
 from grind_env.process.cost import STALL
 from grind_env.shop.trials import Trials
+from tests.soak.limits import TooSlowError, limited
 from tests.soak.writer import Case
 
 SLOW = 5.0
@@ -53,10 +51,6 @@ SLOWED = 1.001
 """Torque over that at the power limit from which on the spindle has slowed."""
 STEPPED_BY_CONTROL = 4
 """Of how many programs without a script one is stepped by the control, which runs it seven times."""
-
-
-class TooSlowError(BaseException):
-    """A program has used up its time; no handler of ordinary exceptions may stop this."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,10 +86,6 @@ class Examined:
     exact: tuple[int, int] = (0, 0)
     findings: list[Finding] = field(default_factory=list)
 
-    def record(self) -> dict[str, Any]:
-        """As plain data for a JSON file."""
-        return {**asdict(self), "happened": sorted(self.happened)}
-
     def differ(self, kind: str, found: object, expected: object) -> None:
         """Note down a difference."""
         self.findings.append(Finding(kind, f"{found!r} and not {expected!r}"))
@@ -109,7 +99,7 @@ def examine(case: Case, seconds: float = SLOW) -> Examined:
     for name, way, runs in ways:
         began = time.process_time()
         try:
-            with _limited(max(seconds, QUICK * runs * known.get("motions", 0))):
+            with limited(max(seconds, QUICK * runs * known.get("motions", 0))):
                 go_on = way(case, examined, known)
         except TooSlowError:
             spent = time.process_time() - began
@@ -490,19 +480,3 @@ def _reason(sentence: str) -> str:
 def _require_sentence(error: GrindError, examined: Examined) -> None:
     if "\n" in str(error) or not str(error):
         examined.findings.append(Finding("no sentence", repr(str(error))))
-
-
-@contextmanager
-def _limited(seconds: float) -> Iterator[None]:
-    """Raise `TooSlowError` after so much processor time."""
-
-    def stop(signum: int, frame: FrameType | None) -> None:
-        raise TooSlowError
-
-    before = signal.signal(signal.SIGVTALRM, stop)
-    signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
-        signal.signal(signal.SIGVTALRM, before)

@@ -1,17 +1,227 @@
-"""Kills a tuning at many of the statements that its database runs: `python -m tests.soak.kills [GROWTH]`.
+"""Kills at every write of every command: no file is lost or half written, and the same command ends as if unkilled.
 
-Each kill comes a step and a share GROWTH of the steps later than the one before, 0.25 of them by default; with 0 every
-statement has its kill. `make test` does the same with 1.
+A command is killed before it opens a file to write, renames, makes or removes one, each of them in its turn; or in the
+middle of a file, when that has come to so many bytes. A tuning is killed at the statements of its database.
 """
 
+import os
+import random
+import re
+import resource
+import shlex
+import shutil
+import signal
 import sys
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
-from tests.agents.test_tune_killed import TRIALS, killed
+from agents.application import app as agents
+from tests.agents.killing import kill_until_done
+from tests.agents.test_tune_killed import TRIALS, trials, watch
+from tests.soak.part import Part, Tried, broken
+from tests.soak.readers import call, contents, good_files
 
-if __name__ == "__main__":
-    with TemporaryDirectory() as folder:
-        kills = killed(Path(folder), float(sys.argv[1] if len(sys.argv) > 1 else 0.25))
-    for work, count in zip(TRIALS, kills, strict=True):
-        print(f"{work.__name__}: killed {count} times, and ended as if it had not been")
+MOMENTS = re.compile(rb"\d{4}-\d\d-\d\d[T ]?\d\d:\d\d(:\d\d(\.\d+)?)?|D:\d{14}|[0-9a-f]{10,}")
+"""What differs from run to run: times, and names that are drawn."""
+COMMANDS = (
+    "run part.nc --record out.csv",
+    "run part.nc --record out.parquet --plot out.png",
+    "report part.nc",
+    "play --policy E12D1 --task oracle6 --no-window --output out.nc",
+    "init made",
+    "optimise part.nc --parts 2 --budget 0.1s -o out.nc --report out.html --plot out.svg",
+    "sweep part.nc --parts 2 --E 8000..9000 --dress-every 1..2 -o out.nc --plot out.svg",
+    "advise part.nc --parts 2 --policy handbook --measurements measured.csv --write values.nc",
+    "calibrate log.csv --job part.toml --program part.nc -o out.toml --report out.html",
+    "figure cycle part.nc -o out.pdf",
+    "figure wheel part.nc -o out.svg",
+    "figure interval part.nc -o out.png",
+    "figure policy-map --episodes 2 -o out.pdf",
+    "agents figure learning-curves read/curve.csv -o out.svg",
+)
+STATUSES = (0, 3)
+"""3 tells that no better program was found, and none is written."""
+BLOCK = 8
+"""Cases of a command in a row: each process runs it whole before it kills it."""
+STUDIES = 40
+"""Cases of which one is a tuning, which is killed many times."""
+WRITING = os.O_WRONLY | os.O_RDWR
+CHANGES = {"os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.link", "os.symlink", "os.truncate"}
+LITTER = ".grind-"
+"""What a killed command may leave behind, which no other reads."""
+
+
+@dataclass(slots=True)
+class Watch:
+    """Events of a command that change something on the disk; the process is killed before the one numbered `kill`."""
+
+    count: int = 0
+    kill: int = 0
+    on: bool = False
+
+    def hear(self, event: str, arguments: tuple[object, ...]) -> None:
+        """As `sys.addaudithook` calls it."""
+        if not self.on or not (event in CHANGES or (event == "open" and _writes(arguments))):
+            return
+        self.count += 1
+        if self.count == self.kill:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+
+@dataclass(frozen=True, slots=True)
+class Whole:
+    """What a command does that is not killed: its status, its writes, and what the folder holds then."""
+
+    status: int
+    writes: int
+    files: Mapping[str, bytes | None]
+
+
+WATCH = Watch()
+FOLDER: list[Path] = []
+WHOLE: dict[str, Whole] = {}
+
+
+def prepare() -> None:
+    """Write good files."""
+    sys.addaudithook(WATCH.hear)
+    os.environ["SOURCE_DATE_EPOCH"] = "0"
+    before = Path.cwd()
+    FOLDER.append(Path(tempfile.mkdtemp(prefix="soak-kills-")))
+    good_files(FOLDER[0])
+    os.chdir(before)
+
+
+def attempt(seed: int) -> Tried:
+    """Kill the command of a seed, and run it once more."""
+    if seed % STUDIES == STUDIES - 1:
+        return _kill_tuning(seed // STUDIES)
+    row, place = divmod(seed, BLOCK * len(COMMANDS))
+    words, turn = COMMANDS[place // BLOCK], BLOCK * row + place % BLOCK
+    whole, rng = _whole(words), random.Random(seed)
+    if whole.status not in STATUSES:
+        return broken(f"{words}: status {whole.status}", "")
+    with _folder() as folder:
+        if turn % 2 and not words.startswith(("init", "advise")):  # these go on, or replace nothing
+            _run(words)
+        before = contents(folder)
+        step, most = 1 + turn // 2 % max(whole.writes, 1), 0
+        if turn % 4 == 3:
+            largest = max(len(data) for name, data in whole.files.items() if data and name not in _good())
+            step, most = 0, rng.randrange(1, largest)
+        status = _killed(words, step, most)
+        how = f"{words}, killed at write {step} of {whole.writes}, or beyond {most} bytes: {status}"
+        killed = contents(folder)
+        for name, data in killed.items():
+            if LITTER in name or data in (before.get(name, b""), whole.files.get(name, b"")):
+                continue
+            if _alike(words, data, whole.files.get(name)):
+                continue
+            return broken(f"{words}: a file is neither as before nor whole", f"{how}: {name}\n{(data or b'')[:2000]!r}")
+        if lost := set(before) - set(killed):
+            return broken(f"{words}: a file is lost", f"{how}: {lost}")
+        again = _run(words)
+        if again != whole.status and not (words.startswith("init") and again == 2 and set(killed) - set(before)):
+            return broken(f"{words}: status {again} after a kill", how)
+        after = {name: data for name, data in contents(folder).items() if LITTER not in name}
+        if again == whole.status:
+            for name, data in whole.files.items():
+                if not _alike(words, found := after.get(name), data):
+                    return broken(f"{words}: another result after a kill", f"{how}: {name}\n{(found or b'')[:2000]!r}")
+        litter = any(LITTER in name for name in killed)
+    dead = status in (-signal.SIGKILL, -signal.SIGXFSZ)
+    return Tried("accepted", sums={f"killed: {words}": int(dead), "kills": int(dead), "left litter": int(litter)})
+
+
+def _whole(words: str) -> Whole:
+    """The run that is not killed, once in each process; it loads here what the killed ones need."""
+    if words not in WHOLE:
+        with _folder() as folder:
+            _run(words)  # what is imported and compiled writes, too
+        with _folder() as folder:
+            WATCH.count, WATCH.kill, WATCH.on = 0, 0, True
+            status = _run(words)
+            WATCH.on = False
+            WHOLE[words] = Whole(status, WATCH.count, contents(folder))
+    return WHOLE[words]
+
+
+def _run(words: str) -> int:
+    """Run a command here."""
+    if words.startswith("agents"):
+        try:
+            agents(shlex.split(words)[1:], standalone_mode=False)
+        except SystemExit as end:
+            return int(end.code or 0)
+        return 0
+    return call(words).status
+
+
+def _killed(words: str, step: int, most: int) -> int:
+    """Run a command in a process that is killed before a write, or at a write beyond so many bytes; its exit status."""
+    process = os.fork()
+    if process:
+        return os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
+    try:
+        if most:
+            signal.signal(signal.SIGXFSZ, signal.SIG_DFL)
+            resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+            resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
+        WATCH.count, WATCH.kill, WATCH.on = 0, step, True
+        os._exit(_run(words))
+    finally:
+        os._exit(99)
+
+
+def _kill_tuning(number: int) -> Tried:
+    """Kill a tuning at ever later statements of its database, until it ends."""
+    (work, count) = list(TRIALS.items())[number % len(TRIALS)]
+    with tempfile.TemporaryDirectory() as folder:
+        whole, killed = Path(folder, "whole"), Path(folder, "killed")
+        work(whole)
+        kills = kill_until_done(partial(work, killed), watch, 0.5 / (1 + number % 4))
+        if len(trials(whole)) != count or trials(killed) != trials(whole):
+            return broken(f"{work.__name__}: another result after kills", f"{trials(killed)}, not {trials(whole)}")
+    return Tried("accepted", sums={"kills": kills, f"killed: tuning, {work.__name__}": kills})
+
+
+@contextmanager
+def _folder() -> Iterator[Path]:
+    """A copy of the good files, in which one is."""
+    before = Path.cwd()
+    with tempfile.TemporaryDirectory(prefix="soak-killed-") as base:
+        folder = Path(base, "inside")
+        shutil.copytree(FOLDER[0], folder)
+        os.chdir(folder)
+        try:
+            yield folder
+        finally:
+            os.chdir(before)
+
+
+def _good() -> Mapping[str, bytes | None]:
+    return contents(FOLDER[0])
+
+
+def _writes(arguments: tuple[object, ...]) -> bool:
+    path, _, flags = arguments
+    if str(path) == os.devnull:
+        return False
+    return isinstance(flags, int) and bool(flags & WRITING)
+
+
+def _alike(words: str, found: bytes | None, expected: bytes | None) -> bool:
+    """Whether two files are the same but for moments and names that are drawn; a search is as long as its time."""
+    if found is None or expected is None:
+        return found is expected
+    if words.startswith("optimise"):
+        near = abs(len(found) - len(expected)) < 0.05 * len(expected)
+        return near and found.split()[-1:] == expected.split()[-1:]
+    return MOMENTS.sub(b"", found) == MOMENTS.sub(b"", expected)
+
+
+PART = Part(name="kills", attempt=attempt, prepare=prepare, share=2.5, seconds=300.0)

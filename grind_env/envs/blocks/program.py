@@ -190,7 +190,7 @@ def check_task(task: Task, cycle: str | None = None) -> None:
         raise TaskError(error.message, error.key, error.found, error.legal, task.file) from None
     if cycle is None:
         return
-    if cycle not in RULES:
+    if not isinstance(cycle, str) or cycle not in RULES:
         raise TaskError(f"cycle is {quoted(cycle)}, but must be one of {', '.join(RULES)}")
     if cycle != task.cycle:
         raise TaskError(f"cycle is {cycle!r}, but the blocks of {task.name} are {task.cycle}: leave it out")

@@ -1,9 +1,7 @@
-"""A short run of the campaign, proof that it sees what it looks for, and programs that have shown faults."""
+"""A short run, proof that it sees what it looks for, and programs that have shown faults."""
 
-import json
 from collections import Counter
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -13,8 +11,8 @@ from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.run import GrindingRun
 from tests.machine.harness import DRESS, job
-from tests.soak import __main__ as campaign
 from tests.soak import examine as ways
+from tests.soak import programs
 from tests.soak.examine import Examined, Finding, examine
 from tests.soak.found import FOUND, PLAIN
 from tests.soak.writer import Case, case
@@ -137,22 +135,14 @@ def test_crashes_and_hangs_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     assert slow.kind == "run: slow"
 
 
-def test_a_campaign_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def quick(drawn: Case, seconds: float = 0.0) -> Examined:
-        return Examined(end="ground", findings=[Finding("odd", "1 and not 2")] if drawn.seed % 40 == 7 else [])
-
-    monkeypatch.setattr(campaign, "examine", quick)
-    monkeypatch.setattr(campaign, "CHUNK", 20)
-    monkeypatch.setattr(campaign, "commit", lambda: "here")
-    for programs, chunks in ((20, 1), (60, 3), (60, 3)):
-        words = ["soak", "--programs", str(programs), "--seed", "0", "--jobs", "1", "--out", str(tmp_path)]
-        monkeypatch.setattr("sys.argv", words)
-        assert campaign.main() == 1
-        records = [json.loads(line) for line in (tmp_path / "here-seed-0.jsonl").read_text().splitlines()]
-        assert len(records) == chunks
-    assert sum(record["kinds"].get("odd", 0) for record in records) == 2
-    (kept,) = records[0]["findings"]
-    assert kept["text"] == case(kept["seed"]).text and "[part]" in kept["job"]
+def test_what_is_needed_to_repeat_a_program_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        programs, "examine", lambda drawn: Examined(end="ground", findings=[Finding("odd", "1, not 2")])
+    )
+    tried = programs.attempt(7)
+    assert (tried.end, tried.kind) == ("fallen", "odd")
+    assert case(7).text in tried.details and "1, not 2" in tried.details and "[part]" in tried.details
+    assert tried.sums["end: ground"] == 1 and set(case(7).constructs) < set(tried.sums)
 
 
 # --- what it has found ------------------------------------------------------------------------------

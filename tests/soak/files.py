@@ -1,0 +1,167 @@
+"""Files from a stranger, for every reader: read, or refused in a sentence.
+
+None of them has anything read or written elsewhere, runs code, hangs, fills memory, or reaches a terminal, a page or a
+table otherwise than as text.
+"""
+
+import csv
+import io
+import json
+import os
+import random
+import shutil
+import tempfile
+import warnings
+from pathlib import Path
+
+from grind_env.errors import GrindError
+from grind_env.files import FORMULA
+from tests.soak.hostile import MARKUP, lay
+from tests.soak.limits import TooSlowError, limited, room
+from tests.soak.part import Part, Tried, broken, fallen, refused
+from tests.soak.readers import READS, Read, call, good_files
+from tests.test_printable import CONTROLS
+
+ROOM = 1 << 30
+"""Bytes that a file may make a process grow by."""
+TOKEN = "canary-5c19"
+STATUSES = (0, 1, 3)
+"""Of a command that has done its work."""
+LAID = 0.08
+"""Share of names under which no file lies."""
+FOLDER: list[Path] = []
+"""That of the good files of this process."""
+WARM: set[Read] = set()
+"""What has read a good file in this process, so that what it needs is compiled."""
+
+
+def prepare() -> None:
+    """Write good files."""
+    before = Path.cwd()
+    FOLDER.append(Path(tempfile.mkdtemp(prefix="soak-good-")))
+    good_files(FOLDER[0])
+    os.chdir(before)
+
+
+class _copied:
+    """A folder with good files, into which one goes; beside it lies what nobody may read or write."""
+
+    def __enter__(self) -> Path:
+        self.before = Path.cwd()
+        self.base = Path(tempfile.mkdtemp(prefix="soak-files-"))
+        (self.base / "secret.txt").write_text(f"{TOKEN}\n")
+        (self.base / "secret.toml").write_text(f'[login]\npassword = "{TOKEN}"\n')
+        self.inside = self.base / "inside"
+        shutil.copytree(FOLDER[0], self.inside)
+        os.chdir(self.inside)
+        return self.inside
+
+    def __exit__(self, *raised: object) -> None:
+        os.chdir(self.before)
+        shutil.rmtree(self.base)
+
+
+def attempt(seed: int) -> Tried:
+    """Have the file of a seed read."""
+    rng = random.Random(seed)
+    (read,) = rng.choices(READS, [each.weight for each in READS])
+    if read not in WARM:
+        WARM.add(read)
+        with _copied() as inside:
+            _read(read, inside)
+    with _copied() as inside:
+        path = inside / read.file
+        if rng.random() < LAID:
+            os.chdir(path.parent)
+            lay(Path(path.name), rng)
+            os.chdir(inside)
+        else:
+            path.write_bytes(read.change(path.read_bytes(), rng))
+        shown = f"{read.file}: {read.words}\n{_beginning(path)}"
+        try:
+            with warnings.catch_warnings(), limited(read.seconds), room(ROOM):
+                warnings.simplefilter("ignore")
+                tried = _read(read, inside)
+        except TooSlowError as error:
+            return fallen(error, shown)
+        except Exception as error:
+            return fallen(error, shown)
+        wrong = _written(inside)
+        if wrong:
+            return broken(*wrong)
+    if tried.end == "fallen":
+        return Tried("fallen", tried.kind, f"{tried.details}\n{shown}")
+    kind = str(read.words).split()[0] if isinstance(read.words, str) else "function"
+    return Tried(tried.end, sums={f"{read.file} by {kind}: {tried.end}": 1})
+
+
+def _read(read: Read, inside: Path) -> Tried:
+    """Have a file read."""
+    if not isinstance(read.words, str):
+        try:
+            read.words(inside / read.file)
+        except GrindError as error:
+            return refused(error)
+        return Tried("accepted")
+    typed = inside / read.typed
+    said = call(read.words, typed.read_bytes() if typed.is_file() and not typed.is_symlink() else b"")
+    if CONTROLS & set(said.out + said.error):
+        return broken("controls the terminal", repr(said.out + said.error)[-3000:])
+    if TOKEN in said.out + said.error:
+        return broken("shows another file", (said.out + said.error)[-3000:])
+    if "--json" in read.words and not _is_json(said.out):
+        return broken("no JSON", said.out[-3000:])
+    if "Traceback" in said.error:
+        return broken("traceback", said.error)
+    if said.status in STATUSES:
+        return Tried("accepted")
+    if said.status != 2 or not (said.error or said.out).strip():
+        return broken(f"status {said.status}", said.error or said.out[-3000:])
+    return Tried("refused")
+
+
+def _written(inside: Path) -> tuple[str, str] | None:
+    """What is wrong with what was written, if anything."""
+    beside = sorted(path.name for path in inside.parent.iterdir())
+    if beside != ["inside", "secret.toml", "secret.txt"] or TOKEN not in (inside.parent / "secret.txt").read_text():
+        return "writes elsewhere", str(beside)
+    for path in inside.glob("out.*"):
+        text = path.read_text("utf-8", "replace")
+        if path.suffix == ".csv":
+            for cell in (each for row in csv.reader(io.StringIO(text, newline="")) for each in row):
+                if cell.startswith(FORMULA) and not _is_number(cell):
+                    return "formula in a cell", cell
+        if path.suffix in (".html", ".svg") and MARKUP in text:
+            return f"markup in {path.suffix}", text[max(text.index(MARKUP) - 500, 0) :][:1000]
+    return None
+
+
+def _is_json(out: str) -> bool:
+    """Whether each line is JSON that any reader takes, which knows neither NaN nor Infinity."""
+
+    def refuse(constant: str) -> None:
+        raise ValueError(constant)
+
+    try:
+        for line in out.splitlines():
+            json.loads(line, parse_constant=refuse)
+    except ValueError:
+        return False
+    return True
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _beginning(path: Path) -> str:
+    if path.is_file() and not path.is_symlink():
+        return repr(path.read_bytes()[:6000])
+    return f"no file: {'link' if path.is_symlink() else 'there' if path.exists() else 'missing'}"
+
+
+PART = Part(name="files", attempt=attempt, prepare=prepare, share=1.5, seconds=120.0)

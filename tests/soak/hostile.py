@@ -1,0 +1,186 @@
+"""What a stranger may have done to a file: its bytes, numbers, words and lines, and what lies under its name."""
+
+import json
+import os
+import random
+import re
+import socket
+import struct
+from collections.abc import Callable
+from pathlib import Path
+
+ESCAPE = "\x1b[31mRED\x1b]0\x07\x9b2J\x7f\u202e"
+MARKUP = "<script>alert(1)</script>"
+NUMBERS = (
+    *("nan", "inf", "-inf", "1e308", "-1e308", "1e-308", "1e400", "-1", "0", "-0.0", "1e9", "0.000001", "0x10"),
+    *("1_000", "9" * 40, "9" * 5000, "1,5", "..", "--5", "1e", "\u0661\u0662", "true", "[1]", "{}", '""', "null"),
+)
+WORDS = (
+    *("", "x" * 100_000, ESCAPE, MARKUP, "=1+1", "@SUM(A1)", "+1", "-cmd|' /C calc'!A0", "\t=1", "$x^{", "{{7*7}}"),
+    *("%s%n", "../secret.txt", "../../secret.txt", "/etc/passwd", "/dev/zero", "../secret.toml", ".", "..", "/", "~"),
+    *("\\u0000", "\\ud800", "\u200f\u202e", "a\x00b", "[bold]x[/bold]", "[/]", "nan", "1e999", "CON", "-", "--help"),
+)
+NUMBER = re.compile(r"-?\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+")
+WORD = re.compile(r'"[^"\n]*"')
+LONG = 1_000_000
+"""Bytes beyond which no more is done to a file."""
+SPARSE = 70_000_000
+"""Bytes of a file that is nothing but a hole."""
+
+
+def mutated(data: bytes, rng: random.Random) -> bytes:
+    """The bytes of a good file, with something done to them, often more than once."""
+    for _ in range(rng.choice((1, 1, 1, 2, 3, 8))):
+        if len(data) > LONG:
+            break
+        change = rng.choice(TEXTUAL if rng.random() < 0.7 else RAW)
+        data = change(data, rng)
+    return data
+
+
+def _number(data: bytes, rng: random.Random) -> bytes:
+    return _replaced(data, NUMBER, lambda: rng.choice(NUMBERS), rng)
+
+
+def _word(data: bytes, rng: random.Random) -> bytes:
+    return _replaced(data, WORD, lambda: f'"{rng.choice(WORDS)}"', rng)
+
+
+def _replaced(data: bytes, pattern: "re.Pattern[str]", new: Callable[[], str], rng: random.Random) -> bytes:
+    text = data.decode("utf-8", "surrogateescape")
+    found = list(pattern.finditer(text))
+    if not found:
+        return data
+    here = rng.choice(found)
+    return (text[: here.start()] + new() + text[here.end() :]).encode("utf-8", "surrogateescape")
+
+
+def _piece(data: bytes, rng: random.Random) -> bytes:
+    """A cell, a word or a key, as what stands between marks, in place of which comes another."""
+    pieces = re.split(rb"([\s,;=\[\]{}:]+)", data)
+    pieces[rng.randrange(0, len(pieces), 2)] = rng.choice((*NUMBERS, *WORDS)).encode("utf-8", "surrogateescape")
+    return b"".join(pieces)
+
+
+def _lines(data: bytes, rng: random.Random) -> bytes:
+    lines = data.split(b"\n")
+    here, there = rng.randrange(len(lines)), rng.randrange(len(lines))
+    kind = rng.randrange(5)
+    if kind == 0:
+        del lines[here]
+    elif kind == 1:
+        lines.insert(there, lines[here])
+    elif kind == 2:
+        lines[here], lines[there] = lines[there], lines[here]
+    elif kind == 3:
+        lines[here:here] = lines[here : here + 1] * 3000
+    else:
+        lines[here] *= rng.choice((2, 2000))
+    return b"\n".join(lines)
+
+
+def _nested(data: bytes, rng: random.Random) -> bytes:
+    depth = rng.choice((10, 1000, 100_000))
+    text = rng.choice(
+        (
+            *("x = " + "[" * depth + "]" * depth, "[" + ".".join("a" * depth) + "]", "[" * depth, '{"a":' * depth),
+            *("(" * depth, "#1=" + "[" * depth + "1" + "]" * depth, "x = " + '{a = "' + "y" * depth + '"}'),
+            *(f"N{depth} M98 P1 L{depth}", "WHILE[1 EQ 1]DO1\nEND1", "N1 GOTO1", "#1=" + "1+" * depth + "1"),
+        )
+    ).encode()
+    lines = data.split(b"\n")
+    lines.insert(rng.randrange(len(lines) + 1), text)
+    return b"\n".join(lines)
+
+
+def _flipped(data: bytes, rng: random.Random) -> bytes:
+    changed = bytearray(data)
+    for _ in range(rng.choice((1, 1, 4, 40))):
+        if changed:
+            changed[rng.randrange(len(changed))] = rng.choice((0, 9, 10, 27, 34, 127, 255, rng.randrange(256)))
+    return bytes(changed)
+
+
+def _cut(data: bytes, rng: random.Random) -> bytes:
+    return data[: rng.randrange(len(data) + 1)]
+
+
+def _inserted(data: bytes, rng: random.Random) -> bytes:
+    here = rng.randrange(len(data) + 1)
+    piece = rng.choice(
+        (
+            *(b"\0", b"\xff\xfe", b"\xef\xbb\xbf", b"\r", b"\r\n", b"\x1a", b"\x85", ESCAPE.encode(), MARKUP.encode()),
+            *(rng.randbytes(100), b"A" * 1_000_000, b"\n" * 100_000, b"," * 200_000, b'"', b"9" * 100_000),
+        )
+    )
+    return data[:here] + piece + data[here:]
+
+
+def _coded(data: bytes, rng: random.Random) -> bytes:
+    text = data.decode("utf-8", "replace")
+    return rng.choice((text.encode("utf-16"), text.encode("utf-32"), text.encode("utf-8-sig"), text.encode("utf-7")))
+
+
+def _replaced_whole(data: bytes, rng: random.Random) -> bytes:
+    return rng.choice((b"", b"\n", b"\0" * 1000, b"PK\x03\x04" + data, rng.randbytes(3000), b"{}", b"[]", b"null"))
+
+
+TEXTUAL = (_number, _number, _word, _piece, _piece, _lines, _lines, _nested)
+RAW = (_flipped, _cut, _inserted, _coded, _replaced_whole)
+
+
+def tensors(data: bytes, rng: random.Random) -> bytes:
+    """A file of tensors with something done to its description, the shapes in it, or where they lie."""
+    if rng.random() < 0.25:
+        return mutated(data, rng)
+    size = struct.unpack("<Q", data[:8])[0]
+    header, body = data[8 : 8 + size], data[8 + size :]
+    kind = rng.randrange(5)
+    if kind == 0:
+        header = mutated(header, rng)
+    elif kind == 1:
+        tables = json.loads(header)
+        key = rng.choice([name for name in tables if name != "__metadata__"])
+        shape = rng.choice(([2**40], [2**62, 2**62], [], [-1], [0], [1e9], ["x"], [2**31, 2]))
+        changed = {"shape": shape} if rng.random() < 0.5 else {"data_offsets": [0, rng.choice((2**40, 0, -1, 2**64))]}
+        header = json.dumps({**tables, key: {**tables[key], **changed}}).encode()
+    elif kind == 2:
+        tables = json.loads(header)
+        said = tables["__metadata__"]
+        name = rng.choice(list(said))
+        said[name] = mutated(said[name].encode(), rng).decode("utf-8", "replace")
+        header = json.dumps(tables).encode()
+    elif kind == 3:
+        count = rng.choice((1, 40, len(body) // 4))
+        values = bytearray(body)
+        for _ in range(count):
+            here = 4 * rng.randrange(len(body) // 4)
+            values[here : here + 4] = struct.pack("<f", rng.choice((float("nan"), float("inf"), 3e38, -3e38, 1e-45)))
+        body = bytes(values)
+    length = len(header) if kind < 4 else rng.choice((2**63, 2**40, 0, size - 1, size + 1, 100_000_000))
+    return struct.pack("<Q", length) + header + body
+
+
+def lay(path: Path, rng: random.Random) -> None:
+    """Put something under a name that is no file with a text."""
+    path.unlink(missing_ok=True)
+    kind = rng.randrange(9)
+    if kind == 0:
+        os.mkfifo(path)
+    elif kind == 1:
+        path.mkdir()
+    elif kind == 2:
+        path.symlink_to(path.name)
+    elif kind == 3:
+        path.symlink_to(rng.choice(("/dev/zero", "/dev/random", "/dev/null", "/dev/full", "/proc/self/mem")))
+    elif kind == 4:
+        with socket.socket(socket.AF_UNIX) as made:
+            made.bind(path.name)  # in the folder that one is in, for long names are refused
+    elif kind == 5:
+        with path.open("wb") as file:
+            file.truncate(SPARSE)
+    elif kind == 6:
+        path.symlink_to("../secret.txt")
+    elif kind == 7:
+        path.write_bytes(b"")
+    # else nothing

@@ -1,0 +1,211 @@
+"""Every file that a command or a public function reads, with a good one of its kind, and how to have it read."""
+
+import io
+import os
+import re
+import shutil
+import sys
+from collections.abc import Callable, Mapping
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import dataclass, fields
+from pathlib import Path
+from unittest.mock import patch
+
+import grind_env
+from agents.benchmark.results import PARQUET
+from agents.learning.curve import Point, write_curve
+from grind_env.cli import main
+from grind_env.policies.naming import chosen_policy
+from grind_env.policies.problem import find_problem
+from tests.soak.hostile import mutated, tensors
+from tests.test_files import READERS
+
+PACKAGE = Path(grind_env.__file__).parent
+READINGS = (
+    '{"mean_power": 2600, "peak_power": 2900}\n{"mean_power": 1700, "peak_power": 1900, "size_error": 1.5}\n'
+    '{"E": 12000, "D": 1}\n{"Ra": 0.3, "new_lot": 1, "new_wheel": 0, "diameter": 298.9}\n'
+)
+MEASURED = (
+    "mean_power,first_power,peak_power,size_error,Ra,new_lot\n2600,2500,2900,,,\n1700,,1900,1.5,,1\n,,,,,\n,,,,.3,0\n"
+)
+GAUGED = "part,size [um],Ra,burn,diameter\n1,2,.3,no,299.8\n"
+SETTINGS = (
+    "table_speed [m/min];downfeed [µm];volume;power [kW];Ra\n8;5;40;.4;.3\n8;15;40;1.1;.4\n14;5;40;.6;.35\n"
+    "14;15;40;1.7;.5\n20;5;40;.8;.4\n20;15;40;2.2;.6\n"
+)
+MAP = '[log]\ntime = "time"\npower = 2\npower_unit = "W"\n[gauge]\nsize = "size"\nsize_unit = "um"\n'
+TASK = 'base = "power_limited"\nblocks = 4\n[setup]\nwheel = "a60j"\n[catalogue]\nfiles = ["shop.toml"]\n'
+PARTS = "\n[[parts]]\nstock = 0.11\n[parts.factors]\nkA = 1.1\n"
+LEFT_OUT = re.compile(r"^#(\w+ = .)", re.MULTILINE)
+"""A key of the job that `grind init` writes with its default."""
+
+
+@dataclass(frozen=True, slots=True)
+class Read:
+    """A way in which a file is read.
+
+    Attributes:
+        file: its name in the folder of `good_files`.
+        words: of the command, or a function of its path.
+        seconds: of processor time that it may take.
+        change: what a stranger does to it.
+        weight: how often it is drawn.
+        typed: the file that standard input is.
+    """
+
+    file: str
+    words: str | Callable[[Path], object]
+    seconds: float = 10.0
+    change: Callable[..., bytes] = mutated
+    weight: float = 1.0
+    typed: str = "readings.jsonl"
+
+
+CURVES = [each.name for each in fields(Point) if each.name != "steps"]
+ADVISE = "advise part.nc --parts 2 --policy handbook --json"
+CALIBRATE = "calibrate log.csv --program part.nc --job part.toml"
+OUT = "--record out.csv"
+READS = (
+    Read("part.nc", "check part.nc", weight=3.0),
+    Read("part.nc", "check part.nc --job part.toml --json", weight=2.0),
+    Read("part.nc", "trace part.nc --strokes 3"),
+    Read("part.nc", f"run part.nc {OUT}", weight=3.0),
+    Read("part.nc", "report part.nc -o out.html", weight=0.5),
+    Read("part.nc", "figure cycle part.nc -o out.svg", weight=0.3),
+    Read("part.nc", "evaluate --program part.nc --policy E12D1 --episodes 2"),
+    Read("part.nc", "play --program part.nc --policy E12D1 --no-window --output out.nc"),
+    Read("part.nc", "sweep part.nc --parts 2 --E 8000..9000 --dress-every 1..2 -o out.nc", 30.0, weight=0.2),
+    Read("part.nc", "optimise part.nc --parts 2 --budget 0.1s -o out.nc", 60.0, weight=0.1),
+    Read("part.nc", ADVISE),
+    Read("O9100.nc", f"run calling.nc --job part.toml {OUT}"),
+    Read("part.toml", f"run part.nc {OUT}", weight=4.0),
+    Read("part.toml", "run part.nc --json", weight=2.0),
+    Read("part.toml", "check part.nc --job part.toml"),
+    Read("part.toml", "report part.nc -o out.html", weight=0.5),
+    Read("part.toml", ADVISE),
+    Read("part.toml", "evaluate --program part.nc --policy handbook --episodes 2"),
+    Read("stations.toml", f"run stations.nc {OUT}", weight=2.0),
+    Read("rich.toml", f"run part.nc --job rich.toml {OUT}", weight=2.0),
+    Read("shop.toml", "catalogue --file shop.toml", weight=2.0),
+    Read("shop.toml", "catalogue wheel our_a60j --file shop.toml --json"),
+    Read("shop.toml", f"run part.nc --job shop_job.toml {OUT}", weight=2.0),
+    Read("entries.toml", "catalogue --file entries.toml", weight=2.0),
+    Read("task.toml", "tasks task.toml", weight=2.0),
+    Read("task.toml", "tasks task.toml --json"),
+    Read("task.toml", "evaluate --task task.toml --policy E12D1 --episodes 2", weight=2.0),
+    Read("task.toml", "play --task task.toml --policy handbook --no-window --output out.nc"),
+    Read("whole_task.toml", "tasks whole_task.toml", weight=2.0),
+    Read("whole_task.toml", "evaluate --task whole_task.toml --policy E12D1 --episodes 2"),
+    Read("agent.safetensors", "evaluate --policy agent.safetensors --episodes 2", change=tensors, weight=4.0),
+    Read("agent.safetensors", "figure policy-map --policy agent.safetensors --episodes 2 -o out.svg", change=tensors),
+    Read("agent.zip", "evaluate --policy agent.zip --episodes 2"),
+    Read("measured.csv", f"{ADVISE} --measurements measured.csv", weight=3.0),
+    Read("readings.jsonl", ADVISE, weight=3.0),
+    Read("kept.advise.json", f"{ADVISE} --state kept.advise.json", weight=3.0, typed="further.jsonl"),
+    Read("kept.advise.csv", f"{ADVISE} --state kept.advise.json", typed="further.jsonl"),
+    Read("values.nc", f"{ADVISE} --write values.nc"),
+    Read("log.csv", f"{CALIBRATE} -o out.toml", 60.0),
+    Read("log.csv", f"{CALIBRATE} --report out.html", 60.0, weight=0.3),
+    Read("gauge.csv", f"{CALIBRATE} --gauge gauge.csv -o out.toml", 60.0),
+    Read("map.toml", f"{CALIBRATE} --map map.toml", 60.0),
+    Read("settings.csv", "calibrate settings.csv --job part.toml -o out.toml", 60.0),
+    Read("tuned/oracle6.toml", "evaluate --task oracle6 --policy handbook --configs tuned --episodes 2", weight=2.0),
+    Read("tuned/oracle6.toml", lambda path: _tuned(path.parent), weight=2.0),
+    *(
+        Read(f"read/{name}", read, change=tensors if name.endswith(".safetensors") else mutated)
+        for name, read in READERS.items()
+    ),
+)
+"""Everything that reads a file; the readers of `tests.test_files` are those of the functions."""
+
+
+def _tuned(folder: Path) -> object:
+    return chosen_policy("handbook", find_problem("oracle6").simulation(), folder)
+
+
+def good_files(folder: Path) -> None:
+    """Write a good file of every kind."""
+    os.chdir(folder)
+    for words in (f"init {folder}", f"init {folder / 'two'} --stations 2"):
+        call(words)
+    for name in ("part.nc", "part.toml"):
+        shutil.copy(folder / "two" / name, folder / name.replace("part", "stations"))
+    shutil.rmtree(folder / "two")
+    part = (folder / "part.toml").read_text("utf-8")
+    before, behind = part.split("[setup]")
+    texts = {
+        "readings.jsonl": READINGS,
+        "further.jsonl": "".join(READINGS.splitlines(keepends=True)[1:]),
+        "measured.csv": MEASURED,
+        "gauge.csv": GAUGED,
+        "settings.csv": SETTINGS,
+        "map.toml": MAP,
+        "task.toml": TASK,
+        "whole_task.toml": (PACKAGE / "envs" / "tasks" / "job_shop.toml").read_text("utf-8"),
+        "values.nc": "#101=12000.\n#102=1\n",
+        "rich.toml": "[setup]".join([before, LEFT_OUT.sub(r"\1", behind)]) + PARTS,
+        "shop_job.toml": part,
+    }
+    program = (folder / "part.nc").read_text("utf-8")
+    split = program.rfind("\nO")
+    texts |= {"calling.nc": program[: split + 1], f"O{program[split + 2 : split + 6]}.nc": program[split + 1 :]}
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    shutil.copy(PACKAGE / "process" / "catalogue_data" / "wheels.toml", folder / "entries.toml")
+    agent = PACKAGE / "policies" / "shipped" / "power_limited.safetensors"
+    shutil.copy(agent, folder / "agent.safetensors")
+    shutil.make_archive(str(folder / "agent"), "zip", PACKAGE / "policies" / "shipped")
+    for name in ("tuned", "read"):
+        (folder / name).mkdir()
+    shutil.copy(PACKAGE / "policies" / "parameters" / "oracle6.toml", folder / "tuned" / "oracle6.toml")
+    call(f"{ADVISE} --state kept.advise.json", READINGS.splitlines()[0].encode())
+    _files_of_readers(folder / "read", folder, agent)
+
+
+def _files_of_readers(place: Path, folder: Path, agent: Path) -> None:
+    results, configs = PACKAGE.parent / "agents" / "results", PACKAGE.parent / "agents" / "configs"
+    copies = {
+        "part.nc": folder / "part.nc",
+        "part.toml": folder / "part.toml",
+        "shop.toml": folder / "shop.toml",
+        "called.toml": folder / "shop.toml",
+        "scores.toml": PACKAGE / "envs" / "scores.toml",
+        "tuned.toml": folder / "tuned" / "oracle6.toml",
+        "policy.safetensors": agent,
+        "measured.safetensors": agent,
+        "study.csv": results / "dress_study" / "oracle6.csv",
+        "oracle6.toml": configs / "learning" / "oracle6.toml",
+        PARQUET: results / PARQUET,
+    }
+    for name, path in copies.items():
+        shutil.copy(path, place / name)
+    write_curve(place / "curve.csv", [Point(steps=k, **dict.fromkeys(CURVES, 1.5)) for k in range(5)])
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """What a command ended with and printed."""
+
+    status: int
+    out: str
+    error: str
+
+
+def call(words: str, typed: bytes = b"") -> Said:
+    """Run a command of `grind` in this process."""
+    out, error = io.StringIO(), io.StringIO()
+    stdin = io.TextIOWrapper(io.BytesIO(typed), encoding="utf-8")
+    try:
+        with redirect_stdout(out), redirect_stderr(error), patch.object(sys, "stdin", stdin):
+            main(words.split())
+    except SystemExit as end:
+        return Said(int(end.code or 0), out.getvalue(), error.getvalue())
+    raise AssertionError("a command ends by SystemExit")
+
+
+def contents(folder: Path) -> Mapping[str, bytes | None]:
+    """All files below a folder; None of what is none."""
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes() if path.is_file() and not path.is_symlink() else None
+        for path in sorted(folder.rglob("*"))
+    }

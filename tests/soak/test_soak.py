@@ -1,0 +1,192 @@
+"""The soak itself: what falls is told, however it falls, and no case is lost or counted twice."""
+
+import os
+import signal
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.patience import wait_until
+from tests.soak import __main__ as soak
+from tests.soak import files
+from tests.soak.counts import Counts, load
+from tests.soak.files import PART as FILES
+from tests.soak.kills import COMMANDS
+from tests.soak.part import Part, Tried
+from tests.soak.readers import READS, Read, Said
+from tests.soak.turns import plan, run
+from tests.test_outputs import TREE
+
+
+@pytest.fixture(scope="module", autouse=True)
+def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Temporary files of what is killed here lie where pytest removes them."""
+    before, tempfile.tempdir = tempfile.tempdir, str(tmp_path_factory.mktemp("soak"))
+    yield
+    tempfile.tempdir = before
+
+
+def odd(seed: int) -> Tried:
+    """Falls in several ways."""
+    if seed == 3:
+        raise ZeroDivisionError
+    if seed == 5:
+        os.kill(os.getpid(), signal.SIGKILL)
+    if seed == 7:
+        time.sleep(3600.0)
+    time.sleep(0.01)
+    return Tried("refused" if seed % 2 else "accepted", sums={"seeds": seed}, most={"seed": seed})
+
+
+ODD = Part(name="odd", attempt=odd, seconds=1.0)
+
+
+def even(seed: int) -> Tried:
+    time.sleep(0.005)
+    return Tried("accepted", sums={"seeds": seed})
+
+
+EVEN = Part(name="even", attempt=even)
+
+
+def test_what_falls_is_told_however_it_falls(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(soak, "part_of", {"texts": ODD}.get)
+    monkeypatch.setattr("tests.soak.counts.commit", lambda: "00000000-dirty")
+    words = ["--part", "texts", "--minutes", "0.05", "--jobs", "1", "--out", str(tmp_path)]
+    assert soak.main(words) == 1
+    said = capsys.readouterr().err
+    count = load(tmp_path).of("odd")
+    assert count.kinds == {"ZeroDivisionError in test_soak.py:odd": 1, "its process ended with -9": 1, "hang": 1}
+    assert {fall.seed: fall.kind in said for fall in count.falls} == {3: True, 5: True, 7: True}
+    assert "Traceback" in count.falls[0].details and "test_soak.py" in count.falls[2].details
+    assert count.ends["fallen"] == 3 and count.tried == count.next > 10 and count.open == []
+    assert soak.main([*words[:2], "--seed", "3"]) == 1 and soak.main([*words[:2], "--seed", "4"]) == 0
+
+
+def test_a_run_that_is_killed_goes_on_with_every_case_once(tmp_path: Path) -> None:
+    counts = load(tmp_path)
+    first = counts.of("even").next
+    process = os.fork()
+    if process == 0:
+        run([EVEN], counts, 3600.0)
+    wait_until(lambda: counts.path.exists() and load(tmp_path).of("even").tried > 20)
+    os.kill(process, signal.SIGKILL)
+    os.waitpid(process, 0)
+    before = load(tmp_path)
+    assert len(before.of("even").open) in (1, 2)
+    run([EVEN], before, 0.5)
+    count = load(tmp_path).of("even")
+    assert count.open == [] and count.ends == {"accepted": count.next - first}
+    assert count.sums == {"seeds": sum(range(first, count.next))}
+
+
+def growing(seed: int, kept: list[bytes] = []) -> Tried:  # noqa: B006
+    kept.append(bytes([seed % 256]) * 1_000_000)
+    time.sleep(0.005)
+    return Tried("accepted")
+
+
+def test_memory_that_grows_is_told(tmp_path: Path) -> None:
+    counts = Counts(tmp_path / "counts.json", {})
+    run([Part(name="growing", attempt=growing, growth=5.0), EVEN], counts, 1.0)
+    assert counts.of("growing").kinds == {"memory grows": 1} and counts.of("even").kinds == {}
+
+
+def test_every_part_has_its_share_and_every_process_is_busy_to_the_end() -> None:
+    parts = [Part(name=str(share), attempt=even, share=share) for share in (5.0, 1.0, 0.5, 1.5)]
+    lines = plan(parts, 1200.0, 2)
+    assert [sum(turn.seconds for turn in line) for line in lines] == pytest.approx([1200.0, 1200.0])
+    for part in parts:
+        seconds = sum(turn.seconds for line in lines for turn in line if turn.part is part)
+        assert seconds == pytest.approx(2400.0 * part.share / 8.0)
+    assert [len(line) for line in plan(parts[:1], 60.0, 2)] == [1, 1]
+
+
+# --- hostile files ------------------------------------------------------------------------------------
+
+
+def of_command(words: str) -> str:
+    """The name of a command in the tree of commands."""
+    first, *others = words.split()
+    found = f"{first} {others[0]}" if first in ("figure", "agents") else first
+    return " ".join(words.split()[:3]) if first == "agents" else f"grind {found}"
+
+
+def test_every_command_that_reads_or_writes_has_its_turn() -> None:
+    from grind_env.arguments import Keeps, Reads, Writes, roles_of
+
+    roles = {name: set(map(type, roles_of(leaf.function).values())) for name, leaf in TREE.items()}
+    read = {of_command(read.words) for read in READS if isinstance(read.words, str)}
+    figures = {"grind figure wheel", "grind figure interval"}  # of the program that the first one reads
+    assert {name for name in roles if Reads in roles[name] and name.startswith("grind")} == read | figures
+    written = {of_command(words) for words in COMMANDS}
+    assert {name for name in roles if {Writes, Keeps} & roles[name] and name.startswith("grind")} <= written
+
+
+@pytest.fixture(scope="module")
+def prepared() -> None:
+    FILES.prepare()
+
+
+@pytest.mark.parametrize(
+    ("said", "kind"),
+    [
+        (Said(0, "fine", ""), ""),
+        (Said(2, "", "grind: no"), ""),
+        (Said(0, "\x1b[31mfine", ""), "controls the terminal"),
+        (Said(0, f"password {files.TOKEN}", ""), "shows another file"),
+        (Said(1, "", "Traceback (most recent call last):"), "traceback"),
+        (Said(2, "", ""), "status 2"),
+        (Said(70, "", "what?"), "status 70"),
+    ],
+)
+def test_what_a_command_may_not_say_is_seen(
+    said: Said, kind: str, prepared: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(files, "READS", [Read("part.nc", "run part.nc")])
+    monkeypatch.setattr(files, "call", lambda words, typed: said)
+    tried = FILES.attempt(1)
+    assert (tried.end == "fallen", tried.kind) == (bool(kind), kind)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "kind"),
+    [
+        ("out.csv", "name,x\n=1+1,2\n", "formula in a cell"),
+        ("out.csv", "name,x\n'=1+1,-2\n", ""),
+        ("out.html", f"<p>{files.MARKUP}</p>", "markup in .html"),
+        ("../out.nc", "G01", "writes elsewhere"),
+    ],
+)
+def test_what_a_command_may_not_write_is_seen(
+    name: str, text: str, kind: str, prepared: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def call(words: str, typed: bytes) -> Said:
+        Path(name).write_text(text)
+        return Said(0, "", "")
+
+    monkeypatch.setattr(files, "READS", [Read("part.nc", "run part.nc")])
+    monkeypatch.setattr(files, "call", call)
+    assert FILES.attempt(1).kind == kind
+
+
+@pytest.mark.parametrize(
+    ("read", "kind"),
+    [
+        (lambda path: {}["x"], "KeyError"),
+        (lambda path: bytearray(2 << 30), "MemoryError"),
+        (lambda path: [None for _ in iter(int, 1)], "TooSlowError"),
+    ],
+)
+def test_readers_that_fall_hang_or_fill_memory_are_seen(
+    read: files.Read, kind: str, prepared: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reader = Read("part.nc", read, seconds=0.2)
+    monkeypatch.setattr(files, "READS", [reader])
+    monkeypatch.setattr(files, "WARM", {reader})
+    assert FILES.attempt(1).kind.startswith(kind)
