@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: setup test bits lint format benchmark speed validate notebooks docs core readme clean
+.PHONY: setup test bits lint format benchmark speed ratios validate notebooks docs core readme clean
 
 setup: $(STAMP)
 
@@ -38,6 +38,10 @@ benchmark: setup
 # `make speed BASE=<commit>` measures beside an older commit.
 speed: setup
 	$(BIN)/python -m $(if $(BASE),tests.speed_base $(BASE),tests.speed)
+
+# Only the ratios of tests/speed/ratios.toml, in a minute; fails if one is beyond its tolerance.
+ratios: setup
+	$(BIN)/python -m tests.speed --check
 
 # The process model beside published and measured numbers.
 validate: setup
