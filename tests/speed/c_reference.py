@@ -5,6 +5,7 @@ it shows: errno of a square root, floating-point traps.
 """
 
 import ctypes
+import platform
 import shutil
 import subprocess
 from collections.abc import Callable
@@ -21,7 +22,9 @@ from tests.batches import CYCLE, PARAMETERS, PART, TALLY, WHEEL
 SOURCE = Path(__file__).with_name("stroke.c")
 LANES = (8, 16)
 """Machines side by side: the kernel's number, and twice as many."""
-STRICT = ("-O3", "-march=native", "-mprefer-vector-width=512", "-ffp-contract=off")
+STRICT = ("-O3", "-march=native", "-ffp-contract=off")
+WIDEST = ("-mprefer-vector-width=512",) if platform.machine() in ("x86_64", "AMD64") else ()
+"""Registers that there are are used."""
 PARALLEL = ("-fschedule-insns", "-fsched-pressure")
 """As the kernel is scheduled: a tenth faster here."""
 NO_SIDE_EFFECTS = ("-fno-math-errno", "-fno-trapping-math")
@@ -36,7 +39,6 @@ RECORDS = {
     "Tally": TALLY.names,
 }
 """Fields of the rows of the kernel's tables, and of what its lanes hold besides."""
-
 
 Loop = Callable[..., None]
 """Grinds on the tables of cycles, parameters, wheels, parts and tallies."""
@@ -62,8 +64,8 @@ def compiled(folder: Path, lanes: int) -> Loop:
     library = folder / f"stroke_{lanes}.so"
     gcc = compiler()
     assert gcc is not None
-    command = [gcc, *STRICT, *PARALLEL, *NO_SIDE_EFFECTS, "-shared", "-fPIC", f"-DLANES={lanes}", f"-I{folder}", SOURCE]
-    subprocess.run([*command, "-o", library, "-lm"], check=True)
+    command = [gcc, *STRICT, *WIDEST, *PARALLEL, *NO_SIDE_EFFECTS, f"-DLANES={lanes}", f"-I{folder}", SOURCE]
+    subprocess.run([*command, "-shared", "-fPIC", "-o", library, "-lm"], check=True)
     run = ctypes.CDLL(str(library)).run
     run.restype = None
 
