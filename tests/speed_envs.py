@@ -1,6 +1,7 @@
 """Speed of the environments against their kernel and plain Python: part of `make speed`."""
 
 import time
+import tracemalloc
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -10,6 +11,7 @@ from gymnasium import spaces
 from rich.table import Table
 
 import grind_env
+from grind_env.arrays import Array
 from grind_env.envs.blocks import step
 from grind_env.envs.blocks.episode import EpisodeGenerator
 from grind_env.envs.gauge import GAUGE
@@ -28,6 +30,10 @@ NATIVE = {"Job": 250_000, "WidePlates": 100_000, "Stroke": 1_000_000, "Reciproca
 """Targets of native steps/s, N = 256; that of Reciprocation is 2.5 times what it was at an older commit."""
 FEW_AND_MANY, OVER_FEW = (1024, 65_536), 1.25
 """Environments, and what a step among many may cost over one among few."""
+OVER_KERNEL_OF = (256, 1024, 65_536)
+"""Environments of which the ratio is shown with its quartiles."""
+WITH_RESETS, SINGLE_STEP, TWO_THREADS, BYTES = 1.3, 15.0, 1.7, 5000.0
+"""Targets: that ratio; a single step, us; two threads over one; bytes that an environment takes up."""
 SECONDS = 1.0
 """Measured for each task and size, about."""
 
@@ -58,13 +64,13 @@ def actions_of(env_id: str, n: int) -> Any:
     return np.random.default_rng(0).uniform(-1.0, 1.0, (blocks, n, 2)).astype(np.float32)
 
 
-def vector_episode(
+def vector_rounds(
     env_id: str, actions: Any, clock: Callable[[], float] = time.process_time
-) -> tuple[float, float, float]:
-    """Seconds of an episode in the vector env: its steps with the restart at its end, the kernel, that restart.
+) -> Iterator[tuple[Array, Array, float]]:
+    """Seconds of every step of an episode in the vector env, of the kernel of each, and of the restart; round by round.
 
-    Every step, and the kernel of the same step just before it, is timed once a round; the shortest times count.
-    CPU time by default: other work on the machine counts less in it than in wall time.
+    The last step holds a restart, too. Every step is timed once a round, and its kernel just before it. CPU time by
+    default: other work on the machine counts less in it than in wall time.
     """
     blocks, n, _ = actions.shape
     env = gym.make_vec(env_id, n, autoreset_mode="SameStep").unwrapped
@@ -83,20 +89,29 @@ def vector_episode(
         longest_plunges(cycles, everyone, order)
         PLUNGES.lanes(cycles, parameters, episodes.wheels, episodes.parts, results, NO_MOTIONS, order, 0, 1)
 
-    steps, cores, restart = np.full(blocks, np.inf), np.full(blocks, np.inf), np.inf
-    end = time.perf_counter() + SECONDS
-    for _ in rounds(end):
+    for _ in rounds(time.perf_counter() + SECONDS):
+        steps, cores = np.empty(blocks), np.empty(blocks)
         env.reset(seed=0)
         for k, action in enumerate(actions):
             wheels, parts = episodes.wheels.copy(), episodes.parts.copy()
             choices = step.Choices(*env.codec.decode(action), nothing)
             results[:] = 0.0
             prepare(tables, step.EpisodeArrays(**episodes.arrays()), choices, everyone, results)
-            cores[k] = min(cores[k], seconds(clock, kernel))
+            cores[k] = seconds(clock, kernel)
             episodes.wheels[:], episodes.parts[:] = wheels, parts
-            steps[k] = min(steps[k], seconds(clock, env.step, action))
-        restart = min(restart, seconds(clock, env.reset))
-    return float(steps.sum()), float(cores.sum()), float(restart)
+            steps[k] = seconds(clock, env.step, action)
+        yield steps, cores, seconds(clock, env.reset)
+
+
+def vector_episode(
+    env_id: str, actions: Any, clock: Callable[[], float] = time.process_time
+) -> tuple[float, float, float]:
+    """Seconds of an episode in the vector env: its steps with the restart at its end, the kernel, that restart.
+
+    Of every step, kernel and restart the shortest time of all rounds.
+    """
+    steps, cores, restarts = zip(*vector_rounds(env_id, actions, clock), strict=True)
+    return float(np.min(steps, axis=0).sum()), float(np.min(cores, axis=0).sum()), min(restarts)
 
 
 def rounds(end: float) -> Iterator[int]:
@@ -124,6 +139,68 @@ def single_step(env_id: str) -> tuple[float, float]:
             nothing[k] = min(nothing[k], seconds(clock, empty.step, action))
     _, core, _ = vector_episode(env_id, actions, clock)
     return float(steps.sum() - core) / len(actions), float(nothing.mean())
+
+
+def over_kernel(env_id: str, n: int) -> Array:
+    """Time of the vector steps of an episode over that of their kernel, resets included; one number a round."""
+    return np.array([steps.sum() / cores.sum() for steps, cores, _ in vector_rounds(env_id, actions_of(env_id, n))])
+
+
+def whole_step(env_id: str) -> Array:
+    """Wall time of a step of the single env with its strokes, us: the mean of an episode, one number a round."""
+    env, actions = gym.make(env_id, show_block=False).unwrapped, actions_of(env_id, 1)
+    means = []
+    for _ in rounds(time.perf_counter() + SECONDS):
+        env.reset(seed=0)
+        means.append(np.mean([seconds(time.perf_counter, env.step, action) for (action,) in actions]))
+    return 1e6 * np.array(means)
+
+
+def two_threads(env_id: str, n: int) -> Array:
+    """Wall time of a vector step in one thread over that in two, step by step in turns."""
+    envs = [gym.make_vec(env_id, n, autoreset_mode="SameStep", threads=threads).unwrapped for threads in (1, 2)]
+    for env in envs:
+        env.reset(seed=0)
+        env.step(actions_of(env_id, n)[0])
+    pairs = []
+    for action, _ in zip(actions_of(env_id, n)[1:], rounds(time.perf_counter() + SECONDS), strict=False):
+        pairs.append([seconds(time.perf_counter, env.step, action) for env in envs])
+    one, two = np.array(pairs).T
+    return np.asarray(one / two)
+
+
+def bytes_each(env_id: str, n: int) -> float:
+    """Memory that a vector env takes up for each environment, between two steps."""
+    gym.make_vec(env_id, 1)
+    tracemalloc.start()
+    env = gym.make_vec(env_id, n)
+    env.reset(seed=0)
+    env.step(actions_of(env_id, n)[0])
+    held, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    return held / n
+
+
+def quartiles(values: Array, unit: str = "") -> str:
+    """The median of some numbers, and between which of them half of all lie."""
+    low, middle, high = np.quantile(values, [0.25, 0.5, 0.75])
+    return f"{middle:.2f}{unit} ({low:.2f} to {high:.2f})"
+
+
+def add_spreads(result: Table) -> None:
+    """Add what is asked of PowerLimited, each with its quartiles."""
+    env_id, few = "grind/PowerLimited-v0", FEW_AND_MANY[0]
+    for n in OVER_KERNEL_OF:
+        values = over_kernel(env_id, n)
+        measure = f"PowerLimited: vector steps over their kernel, resets included, N = {n:,}"
+        result.add_row(measure, quartiles(values), *verdict(float(np.median(values)), WITH_RESETS))
+    values = whole_step(env_id)
+    result.add_row("single step", quartiles(values, " us"), *verdict(float(np.median(values)), SINGLE_STEP))
+    values = two_threads(env_id, 4 * few)
+    measure = f"two threads over one, N = {4 * few:,}, idle machine"
+    result.add_row(measure, quartiles(values), *verdict(float(np.median(values)), TWO_THREADS, least=True))
+    held = bytes_each(env_id, few)
+    result.add_row("memory of an environment", f"{held:,.0f} bytes", *verdict(held, BYTES))
 
 
 def cost_of_a_step(env_id: str, n: int) -> float:
@@ -171,6 +248,7 @@ def table(fresh_process: Callable[..., list[float]]) -> Table:
             value = f"{whole / core:.2f} ({(whole - restart) / core:.2f} without resets)"
             measure = f"{task}: vector steps of an episode over their kernel, N = {n}"
             result.add_row(measure, value, *verdict(whole / core, OVER_KERNEL))
+    add_spreads(result)
     own, empty = single_step("grind/PowerLimited-v0")
     value = f"{own / empty:.1f} ({1e6 * own:.1f} us over {1e6 * empty:.1f} us)"
     result.add_row("single step without its strokes over an empty step", value, *verdict(own / empty, OVER_EMPTY))

@@ -29,7 +29,13 @@ def brief(monkeypatch: pytest.MonkeyPatch) -> None:
         kernel: {"SECONDS": 0.0, "TURN": 1, "fresh_process": ones},
         others: {"SECONDS": 0.0, "N": 2, "STEPS": 1, "TIMES": 1, "fresh_process": ones},
         starts: {"MACHINES": 8, "fresh_process": ones},
-        speed_envs: {"SECONDS": 0.0, "TASKS": ("Oracle6",), "SIZES": (2,), "FEW_AND_MANY": (1, 2)},
+        speed_envs: {
+            "SECONDS": 0.0,
+            "TASKS": ("Oracle6",),
+            "SIZES": (2,),
+            "FEW_AND_MANY": (1, 2),
+            "OVER_KERNEL_OF": (2,),
+        },
         speed_control: {"PARTS": 4, "seconds_of_run": lambda program: 1.0},
         speed_training: {"native": lambda: Point(**{each.name: 1.0 for each in fields(Point)} | {"aside": 0.0})},
     }

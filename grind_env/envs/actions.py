@@ -172,7 +172,11 @@ class ActionCodec:
         Raises:
             ActionError: if a number is not in the action space.
         """
-        bad = _first_bad(values, self._low, self._high, self._whole)
+        choice = np.empty((len(self.names), len(values)))
+        if self.action == "box":
+            bad = _decode(values, self.levels, self.low, self.high, float(self.executions), choice)
+        else:
+            bad = _first_bad(values, self._low, self._high, self._whole)
         if bad >= 0:
             i, k = divmod(bad, len(self.columns))
             column = self.columns[k]
@@ -183,8 +187,6 @@ class ActionCodec:
             return self._of_numbers(values.astype(np.int64))
         if self.action == "dict":
             return (self._nearest(values[:, 0]), *np.ascontiguousarray(values[:, 1:].T))
-        choice = np.empty((len(self.names), len(values)))
-        _decode(values, self.levels, self.low, self.high, float(self.executions), choice)
         return tuple(choice)
 
     def decode(self, actions: Any) -> tuple[Table, ...]:
@@ -335,8 +337,14 @@ def _middle_of(D: Table, most: int) -> Table:
 
 
 @entry
-def _decode(actions: Any, levels: Any, low: float, high: float, most: float, choice: Any) -> None:
+def _decode(actions: Any, levels: Any, low: float, high: float, most: float, choice: Any) -> int:
+    """Write what actions of a `box` choose, unless one is not legal, whose position it gives as `_first_bad` does."""
+    width = actions.shape[1]
     for i in range(actions.shape[0]):
+        for k in range(width):
+            # false for NaN, too
+            if not -1.0 <= actions[i, k] <= 1.0:
+                return int(i * width + k)
         u = 0.5 * (actions[i, 0] + 1.0)
         if levels.size > 0:
             choice[0, i] = levels[min(int(u * levels.size), levels.size - 1)]
@@ -345,3 +353,4 @@ def _decode(actions: Any, levels: Any, low: float, high: float, most: float, cho
         choice[1, i] = _executions_of(actions[i, 1], most)
         if choice.shape[0] > 2:
             choice[2, i] = 1.0 if actions[i, 2] > 0.0 else 0.0
+    return -1

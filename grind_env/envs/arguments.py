@@ -11,15 +11,27 @@ from grind_env.envs.tasks import TaskError
 OBSERVATIONS = ("measured", "full")
 
 
-def check_count(num_envs: object) -> int:
-    """The number of sub-environments.
+def check_count(name: str, count: object) -> int:
+    """A number of sub-environments or threads.
 
     Raises:
         TaskError: if it is no whole number, or below 1.
     """
-    if isinstance(num_envs, bool) or not isinstance(num_envs, int | np.integer) or num_envs < 1:
-        raise TaskError(f"num_envs is {num_envs!r}, but must be a whole number of at least 1")
-    return int(num_envs)
+    if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 1:
+        raise TaskError(f"{name} is {count!r}, but must be a whole number of at least 1")
+    return int(count)
+
+
+def check_threads(threads: object, *, compiled: bool) -> int:
+    """The number of threads that grind.
+
+    Raises:
+        TaskError: if it is no whole number of at least 1, or if more than one would wait for each other.
+    """
+    number = check_count("threads", threads)
+    if number > 1 and not compiled:
+        raise TaskError(f"threads is {number}, but Python runs this program, in one thread: leave it out")
+    return number
 
 
 def check_steps(max_episode_steps: object) -> int | None:

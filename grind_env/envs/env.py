@@ -148,13 +148,14 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         if episodes is None or self.over:
             raise gym.error.ResetNeeded("the episode has not begun or is over: call reset() before step()")
         choice = simulation.taken(episodes, self.codec.choose(self.codec.single(action)))
-        block = simulation.block(episodes, 0, *(float(values[0]) for values in choice))
+        chosen = [values.item() for values in choice]
+        block = simulation.block(episodes, 0, *chosen)
         outcomes, _ = simulation.step(episodes, *choice)
         outcome = Outcome(*outcomes[0].tolist())
         self.blocks.append(block)
         self.outcomes.append(outcome)
         self.follow()
-        info = self.infos.single(outcome, choice)
+        info = self.infos.single(outcome, chosen)
         if self.show_block:
             info["block"] = simulation.text(block)
         self.over = simulation.over(episodes).item()

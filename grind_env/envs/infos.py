@@ -1,5 +1,6 @@
 """What a step reports besides observation and reward: the info of the single environment, and of many in arrays."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -31,13 +32,13 @@ class InfoWriter:
         self._columns = np.array([*self.terms.values(), *self._read.values()])
         self._reference = task.reference_cost
 
-    def single(self, outcome: Outcome, choice: tuple[Array, ...]) -> dict[str, Any]:
-        """The info of one environment, from its outcome and its choice in arrays of one row."""
+    def single(self, outcome: Outcome, chosen: Sequence[float]) -> dict[str, Any]:
+        """The info of one environment, from its outcome and what was chosen."""
         return {
             "reward_terms": {name: 0.0 - outcome[column] / self._reference for name, column in self.terms.items()},
             "cost": outcome.finished - outcome.good,
             **{name: outcome[column] for name, column in self._read.items()},
-            **{name: float(values[0]) for name, values in zip(self.names, choice, strict=True)},
+            **dict(zip(self.names, chosen, strict=True)),
         }
 
     def vector(self, outcomes: Array, choice: tuple[Array, ...], mask: Array) -> dict[str, Any]:

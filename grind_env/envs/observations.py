@@ -303,9 +303,7 @@ class Layout(NamedTuple):
     """Where the entries of an observation come from."""
 
     columns: NDArray[np.int64]
-    """Index into `Readings` of every entry that is one."""
-    places: NDArray[np.int64]
-    """Indices of these entries in the observation."""
+    """Index into `Readings` of every entry, shape (entries,); -1 for one that is none."""
     kinds: int
     """Flags of the coming kind; as many of the following one come after them."""
     first_kind: int
@@ -337,11 +335,9 @@ def scaling(task: Task, entries: tuple[Reading, ...]) -> Scaling:
 def _layout(task: Task, entries: tuple[Reading, ...]) -> Layout:
     """Where these entries come from; any that is neither a reading nor a flag reads 0, for the caller to write."""
     names = [entry.name for entry in entries]
-    places = [place for place, name in enumerate(names) if name in Readings._fields]
     first, flags = f"coming_{task.kinds[0].name}", [f"material_{name}" for name in task.materials]
     return Layout(
-        columns=np.array([Readings._fields.index(names[place]) for place in places]),
-        places=np.array(places),
+        columns=np.array([Readings._fields.index(name) if name in Readings._fields else -1 for name in names]),
         kinds=len(task.kinds) if first in names else 0,
         first_kind=names.index(first) if first in names else 0,
         materials=np.array([names.index(flag) if flag in names else -1 for flag in flags]),

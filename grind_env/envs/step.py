@@ -9,8 +9,6 @@ from typing import Any, NamedTuple
 
 from grind_env.kernel import entry
 
-ALL = 1 << 62
-
 
 class Work(NamedTuple):
     """A step as one form of environments does it: named tuples of arrays, and compiled functions of them."""
@@ -29,8 +27,8 @@ class Work(NamedTuple):
     settle: Callable[..., None]
     """`settle(tables, episodes, choices, active, results, outcomes)`: writes what they have cost and shown, and goes on
     to the next blocks."""
-    together: int = ALL
-    """Episodes that are prepared, ground and settled in one go."""
+    together: int = 1024
+    """Episodes that are prepared, ground and settled in one go, few enough that their rows stay in a near cache."""
 
 
 def step_of(work: Work) -> Callable[..., None]:

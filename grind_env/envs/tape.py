@@ -6,26 +6,32 @@ does, and policies can be compared on common random numbers. What has no spread 
 numbers are the same without it.
 """
 
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from grind_env.arrays import Table
-from grind_env.belief.hidden import CUT
-from grind_env.envs.contexts import RANGES, Fixed
+from grind_env.envs.contexts import Fixed
+from grind_env.envs.drawing import (
+    DATE,
+    EPISODE,
+    LANES,
+    LANES_SIZE,
+    Block,
+    Drawn,
+    draw_lanes,
+    factor,
+    key_of,
+    log_normal,
+    read_block,
+    read_drawn,
+    spread,
+    unless,
+    words_of,
+    write_block,
+)
 from grind_env.kernel import entry, exp, inlined
 from grind_env.kernel.columns import column_reader, column_writer
-from grind_env.kernel.random import Words, normal, philox, uniform
-
-EPISODE, ORDER, DATE, PART, GAUGES, READINGS, STROKE, TAPER = range(8)
-"""What is drawn, four words a number: of the episode (the wheel; coolant and start; the spare wheel), of an order by
-its first block, of a due date, of a part by its first block, of a block (the pre-gauge, the part's roughness, mean and
-first power; then peak power, size, roughness and wheel), of a stroke, and of a part by its number."""
-
-
-WORDS = 2.0**32
-"""How many words there are."""
+from grind_env.kernel.random import uniform
 
 
 class TapeRow(NamedTuple):
@@ -216,56 +222,6 @@ read_sigmas = column_reader(Sigmas)
 
 
 @inlined
-def unless(fixed: float, drawn: float) -> float:
-    """The fixed number, or the drawn one where none is fixed (NaN)."""
-    return drawn if np.isnan(fixed) else fixed
-
-
-@inlined
-def key_of(u_0: float, u_1: float) -> tuple[float, float]:
-    """The key that two uniform numbers make."""
-    return np.floor(u_0 * WORDS), np.floor(u_1 * WORDS)
-
-
-@inlined
-def words_of(key_0: float, key_1: float, what: int, number: int) -> Words:
-    """The random words of the episode with this key for what is drawn, and for its number."""
-    return philox(int(key_0), int(key_1), int(number), what, 0, 0)
-
-
-@inlined
-def within(u: float, split: float) -> float:
-    """A uniform number moved into the ranges of a split, in their order, by probability."""
-    bits = int(split)
-    if bits == 0:
-        return u
-    count = 0
-    for k in range(RANGES):
-        count += bits >> k & 1
-    left = u * count
-    for k in range(RANGES):
-        if bits >> k & 1:
-            if left < 1.0:
-                return (k + left) / RANGES
-            left -= 1.0
-    return u
-
-
-@inlined
-def factor(sigma: float, word: int, split: float) -> float:
-    """Log-normal factor, from the ranges of a split, whose standard normal number is cut at `CUT`."""
-    if sigma == 0.0:
-        return 1.0
-    return exp(sigma * min(max(normal(within(uniform(word), split)), -CUT), CUT))
-
-
-@inlined
-def deviation(sigma: float, word: int) -> float:
-    """Normal number of that standard deviation."""
-    return sigma * normal(uniform(word)) if sigma > 0.0 else 0.0
-
-
-@inlined
 def origin_of(u_0: float, u_1: float, blocks: int, given: Fixed, split: float, sigmas: Sigmas) -> Origin:
     """What an episode of so many blocks is drawn from, by two uniform numbers, what a context fixes, and the split."""
     key_0, key_1 = key_of(u_0, u_1)
@@ -307,8 +263,9 @@ def work_before_date(schedule: Any, kinds: Any, i: int, k: int, period: int) -> 
 
 
 @inlined
-def draw_row(tape: Any, i: int, k: int, source: Any, schedule: Any, kinds: Any, sigmas: Sigmas) -> None:
-    """Draw row k of the tape of episode i, after the row before it; arguments as for `draw_rows`."""
+def draw_row(tape: Any, of: Block, drawn: Drawn, source: Any, schedule: Any, kinds: Any, sigmas: Sigmas) -> None:
+    """Write the row of a block from what is drawn of it and from the row before; arguments as for `draw_rows`."""
+    i, k = int(of.episode), int(of.number)
     origin, old = read_origin(source, i), read_carried(source, i)
     number, begins = schedule[i, k] >> 1, schedule[i, k] & 1 > 0
     kind, period, noise = read_drawn_kind(kinds, number), int(sigmas.due_blocks), origin.noise
@@ -317,23 +274,20 @@ def draw_row(tape: Any, i: int, k: int, source: Any, schedule: Any, kinds: Any, 
     if k == 0:
         part_ra, parts, due = 1.0, -1.0 if starts else 0.0, 0.0
     new_lot, stock, gauged = begins, kind.stock, kind.stock
-    gauge_word, part_word, mean_word, first_word = words_of(origin.key_0, origin.key_1, GAUGES, k)
-    peak_word, size_word, roughness_word, wheel_word = words_of(origin.key_0, origin.key_1, READINGS, k)
     if starts or begins:
-        lot_word, kA_word, pm_word, stock_word = words_of(origin.key_0, origin.key_1, PART, k)
         # a lot that differs from the last one in nothing is no new lot
         lots = starts and (np.isnan(origin.kA) or np.isnan(origin.pm))
-        new_lot = begins or (lots and uniform(lot_word) < sigmas.lot_probability)
+        new_lot = begins or (lots and uniform(drawn.lot) < sigmas.lot_probability)
         if new_lot:
-            kA = unless(origin.kA, factor(sigmas.lot_growth, kA_word, origin.split))
-            pm = unless(origin.pm, factor(sigmas.lot_pressure, pm_word, origin.split))
+            kA = unless(origin.kA, factor(sigmas.lot_growth, drawn.kA, origin.split))
+            pm = unless(origin.pm, factor(sigmas.lot_pressure, drawn.pm, origin.split))
         if starts:
             parts += 1.0
-            part_ra = factor(sigmas.part_roughness, part_word, 0.0) if np.isnan(origin.ra_scale) else 1.0
-            relative = max(kind.least_stock, 1.0 + deviation(sigmas.stock, stock_word))
+            part_ra = log_normal(sigmas.part_roughness, drawn.part_ra) if np.isnan(origin.ra_scale) else 1.0
+            relative = max(kind.least_stock, 1.0 + spread(sigmas.stock, drawn.stock))
             stock = kind.stock * unless(origin.stock, relative)
             stock = np.floor(1000.0 * stock + 0.5) / 1000.0
-            gauged = max(stock + deviation(noise * sigmas.gauge, gauge_word), 0.3 * kind.stock)
+            gauged = max(stock + spread(noise * sigmas.gauge, drawn.gauge), 0.3 * kind.stock)
     work, last = 0.0, 0.0
     if period > 0:
         work = work_before_date(schedule, kinds, i, k, period)
@@ -356,12 +310,12 @@ def draw_row(tape: Any, i: int, k: int, source: Any, schedule: Any, kinds: Any, 
         Gref=origin.Gref,
         ra_scale=unless(origin.ra_scale, origin.wheel_ra * part_ra),
         part_ra=part_ra,
-        mean_noise=deviation(measurement, mean_word),
-        first_noise=deviation(measurement, first_word),
-        peak_noise=deviation(measurement, peak_word),
-        size_noise=deviation(measurement, size_word),
-        roughness_noise=deviation(measurement, roughness_word),
-        wheel_noise=deviation(measurement, wheel_word),
+        mean_noise=spread(measurement, drawn.mean),
+        first_noise=spread(measurement, drawn.first),
+        peak_noise=spread(measurement, drawn.peak),
+        size_noise=spread(measurement, drawn.size),
+        roughness_noise=spread(measurement, drawn.roughness),
+        wheel_noise=spread(measurement, drawn.wheel),
         material=unless(origin.material, kind.material),
         spare_kA=kA * origin.spare_kA,
         spare_ra_scale=unless(origin.ra_scale, origin.spare_ra * part_ra),
@@ -371,6 +325,14 @@ def draw_row(tape: Any, i: int, k: int, source: Any, schedule: Any, kinds: Any, 
     )
     write_row(tape[i], place_of(k, tape.shape[1]), row)
     write_carried(source, i, Carried(kA=kA, pm=pm, part_ra=part_ra, parts=parts, due=due))
+
+
+@entry
+def draw_waiting(lanes: Any, count: int, tape: Any, source: Any, schedule: Any, kinds: Any, sigmas: Sigmas) -> None:
+    """Draw the rows of the blocks in so many lanes; arguments as for `draw_lanes` and `draw_rows`."""
+    draw_lanes(lanes)
+    for lane in range(count):
+        draw_row(tape, read_block(lanes, lane), read_drawn(lanes, lane), source, schedule, kinds, sigmas)
 
 
 @entry
@@ -387,14 +349,16 @@ def draw_rows(tape: Any, block: Any, source: Any, schedule: Any, kinds: Any, spr
         spreads: shape (1, fields of `Sigmas`).
         active: indices of the episodes.
     """
-    sigmas = read_sigmas(spreads, 0)
+    sigmas, lanes, waiting = read_sigmas(spreads, 0), np.zeros(LANES_SIZE), 0
     for i in active:
         first, end = int(source[i, DRAWN]), min(block[i] + tape.shape[1], int(source[i, BLOCKS]))
         for k in range(first, end):
-            draw_row(tape, i, k, source, schedule, kinds, sigmas)
+            of = Block(episode=float(i), key_0=source[i, KEY_0], key_1=source[i, KEY_1], number=float(k))
+            write_block(lanes, waiting, of)
+            waiting += 1
+            if waiting == LANES:
+                draw_waiting(lanes, waiting, tape, source, schedule, kinds, sigmas)
+                waiting = 0
         source[i, DRAWN] = max(first, end)
-
-
-def keys_of(rngs: Sequence[np.random.Generator]) -> Table:
-    """A key from each of M generators, as two uniform numbers, shape (M, 2)."""
-    return np.array([(rng.random(), rng.random()) for rng in rngs])
+    if waiting > 0:
+        draw_waiting(lanes, waiting, tape, source, schedule, kinds, sigmas)

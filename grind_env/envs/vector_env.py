@@ -11,7 +11,7 @@ from gymnasium.vector.utils import batch_space
 
 from grind_env.arrays import Array
 from grind_env.envs.actions import ActionCodec
-from grind_env.envs.arguments import check_count, check_flags, refuse_render
+from grind_env.envs.arguments import check_count, check_flags, check_threads, refuse_render
 from grind_env.envs.contexts import Given, read_all_options, read_options
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.infos import InfoWriter
@@ -19,6 +19,7 @@ from grind_env.envs.observations import Reading
 from grind_env.envs.shown import shown_space
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tables import Outcome
+from grind_env.envs.threads import step_shared
 from grind_env.envs.vector_common import (
     VECTOR_RENDER_MODES,
     Generators,
@@ -49,6 +50,7 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         autoreset_mode: `AutoresetMode` or its value: `"NextStep"`, `"SameStep"` or `"Disabled"`.
         render_mode: `"rgb_array"` or `"ansi"`, for one picture or text of each sub-environment.
         max_episode_steps: steps after which an episode is truncated, as by `TimeLimit`; None for never.
+        threads: that grind, each a share of the episodes; the numbers are the same. For some thousand, on idle cores.
 
     Raises:
         GrindError: an argument is not legal.
@@ -64,9 +66,10 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
         max_episode_steps: int | None = None,
+        threads: int = 1,
     ) -> None:
         check_flags(show_block=show_block)
-        self.num_envs = num_envs = check_count(num_envs)
+        self.num_envs = num_envs = check_count("num_envs", num_envs)
         refuse_render(render_mode, VECTOR_RENDER_MODES)
         self.render_mode = render_mode
         self.autoreset_mode = autoreset(autoreset_mode)
@@ -74,6 +77,7 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         self.limit = StepLimit(max_episode_steps, num_envs)
         self.show_block = show_block
         self.task, self.simulation = simulation.task, simulation
+        self.threads = check_threads(threads, compiled=simulation.compiled)
         self.codec = ActionCodec(self.task, action, predress=simulation.pre_dress)
         self.infos = InfoWriter(self.task, self.codec.names)
         self.single_action_space = self.codec.space
@@ -145,7 +149,7 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         if self.show_block or self.history is not None:
             block = self.simulation.block
             blocks = {i: block(self.episodes, i, *(values[i] for values in choice)) for i in stepping.tolist()}
-        outcomes, _ = self.simulation.step(self.episodes, *choice, active=stepping)
+        outcomes = step_shared(self.simulation, self.episodes, choice, stepping, self.threads)
         self.last = outcomes, choice
         if self.history is not None:
             self.history.note(blocks, outcomes)

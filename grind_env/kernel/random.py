@@ -36,7 +36,7 @@ def philox(key_0: int, key_1: int, counter_0: int, counter_1: int, counter_2: in
 
 
 @inlined
-def uniform(word: int) -> float:
+def uniform(word: float) -> float:
     """Number between 0 and 1, neither of them, evenly spaced by 2**-32."""
     return (word + 0.5) * 2.0**-32
 
@@ -54,14 +54,16 @@ def normal(u: float) -> float:
         above, below = above * r + 13731.693765509461125, below * r + 5394.1960214247511077
         above, below = above * r + 1971.5909503065514427, below * r + 687.1870074920579083
         above, below = above * r + 133.14166789178437745, below * r + 42.313330701600911252
-        return q * (above * r + 3.387132872796366608) / (below * r + 1.0)
-    r = math.sqrt(-log(min(u, 1.0 - u))) - 1.6
-    above = 7.7454501427834140764e-4 * r + 0.0227238449892691845833
-    below = 1.05075007164441684324e-9 * r + 5.475938084995344946e-4
-    above, below = above * r + 0.24178072517745061177, below * r + 0.0151986665636164571966
-    above, below = above * r + 1.27045825245236838258, below * r + 0.14810397642748007459
-    above, below = above * r + 3.64784832476320460504, below * r + 0.68976733498510000455
-    above, below = above * r + 5.7694972214606914055, below * r + 1.6763848301838038494
-    above, below = above * r + 4.6303378461565452959, below * r + 2.05319162663775882187
-    z = (above * r + 1.42343711074968357734) / (below * r + 1.0)
-    return z if q > 0.0 else -z
+        above = q * (above * r + 3.387132872796366608)
+    else:
+        r = math.sqrt(-log(min(u, 1.0 - u))) - 1.6
+        above = 7.7454501427834140764e-4 * r + 0.0227238449892691845833
+        below = 1.05075007164441684324e-9 * r + 5.475938084995344946e-4
+        above, below = above * r + 0.24178072517745061177, below * r + 0.0151986665636164571966
+        above, below = above * r + 1.27045825245236838258, below * r + 0.14810397642748007459
+        above, below = above * r + 3.64784832476320460504, below * r + 0.68976733498510000455
+        above, below = above * r + 5.7694972214606914055, below * r + 1.6763848301838038494
+        above, below = above * r + 4.6303378461565452959, below * r + 2.05319162663775882187
+        above = above * r + 1.42343711074968357734
+        above = above if q > 0.0 else -above
+    return above / (below * r + 1.0)

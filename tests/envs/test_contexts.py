@@ -19,7 +19,8 @@ from grind_env.envs.contexts import (
     read_options,
     split_bits,
 )
-from grind_env.envs.tape import TapeRow, within
+from grind_env.envs.drawing import within
+from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task, task_names
 from grind_env.errors import GrindError
 from grind_env.process.catalogue import load_catalogue

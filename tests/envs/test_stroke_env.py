@@ -12,13 +12,14 @@ from grind_env.control import read
 from grind_env.envs.actions import ActionError
 from grind_env.envs.blocks.program import conditions, job
 from grind_env.envs.contexts import ContextError
+from grind_env.envs.drawing import STROKE, deviation, words_of
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.gauge import GAUGE
 from grind_env.envs.ids import stroke
 from grind_env.envs.strokes.simulation import StrokeEpisodes, StrokeSimulation
 from grind_env.envs.strokes.step import TOGETHER
 from grind_env.envs.tables import Outcome
-from grind_env.envs.tape import KEY_0, KEY_1, NOISE_FACTOR, STROKE, TapeRow, deviation, words_of
+from grind_env.envs.tape import KEY_0, KEY_1, NOISE_FACTOR, TapeRow
 from grind_env.envs.tasks import TaskError, read_task
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord

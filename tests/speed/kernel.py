@@ -8,6 +8,7 @@ import llvmlite.binding
 import numpy as np
 
 from grind_env.arrays import Array
+from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.control.rules import DEPTH_TOLERANCE, motion_time
 from grind_env.envs.blocks.episode import EpisodeGenerator
 from grind_env.envs.infeed.infeed import write_motions
@@ -16,7 +17,9 @@ from grind_env.envs.tables import kind_row, shop_row
 from grind_env.envs.tasks import Task, load_task, read_task
 from grind_env.machine.loops.batch import NO_MOTIONS, longest_plunges
 from grind_env.machine.loops.feeding import FeedMotion
-from tests.batches import CYCLE, FEEDS, PARAMETERS, PART, PLUNGES, TALLY, WHEEL, as_table, cold
+from grind_env.machine.loops.rows import RULES_FROM
+from grind_env.machine.loops.zones import strip_centres, strip_zones
+from tests.batches import CYCLE, FEEDS, PARAMETERS, PART, PLUNGES, TALLY, TRAVERSES, WHEEL, as_table, cold
 from tests.speed.c_reference import LANES, Loop, compiled, compiler
 from tests.speed.turns import Ratios, fresh_process, in_turns, over, seconds_of
 
@@ -24,6 +27,9 @@ TURN = 2048
 """Machines of one turn, about."""
 SECONDS = 8.0
 """Measured of the loops, about, all of them together."""
+
+FEW_ZONES, MANY_ZONES, CROSSOVER = 8, 64, 20.0
+"""Zones of a part, and from one end of the crossover to the other, mm."""
 
 
 def machines_of(task: Task, machines: int) -> tuple[np.ndarray, ...]:
@@ -84,8 +90,36 @@ def feedings(machines: int, seed: int = 0) -> tuple[tuple[np.ndarray, ...], Loop
     return (np.array(rows), *machines_of(task, machines)), feeds
 
 
+def crossings(strips: int, machines: int = 256) -> tuple[tuple[np.ndarray, ...], Loop]:
+    """G83 cycles over parts of so many strips of 1 mm, each a zone: tables, and lanes that lay the parts anew."""
+    cycle = TraverseCycle(
+        depth=0.1,
+        primary_pick=0.02,
+        secondary_pick=0.02,
+        width=CROSSOVER,
+        primary_cross_pick=5.0,
+        secondary_cross_pick=5.0,
+        at_depth=2.0,
+        executions=0.0,
+        pre_dress=0.0,
+    )
+    table, *others = cycles(machines)
+    table["cross_end"], table["width"] = CROSSOVER, strips
+    rows = np.hstack([as_table(table)[:, :RULES_FROM], np.tile(cycle, (machines, 1))])
+    zones = strip_zones(strip_centres(0.0, float(strips)))
+
+    def crosses(
+        cycles: np.ndarray, parameters: np.ndarray, wheels: np.ndarray, _: np.ndarray, tallies: np.ndarray
+    ) -> None:
+        parts = np.tile(zones, (machines, 1, 1))
+        TRAVERSES.lanes(cycles, parameters, wheels, parts, tallies, NO_MOTIONS, np.arange(machines), 0, 1)
+
+    return (rows, *others), crosses
+
+
 G82, SCALAR, G81 = "G82 in lanes, N = 256", "G82 in the scalar loop, N = 256", "G81 in lanes, N = 256"
 FEW, MANY = "G82 in lanes, N = 16", "G82 in lanes, N = 4096"
+CROSSES = "G83 on {} zones, N = 256"
 IN_C = "G82 in C of {} lanes, N = 256"
 PLAIN = """
 from tests.speed import kernel
@@ -121,6 +155,9 @@ def strokes() -> dict[str, Array]:
         FEW: (plunges, cycles(16)),
         MANY: (plunges, cycles(4096)),
     }
+    for zones in (FEW_ZONES, MANY_ZONES):
+        crossed, crosses = crossings(zones)
+        loops[CROSSES.format(zones)] = crosses, crossed
     with TemporaryDirectory() as folder:
         if compiler():
             loops |= {IN_C.format(lanes): (compiled(Path(folder), lanes), cycles(256)) for lanes in LANES}
@@ -137,9 +174,11 @@ def ratios(ns: Mapping[str, Array]) -> Ratios:
         for lanes in LANES
         if (name := IN_C.format(lanes)) in ns
     }
+    zone = (ns[CROSSES.format(MANY_ZONES)] - ns[CROSSES.format(FEW_ZONES)]) / (MANY_ZONES - FEW_ZONES)
     plain = fresh_process(PLAIN, NUMBA_DISABLE_JIT="1")
     return found | {
         "stroke of G81 over one of G82": over(ns[G81], ns[G82]),
+        "100 zones of a G83 over a stroke of G82": over(100.0 * zone, ns[G82]),
         "stroke at N = 16 over one at N = 4096": over(ns[FEW], ns[MANY]),
         "scalar loop over lanes, N = 256": over(ns[SCALAR], ns[G82]),
         "scalar loop over lanes, N = 4096": over(ns[SCALAR], ns[MANY]),

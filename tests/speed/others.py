@@ -7,7 +7,7 @@ import numpy as np
 
 import grind_env
 from tests.speed.turns import Ratios, fresh_process, in_turns, over, seconds_of
-from tests.speed_envs import actions_of, single_step, vector_episode
+from tests.speed_envs import over_kernel, single_step
 
 N, MANY = 256, 1024
 """Environments beside each other, and those that are timed beside their kernel."""
@@ -23,7 +23,7 @@ CARTPOLE = "CartPole-v1"
 WORKERS, ROUNDS, PLAIN_STEPS = 2, 5, 5
 """Of the asynchronous environments in plain Python: how many, and how long."""
 TIMES = 3
-"""So often the steps are measured over their kernel and over an empty one."""
+"""So often the steps are measured over an empty one."""
 PLAIN = "from tests.speed.others import plain_steps; plain_steps()"
 
 
@@ -75,13 +75,11 @@ def ratios() -> Ratios:
     """What a native step costs over one of CartPole, and one in plain Python over it."""
     steps = in_turns({env_id: Native(env_id).step for env_id in (OURS, STROKE, CARTPOLE)}, SECONDS)
     plain = fresh_process(PLAIN, NUMBA_DISABLE_JIT="1")
-    block = actions_of(OURS, MANY)
-    whole, cores, _ = np.transpose([vector_episode(OURS, block) for _ in range(TIMES)])
     single, empty = np.transpose([single_step(OURS) for _ in range(TIMES)])
     return {
         "PowerLimited, native step over one of CartPole": over(steps[OURS], steps[CARTPOLE]),
         "Stroke, native step over one of CartPole": over(steps[STROKE], steps[CARTPOLE]),
         "PowerLimited, AsyncVectorEnv(2) in plain Python over a native step": over(plain, steps[OURS]),
-        f"PowerLimited, vector step over its kernel, N = {MANY}": whole / cores,
+        f"PowerLimited, vector step over its kernel, N = {MANY}": over_kernel(OURS, MANY),
         "PowerLimited, single step without its strokes over an empty one": single / empty,
     }

@@ -8,22 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.envs.contexts import Fixed, Given, apart, split_bits
+from grind_env.envs.drawing import EPISODE, ORDER, keys_of, unless, words_of
 from grind_env.envs.episodes import Episodes
-from grind_env.envs.tape import (
-    EPISODE,
-    ORDER,
-    DrawnKind,
-    Origin,
-    Sigmas,
-    draw_rows,
-    keys_of,
-    origin_of,
-    read_origin,
-    read_sigmas,
-    unless,
-    words_of,
-    write_origin,
-)
+from grind_env.envs.tape import DrawnKind, Origin, Sigmas, draw_rows, origin_of, read_origin, read_sigmas, write_origin
 from grind_env.envs.tasks import Task
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader

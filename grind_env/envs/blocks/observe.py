@@ -8,19 +8,42 @@ from grind_env.envs.observations import LEAST_SLACK, Layout, Readings
 from grind_env.envs.tables import Shop, read_kind, read_memory, read_shop
 from grind_env.envs.tape import TapeRow, place_of, read_row
 from grind_env.kernel import entry, inlined, log
-from grind_env.kernel.columns import column_writer
+from grind_env.kernel.columns import lane_writer
 from grind_env.machine.loops.rows import OWN_FROM, read_wheel
 
 READINGS = len(Readings._fields)
 KIND = TapeRow._fields.index("kind")
 
-write_readings = column_writer(Readings)
+LANES = 32
+"""Episodes whose readings are scaled side by side, in vector registers."""
+
+write_readings = lane_writer(Readings, 0, LANES)
 
 
-@inlined
-def scaled(value: float, offset: float, scale: float, low: float, high: float) -> float:
-    """A reading as an entry of the observation, cut at the range of its sensor."""
-    return min(max((value - offset) / scale, low), high)
+@entry
+def write_entries(
+    values: Any, first: int, columns: Any, offset: Any, scale: Any, low: Any, high: Any, observations: Any
+) -> None:
+    """Write the entries of the observation that are readings, each cut at the range of its sensor.
+
+    Args:
+        values: every reading of `LANES` episodes from `first` on, shape (readings, LANES); overwritten.
+        first: number of an episode.
+        columns: which reading every entry is, shape (entries,), like the next four; -1 for none.
+        offset: of each entry.
+        scale: of each entry.
+        low: of each entry.
+        high: of each entry.
+        observations: shape (N, entries), float32; written.
+    """
+    count = min(LANES, observations.shape[0] - first)
+    for at in range(columns.size):
+        if columns[at] >= 0:
+            row, zero, unit, least, most = values[columns[at]], offset[at], scale[at], low[at], high[at]
+            for lane in range(count):
+                row[lane] = min(max((row[lane] - zero) / unit, least), most)
+            for lane in range(count):
+                observations[first + lane, at] = row[lane]
 
 
 def heat_column(own: type[Any]) -> int:
@@ -46,14 +69,10 @@ def observe_block(
     memory: Any,
     shop: Shop,
     layout: Layout,
-    offset: Any,
-    scale: Any,
-    low: Any,
-    high: Any,
-    values: Any,
+    lanes: Any,
     observations: Any,
 ) -> None:
-    """Write the observation of episode i; `values`, shape (1, fields of `Readings`), is overwritten."""
+    """Write the readings of episode i to its lane, and the flags of its observation."""
     rows = tape.shape[1]
     materials = layout.materials.size
     execution_depth = 2.0 * shop.dress_passes * shop.dress_depth
@@ -111,10 +130,7 @@ def observe_block(
         wheel_volume=wheel.V,
         part_rise=part_rise(wheels, i, heat, in_work),
     )
-    write_readings(values, 0, reading)
-    for k in range(layout.columns.size):
-        at = layout.places[k]
-        observations[i, at] = scaled(values[0, layout.columns[k]], offset[at], scale[at], low[at], high[at])
+    write_readings(lanes, i % LANES, reading)
     if ahead and layout.kinds > 0:
         observations[i, layout.first_kind + number] = 1.0
         if block[i] + 1 < total:
@@ -157,26 +173,12 @@ def observe_blocks(
         scale: of each entry.
         low: of each entry.
         high: of each entry.
-        observations: shape (N, entries), float32; written.
+        observations: shape (N, entries), float32, all 0; written.
     """
     shop = read_shop(shops, 0)
-    values = np.empty((1, READINGS))
-    for i in range(block.size):
-        observe_block(
-            i,
-            kinds,
-            total,
-            tape,
-            block,
-            wheels,
-            heat,
-            memory,
-            shop,
-            layout,
-            offset,
-            scale,
-            low,
-            high,
-            values,
-            observations,
-        )
+    lanes = np.empty(READINGS * LANES)
+    values = lanes.reshape((READINGS, LANES))
+    for first in range(0, block.size, LANES):
+        for i in range(first, min(first + LANES, block.size)):
+            observe_block(i, kinds, total, tape, block, wheels, heat, memory, shop, layout, lanes, observations)
+        write_entries(values, first, layout.columns, offset, scale, low, high, observations)

@@ -13,20 +13,8 @@ from numpy.typing import NDArray
 
 from grind_env.belief.hidden import FACTORS
 from grind_env.envs.contexts import CONTEXT_FACTORS, Fixed, Given, apart, split_bits
-from grind_env.envs.tape import (
-    EPISODE,
-    GAUGES,
-    PART,
-    READINGS,
-    TapeRow,
-    deviation,
-    factor,
-    key_of,
-    keys_of,
-    unless,
-    words_of,
-    write_row,
-)
+from grind_env.envs.drawing import EPISODE, GAUGES, PART, READINGS, deviation, factor, key_of, keys_of, unless, words_of
+from grind_env.envs.tape import TapeRow, write_row
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader
 from grind_env.kernel.random import uniform

@@ -8,11 +8,12 @@ import numpy as np
 
 from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.envs.blocks.step import Choices, block_stroking, draw_coming, floor_of
+from grind_env.envs.drawing import TAPER, deviation, words_of
 from grind_env.envs.gauge import Gauge
 from grind_env.envs.observations import SIZE_NOISE
 from grind_env.envs.step import Work, step_of
 from grind_env.envs.tables import read_shop
-from grind_env.envs.tape import KEY_0, KEY_1, NOISE_FACTOR, TAPER, deviation, read_sigmas, words_of
+from grind_env.envs.tape import KEY_0, KEY_1, NOISE_FACTOR, read_sigmas
 from grind_env.kernel import entry
 from grind_env.kernel.columns import column_writer, replacer
 from grind_env.machine.loops.batch import NO_MOTIONS, longest_traverses

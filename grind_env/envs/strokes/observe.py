@@ -4,17 +4,17 @@ from typing import Any
 
 import numpy as np
 
-from grind_env.envs.blocks.observe import part_rise, scaled
+from grind_env.envs.blocks.observe import LANES, part_rise, write_entries
 from grind_env.envs.strokes.readings import StrokeReadings
 from grind_env.envs.strokes.step import PART, kind_of, pick_before, read_strokes, row_in_work, strokes_of
 from grind_env.envs.tables import read_memory
 from grind_env.kernel import entry, inlined
-from grind_env.kernel.columns import column_writer
+from grind_env.kernel.columns import lane_writer
 from grind_env.machine.loops.rows import read_wheel
 
 READINGS = len(StrokeReadings._fields)
 
-write_readings = column_writer(StrokeReadings)
+write_readings = lane_writer(StrokeReadings, 0, LANES)
 
 
 @inlined
@@ -29,15 +29,9 @@ def observe_stroke(
     memory: Any,
     tape: Any,
     strokes: Any,
-    columns: Any,
-    offset: Any,
-    scale: Any,
-    low: Any,
-    high: Any,
-    values: Any,
-    observations: Any,
+    lanes: Any,
 ) -> None:
-    """Write the observation of episode i; `values`, shape (1, fields of `StrokeReadings`), is overwritten."""
+    """Write the readings of episode i to its lane."""
     ahead = block[i] < parts
     row, done = row_in_work(tape, block, parts, i), read_strokes(strokes, i)
     wheel, seen = read_wheel(wheels, i), read_memory(memory, i)
@@ -75,9 +69,7 @@ def observe_stroke(
         pressure=row.pm,
         part_rise=part_rise(wheels, i, heat, done.made > 0.0),
     )
-    write_readings(values, 0, reading)
-    for k in range(columns.size):
-        observations[i, k] = scaled(values[0, columns[k]], offset[k], scale[k], low[k], high[k])
+    write_readings(lanes, i % LANES, reading)
 
 
 @entry
@@ -117,24 +109,9 @@ def observe_strokes(
         high: of each entry.
         observations: shape (N, entries), float32; written.
     """
-    values = np.empty((1, READINGS))
-    for i in range(block.size):
-        observe_stroke(
-            i,
-            kinds,
-            materials,
-            parts,
-            block,
-            wheels,
-            heat,
-            memory,
-            tape,
-            strokes,
-            columns,
-            offset,
-            scale,
-            low,
-            high,
-            values,
-            observations,
-        )
+    lanes = np.empty(READINGS * LANES)
+    values = lanes.reshape((READINGS, LANES))
+    for first in range(0, block.size, LANES):
+        for i in range(first, min(first + LANES, block.size)):
+            observe_stroke(i, kinds, materials, parts, block, wheels, heat, memory, tape, strokes, lanes)
+        write_entries(values, first, columns, offset, scale, low, high, observations)

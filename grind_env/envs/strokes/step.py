@@ -26,6 +26,7 @@ from grind_env.envs.blocks.step import (
     write_factored,
     write_plunge,
 )
+from grind_env.envs.drawing import STROKE, deviation, words_of
 from grind_env.envs.gauge import Gauge, Shown
 from grind_env.envs.step import Work, step_of
 from grind_env.envs.strokes import rules
@@ -41,19 +42,7 @@ from grind_env.envs.tables import (
     write_memory,
     write_outcome,
 )
-from grind_env.envs.tape import (
-    BLOCKS,
-    KEY_0,
-    KEY_1,
-    NOISE_FACTOR,
-    STROKE,
-    TapeRow,
-    deviation,
-    place_of,
-    read_row,
-    read_sigmas,
-    words_of,
-)
+from grind_env.envs.tape import BLOCKS, KEY_0, KEY_1, NOISE_FACTOR, TapeRow, place_of, read_row, read_sigmas
 from grind_env.kernel import entry, inlined, inlined_rule
 from grind_env.kernel.columns import column_reader, column_writer, replacer
 from grind_env.machine.loops.batch import NO_MOTIONS

@@ -61,7 +61,7 @@ class WenVectorEnv(VectorEnv[Array, Array, Array]):
         cycle: str | None = None,
         max_episode_steps: int | None = None,
     ) -> None:
-        self.num_envs = num_envs = check_count(num_envs)
+        self.num_envs = num_envs = check_count("num_envs", num_envs)
         check_arguments(action, observation, show_block, predress, cycle)
         refuse_render(render_mode, VECTOR_RENDER_MODES)
         self.render_mode, self.autoreset_mode = render_mode, autoreset(autoreset_mode)

@@ -1,0 +1,45 @@
+"""A step of many episodes, shared among threads: compiled code runs without the lock of Python."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.arrays import Table
+from grind_env.envs.episodes import Episodes
+from grind_env.envs.simulation import Simulation
+
+
+def step_shared(
+    simulation: Simulation, episodes: Episodes, choice: tuple[Table, ...], active: NDArray[np.int64], threads: int
+) -> Table:
+    """Grind the next block of the episodes in `active`, each of so many threads its share of them.
+
+    What comes of one does not depend on what runs beside it.
+
+    Args:
+        simulation: of the episodes, compiled if there is more than one thread.
+        episodes: of which N there are; updated.
+        choice: as for `Simulation.step`, each shape (N,).
+        active: indices of the episodes to step.
+        threads: how many there are.
+
+    Returns:
+        Their outcomes, shape (N, fields of `Outcome`).
+
+    Raises:
+        GrindError: a block cannot be run so; every episode is then as it was before.
+    """
+
+    def outcomes_of(share: NDArray[np.int64]) -> Table:
+        return simulation.step(episodes, *choice, active=share)[0]
+
+    if threads == 1:
+        return outcomes_of(active)
+    shares = np.array_split(active, threads)
+    with ThreadPoolExecutor(threads - 1) as pool:
+        others = pool.map(outcomes_of, shares[1:])
+        outcomes = outcomes_of(shares[0])
+        for share, each in zip(shares[1:], others, strict=True):
+            outcomes[share] = each[share]
+    return outcomes

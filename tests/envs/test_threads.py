@@ -1,0 +1,54 @@
+"""Vector environments whose episodes several threads grind."""
+
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from grind_env.envs.job.loading import EXAMPLE
+from grind_env.envs.tasks import TaskError
+from tests.envs.harness import MODES, assert_same, every_id, native, sampled
+from tests.envs.test_vector_promises import GROOVE
+
+GRINDING = [env_id for env_id in every_id() if env_id != "grind/Wen-v0"]
+N = 11
+
+
+@pytest.mark.bits
+@pytest.mark.parametrize("env_id", GRINDING)
+def test_threads_change_no_bit(env_id: str) -> None:
+    mode = MODES[GRINDING.index(env_id) % 2]
+    one, three = native(env_id, N, mode), native(env_id, N, mode, threads=3)
+    assert_same(one.reset(seed=0), three.reset(seed=0))
+    for number, batch in enumerate(sampled(env_id, 8, N)):
+        if number == 4:  # from here on some episodes end, and with them some threads have nothing to do
+            mask = np.arange(N) < 9
+            assert_same(*(each.reset(options={"reset_mask": mask.copy()}) for each in (one, three)))
+        assert_same(one.step(batch), three.step(batch))
+    for name in ("block", "wheels", "parts", "memory", "tape"):
+        assert_same(getattr(one.episodes, name), getattr(three.episodes, name))
+
+
+def test_more_threads_than_episodes() -> None:
+    one, many = native("grind/Oracle6-v0", 2, "NextStep"), native("grind/Oracle6-v0", 2, "NextStep", threads=5)
+    assert_same(one.reset(seed=3), many.reset(seed=3))
+    for batch in sampled("grind/Oracle6-v0", 14, 2):
+        assert_same(one.step(batch), many.step(batch))
+
+
+@pytest.mark.parametrize("value", [0, 1.5, "2", True, None])
+def test_threads_are_a_whole_number_above_0(value: Any) -> None:
+    with pytest.raises(TaskError) as caught:
+        gym.make_vec("grind/Slot-v0", 2, threads=value)
+    assert str(caught.value) == f"threads is {value!r}, but must be a whole number of at least 1"
+
+
+def test_a_program_that_python_runs_has_one_thread(tmp_path: Path) -> None:
+    program = tmp_path / "grooved.nc"
+    program.write_text(EXAMPLE.read_text().replace("N10 ", GROOVE + "N10 ", 1))
+    program.with_suffix(".toml").write_text(EXAMPLE.with_suffix(".toml").read_text())
+    native("grind/Job-v0", 2, program=str(program), threads=1)
+    with pytest.raises(TaskError, match="threads is 2, but Python runs this program"):
+        native("grind/Job-v0", 2, program=str(program), threads=2)
