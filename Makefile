@@ -6,7 +6,7 @@ STAMP := $(VENV)/.installed
 # `make PINNED= VENV=build/newest test` has the newest version of everything.
 PINNED := --constraint constraints.txt
 
-.PHONY: setup test bits lint format benchmark speed validate notebooks docs core readme soak clean
+.PHONY: setup test bits lint format benchmark speed ratios validate notebooks docs core readme soak clean
 
 setup: $(STAMP)
 
@@ -46,6 +46,10 @@ benchmark: setup
 # `make speed BASE=<commit>` measures beside an older commit.
 speed: setup
 	$(BIN)/python -m $(if $(BASE),tests.speed_base $(BASE),tests.speed)
+
+# Only the ratios of tests/speed/ratios.toml, in a minute; fails if one is beyond its tolerance.
+ratios: setup
+	$(BIN)/python -m tests.speed --check
 
 # The process model beside published and measured numbers.
 validate: setup

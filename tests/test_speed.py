@@ -5,10 +5,14 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from agents.learning.curve import Point
-from tests import speed, speed_base, speed_control, speed_envs, speed_public, speed_training
+from tests import speed_base, speed_control, speed_envs, speed_public, speed_training
+from tests.speed import __main__ as speed
+from tests.speed import kernel, others, ratios, starts
+from tests.speed.c_reference import compiler
 
 
 def ones(code: str, **environment: str) -> list[float]:
@@ -21,7 +25,10 @@ def ones(code: str, **environment: str) -> list[float]:
 def brief(monkeypatch: pytest.MonkeyPatch) -> None:
     """As little of everything as there can be."""
     least: dict[Any, dict[str, Any]] = {
-        speed: {"SECONDS": 0.0, "MACHINES": 8, "fresh_process": ones},
+        speed: {"fresh_process": ones},
+        kernel: {"SECONDS": 0.0, "TURN": 1, "fresh_process": ones},
+        others: {"SECONDS": 0.0, "N": 2, "STEPS": 1, "TIMES": 1, "fresh_process": ones},
+        starts: {"MACHINES": 8, "fresh_process": ones},
         speed_envs: {
             "SECONDS": 0.0,
             "TASKS": ("Oracle6",),
@@ -38,9 +45,37 @@ def brief(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_make_speed_ends(brief: None, capsys: pytest.CaptureFixture[str]) -> None:
-    speed.main()
+    assert speed.main() == 0
     printed = capsys.readouterr().out
-    assert all(title in printed for title in ("Kernel speed", "Control and programs", "Environments", "Training"))
+    titles = "ns per stroke", "Ratios", "Threads", "Control and programs", "Environments", "Training"
+    assert all(title in printed for title in titles)
+    assert ("No gcc here" in printed) == (compiler() is None)
+
+
+def test_a_ratio_beyond_its_tolerance_ends_the_check_with_1(
+    brief: None, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    measured = {name: np.array([0.5, about.last, 1e9]) for name, about in ratios.known().items()}
+    first = next(iter(measured))
+    monkeypatch.setattr(kernel, "strokes", dict)
+    monkeypatch.setattr(ratios, "measured", lambda ns: measured)
+    assert speed.main("--check") == 0
+    measured[first] = np.array([3.0])
+    assert speed.main("--check") == 1
+    assert f"{first}: 3 is more than 1.25" in capsys.readouterr().out
+    del measured[first]  # as without gcc
+    assert speed.main("--check") == 0
+    least = next(name for name, about in ratios.known().items() if about.least > 0.0)
+    measured[least] = np.array([0.1])
+    assert ratios.beyond(measured) == [f"{least}: 0.1 is less than 2.0 (last 5.1)"]
+
+
+def test_the_file_of_ratios_has_those_that_are_measured(brief: None) -> None:
+    """The check would not see a name that it does not know."""
+    of_c = {name for name in ratios.known() if "in C" in name}
+    measured = ratios.measured(kernel.strokes())
+    assert {*ratios.known()} - {*measured} == (set() if compiler() else of_c)
+    assert {*measured} <= {*ratios.known()}
 
 
 @pytest.mark.parametrize("measure", [lambda: speed_public.vector("Oracle6", 2, 7), speed_public.control])

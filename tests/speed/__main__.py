@@ -1,0 +1,37 @@
+"""Speed, as ratios measured in one run: `make speed`, and with `--check` only those of `ratios.toml`, in a minute."""
+
+import sys
+
+from rich.console import Console
+
+from tests import speed_control, speed_envs, speed_training
+from tests.speed import kernel, ratios, starts
+from tests.speed.c_reference import compiler
+from tests.speed.turns import fresh_process
+
+WIDTH = 120
+"""Of what is printed at least: in a log a line a measure."""
+
+
+def main(*arguments: str) -> int:
+    """Measure and print; with `--check`, 1 if a ratio is not as it may be."""
+    console = Console(width=max(Console().width, WIDTH))
+    ns = kernel.strokes()
+    found = ratios.measured(ns)
+    console.print(ratios.stroke_table(ns))
+    console.print(ratios.ratio_table(found))
+    if not compiler():
+        console.print("No gcc here: the lines of C are left out.")
+    if arguments == ("--check",):
+        beyond = ratios.beyond(found)
+        console.print("\n".join(beyond), highlight=False)
+        return 1 if beyond else 0
+    console.print(starts.table())
+    console.print(speed_control.table(fresh_process))
+    console.print(speed_envs.table(fresh_process))
+    console.print(speed_training.table(fresh_process))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))

@@ -1,0 +1,186 @@
+"""Speed of the compiled loops, in turns with the same written in C and in plain Python: part of `make speed`."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import llvmlite.binding
+import numpy as np
+
+from grind_env.arrays import Array
+from grind_env.control.cycles.traverse import TraverseCycle
+from grind_env.control.rules import DEPTH_TOLERANCE, motion_time
+from grind_env.envs.blocks.episode import EpisodeGenerator
+from grind_env.envs.infeed.infeed import write_motions
+from grind_env.envs.infeed.step import feeding_of, infeed_of, infeed_stroking
+from grind_env.envs.tables import kind_row, shop_row
+from grind_env.envs.tasks import Task, load_task, read_task
+from grind_env.machine.loops.batch import NO_MOTIONS, longest_plunges
+from grind_env.machine.loops.feeding import FeedMotion
+from grind_env.machine.loops.rows import RULES_FROM
+from grind_env.machine.loops.zones import strip_centres, strip_zones
+from tests.batches import CYCLE, FEEDS, PARAMETERS, PART, PLUNGES, TALLY, TRAVERSES, WHEEL, as_table, cold
+from tests.speed.c_reference import LANES, Loop, compiled, compiler
+from tests.speed.turns import Ratios, fresh_process, in_turns, over, seconds_of
+
+TURN = 2048
+"""Machines of one turn, about."""
+SECONDS = 8.0
+"""Measured of the loops, about, all of them together."""
+
+FEW_ZONES, MANY_ZONES, CROSSOVER = 8, 64, 20.0
+"""Zones of a part, and from one end of the crossover to the other, mm."""
+
+
+def machines_of(task: Task, machines: int) -> tuple[np.ndarray, ...]:
+    """Machines as episodes of a task begin: parameters, wheels, parts."""
+    parameters = np.full(machines, np.array(tuple(task.parameters(task.kinds[0])), PARAMETERS))
+    wheels = np.full(machines, np.array(cold(EpisodeGenerator(task).wheel(0.0)), WHEEL))
+    return parameters, wheels, np.full(machines, np.array((0.0, 0.0, 1.6), PART))
+
+
+def cycles(machines: int, seed: int = 0) -> tuple[np.ndarray, ...]:
+    """Random G82 cycles, about 55 strokes each: arguments of `grind_cycles`."""
+    rng = np.random.default_rng(seed)
+    task = load_task("power_limited")
+    kind = task.kinds[0]
+    table = np.zeros(machines, CYCLE)
+    table["speed"] = rng.uniform(100.0, 400.0, machines)
+    table["stroke_seconds"] = [motion_time(360.0, speed, 1000.0) + 0.15 for speed in table["speed"]]
+    table["first_seconds"] = table["stroke_seconds"]
+    table["depth"] = table["bottom"] = table["finish"] = rng.uniform(0.1, 1.0, machines)
+    table["primary_pick"] = table["secondary_pick"] = 0.01
+    table["full_plunge"] = 0.01 - DEPTH_TOLERANCE
+    table["at_depth"] = 1.0 + rng.integers(0, 4, machines)
+    table["executions"] = rng.integers(0, 4, machines)
+    table["width"], table["length"] = kind.width, kind.length
+    table["dress_passes"], table["dress_depth"] = task.dress.passes, task.dress.depth
+    table["dress_feed"], table["dress_seconds"] = task.dress_feed, task.dress_seconds
+    return table, *machines_of(task, machines)
+
+
+def plunges(*tables: np.ndarray) -> None:
+    """G82 in lanes, with the sorting."""
+    order = np.empty(len(tables[0]), np.int64)
+    longest_plunges(tables[0], np.arange(len(tables[0])), order)
+    PLUNGES.lanes(*tables, NO_MOTIONS, order, 0, 1)
+
+
+def plunges_alone(*tables: np.ndarray) -> None:
+    """G82 machine by machine, without a log."""
+    PLUNGES.scalar(*tables, NO_MOTIONS, np.empty((len(tables[0]), 0, 0)))
+
+
+def feedings(machines: int, seed: int = 0) -> tuple[tuple[np.ndarray, ...], Loop]:
+    """Random G81 blocks of their task: tables, and lanes that look the strokes up in the motions of these blocks."""
+    rng = np.random.default_rng(seed)
+    task = read_task("reciprocation")
+    kind, shop, rate = kind_row(task, task.kinds[0]), shop_row(task), task.infeed / 60.0
+    most, rows = 3, []
+    motions = np.zeros((2 * (most + 1) * machines, len(FeedMotion._fields)))
+    for first in range(0, len(motions), 2 * (most + 1)):
+        speed, executions = rng.uniform(3000.0, 30_000.0), float(rng.integers(0, most + 1))
+        infeed = infeed_of(kind, kind.stock, speed, shop.dwell, executions, shop.acceleration, rate)
+        write_motions(motions, first, infeed)
+        rows.append((*infeed_stroking(kind, shop, speed, infeed), *feeding_of(infeed, 0.0, first)))
+
+    def feeds(*tables: np.ndarray) -> None:
+        FEEDS.lanes(*tables, motions, np.arange(machines), 0, 1)
+
+    return (np.array(rows), *machines_of(task, machines)), feeds
+
+
+def crossings(strips: int, machines: int = 256) -> tuple[tuple[np.ndarray, ...], Loop]:
+    """G83 cycles over parts of so many strips of 1 mm, each a zone: tables, and lanes that lay the parts anew."""
+    cycle = TraverseCycle(
+        depth=0.1,
+        primary_pick=0.02,
+        secondary_pick=0.02,
+        width=CROSSOVER,
+        primary_cross_pick=5.0,
+        secondary_cross_pick=5.0,
+        at_depth=2.0,
+        executions=0.0,
+        pre_dress=0.0,
+    )
+    table, *others = cycles(machines)
+    table["cross_end"], table["width"] = CROSSOVER, strips
+    rows = np.hstack([as_table(table)[:, :RULES_FROM], np.tile(cycle, (machines, 1))])
+    zones = strip_zones(strip_centres(0.0, float(strips)))
+
+    def crosses(
+        cycles: np.ndarray, parameters: np.ndarray, wheels: np.ndarray, _: np.ndarray, tallies: np.ndarray
+    ) -> None:
+        parts = np.tile(zones, (machines, 1, 1))
+        TRAVERSES.lanes(cycles, parameters, wheels, parts, tallies, NO_MOTIONS, np.arange(machines), 0, 1)
+
+    return (rows, *others), crosses
+
+
+G82, SCALAR, G81 = "G82 in lanes, N = 256", "G82 in the scalar loop, N = 256", "G81 in lanes, N = 256"
+FEW, MANY = "G82 in lanes, N = 16", "G82 in lanes, N = 4096"
+CROSSES = "G83 on {} zones, N = 256"
+IN_C = "G82 in C of {} lanes, N = 256"
+PLAIN = """
+from tests.speed import kernel
+kernel.TURN = 1
+print(*(kernel.ns_per_stroke(kernel.plunges_alone, kernel.cycles(1)) for _ in range(9)))
+"""
+
+
+def ns_per_stroke(loop: Loop, tables: tuple[np.ndarray, ...]) -> float:
+    """CPU time of a loop, ns per stroke, over as many calls as take a while."""
+    machines = len(tables[0])
+    tallies, spent, strokes = np.empty(machines, TALLY), 0.0, 0.0
+    for _ in range(-(-TURN // machines)):
+        tallies[:] = 0.0
+        spent += seconds_of(loop, *(as_table(each.copy()) for each in tables), as_table(tallies))
+        strokes += tallies["strokes"].sum()
+    return 1e9 * spent / strokes
+
+
+def vector_width() -> str:
+    """Widest vector registers of this machine."""
+    features = llvmlite.binding.get_host_cpu_features()
+    return next((name for name, flag in (("AVX-512", "avx512f"), ("AVX2", "avx2")) if features.get(flag)), "SSE2")
+
+
+def strokes() -> dict[str, Array]:
+    """ns per stroke of every loop, a number a round."""
+    fed, feeds = feedings(256)
+    loops: dict[str, tuple[Loop, tuple[np.ndarray, ...]]] = {
+        G82: (plunges, cycles(256)),
+        SCALAR: (plunges_alone, cycles(256)),
+        G81: (feeds, fed),
+        FEW: (plunges, cycles(16)),
+        MANY: (plunges, cycles(4096)),
+    }
+    for zones in (FEW_ZONES, MANY_ZONES):
+        crossed, crosses = crossings(zones)
+        loops[CROSSES.format(zones)] = crosses, crossed
+    with TemporaryDirectory() as folder:
+        if compiler():
+            loops |= {IN_C.format(lanes): (compiled(Path(folder), lanes), cycles(256)) for lanes in LANES}
+        sides = {
+            name: lambda loop=loop, tables=tables: ns_per_stroke(loop, tables) for name, (loop, tables) in loops.items()
+        }
+        return in_turns(sides, SECONDS)
+
+
+def ratios(ns: Mapping[str, Array]) -> Ratios:
+    """What a stroke in lanes costs over one of the others, and these over it."""
+    found = {
+        f"stroke in lanes over that in C, {lanes} lanes": over(ns[G82], ns[name])
+        for lanes in LANES
+        if (name := IN_C.format(lanes)) in ns
+    }
+    zone = (ns[CROSSES.format(MANY_ZONES)] - ns[CROSSES.format(FEW_ZONES)]) / (MANY_ZONES - FEW_ZONES)
+    plain = fresh_process(PLAIN, NUMBA_DISABLE_JIT="1")
+    return found | {
+        "stroke of G81 over one of G82": over(ns[G81], ns[G82]),
+        "100 zones of a G83 over a stroke of G82": over(100.0 * zone, ns[G82]),
+        "stroke at N = 16 over one at N = 4096": over(ns[FEW], ns[MANY]),
+        "scalar loop over lanes, N = 256": over(ns[SCALAR], ns[G82]),
+        "scalar loop over lanes, N = 4096": over(ns[SCALAR], ns[MANY]),
+        "plain Python of the same source over lanes": over(plain, ns[G82]),
+    }

@@ -1,0 +1,79 @@
+"""The ratios of one run beside `ratios.toml`: what each was, and what it may be.
+
+Only ratios travel between machines.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from rich.table import Table
+
+from grind_env.arrays import Array
+from grind_env.toml import read_toml
+from tests.speed import kernel, others
+from tests.speed.turns import Ratios
+
+FILE = Path(__file__).with_name("ratios.toml")
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is known of a ratio."""
+
+    last: float
+    """Median when the file was last brought up to date."""
+    aim: str = ""
+    """What is aimed at, as a text."""
+    most: float = math.inf
+    least: float = 0.0
+    """Between which the median of any machine is."""
+
+
+def known() -> dict[str, Known]:
+    """By the name of the ratio."""
+    return {name: Known(**values) for name, values in read_toml(FILE).items()}
+
+
+def measured(ns: Mapping[str, Array]) -> Ratios:
+    """All of them; `ns` are those of `kernel.strokes`."""
+    return kernel.ratios(ns) | others.ratios()
+
+
+def beyond(ratios: Ratios) -> list[str]:
+    """What is not as it may be, a sentence each."""
+    found = []
+    for name, about in known().items():
+        median = float(np.median(ratios.get(name, about.last)))
+        if not about.least <= median <= about.most:
+            limit = f"more than {about.most}" if median > about.most else f"less than {about.least}"
+            found.append(f"{name}: {median:.4g} is {limit} (last {about.last})")
+    return found
+
+
+def ratio_table(ratios: Ratios) -> Table:
+    """Quartiles beside what is known; of what was not measured, only that."""
+    table = Table(title="Ratios of this run")
+    for heading in ("measure", "lower", "median", "upper quartile", "last", "aim"):
+        table.add_column(heading, justify="left" if heading == "measure" else "right")
+    for name, about in known().items():
+        numbers = quartiles(ratios[name]) if name in ratios else ("", "left out", "")
+        table.add_row(name, *numbers, f"{about.last:.4g}", about.aim)
+    return table
+
+
+def stroke_table(ns: Mapping[str, Array]) -> Table:
+    """ns per stroke of every loop."""
+    table = Table(title=f"ns per stroke ({kernel.vector_width()})")
+    for heading in ("loop", "lower", "median", "upper quartile"):
+        table.add_column(heading, justify="left" if heading == "loop" else "right")
+    for name, values in ns.items():
+        table.add_row(name, *quartiles(values))
+    return table
+
+
+def quartiles(values: Array) -> tuple[str, ...]:
+    """Lower one, median and upper one."""
+    return tuple(f"{each:.3g}" if each < 1000.0 else f"{each:,.0f}" for each in np.percentile(values, (25, 50, 75)))
