@@ -268,7 +268,7 @@ def test_a_server_that_greets_as_ray_does_is_joined(outside):
 
 
 def test_a_head_of_another_version_is_told_with_both_versions(outside, monkeypatch):
-    said = "Version mismatch: The cluster was started with:\n    Ray: 2.1.0\nThis process was started with:\n    Ray: 2.60\n"
+    said = "The cluster was started with:\n    Ray: 2.1.0\nThis process was started with:\n    Ray: 2.60\n"
 
     def init(address, **_):
         raise RuntimeError(said)
