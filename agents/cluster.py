@@ -7,6 +7,7 @@ what is kept. A task that is lost with its node begins anew with what has come b
 import atexit
 import os
 import pickle
+import signal
 import socket
 from collections.abc import Sequence
 from pathlib import Path
@@ -143,8 +144,16 @@ def connect(address: str, jobs: int) -> None:
             ray.init(address=address, **quiet)
         except (OSError, RuntimeError, ValueError, OverflowError) as error:
             said = shortened(" ".join(str(error).split()), LONGEST_REASON)
+            if said.startswith("Version mismatch"):
+                raise GrindError(f"{said}: install the same versions on all machines") from None
             raise GrindError(f"no Ray cluster answers at {quoted(address)} ({said}): {HEAD}") from None
-    atexit.register(ray.shutdown)
+    atexit.register(_leave)
+
+
+def _leave() -> None:
+    # it takes seconds, and another Ctrl-C would leave processes behind
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    ray.shutdown()
 
 
 def _greet(host: str, port: int) -> None:

@@ -268,7 +268,7 @@ def test_a_server_that_greets_as_ray_does_is_joined(outside):
 
 
 def test_a_head_of_another_version_is_told_with_both_versions(outside, monkeypatch):
-    said = "The cluster was started with:\n    Ray: 2.1.0\nThis process was started with:\n    Ray: 2.60\n"
+    said = "Version mismatch: The cluster was started with:\n    Ray: 2.1.0\nThis process on me:\n    Ray: 2.60\n"
 
     def init(address, **_):
         raise RuntimeError(said)
@@ -276,7 +276,10 @@ def test_a_head_of_another_version_is_told_with_both_versions(outside, monkeypat
     monkeypatch.setattr(outside.ray, "init", init)
     with server(bytes.fromhex("000000040000000000")) as address, pytest.raises(GrindError) as raised:
         outside.connect(address, 1)
-    assert "started with: Ray: 2.1.0 This process was started with: Ray: 2.60" in str(raised.value)
+    assert str(raised.value) == (
+        "Version mismatch: The cluster was started with: Ray: 2.1.0 This process on me: Ray: 2.60:"
+        " install the same versions on all machines"
+    )
 
 
 def test_without_ray_the_extra_is_named(monkeypatch):
