@@ -217,7 +217,7 @@ def outside(cluster, monkeypatch):
     fake.joined = []
     monkeypatch.setattr(fake, "is_initialized", lambda: False)
     monkeypatch.setattr(fake, "init", lambda address, **_: fake.joined.append(address), raising=False)
-    monkeypatch.setattr(fake, "shutdown", lambda: None, raising=False)
+    monkeypatch.setattr(cluster, "atexit", SimpleNamespace(register=lambda leave: None))
     monkeypatch.setattr(cluster, "ray", fake)
     monkeypatch.setattr(cluster, "ANSWER_SECONDS", 0.2)
     return cluster
