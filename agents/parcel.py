@@ -3,9 +3,10 @@
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from functools import partial
-from pathlib import Path
+from pathlib import Path, PurePath
 
-from grind_env.files import write_atomically
+from grind_env.errors import quoted
+from grind_env.files import FileError, shown, write_atomically
 
 Parcel = dict[str, bytes | None]
 """Contents by name; None of a file that has been removed."""
@@ -26,10 +27,13 @@ def unpack(parcel: Parcel, folder: Path) -> None:
     """Write the files, each whole or not at all, and remove those that are gone.
 
     Raises:
-        FileError: a file cannot be written.
+        FileError: a file cannot be written, or would lie outside the folder.
     """
     for name, content in parcel.items():
-        path = folder / name
+        below = PurePath(name)
+        if below.anchor or ".." in below.parts:
+            raise FileError(f"{quoted(name)}, which a cell sends, leads out of {shown(folder)}: it is not written")
+        path = folder / below
         if content is None:
             path.unlink(missing_ok=True)
             continue

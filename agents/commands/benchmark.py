@@ -10,6 +10,7 @@ from rich.console import Console
 
 from agents.benchmark.plan import EPISODES, FLAGSHIP, INTERPOLATION_EPISODES, Request, chosen_problems, planned
 from agents.cells import RESULTS, RUNS
+from agents.commands.interrupted import going_on
 from agents.commands.options import Ray
 from grind_env.arguments import PROBLEM, Keeps, Writes
 from grind_env.commands import Configs, JobFile, Parts
@@ -21,8 +22,6 @@ from grind_env.terminal import table_console
 
 if TYPE_CHECKING:
     from agents.benchmark.results import Result
-
-INTERRUPTED = 130
 
 
 def register(app: typer.Typer) -> None:
@@ -97,12 +96,8 @@ def benchmark(
         configs=configs,
         fresh=fresh,
     )
-    try:
+    with going_on(fresh):
         found, failed = work_on_all(cells, request, jobs, console, measure, ray)
-    except KeyboardInterrupt:
-        again = "the same command without --fresh" if fresh else "the same command"
-        print(f"agents: interrupted: {again} goes on where it was", file=sys.stderr)
-        raise typer.Exit(INTERRUPTED) from None
     table = judged(merged(read_results(folder), [result_of(each) for each in found]))
     write_results(table, folder)
     for problem in chosen:

@@ -10,6 +10,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from agents.budgets import STUDY_EPISODES
 from agents.cells import RESULTS, RUNS
+from agents.commands.interrupted import going_on
 from agents.commands.options import Ray
 from grind_env.arguments import PROBLEM, Keeps
 from grind_env.commands import JobFile, Parts
@@ -58,18 +59,21 @@ def study(
         if not is_file(results / f"{each.name}.csv"):
             check_own(results / f"{each.name}.png", PICTURE, "--results")
     deciders = {each.name: deciding(each) for each in problems}
-    if ray is not None:
-        # what is kept then is all that the study below asks for
-        listed = [cell for each in problems for cell in cells(each)]
-        work_on_all(listed, Request(episodes=episodes, runs=runs), os.cpu_count() or 1, table_console(), find, ray)
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns) as progress:
-        bars = {each.name: progress.add_task(each.name, total=count(each, deciders[each.name])) for each in problems}
-        for each in problems:
-            advance = partial(progress.advance, bars[each.name])
-            found = dress_study(each, deciders[each.name], episodes=episodes, runs=runs, advance=advance)
-            write_whole(results / f"{each.name}.csv", csv_text(found, episode_seeds("evaluation", episodes)))
-            write_picture(results / f"{each.name}.png", dress_figure(found, each.simulation().task.title))
+    with going_on():
+        if ray is not None:
+            # what is kept then is all that the study below asks for
+            listed = [cell for each in problems for cell in cells(each)]
+            work_on_all(listed, Request(episodes=episodes, runs=runs), os.cpu_count() or 1, table_console(), find, ray)
+        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+        with Progress(*columns) as progress:
+            bars = {
+                each.name: progress.add_task(each.name, total=count(each, deciders[each.name])) for each in problems
+            }
+            for each in problems:
+                advance = partial(progress.advance, bars[each.name])
+                found = dress_study(each, deciders[each.name], episodes=episodes, runs=runs, advance=advance)
+                write_whole(results / f"{each.name}.csv", csv_text(found, episode_seeds("evaluation", episodes)))
+                write_picture(results / f"{each.name}.png", dress_figure(found, each.simulation().task.title))
     print(printable(f"tables and pictures: {results}"))
 
 

@@ -7,6 +7,7 @@ import typer
 
 from agents.budgets import SCORE_EPISODES
 from agents.cells import RESULTS, RUNS
+from agents.commands.interrupted import going_on
 from agents.commands.options import Ray
 from grind_env.arguments import PROBLEM, Keeps, Writes
 from grind_env.errors import GrindError
@@ -59,14 +60,15 @@ def scores(
         table = comparison_table(compare_published([problem.name for problem in problems], results))
         table_console().print(table)
         return
-    for problem in problems:
-        score(
-            problem,
-            episodes=episodes,
-            results=results,
-            runs=runs,
-            configs=configs,
-            data=data,
-            jobs=jobs,
-            cluster=ray,
-        )
+    with going_on():
+        for problem in problems:
+            score(
+                problem,
+                episodes=episodes,
+                results=results,
+                runs=runs,
+                configs=configs,
+                data=data,
+                jobs=jobs,
+                cluster=ray,
+            )

@@ -1,6 +1,5 @@
 """`python -m agents train`."""
 
-import sys
 from math import isfinite
 from pathlib import Path
 from typing import Annotated
@@ -8,6 +7,7 @@ from typing import Annotated
 import typer
 
 from agents.cells import RUNS
+from agents.commands.interrupted import going_on
 from agents.commands.options import Ray
 from agents.learning.curve import SPENT, curve_path, read_curve, seconds_to
 from agents.learning.settings import DEFAULTS, LAST_SEED, settings_of
@@ -18,9 +18,6 @@ from grind_env.files import write_atomically
 from grind_env.policies.problem import find_problem
 from grind_env.targets import check_own
 from grind_env.terminal import table_console
-
-INTERRUPTED = 130
-"""Exit status, as the shell's own for a command that was interrupted."""
 
 
 def register(app: typer.Typer) -> None:
@@ -67,7 +64,7 @@ def train(
         raise GrindError(
             "--ray trains one agent, and --compare-batches trains two to be compared: leave one of them out"
         )
-    try:
+    with going_on(fresh, "from the last checkpoint"):
         if compare:
             picture = runs / problem.name / "batches.png"
             check_own(picture, PICTURE, "--runs")
@@ -83,10 +80,6 @@ def train(
             if failed:
                 raise typer.Exit(1)
             path = runs / found[0]
-    except KeyboardInterrupt:
-        again = "the same command without --fresh" if fresh else "the same command"
-        print(f"agents: interrupted; {again} goes on from the last checkpoint", file=sys.stderr)
-        raise typer.Exit(INTERRUPTED) from None
     points = read_curve(curve_path(path))
     last = points[-1]
     print(

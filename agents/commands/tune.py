@@ -8,6 +8,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from agents.budgets import TRIAL_STEPS, TRIALS, TUNING_EPISODES, TUNING_EVALUATIONS, TUNING_STARTS
 from agents.cells import RUNS
+from agents.commands.interrupted import going_on
 from agents.commands.options import Ray
 from agents.learning.settings import LAST_SEED, settings_folder
 from grind_env.arguments import Keeps
@@ -57,19 +58,20 @@ def tuning(
         from agents.tuning.rules import tune
 
         names = None if policies is None else [name.strip() for name in policies.split(",")]
-        tuned = tune(
-            problem,
-            names,
-            evaluations=evaluations,
-            starts=starts,
-            episodes=episodes,
-            storage=storage,
-            folder=configs,
-            runs=runs,
-            fresh=fresh,
-            jobs=jobs,
-            cluster=ray,
-        )
+        with going_on(fresh):
+            tuned = tune(
+                problem,
+                names,
+                evaluations=evaluations,
+                starts=starts,
+                episodes=episodes,
+                storage=storage,
+                folder=configs,
+                runs=runs,
+                fresh=fresh,
+                jobs=jobs,
+                cluster=ray,
+            )
         for name, entry in tuned.items():
             print(f"{name}: {entry.training_cost} $ an episode in training, {entry.validation_cost} $ in validation")
         print(f"parameters: {tuned_folder(problem.simulation().task, configs) / problem.name}.toml")
@@ -89,7 +91,7 @@ def tuning(
         fresh=fresh,
     )
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns) as progress:
+    with going_on(fresh), Progress(*columns) as progress:
         bar = progress.add_task(kind, total=trials)
 
         def report(done: int, cost: float) -> None:

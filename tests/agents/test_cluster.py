@@ -6,11 +6,14 @@ A node that dies in the middle: `python -m tests.soak.nodes`.
 import importlib.util
 import os
 import pickle
+import socket
 import subprocess
 import sys
 import time
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Thread
 from types import SimpleNamespace
 from typing import NamedTuple
 
@@ -18,7 +21,7 @@ import optuna
 import pytest
 from rich.console import Console
 
-from agents import likeness
+from agents import likeness, node
 from agents.benchmark.measure import measure
 from agents.benchmark.plan import Cell, Request
 from agents.dressing.cells import cells
@@ -31,6 +34,7 @@ from agents.tuning.rules import Budget, Run, Tuner, do_run_away, search_name
 from agents.tuning.studies import sqlite_url
 from grind_env.errors import GrindError
 from grind_env.extras import MissingExtra
+from grind_env.files import FileError
 from grind_env.policies.problem import Problem, find_problem
 
 ROOT = Path(__file__).parents[2]
@@ -105,7 +109,7 @@ def cluster(monkeypatch):
     # what is pickled finds itself there
     monkeypatch.setitem(sys.modules, "agents.cluster", module)
     spec.loader.exec_module(module)
-    monkeypatch.setattr(module, "LOOK_SECONDS", 0.01)
+    monkeypatch.setattr(node, "LOOK_SECONDS", 0.01)
     return module
 
 
@@ -206,13 +210,76 @@ def test_a_node_that_cannot_begin_is_told_in_a_sentence(cluster, monkeypatch, tm
         work(cluster, monkeypatch, fake, Asked(tmp_path))
 
 
-def test_an_address_at_which_nobody_answers(cluster, monkeypatch):
+@pytest.fixture
+def outside(cluster, monkeypatch):
+    """The module while it belongs to no cluster; Ray joins whatever it is told to."""
     fake = FakeRay()
+    fake.joined = []
     monkeypatch.setattr(fake, "is_initialized", lambda: False)
+    monkeypatch.setattr(fake, "init", lambda address, **_: fake.joined.append(address), raising=False)
+    monkeypatch.setattr(cluster, "atexit", SimpleNamespace(register=lambda leave: None))
     monkeypatch.setattr(cluster, "ray", fake)
-    for address in ("127.0.0.1:1", "nowhere", "127.0.0.1:99999999"):
-        with pytest.raises(GrindError, match=f"no Ray cluster answers at '{address}' .*give host:port as `ray start"):
-            cluster.connect(address, 1)
+    monkeypatch.setattr(cluster, "ANSWER_SECONDS", 0.2)
+    return cluster
+
+
+@pytest.mark.parametrize("address", ["nowhere", "10.0.0.1", ":6379", "host:", "host:six", "host:-1"])
+def test_an_address_without_host_or_port(outside, address):
+    with pytest.raises(GrindError, match=f"^'{address}' is no address of a Ray cluster: give host:port as `ray start"):
+        outside.connect(address, 1)
+
+
+@pytest.mark.parametrize("address", ["127.0.0.1:1", "127.0.0.1:99999999"])
+def test_an_address_at_which_nobody_answers(outside, address):
+    with pytest.raises(GrindError, match=f"^no Ray cluster answers at '{address}' .*: give host:port as `ray start"):
+        outside.connect(address, 1)
+
+
+@contextmanager
+def server(answer):
+    """The address of a server that says one thing to one client."""
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+
+        def serve():
+            connection, _ = listening.accept()
+            # who has read enough may leave the rest
+            with connection, suppress(ConnectionResetError):
+                connection.sendall(answer)
+                # until the client has gone
+                while connection.recv(1000):
+                    pass
+
+        Thread(target=serve, daemon=True).start()
+        yield f"127.0.0.1:{listening.getsockname()[1]}"
+
+
+@pytest.mark.parametrize("answer", [b"", b"220 mail.example ESMTP\r\n", b"HTTP/1.1 400 Bad Request\r\n\r\n"])
+def test_a_server_that_is_not_of_ray_is_not_waited_for(outside, answer):
+    with server(answer) as address, pytest.raises(GrindError, match=rf"answers at '{address}' \((timed out|what list)"):
+        outside.connect(address, 1)
+    assert outside.ray.joined == []
+
+
+def test_a_server_that_greets_as_ray_does_is_joined(outside):
+    # a frame of settings with one of them, as gRPC sends it
+    with server(bytes.fromhex("000006040000000000000500004000")) as address:
+        outside.connect(address, 1)
+    assert outside.ray.joined == [address]
+
+
+def test_a_head_of_another_version_is_told_with_both_versions(outside, monkeypatch):
+    said = "Version mismatch: The cluster was started with:\n    Ray: 2.1.0\nThis process on me:\n    Ray: 2.60\n"
+
+    def init(address, **_):
+        raise RuntimeError(said)
+
+    monkeypatch.setattr(outside.ray, "init", init)
+    with server(bytes.fromhex("000000040000000000")) as address, pytest.raises(GrindError) as raised:
+        outside.connect(address, 1)
+    assert str(raised.value) == (
+        "Version mismatch: The cluster was started with: Ray: 2.1.0 This process on me: Ray: 2.60:"
+        " install the same versions on all machines"
+    )
 
 
 def test_without_ray_the_extra_is_named(monkeypatch):
@@ -236,6 +303,17 @@ def test_parcels_hold_whole_files_and_tell_what_is_gone(tmp_path):
     assert changes == {"a/x": None, "a/y": b"5", "a/z": b"6"} and outbox.changes() == {}
     unpack(changes, here)
     assert packed(here, ["**/*"]) == {"a/y": b"5", "a/z": b"6", "b/x": b"3"}
+
+
+@pytest.mark.parametrize("name", ["../x", "a/../../x", "/tmp/x", "a/..", ".."])
+@pytest.mark.parametrize("content", [b"1", None])
+def test_no_name_leads_out_of_the_folder(tmp_path, name, content):
+    folder, beside = tmp_path / "folder", tmp_path / "x"
+    folder.mkdir()
+    beside.write_bytes(b"of before")
+    with pytest.raises(FileError, match=f"^'{name}', which a cell sends, leads out of {folder}: it is not written$"):
+        unpack({name: content}, folder)
+    assert beside.read_bytes() == b"of before" and not list(folder.iterdir())
 
 
 def test_a_run_of_a_tuning_far_from_its_database_goes_on_in_its_file(tmp_path, monkeypatch):

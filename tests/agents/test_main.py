@@ -1,3 +1,4 @@
+import importlib
 import subprocess
 import sys
 from collections.abc import Callable
@@ -98,3 +99,27 @@ def test_help_does_not_wait_for_the_libraries_that_do_the_work():
     ended = subprocess.run([sys.executable, "-c", program], cwd=root, capture_output=True, text=True, check=True)
     assert ended.stdout.count("Usage: agents") == 1 + len(SMOKE) + len(ELSEWHERE)
     assert ended.stdout.splitlines()[-1] == "loaded: []"
+
+
+@pytest.mark.parametrize(
+    ("work", "words", "again"),
+    [
+        ("pool.work_on_all", "benchmark --tasks oracle6 --kinds= --fresh", "the same command without --fresh"),
+        ("tuning.rules.tune", "tune --task oracle6", "the same command"),
+        ("tuning.learners.tune_learner", "tune --task oracle6 --kind dqn --fresh", "the same command without --fresh"),
+        ("reference.scores.score", "scores --task oracle6", "the same command"),
+        ("dressing.study.dress_study", "dress-study --task oracle6", "the same command"),
+    ],
+)
+def test_ctrl_c_says_that_the_same_command_goes_on(monkeypatch, capsys, tmp_path, work, words, again):
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    module, _, name = work.rpartition(".")
+    monkeypatch.setattr(importlib.import_module(f"agents.{module}"), name, interrupted)
+    folders = [f"--{name}={tmp_path}" for name in ("runs", "results") if not words.startswith("tune") or name == "runs"]
+    monkeypatch.setattr(sys, "argv", ["agents", *words.split(), *folders])
+    with pytest.raises(SystemExit) as stopped:
+        __main__.main()
+    assert stopped.value.code == 130
+    assert capsys.readouterr().err == f"agents: interrupted; {again} goes on where it was\n"

@@ -1,0 +1,25 @@
+"""What Ctrl-C ends commands with whose work is kept: a sentence, and the exit status of the shell for it."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import typer
+
+from grind_env.terminal import INTERRUPTED
+
+
+@contextmanager
+def going_on(fresh: bool = False, place: str = "where it was") -> Iterator[None]:
+    """Work that Ctrl-C may end.
+
+    Args:
+        fresh: the command throws away what is kept; without that it goes on.
+        place: where the command goes on.
+    """
+    try:
+        yield
+    except KeyboardInterrupt:
+        again = "the same command without --fresh" if fresh else "the same command"
+        print(f"agents: interrupted; {again} goes on {place}", file=sys.stderr)
+        raise typer.Exit(INTERRUPTED) from None
