@@ -456,7 +456,7 @@ def _compare_parts(
 
 def _compare_measures(way: str, simulation: JobSimulation, record: GrindingRecord, examined: Examined) -> None:
     """What `optimise` says of the program itself."""
-    trials, parts = Trials(simulation, 1, ((0,),), simulation.blocks, alike=True), record.parts
+    trials, parts = Trials(simulation, 1, ((0,),), simulation.blocks, alike=True, execution=0.0), record.parts
     measured = trials.measure(trials.own[None], handover=False)
     pairs = {
         "cost": (measured.cost[0, 0], parts["total_cost"].mean() if not _worn_away(record) else measured.cost[0, 0]),

@@ -85,7 +85,8 @@ def may_not_write() -> None:
 
 FULL = "a full disk"
 ASCII = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "LANG": None}
-NOWHERE = "/nowhere/at/all"
+NOWHERE = "/dev/null/at/all"
+"""Cannot be made, by root either."""
 
 
 def _drawn(rng: random.Random, folder: Path, installed: Path) -> Surroundings:
