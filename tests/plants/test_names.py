@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grind_env.envs.gauge import GAUGE
 from grind_env.plants import FAMILIES, Family, Plant, PlantError, find_plant
 from grind_env.plants.family import HELD_OUT, PUBLIC
 from grind_env.plants.plant import mixed
+from grind_env.process.gauge import TRUTH
 from grind_env.process.process import PROCESS
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -60,7 +60,7 @@ def test_a_machine_has_the_numbers_of_its_family_and_shares_its_functions(name: 
     assert differing(plant) <= {name}
     drawn = FAMILIES[NAMES.index(name)].drawn(seed)
     assert {field: dict(zip(plant.remembers._fields, plant.own, strict=True))[field] for field in drawn} == drawn
-    assert (plant.process is PROCESS) == (name == "meter") and (plant.gauge is not GAUGE) == (name in GAUGED)
+    assert (plant.process is PROCESS) == (name == "meter") and (plant.gauge is not TRUTH) == (name in GAUGED)
 
 
 def test_a_mix_has_what_its_parts_have_in_whatever_order() -> None:

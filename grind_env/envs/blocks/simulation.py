@@ -22,7 +22,7 @@ from grind_env.envs.blocks.requests import request_times
 from grind_env.envs.blocks.step import NEW_PART, blocks_step
 from grind_env.envs.contexts import Given, without_effect
 from grind_env.envs.episodes import Episodes, EpisodesT
-from grind_env.envs.gauge import GAUGE, Gauge
+from grind_env.envs.gauge import GAUGE
 from grind_env.envs.observations import Reading, constant_readings, physical, readings, scaling
 from grind_env.envs.simulation import Written
 from grind_env.envs.tables import Outcome, Shop, ShopMemory, kind_table, shop_row
@@ -36,6 +36,7 @@ from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.record import GrindingRecord
+from grind_env.process.gauge import Gauge
 from grind_env.process.process import PROCESS, Process, joined
 from grind_env.process.state import WheelState
 from grind_env.render.view import View

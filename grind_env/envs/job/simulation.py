@@ -21,7 +21,7 @@ from grind_env.envs.blocks.observe import heat_column, observe_blocks
 from grind_env.envs.blocks.simulation import DIAMETER, forget, readings_of, room_for, without_least_diameter
 from grind_env.envs.contexts import Given
 from grind_env.envs.episodes import Episodes, EpisodesT
-from grind_env.envs.gauge import GAUGE, Gauge
+from grind_env.envs.gauge import GAUGE
 from grind_env.envs.job.branches import ProgramBranches
 from grind_env.envs.job.episodes import JobEpisodes
 from grind_env.envs.job.numbers import kind_of, shop_of, tally_of
@@ -57,6 +57,7 @@ from grind_env.machine.script.choice import taken
 from grind_env.machine.script.script import Script, script_of
 from grind_env.machine.script.settings import D, E, Ranges, own_settings
 from grind_env.machine.script.tables import is_whole, tables_of
+from grind_env.process.gauge import Gauge
 from grind_env.process.process import Drive, joined
 from grind_env.render.view import View
 
