@@ -10,6 +10,7 @@ from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, JobError
 from grind_env.machine.job.file import job_beside, load_job
 from grind_env.machine.record import GrindingRecord
+from grind_env.plants import find_plant
 
 
 def grind_file(
@@ -21,6 +22,7 @@ def grind_file(
     variables: Mapping[int, float] | None = None,
     dress_at: Sequence[float] = (),
     interrupts: Sequence[str] = (),
+    plant: str | None = None,
 ) -> GrindingRecord:
     """Grind with a part program, as `machine.grind` with the control of the job's machine.
 
@@ -32,14 +34,19 @@ def grind_file(
         variables: values of # variables at the start, as `{101: 15000}`; those of the job if None.
         dress_at: when the operator asks for a dress, s on the clock of the control.
         interrupts: programs that the operator asks for in between, as `9200@12.5`.
+        plant: name of the machine, as `meter:7` (`grind_env.plants`); that of the job if None.
 
     Raises:
         JobError: there is no such job, or it is faulty.
+        PlantError: there is no such machine.
         ControlError: the program is faulty, or an interrupt cannot be read.
         GrindError: as of `machine.grind`.
     """
     programs = program if isinstance(program, Programs) else read_file(program)
-    settings = job if isinstance(job, Job) else load_job(_beside(program) if job is None else job)
+    if isinstance(job, Job):
+        settings = job if plant is None else job.on(find_plant(plant, modules=True))
+    else:
+        settings = load_job(_beside(program) if job is None else job, plant=plant)
     control = replace(
         settings.control,
         block_delete=block_delete,

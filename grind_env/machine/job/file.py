@@ -2,6 +2,8 @@
 
 ::
 
+    plant = "meter:7"       # optional, above all tables: the machine, where it is not the model (`grind_env.plants`)
+
     [part]
     material = "aisi_52100"
     length = 200            # mm, along the reciprocating axis
@@ -75,6 +77,7 @@ from grind_env.machine.job.job import (
     WheelStart,
     wrong,
 )
+from grind_env.plants import Plant, PlantError, find_plant
 from grind_env.process.catalogue import KINDS, USUAL, Catalogue
 from grind_env.process.entries import Quantity
 from grind_env.process.tables import (
@@ -90,7 +93,7 @@ from grind_env.process.tables import (
 from grind_env.process.user_catalogue import OVERRIDES, catalogue_of, entry_of, files_of
 from grind_env.toml import TomlError, read_toml
 
-TABLES = "part", "setup", "times", "wheel", "lots", "diamond", "catalogue", "parts", "stations"
+KEYS = "plant", "part", "setup", "times", "wheel", "lots", "diamond", "catalogue", "parts", "stations"
 VALUES = tuple(contents(Setup))
 """Keys of `[setup]` that are no entries of the catalogue."""
 FACTORS = Content(Mapping, float, quantity=Quantity("", "", 1e-9, 1e9))
@@ -116,11 +119,16 @@ def files_of_job(path: Path) -> list[Path]:
         return [path]
 
 
-def load_job(path: str | Path) -> Job:
+def load_job(path: str | Path, *, plant: str | None = None) -> Job:
     """Read a job file.
+
+    Args:
+        path: of the file.
+        plant: name of the machine, in place of that of the file; it may be of a module, the code of which is then run.
 
     Raises:
         JobError: the file cannot be read, is not TOML, or has an unknown, missing or illegal key.
+        PlantError: there is no such machine.
     """
     path = Path(path)
     try:
@@ -129,14 +137,25 @@ def load_job(path: str | Path) -> Job:
         raise JobError(f"the job cannot be read ({error.reason}); name a TOML file", file=str(path)) from None
     except TomlError as error:
         raise JobError(f"the job is not valid TOML: {error}", file=str(path)) from None
+    machine = None if plant is None else find_plant(plant, modules=True)
     try:
-        return _job(document, path.parent)
+        job = _job(document, path.parent)
+        machine = _plant(document) if machine is None else machine
     except JobError as error:
         raise JobError(error.message, error.key, error.found, error.legal, str(path)) from None
+    return job if machine is None else job.on(machine)
+
+
+def _plant(document: TomlTable) -> Plant | None:
+    """The machine that a job names."""
+    try:
+        return find_plant(document["plant"]) if "plant" in document else None
+    except PlantError as error:
+        raise JobError(f"plant: {error}", "plant", document["plant"]) from None
 
 
 def _job(document: TomlTable, folder: Path) -> Job:
-    refuse_unknown(document, TABLES, JobError)
+    refuse_unknown(document, KEYS, JobError)
     part = sub_table(document, "part", keys(Part), JobError)
     setup = sub_table(document, "setup", (*USUAL, *VALUES, *OVERRIDES), JobError)
     times = sub_table(document, "times", keys(Times), JobError)

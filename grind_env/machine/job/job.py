@@ -17,6 +17,7 @@ from grind_env.control.control import ORIGIN, Control
 from grind_env.control.paths import displaced
 from grind_env.errors import did_you_mean, quoted
 from grind_env.machine.axes import cross_axis, plunge_axis
+from grind_env.plants.plant import Plant
 from grind_env.process import tables
 from grind_env.process.cost import NO_LIMIT, Limits, Rates
 from grind_env.process.entries import Dresser, Fluid, Machine, Material, Quantity, Wheel
@@ -337,7 +338,8 @@ class Job:
     `part`, one after the other; empty if none does. `stations` are the parts that lie on the table together, if there
     are several, and `part` is then that of the first one; `met`, which a run finds out, says at which of them each
     part of its program lies, in machine coordinates. `process` is what grinds, and `own` what it remembers besides the
-    wheel as the shift begins, in the units of its fields; empty for what it begins with by itself. `variables` are
+    wheel as the shift begins, in the units of its fields; empty for what it begins with by itself. `plant` is the name
+    of the machine that they are of (`grind_env.plants`), where it has one. `variables` are
     values that `#` variables of the control have then (`Control.variables`), which have no unit of their own.
     """
 
@@ -352,6 +354,7 @@ class Job:
     met: tuple[Station, ...] = ()
     process: Process = PROCESS
     own: tuple[float, ...] = ()
+    plant: str = ""
     variables: Mapping[int, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -381,6 +384,10 @@ class Job:
                 )
         if any(each.part is not None for each in self.parts):
             raise JobError(PART_AT_STATION, "parts.part")
+
+    def on(self, plant: Plant) -> "Job":
+        """The job on another machine."""
+        return replace(self, process=plant.process, own=plant.of_process, plant=plant.name)
 
     def of_part(self, number: int) -> "Job":
         """The job of a part by its number, from 1: another one where it is of another kind, or at another station."""
