@@ -21,6 +21,8 @@ from grind_env.plants.thermal import THERMAL
 FAMILIES: tuple[Family, ...] = (FOREIGN, BURSTS, THERMAL, METER, TABLE, GRADED, FLUID, SOFT, DRIFT)
 """In the order in which a mix has them: what grinds first."""
 HELD_OUT_NAME = "held-out"
+MODEL = Plant(name="model")
+"""The machine that is the model."""
 FEWEST, MOST = 2, 4
 """Families in a machine that is held out."""
 FORMS = "'meter:7', a mix as 'foreign:3+meter:7', 'held-out:5', or 'module:name' for one's own"
@@ -75,7 +77,8 @@ def find_plant(text: str, *, seed: int | None = None, modules: bool = False) -> 
     `family:seed` is one of a family, `a:1+b:2` one of several. `held-out:seed` is one of a set that nothing is to be
     trained or tuned on: two to four families, and numbers, of a stream of random numbers that has none in common with
     that of the others; all of them have the same process. `module:name` is the `Plant` of that name in a module that
-    can be imported, `module:name:seed` a member of the `Family`, alone or in a mix.
+    can be imported, `module:name:seed` a member of the `Family`, alone or in a mix. `model` is
+    the machine that is the model.
 
     Args:
         text: the name.
@@ -87,6 +90,8 @@ def find_plant(text: str, *, seed: int | None = None, modules: bool = False) -> 
     """
     if not isinstance(text, str):
         raise PlantError(f"a machine is named by a text, but not by {quoted(text)}: name {FORMS}")
+    if text == MODEL.name:
+        return MODEL
     names = text.split("+")
     if len(names) == 1:
         if (part := _part(text, seed)) and part[0] == HELD_OUT_NAME:

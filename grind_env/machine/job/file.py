@@ -58,7 +58,7 @@ the wheel and the stock as they are. A program of grooves alone is judged by the
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from grind_env.errors import GrindError, shortened
 from grind_env.files import ReadError, beside, is_file, shown
@@ -77,7 +77,6 @@ from grind_env.machine.job.job import (
     WheelStart,
     wrong,
 )
-from grind_env.plants import Plant, PlantError, find_plant
 from grind_env.process.catalogue import KINDS, USUAL, Catalogue
 from grind_env.process.entries import Quantity
 from grind_env.process.tables import (
@@ -92,6 +91,9 @@ from grind_env.process.tables import (
 )
 from grind_env.process.user_catalogue import OVERRIDES, catalogue_of, entry_of, files_of
 from grind_env.toml import TomlError, read_toml
+
+if TYPE_CHECKING:
+    from grind_env.plants import Plant
 
 KEYS = "plant", "part", "setup", "times", "wheel", "lots", "diamond", "catalogue", "parts", "stations"
 VALUES = tuple(contents(Setup))
@@ -119,16 +121,15 @@ def files_of_job(path: Path) -> list[Path]:
         return [path]
 
 
-def load_job(path: str | Path, *, plant: str | None = None) -> Job:
+def load_job(path: str | Path, *, plant: "Plant | None" = None) -> Job:
     """Read a job file.
 
     Args:
         path: of the file.
-        plant: name of the machine, in place of that of the file; it may be of a module, the code of which is then run.
+        plant: the machine, in place of that of the file.
 
     Raises:
         JobError: the file cannot be read, is not TOML, or has an unknown, missing or illegal key.
-        PlantError: there is no such machine.
     """
     path = Path(path)
     try:
@@ -137,21 +138,23 @@ def load_job(path: str | Path, *, plant: str | None = None) -> Job:
         raise JobError(f"the job cannot be read ({error.reason}); name a TOML file", file=str(path)) from None
     except TomlError as error:
         raise JobError(f"the job is not valid TOML: {error}", file=str(path)) from None
-    machine = None if plant is None else find_plant(plant, modules=True)
     try:
         job = _job(document, path.parent)
-        machine = _plant(document) if machine is None else machine
+        if plant is None and "plant" in document:
+            plant = _plant(document["plant"])
     except JobError as error:
         raise JobError(error.message, error.key, error.found, error.legal, str(path)) from None
-    return job if machine is None else job.on(machine)
+    return job if plant is None else job.on(plant)
 
 
-def _plant(document: TomlTable) -> Plant | None:
+def _plant(name: Any) -> "Plant":
     """The machine that a job names."""
+    from grind_env.plants import PlantError, find_plant
+
     try:
-        return find_plant(document["plant"]) if "plant" in document else None
+        return find_plant(name)
     except PlantError as error:
-        raise JobError(f"plant: {error}", "plant", document["plant"]) from None
+        raise JobError(f"plant: {error}", "plant", name) from None
 
 
 def _job(document: TomlTable, folder: Path) -> Job:

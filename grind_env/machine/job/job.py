@@ -10,14 +10,13 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Annotated, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 from grind_env.control import Position
 from grind_env.control.control import ORIGIN, Control
 from grind_env.control.paths import displaced
 from grind_env.errors import did_you_mean, quoted
 from grind_env.machine.axes import cross_axis, plunge_axis
-from grind_env.plants.plant import Plant
 from grind_env.process import tables
 from grind_env.process.cost import NO_LIMIT, Limits, Rates
 from grind_env.process.entries import Dresser, Fluid, Machine, Material, Quantity, Wheel
@@ -25,6 +24,9 @@ from grind_env.process.parameters import USUAL_HEIGHT, limits_of, rates_of, stro
 from grind_env.process.process import PROCESS, Process
 from grind_env.process.state import StrokeParameters
 from grind_env.process.tables import TableError
+
+if TYPE_CHECKING:
+    from grind_env.plants import Plant
 
 ByHand: TypeAlias = Literal["by program", "always on"]
 """Whether the words of the program count, or somebody at the machine sees to it and they have no effect."""
@@ -385,7 +387,7 @@ class Job:
         if any(each.part is not None for each in self.parts):
             raise JobError(PART_AT_STATION, "parts.part")
 
-    def on(self, plant: Plant) -> "Job":
+    def on(self, plant: "Plant") -> "Job":
         """The job on another machine."""
         return replace(self, process=plant.process, own=plant.of_process, plant=plant.name)
 
