@@ -126,7 +126,8 @@ class BlockSimulation:
         given = drawn(self, given, rngs)
         self._generator.begin(episodes, rows, rngs, given)
         self.clear(episodes, rows)
-        seat(episodes, rows, given)
+        if self.plants is not None:
+            seat(episodes, rows, given)
 
     def room(self, n: int, *, whole: bool = True) -> Episodes:
         """As `Simulation.room`."""
@@ -302,9 +303,7 @@ def forget(episodes: Episodes, index: Numbers, volume: float, own: tuple[float, 
 
 def seat(episodes: Episodes, index: Numbers, given: Sequence[Given]) -> None:
     """Let the episodes at `index`, shape (M,), begin on the machines that are given."""
-    for i, each in zip(index.tolist(), given, strict=True):
-        if each.plant is not None:
-            episodes.wheels[i, OWN_FROM:] = each.plant.first.own
+    episodes.wheels[index, OWN_FROM:] = [each.plant.first.own for each in given if each.plant is not None]
 
 
 def without_least_diameter(shops: Table) -> Table:

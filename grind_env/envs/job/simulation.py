@@ -266,7 +266,8 @@ class JobSimulation:
         given = drawn(self, given, rngs)
         self._generator.begin(episodes.tape, episodes.wheels, rows, rngs, given)
         self.clear(episodes, rows)
-        seat(episodes, rows, given)
+        if self.plants is not None:
+            seat(episodes, rows, given)
         if self.script is None:
             for i, each in zip(index, given, strict=True):
                 conditions = self.tape(episodes, i).conditions
