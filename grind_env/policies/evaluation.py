@@ -156,7 +156,7 @@ def roll_out(policy: Policy, simulation: Simulation, episodes: Episodes, model: 
     codec = ActionCodec(simulation.task)
     totals = np.zeros((n, 3))
     plan: list[tuple[Array, ...]] = []
-    held, shown = model or simulation, parted(simulation, model, episodes)
+    held, shown = model or simulation, parted(policy, simulation, model, episodes)
     policy.begin(held, n)
     while (running := np.flatnonzero(~simulation.over(episodes))).size > 0:
         decision = policy.act(simulation.observe(episodes), reveal(policy.sees, held, shown(episodes)))

@@ -13,6 +13,7 @@ from grind_env.errors import GrindError, quoted
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.plants import Plant
 from grind_env.plants.names import MODEL
+from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
 
 
@@ -35,19 +36,30 @@ def model_of(problem: Problem, name: str = MODEL.name) -> Simulation:
     return held
 
 
-def parted(machine: Simulation, model: Simulation | None, begun: Episodes) -> Callable[[Episodes], Episodes]:
-    """What episodes on a machine are to those who hold a model; None for the machine itself.
+def parted(
+    policy: Policy, machine: Simulation, model: Simulation | None, begun: Episodes
+) -> Callable[[Episodes], Episodes]:
+    """What episodes on a machine are to a policy that holds a model; None for the machine itself.
 
     All that a machine remembers is shown where the model remembers it, too, but for the numbers in which the two differ
     as an episode begins: these are the model's.
 
     Args:
+        policy: is shown of them what it sees.
         machine: grinds.
         model: is held.
         begun: the episodes at their first block.
+
+    Raises:
+        GrindError: the policy would try what comes on programs that the control executes on the machine.
     """
-    if model is None:
+    if model is None or policy.sees == "measurements":
         return lambda episodes: episodes
+    if not machine.compiled:
+        raise GrindError(
+            f"{policy.name} sees the {policy.sees}, but the control executes {machine.task.name} step by step, on the"
+            " machine and not on a model: choose a policy that sees measurements"
+        )
     mine, held = _plant(machine), _plant(model)
     fields = mine.remembers._fields
     common = [(k, fields.index(name)) for k, name in enumerate(held.remembers._fields) if name in fields]

@@ -59,7 +59,7 @@ def play(policy: Policy, problem: Problem, seed: int, split: str = EVERY, render
     executions = 0
     try:
         observation, _ = env.reset(seed=seed, options={"split": split})
-        over, shown = False, parted(simulation, model, env.episodes)
+        over, shown = False, parted(policy, simulation, model, env.episodes)
         while not over:
             decision = policy.act(observation[None], reveal(policy.sees, held, shown(env.episodes)))
             action = codec.encode(*decision)[0]

@@ -22,6 +22,7 @@ from grind_env.machine.job.file import load_job
 from grind_env.machine.job.text import job_text
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.plants import PlantError, find_plant
+from tests.envs.test_job_env import GROOVED, written
 from tests.plants.test_names import module  # noqa: F401
 
 ID = "grind/PowerLimited-v0"
@@ -144,6 +145,20 @@ def test_a_program_of_ones_own_is_ground_on_the_machine_of_its_job(tmp_path: Pat
     again = grind(read(written.program), written.job)
     # the program goes on after the blocks that were run
     assert again.strokes[: len(ground.strokes)].tobytes() == ground.strokes.tobytes()
+
+
+def test_a_program_that_the_control_executes_is_ground_on_the_machine_too(tmp_path: Path) -> None:
+    path = written(tmp_path, GROOVED)
+    env, plain = (gym.make("grind/Job-v0", program=path, **given).unwrapped for given in ({"plant": "soft"}, {}))
+    assert not env.simulation.compiled
+    costs = []
+    for each in (env, plain):
+        each.reset(seed=4)
+        costs.append([each.step(np.zeros(2, np.float32))[1] for _ in range(4)])
+    assert costs[0] != costs[1]
+    record, again = env.record(), grind(read(env.part_program()), env.part_job())
+    assert env.part_job().own == find_plant(env.plant).of_process
+    assert record.strokes.tobytes() == again.strokes.tobytes() and again.job.plant == env.plant
 
 
 def test_what_begins_without_being_drawn_is_the_model_or_the_machine_that_is_held(env: Any) -> None:

@@ -19,6 +19,7 @@ from grind_env.policies.choices import Decision
 from grind_env.policies.evaluation import start_episodes
 from grind_env.policies.held import model_of, on, parted
 from grind_env.policies.problem import find_problem
+from tests.envs.test_job_env import GROOVED, written
 
 PLATES = find_problem("power_limited")
 PLANT = "held-out:4"
@@ -67,12 +68,20 @@ def test_a_model_that_is_the_machine_is_shown_all_of_it_and_another_one_its_own_
     known, other = model_of(PLATES, PLANT), model_of(PLATES, "held-out:9")
     assert machines_of(known).text == PLANT
     mine, theirs = find_plant(PLANT), find_plant("held-out:9")
-    show_known, show_other = parted(machine, known, episodes), parted(machine, other, episodes)
+    show_known, show_other = (parted(Looker(), machine, each, episodes) for each in (known, other))
     episodes.wheels[:, OWN_FROM:] += 1.0  # it has gone on
     assert show_known(episodes).wheels.tobytes() == episodes.wheels.tobytes()
     expected = [own + 1.0 if own == mine.own[k] else own for k, own in enumerate(theirs.own)]
     assert show_other(episodes).wheels[0, OWN_FROM:].tolist() == expected
     assert 0 < sum(a != b for a, b in zip(mine.own, theirs.own, strict=True)) < len(mine.own)
+
+
+def test_a_policy_that_tries_what_comes_needs_a_model_for_it(tmp_path: Path) -> None:
+    path = written(tmp_path, GROOVED)
+    machine = on(find_problem(path), "soft:3").simulation()
+    assert not machine.compiled
+    with pytest.raises(GrindError, match="looker sees the state, but the control executes part step by step"):
+        parted(Looker(), machine, model_of(find_problem(path)), machine.room(0))
 
 
 def test_a_model_is_one_machine_and_needs_another_one_beside() -> None:
