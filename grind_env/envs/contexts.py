@@ -195,10 +195,11 @@ def drawn(simulation: Any, given: Sequence[Given], rngs: Sequence[np.random.Gene
     made = machines_of(simulation)
     if made is None:
         return given
-    return [
-        replace(each, plant=(each.plant or made).seeded(seed_beside(rng)))
-        for each, rng in zip(given, rngs, strict=True)
+    named = [each.plant or made for each in given]
+    machines = [
+        plants if plants.one else plants.seeded(seed_beside(rng)) for plants, rng in zip(named, rngs, strict=True)
     ]
+    return [replace(each, plant=plants) for each, plants in zip(given, machines, strict=True)]
 
 
 def read_all_options(
