@@ -19,6 +19,7 @@ from grind_env.shop.commands.arguments import (
     DressAt,
     Interrupts,
     JobFile,
+    Plant,
     ProgramFile,
     Variables,
 )
@@ -171,6 +172,7 @@ def run(
     variables: Variables = None,
     dress_at: DressAt = None,
     interrupts: Interrupts = None,
+    plant: Plant = None,
 ) -> None:
     """Grind with a program: time, size, roughness, power, temperature and cost of every part.
 
@@ -217,7 +219,8 @@ def run(
     (over that at which the spindle stalls); T (temperature rise, K); heat (power into the part, W); eps (energy
     partition to the work); Br (burn ratio); G (G-ratio, 0 where nothing is cut); dw, worn (wheel wear, mm, mm3);
     Rg, Ra (roughness made and left, um); and of the wheel after it A (wear-flat area), lam (loading), V (volume
-    ground since the dress, mm3/mm), ds (diameter, mm), W (wear since gauged, mm).
+    ground since the dress, mm3/mm), ds (diameter, mm), W (wear since gauged, mm). On
+    a machine that is not the model, a last column plant has its name.
     """
     from grind_env.control.options import variables_of
     from grind_env.machine.grind_file import grind_file
@@ -232,6 +235,7 @@ def run(
         variables=variables_of(variables or ()),
         dress_at=dress_at or (),
         interrupts=interrupts or (),
+        plant=plant,
     )
     if record is not None:
         result.write(record)

@@ -39,6 +39,13 @@ Configs = Annotated[
 Trust = Annotated[
     bool, typer.Option("--trust", help="Load a .zip of Stable-Baselines3, which can run code of its author.")
 ]
+Plant = Annotated[
+    str | None,
+    typer.Option(
+        help="Machine that is not the model: meter:7, foreign:3+meter:7, held-out:5, module:name; meter or held-out is "
+        "another one in every episode."
+    ),
+]
 Split = Annotated[str, typer.Option(help="Contexts: all, inner, or interpolation between those of inner.")]
 
 PLAYED = "# Written by `grind play`, and replaced when it is written again: change a copy of it.\n"
@@ -63,6 +70,10 @@ def evaluate(
     ] = None,
     split: Split = "all",
     first_seed: Annotated[int | None, typer.Option(min=0, help="First of seeds of one's own instead.")] = None,
+    plant: Plant = None,
+    model: Annotated[
+        str | None, typer.Option(help="The machine that the policy takes it for; by default the model.")
+    ] = None,
     configs: Configs = None,
     trust: Trust = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
@@ -71,6 +82,9 @@ def evaluate(
 
     A score is of the same episodes as those of the best fixed plan and of the planner, 0 and 100. It is called unpaired
     where the episodes are others than those of the reference scores.
+
+    With --plant another machine grinds than the one that planners, beliefs and experts hold, and there is no score: its
+    0 and 100 are of the model.
     """
     from grind_env.errors import printable
     from grind_env.policies.judging import evaluate as judge
@@ -78,7 +92,9 @@ def evaluate(
 
     problem = find_problem(env, job, parts)
     chosen = _policy(policy, problem.simulation(), configs, trust)
-    found = judge(chosen, problem, seeds=seeds, split=split, episodes=episodes, first_seed=first_seed)
+    found = judge(
+        chosen, problem, seeds=seeds, split=split, episodes=episodes, first_seed=first_seed, plant=plant, model=model
+    )
     if as_json:
         print(json.dumps({"env": problem.id, "name": problem.name, **found.numbers()}))
     else:
@@ -92,6 +108,7 @@ def play(
     parts: Parts = 1,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the episode.")] = 2_000_000,
     split: Split = "all",
+    plant: Plant = None,
     program: Annotated[
         Path | None,
         typer.Option(
@@ -108,18 +125,20 @@ def play(
     """Show an episode, what it cost, and the part program that the policy wrote.
 
     With --output the job of the program is written beside it, with the wheel, the lots and the stocks of the episode:
-    `grind run` of both shows the same parts. A job of that name is replaced only if `grind play` has written it.
+    `grind run` of both shows the same parts. With --plant the job names the machine of the episode, too. A job of that
+    name is replaced only if `grind play` has written it.
     """
     from grind_env.errors import printable
     from grind_env.files import write_atomically
     from grind_env.machine.job.text import job_text
+    from grind_env.policies.held import on
     from grind_env.policies.play import play as play_episode
     from grind_env.policies.problem import find_problem
 
     problem = find_problem(env, job, parts)
     plays = _policy(policy, problem.simulation(), configs, trust)
     shown = None if program is not None else "human" if window else "ansi"
-    played = play_episode(plays, problem, seed, split, shown)
+    played = play_episode(plays, problem if plant is None else on(problem, plant), seed, split, shown)
     if program is None:
         print(printable(played.program.replace("\r\n", "\n")))
     else:
@@ -131,9 +150,10 @@ def play(
             asked = " ".join(f"--dress-at {seconds}" for seconds in played.requests)
             print(printable(f"it is the same with the dresses that the operator asks for: grind run {program} {asked}"))
     dull = f"; {played.handover:.2f} $ of it are for the dull wheel handed over, which no run of the program shows"
+    on_plant = f", on {printable(played.job.plant)}" if played.job.plant else ""
     each = f", {played.cost / played.good:.3f} $ each" if played.good > 0.0 else ""
     print(
-        f"{printable(plays.name)}, seed {seed}, split {split}: "
+        f"{printable(plays.name)}, seed {seed}, split {split}{on_plant}: "
         f"{played.cost:.2f} $ for {played.good:.1f} good parts of {played.finished}{each};"
         f" {played.dresses} dress executions, {played.seconds / 3600.0:.2f} h on the machine"
         + (dull if played.handover >= 0.005 else "")

@@ -10,6 +10,7 @@ from grind_env.envs.blocks.program import check_task
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.infeed.simulation import InfeedSimulation
+from grind_env.envs.machines import plants_of
 from grind_env.envs.pricing import usual_cost
 from grind_env.envs.showing import renders
 from grind_env.envs.strips.simulation import StripSimulation
@@ -21,19 +22,24 @@ SIMULATIONS = {"G81": InfeedSimulation, "G82": BlockSimulation, "G83": StripSimu
 
 
 def simulation_of(
-    task: Task, observation: str | None = None, predress: bool = False, cycle: str | None = None
+    task: Task,
+    observation: str | None = None,
+    predress: bool = False,
+    cycle: str | None = None,
+    plant: str | None = None,
 ) -> BlockSimulation:
     """The simulation of a task of blocks; arguments as for `make`.
 
     Raises:
         TaskError: an argument is not legal.
+        PlantError: there is no such machine.
     """
     check_flags(predress=predress)
     check_task(task, cycle)
     full, kind = is_full(task.observation if observation is None else observation), SIMULATIONS[task.cycle]
     if task.reference_cost == 0.0:
         task = replace(task, reference_cost=usual_cost(task, kind))
-    return kind(task, full=full, pre_dress=predress)
+    return kind(task, full=full, pre_dress=predress, plants=plants_of(plant, task.plant))
 
 
 @renders
@@ -45,6 +51,7 @@ def make(
     predress: bool = False,
     cycle: str | None = None,
     render_mode: str | None = None,
+    plant: str | None = None,
 ) -> GrindEnv:
     """Choose the table speed and the dressing of every cycle block of a batch.
 
@@ -106,8 +113,11 @@ def make(
         cycle: that of the blocks, or None; any other is refused.
         render_mode: `"rgb_array"` for a picture, `"human"` for a window that follows the
             episode (without a screen, text in the terminal), `"ansi"` for text.
+        plant: name of a machine that is not the model, as `"meter:7"`, or without a seed of those that every episode
+            draws one from, as `"meter"` or `"held-out"`; `"module:name"` for one's own (`grind_env.plants`). By default
+            what the task says, which is the model for all of the package.
     """
-    simulation = simulation_of(load_task(task), observation, predress, cycle)
+    simulation = simulation_of(load_task(task), observation, predress, cycle, plant)
     return GrindEnv(simulation, show_block=show_block, action=action, render_mode=render_mode)
 
 

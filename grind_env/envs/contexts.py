@@ -5,6 +5,10 @@ draws the rest from the split `inner`. Both hold for later episodes too, until a
 context, and the split `all` holds nothing out. `"nominal"` stands for `nominal_context(task)`, which leaves nothing to
 chance. For the vector environment either may be a list, one entry for each sub-environment.
 
+An environment made with a machine that is not the model (`plant="meter"`, see `grind_env.plants`) takes another one of
+the same families as the option `plant`, which holds likewise; None stands for that of the environment. A name without a
+seed is that of a machine that every episode draws anew.
+
 A factor that would change nothing in a task is refused. `grind/Job-v0` takes those of lot, wheel, coolant and noise;
 the context of `grind/Wen-v0` has one key of its own, `"case"`, and there are no splits of two cases.
 
@@ -24,13 +28,17 @@ episode, in each split another.
 import math
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.envs.machines import fitting, machines_of, seed_beside
 from grind_env.envs.tasks import Task, TaskError
 from grind_env.errors import GrindError, quoted
+
+if TYPE_CHECKING:
+    from grind_env.plants import Plants
 
 EVERY = "all"
 """The split that holds nothing out, from which is drawn what no split is named for."""
@@ -116,11 +124,13 @@ class Given:
         fixed: numbers of the context.
         kinds: index of the kind of every block, shape (blocks,); None if the task decides.
         ranges: of the split; empty for `all`.
+        plant: the machine, or those that one is drawn from; None for what the simulation was made with.
     """
 
     fixed: Fixed = FREE
     kinds: tuple[int, ...] | None = None
     ranges: tuple[int, ...] = ()
+    plant: "Plants | None" = None
 
 
 def nominal_context(task: Task, barred: Mapping[str, str] | None = None) -> dict[str, Any]:
@@ -146,7 +156,11 @@ def without_effect(task: Task) -> dict[str, str]:
 
 
 def read_options(
-    task: Task, options: Mapping[str, Any] | None, before: Given, barred: Mapping[str, str] | None = None
+    task: Task,
+    options: Mapping[str, Any] | None,
+    before: Given,
+    barred: Mapping[str, str] | None = None,
+    made: "Plants | None" = None,
 ) -> Given:
     """What the options of a reset give.
 
@@ -155,8 +169,11 @@ def read_options(
         options: of the reset.
         before: what was given; what they do not name stays so.
         barred: names in a context that mean nothing, each with the reason; by default `without_effect(task)`.
+        made: the machines that the environment was made with.
 
     Raises:
+        PlantError: there is no such machine.
+        OtherMachine: the environment was not made for it.
         ContextError: if an option, a factor, a split or one of their values is not legal.
     """
     given = before
@@ -166,9 +183,23 @@ def read_options(
             given = replace(given, fixed=fixed, kinds=kinds)
         elif name == "split":
             given = replace(given, ranges=split_ranges(value))
+        elif name == "plant":
+            given = replace(given, plant=fitting(value, made))
         else:
-            raise ContextError(f"there is no reset option {name!r}; legal are context, split")
+            raise ContextError(f"there is no reset option {name!r}; legal are context, split, plant")
     return given
+
+
+def drawn(simulation: Any, given: Sequence[Given], rngs: Sequence[np.random.Generator]) -> Sequence[Given]:
+    """What is given of episodes, with the machine of each; their generators stay where they are."""
+    made = machines_of(simulation)
+    if made is None:
+        return given
+    named = [each.plant or made for each in given]
+    machines = [
+        plants if plants.one else plants.seeded(seed_beside(rng)) for plants, rng in zip(named, rngs, strict=True)
+    ]
+    return [replace(each, plant=plants) for each, plants in zip(given, machines, strict=True)]
 
 
 def read_all_options(

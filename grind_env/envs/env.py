@@ -1,5 +1,6 @@
 """The single environment of every id in which E and D are chosen."""
 
+from dataclasses import replace
 from typing import Any
 
 import gymnasium as gym
@@ -9,9 +10,10 @@ from numpy.typing import NDArray
 
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_flags, refuse_render
-from grind_env.envs.contexts import Given, read_options
+from grind_env.envs.contexts import Given, drawn, read_options
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.infos import InfoWriter
+from grind_env.envs.machines import machines_of
 from grind_env.envs.observations import Reading
 from grind_env.envs.showing import RENDER_MODES, Showing
 from grind_env.envs.shown import shown_space
@@ -36,6 +38,7 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         task: of the simulation.
         codec: its actions.
         given: what the options of a reset have fixed.
+        plant: name of the machine of the episode; empty for the model.
         episodes: the episode; None before the first reset.
         over: whether its last block has been ground.
         blocks: the steps taken since the reset, as the simulation says them.
@@ -58,6 +61,7 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         self.action_space: spaces.Space[Any] = self.codec.space
         self.observation_space = shown_space(simulation)
         self.given = Given()
+        self.plant = ""
         self.episodes: Episodes | None = None
         self.over = False
         self.blocks: list[Any] = []
@@ -74,7 +78,8 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
             gymnasium.error.ResetNeeded: before the first step of the episode.
             GrindError: no one text says what was chosen.
         """
-        return self.simulation.written(self._ground(), 0, self.blocks)
+        written = self.simulation.written(self._ground(), 0, self.blocks)
+        return written._replace(job=replace(written.job, plant=self.plant))
 
     def part_program(self) -> str:
         """The steps taken since the last reset as a part program with its dress program.
@@ -111,7 +116,8 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         Raises:
             gymnasium.error.ResetNeeded: before the first step of the episode.
         """
-        return self.simulation.record(self._ground(), 0, self.blocks)
+        record = self.simulation.record(self._ground(), 0, self.blocks)
+        return replace(record, job=replace(record.job, plant=self.plant))
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -120,21 +126,30 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
 
         Args:
             seed: of the generator, which else goes on.
-            options: `"context"` and `"split"`, see `grind_env.envs.contexts`; they hold until others are given.
+            options: `"context"`, `"split"` and `"plant"`, see `grind_env.envs.contexts`; they hold until others are
+                given.
+
+        Returns:
+            The observation, and as info the name of the machine where the environment was made with some.
 
         Raises:
             ContextError: if an option is not legal.
+            PlantError: there is no such machine.
+            OtherMachine: the environment was not made for it.
         """
         simulation = self.simulation
-        given = read_options(self.task, options, self.given, simulation.barred)
+        given = read_options(self.task, options, self.given, simulation.barred, machines_of(simulation))
         super().reset(seed=seed)
         self.given, self.over, self.blocks, self.outcomes = given, False, [], []
+        rngs = [self.np_random]
+        [given] = drawn(simulation, [given], rngs)
+        self.plant = "" if given.plant is None else given.plant.text
         if self.episodes is None:
-            self.episodes = simulation.start([self.np_random], [given], whole=False)
+            self.episodes = simulation.start(rngs, [given], whole=False)
         else:
-            simulation.restart_all(self.episodes, [0], [self.np_random], [given])
+            simulation.restart_all(self.episodes, [0], rngs, [given])
         self.follow()
-        return simulation.observe(self.episodes)[0], {}
+        return simulation.observe(self.episodes)[0], {"plant": self.plant} if self.plant else {}
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Grind one block.

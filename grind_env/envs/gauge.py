@@ -1,36 +1,14 @@
-"""What meter and gauges of the shop show after a block: a `Gauge`, handed to the steps as the `Process` is."""
+"""The gauges of the tasks, with their noise."""
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 from grind_env.envs.observations import gauged_diameter, measured_power, measured_roughness, measured_size
 from grind_env.kernel import inlined
-from grind_env.process.process import Nothing
+from grind_env.process.gauge import TRUTH, Gauge, Shown, beside
 
 
-class Shown(NamedTuple):
-    """What they show; as truth what they ought to, as noise standard normal numbers times the factor of the task.
-
-    `mean_power`, `first_power` and `peak_power` are W, `size_error` is um, `diameter` mm. `roughness` is a ratio to its
-    limit. Of a block that shows nothing of the kind they say nothing.
-    """
-
-    mean_power: float
-    first_power: float
-    peak_power: float
-    size_error: float
-    roughness: float
-    diameter: float
-
-
-class Gauge(NamedTuple):
-    """Meter and gauges of a shop."""
-
-    read: Callable[..., Any]
-    """`read(truth, own, seconds, noise) -> shown, own`: after every block, at the s of the shift at which it is over;
-    compiled. `own` has all that process and gauge remember."""
-    own: type[Any] = Nothing
-    """What they remember, as of `Process`; under other names than the process."""
+class Noisy(Gauge):
+    """A gauge with the noise of the tasks."""
 
     def __reduce__(self) -> Any:
         """As that of `Process`."""
@@ -50,5 +28,10 @@ def _read(truth: Shown, own: Any, seconds: float, noise: Shown) -> tuple[Shown, 
     return shown, own
 
 
-GAUGE = Gauge(_read)
+GAUGE = Noisy(_read)
 """Those of the tasks (scenarios, section 3)."""
+
+
+def noisy(gauge: Gauge) -> Gauge:
+    """A gauge with the noise of the tasks on what it shows."""
+    return GAUGE if gauge is TRUTH else beside(gauge, GAUGE)

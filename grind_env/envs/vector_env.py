@@ -12,9 +12,10 @@ from gymnasium.vector.utils import batch_space
 from grind_env.arrays import Array
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_count, check_flags, check_threads, refuse_render
-from grind_env.envs.contexts import Given, read_all_options, read_options
+from grind_env.envs.contexts import Given, drawn, read_all_options, read_options
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.infos import InfoWriter
+from grind_env.envs.machines import machines_of
 from grind_env.envs.observations import Reading
 from grind_env.envs.shown import shown_space
 from grind_env.envs.simulation import Simulation
@@ -111,23 +112,26 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
 
         Args:
             seed: of the generators, which else go on.
-            options: beside the mask `"context"` and `"split"` of the episodes that start, see
+            options: beside the mask `"context"`, `"split"` and `"plant"` of the episodes that start, see
                 `grind_env.envs.contexts`; they hold until others are given. A list has one entry for each
                 sub-environment.
+
+        Returns:
+            The observations, and as info the names of the machines where the environments were made with some.
 
         Raises:
             GrindError: if the seeds or the options do not fit the sub-environments.
         """
         mask = reset_mask(options, self.num_envs)
-        read = partial(read_options, self.task, barred=self.simulation.barred)
+        read = partial(read_options, self.task, barred=self.simulation.barred, made=machines_of(self.simulation))
         given = read_all_options(beside_mask(options), self.given, read)
         self.generators.reseed(seed, mask)
         self.given = [new if chosen else old for new, old, chosen in zip(given, self.given, mask, strict=True)]
-        self._restart(mask)
+        info = self._restart(mask)
         self.begun |= mask
         self.due &= ~mask
         self.all_begun, self.some_due = bool(self.begun.all()), bool(self.due.any())
-        return self.simulation.observe(self.episodes), {}
+        return self.simulation.observe(self.episodes), info
 
     def step(self, actions: Any) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
         """Grind one block in every sub-environment, in the autoreset mode of `metadata["autoreset_mode"]`.
@@ -153,29 +157,34 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         self.last = outcomes, choice
         if self.history is not None:
             self.history.note(blocks, outcomes)
-        if some:
-            self._restart(resetting)
+        begun = self._restart(resetting) if some else {}
         terminated, truncated = self.simulation.over(self.episodes), self.limit.step(stepping)
         over = terminated | truncated
         ended = bool(over.any())
         observations = self.simulation.observe(self.episodes)
-        info = self._info(outcomes, choice, blocks, ~resetting) if stepping.size > 0 else {}
+        info = {**begun, **(self._info(outcomes, choice, blocks, ~resetting) if stepping.size > 0 else {})}
         if ended and self.autoreset_mode == AutoresetMode.SAME_STEP:
-            info = final_info(info, observations, over)
-            self._restart(over)
+            info = {**final_info(info, observations, over), **self._restart(over)}
             observations = self.simulation.observe(self.episodes)
         due_later = self.autoreset_mode != AutoresetMode.SAME_STEP
         self.due, self.some_due = over & due_later, ended and due_later
         return observations, outcomes[:, REWARD].copy(), terminated, truncated, info
 
-    def _restart(self, mask: Array) -> None:
+    def _restart(self, mask: Array) -> dict[str, Any]:
+        """Put new episodes in place of those in `mask`; what there is to say of them."""
         index = np.flatnonzero(mask).tolist()
-        rngs, given = [self.generators.rngs[i] for i in index], [self.given[i] for i in index]
+        rngs = [self.generators.rngs[i] for i in index]
+        given = drawn(self.simulation, [self.given[i] for i in index], rngs)
         self.simulation.restart_all(self.episodes, index, rngs, given)
         self.limit.restart(mask)
         if self.history is not None:
             for i in index:
                 self.history.restart(i)
+        if not given or given[0].plant is None:
+            return {}
+        names = np.full(self.num_envs, None, object)
+        names[index] = [each.plant and each.plant.text for each in given]
+        return {"plant": names, "_plant": mask.copy()}
 
     def render(self) -> tuple[Any, ...] | None:
         """The machine of each sub-environment after its last block, as `GrindEnv.render` shows it.

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from grind_env.control import Programs, read_file
 from grind_env.control.options import interrupts_of
@@ -10,6 +11,9 @@ from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, JobError
 from grind_env.machine.job.file import job_beside, load_job
 from grind_env.machine.record import GrindingRecord
+
+if TYPE_CHECKING:
+    from grind_env.plants import Plant
 
 
 def grind_file(
@@ -21,6 +25,7 @@ def grind_file(
     variables: Mapping[int, float] | None = None,
     dress_at: Sequence[float] = (),
     interrupts: Sequence[str] = (),
+    plant: str | None = None,
 ) -> GrindingRecord:
     """Grind with a part program, as `machine.grind` with the control of the job's machine.
 
@@ -32,14 +37,20 @@ def grind_file(
         variables: values of # variables at the start, as `{101: 15000}`; those of the job if None.
         dress_at: when the operator asks for a dress, s on the clock of the control.
         interrupts: programs that the operator asks for in between, as `9200@12.5`.
+        plant: name of the machine, as `meter:7` (`grind_env.plants`); that of the job if None.
 
     Raises:
         JobError: there is no such job, or it is faulty.
+        PlantError: there is no such machine.
         ControlError: the program is faulty, or an interrupt cannot be read.
         GrindError: as of `machine.grind`.
     """
     programs = program if isinstance(program, Programs) else read_file(program)
-    settings = job if isinstance(job, Job) else load_job(_beside(program) if job is None else job)
+    machine = None if plant is None else _plant(plant)
+    if isinstance(job, Job):
+        settings = job if machine is None else job.on(machine)
+    else:
+        settings = load_job(_beside(program) if job is None else job, plant=machine)
     control = replace(
         settings.control,
         block_delete=block_delete,
@@ -48,6 +59,12 @@ def grind_file(
         interrupts=interrupts_of(interrupts),
     )
     return grind(programs, settings, control=control if blocks is None else replace(control, block_budget=blocks))
+
+
+def _plant(name: str) -> "Plant":
+    from grind_env.plants import find_plant
+
+    return find_plant(name, modules=True)
 
 
 def _beside(program: str | Path | Programs) -> Path:

@@ -194,7 +194,8 @@ class GrindingRecord:
     def to_dataframe(self, table: Literal["strokes", "executions", "dresses", "parts"] = "strokes") -> Any:
         """A table as a pandas data frame; its columns have their units, as in `frame["power [W]"]`.
 
-        Of a job with stations `frame["station"]` has their names.
+        Of a job with stations `frame["station"]` has their names, and on a machine that is not the model
+        `frame["plant"]` has its name.
 
         Raises:
             RecordError: there is no such table.
@@ -207,6 +208,8 @@ class GrindingRecord:
             import pandas
         rows = getattr(self, table)
         frame = pandas.DataFrame({heading(name): rows[name] for name in rows.dtype.names or ()})
+        if self.job.plant:
+            frame["plant"] = self.job.plant
         if self.job.stations:
             frame.insert(1, "station", [self.job.station_of(number) for number in rows["part"].tolist()])
         return frame
@@ -244,14 +247,17 @@ class GrindingRecord:
         with path.open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
             names = STROKE_ROW.names or ()
-            writer.writerow([heading(name) for name in names])
+            plant = [self.job.plant] if self.job.plant else []
+            writer.writerow([*(heading(name) for name in names), *(["plant"] if plant else [])])
             forms = [DIGITS.get(name, ".6g" if STROKE_ROW[name] == np.float64 else "d") for name in names]
             for row in self.strokes.tolist():
-                writer.writerow([format(value, form) for value, form in zip(row, forms, strict=True)])
+                writer.writerow([*(format(value, form) for value, form in zip(row, forms, strict=True)), *plant])
 
     def _write_parquet(self, path: Path) -> None:
         with needing("data", "parquet files need"):
             import pyarrow
             import pyarrow.parquet
         columns = {name: self.strokes[name] for name in STROKE_ROW.names or ()}
+        if self.job.plant:
+            columns["plant"] = np.full(len(self.strokes), self.job.plant)
         pyarrow.parquet.write_table(pyarrow.table(columns), path)

@@ -14,6 +14,7 @@ STATIONS = "stations"
 """A table for each station, headed `[[stations]]`."""
 
 NUMBER, BESIDE = "its number", "beside these any key of [part] in which it differs"
+PLANT = "name of the machine that grinds, where it is not the model: meter:7, foreign:3+meter:7, held-out:5"
 MATERIAL = "work material: the name of an entry of the catalogue"
 
 
@@ -27,6 +28,7 @@ def job_rows() -> list[Row]:
         for kind in KINDS
     ]
     return [
+        Row("", "plant", text, PLANT, derived="the model"),
         Row("part", "material", text, MATERIAL, required=True),
         *rows_of("part", Part),
         *rows_of(STAGES, Stage),

@@ -15,14 +15,20 @@ are drawn by a seed. Its name says which:
 | `meter:7` | the member of a family that seed 7 draws |
 | `foreign:3+meter:7` | a mix of several, in whatever order; of *foreign* and *bursts*, what grinds, one at most |
 | `held-out:5` | one of a set that nothing is trained or tuned on |
+| `meter`, `foreign+meter:7`, `held-out` | without a seed, in environments: another one in every episode |
 | `module:name` | a `Plant` of one's own, in a module that can be imported |
 | `module:name:7` | a member of a `Family` of one's own, alone or in a mix |
+| `model` | the machine that is the model |
 
 ```python
 from grind_env.plants import find_plant
 
 plant = find_plant("foreign:3+meter:7")
 ```
+
+Environments take a name as `plant` (`make`, `make_vec`, `reset(options=...)`), task and job files as a key above their
+tables, `evaluate` and the commands `run`, `play`, `optimise` and `evaluate` as an argument
+([how to](howto/evaluate.md)). A file must not name a module, the code of which would be run.
 
 A name draws the same numbers on every machine. Numbers are drawn each by itself between the ends of its range, evenly
 or, where it says *factor*, evenly in the logarithm. Those **held out** are drawn from a stream of random numbers that

@@ -5,7 +5,7 @@ process with hooks, a gauge, and its numbers, drawn by a seed from ranges that s
 """
 
 from grind_env.plants.family import Family, Range
-from grind_env.plants.names import FAMILIES, find_plant
+from grind_env.plants.names import FAMILIES, Plants, find_plant, find_plants
 from grind_env.plants.plant import Plant, PlantError
 
-__all__ = ["FAMILIES", "Family", "Plant", "PlantError", "Range", "find_plant"]
+__all__ = ["FAMILIES", "Family", "Plant", "PlantError", "Plants", "Range", "find_plant", "find_plants"]

@@ -1,6 +1,7 @@
 """Machines by their names: of a family by a seed, a mix, of the set that is held out, one's own."""
 
 import re
+from dataclasses import dataclass, replace
 from importlib import import_module
 
 from grind_env.errors import did_you_mean, quoted, reason
@@ -20,39 +21,88 @@ from grind_env.plants.thermal import THERMAL
 FAMILIES: tuple[Family, ...] = (FOREIGN, BURSTS, THERMAL, METER, TABLE, GRADED, FLUID, SOFT, DRIFT)
 """In the order in which a mix has them: what grinds first."""
 HELD_OUT_NAME = "held-out"
+MODEL = Plant(name="model")
+"""The machine that is the model."""
 FEWEST, MOST = 2, 4
 """Families in a machine that is held out."""
 FORMS = "'meter:7', a mix as 'foreign:3+meter:7', 'held-out:5', or 'module:name' for one's own"
 
-_PART = re.compile(r"(?P<name>[\w.-]+):(?P<seed>\d+)")
+_PART = re.compile(r"(?P<name>[\w.-]+)(?::(?P<seed>\d+))?")
 _OWN = re.compile(r"(?P<module>[A-Za-z_][\w.]*):(?P<name>[A-Za-z_]\w*)(?::(?P<seed>\d+))?")
 
 
-def find_plant(text: str, *, modules: bool = False) -> Plant:
+@dataclass(frozen=True, slots=True)
+class Plants:
+    """Machines by one name, in which a family or the set that is held out may stand without a seed.
+
+    They share process and gauge.
+
+    Attributes:
+        text: the name.
+        first: the one with seed 0 where the name has none.
+        modules: as for `find_plant`.
+    """
+
+    text: str
+    first: Plant
+    modules: bool = False
+
+    @property
+    def one(self) -> bool:
+        """Whether there is one only."""
+        return self.text == self.first.name
+
+    def seeded(self, seed: int) -> "Plants":
+        """The one machine with a seed of 32 bits where the name has none."""
+        if self.one:
+            return self
+        plant = find_plant(self.text, seed=seed, modules=self.modules)
+        return Plants(plant.name, plant, self.modules)
+
+
+def find_plants(text: str, *, modules: bool = False) -> Plants:
+    """Machines by their name; as for `find_plant`, but for names without a seed, as `meter` or `held-out`.
+
+    Raises:
+        PlantError: there are none of that name.
+    """
+    first = find_plant(text, seed=0, modules=modules)
+    others = find_plant(text, seed=1, modules=modules)
+    return Plants(first.name if first == others else text, first, modules)
+
+
+def find_plant(text: str, *, seed: int | None = None, modules: bool = False) -> Plant:
     """A machine by its name, always the same one.
 
     `family:seed` is one of a family, `a:1+b:2` one of several. `held-out:seed` is one of a set that nothing is to be
     trained or tuned on: two to four families, and numbers, of a stream of random numbers that has none in common with
     that of the others; all of them have the same process. `module:name` is the `Plant` of that name in a module that
-    can be imported, `module:name:seed` a member of the `Family`, alone or in a mix.
+    can be imported, `module:name:seed` a member of the `Family`, alone or in a mix. `model` is
+    the machine that is the model.
 
     Args:
         text: the name.
+        seed: of whatever has none in the name; None where it must have one.
         modules: whether it may name a module, the code of which is then run: not of a name out of a stranger's file.
 
     Raises:
         PlantError: there is none of that name; the message says what there is.
     """
+    if not isinstance(text, str):
+        raise PlantError(f"a machine is named by a text, but not by {quoted(text)}: name {FORMS}")
+    if text == MODEL.name:
+        return MODEL
     names = text.split("+")
     if len(names) == 1:
-        if (part := _PART.fullmatch(text)) and part["name"] == HELD_OUT_NAME:
-            return _held_out(_seed(part["seed"], text))
+        if (part := _part(text, seed)) and part[0] == HELD_OUT_NAME:
+            return _held_out(_seed(part[1], text))
         if (own := _own_part(text)) and own["seed"] is None:
             found = _imported(own["module"], own["name"], text, modules)
-            if not isinstance(found, Plant):
+            if isinstance(found, Plant):
+                return replace(found, name=text)
+            if seed is None:
                 raise PlantError(f"{quoted(text)} is a family of machines: give a seed, as '{text}:1'")
-            return found
-    return _mix(sorted((_member(name, text, modules) for name in names), key=_order))
+    return _mix(sorted((_member(name, text, seed, modules) for name in names), key=_order))
 
 
 def _mix(members: list[tuple[str, Family, int]]) -> Plant:
@@ -73,21 +123,31 @@ def _order(member: tuple[str, Family, int]) -> tuple[int, str]:
     return (FAMILIES.index(family) if family in FAMILIES else len(FAMILIES)), family.name
 
 
-def _member(name: str, text: str, modules: bool) -> tuple[str, Family, int]:
+def _member(name: str, text: str, seed: int | None, modules: bool) -> tuple[str, Family, int]:
     """Name of its family, the family and the seed of a part of a mix."""
     known = {each.name: each for each in FAMILIES}
-    if part := _PART.fullmatch(name):
-        if part["name"] in known:
-            return part["name"], known[part["name"]], _seed(part["seed"], text)
-        if part["name"] == HELD_OUT_NAME:
+    if part := _part(name, seed):
+        family, digits = part
+        if family in known:
+            return family, known[family], _seed(digits, text)
+        if family == HELD_OUT_NAME:
             raise PlantError(f"{quoted(text)} mixes a machine that is held out, which is a mix already: name it alone")
     elif own := _own_part(name):
         found = _imported(own["module"], own["name"], text, modules)
-        if not isinstance(found, Family) or own["seed"] is None:
+        digits = own["seed"] or ("" if seed is None else str(seed))
+        if not isinstance(found, Family) or not digits:
             raise PlantError(f"{quoted(name)} is no member of a family: a Plant has no seed, and stands in no mix")
-        return f"{own['module']}:{own['name']}", found, _seed(own["seed"], text)
+        return f"{own['module']}:{own['name']}", found, _seed(digits, text)
     like = did_you_mean(name.partition(":")[0], known)
     raise PlantError(f"there is no machine {quoted(text)}{like}: name {FORMS}; the families are {', '.join(known)}")
+
+
+def _part(name: str, seed: int | None) -> tuple[str, str] | None:
+    """What is named of the package, and the digits of its seed."""
+    found = _PART.fullmatch(name)
+    if found is None or (found["seed"] is None and seed is None):
+        return None
+    return found["name"], found["seed"] or str(seed)
 
 
 def _own_part(name: str) -> re.Match[str] | None:

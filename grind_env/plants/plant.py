@@ -1,18 +1,14 @@
 """A machine that is not the model: what grinds, what is shown of it, and its numbers."""
 
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from grind_env.envs.gauge import GAUGE, Gauge, Shown
 from grind_env.errors import GrindError, reason
-from grind_env.kernel import inlined
 from grind_env.plants.family import Family
+from grind_env.process.gauge import TRUTH, Gauge, beside
 from grind_env.process.process import PROCESS, Process, composed, joined
-
-QUIET = Shown(*[0.0] * len(Shown._fields))
-"""No noise."""
 
 
 class PlantError(GrindError):
@@ -26,7 +22,7 @@ class Plant:
     Attributes:
         name: by which `find_plant` finds it.
         process: what grinds, with what happens before every block.
-        gauge: what is shown of it.
+        gauge: what is shown of it, to which the tasks add their noise.
         own: what process and gauge remember as a shift begins, in this order and in the units of their fields; () for
             their defaults.
 
@@ -36,7 +32,7 @@ class Plant:
 
     name: str
     process: Process = PROCESS
-    gauge: Gauge = GAUGE
+    gauge: Gauge = TRUTH
     own: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
@@ -81,28 +77,3 @@ def _made(families: tuple[Family, ...]) -> tuple[Process, Gauge]:
     hooks = [each.hook for each in families if each.hook is not None]
     gauges = [each.gauge for each in families if each.gauge is not None]
     return composed(process, *hooks), beside(*gauges)
-
-
-@functools.cache
-def beside(*gauges: Gauge) -> Gauge:
-    """Gauges one after the other: each finds what those before show. The last one is that of the tasks, with the noise.
-
-    Raises:
-        ValueError: two of them remember something under one name.
-    """
-    shown = GAUGE
-    for gauge in reversed(gauges):
-        shown = Gauge(_through(gauge.read, shown.read), joined(gauge.own, shown.own))
-    return shown
-
-
-def _through(first: Callable[..., Any], then: Callable[..., Any]) -> Callable[..., Any]:
-    quiet = QUIET
-
-    @inlined
-    def read(truth: Shown, own: Any, seconds: float, noise: Shown) -> tuple[Shown, Any]:
-        found, own = first(truth, own, seconds, quiet)
-        shown, own = then(found, own, seconds, noise)
-        return shown, own
-
-    return read

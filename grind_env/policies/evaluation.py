@@ -13,6 +13,7 @@ from grind_env.envs.simulation import Simulation
 from grind_env.envs.tables import Outcome
 from grind_env.errors import GrindError, quoted
 from grind_env.policies.choices import Decision
+from grind_env.policies.held import parted
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.statistics import Interval, bootstrap, cost_per_good_part, normalised_score
 from grind_env.presenter import html
@@ -136,10 +137,16 @@ def done(decision: Decision, simulation: Simulation, codec: ActionCodec, episode
     return simulation.taken(episodes, codec.decode(codec.encode(*decision)))
 
 
-def roll_out(policy: Policy, simulation: Simulation, episodes: Episodes) -> Evaluation:
+def roll_out(policy: Policy, simulation: Simulation, episodes: Episodes, model: Simulation | None = None) -> Evaluation:
     """Run the policy from the first step of the episodes to the last; the episodes are left as they are.
 
     Every decision goes through the action space, and the policy sees no more than it declares.
+
+    Args:
+        policy: decides.
+        simulation: what grinds.
+        episodes: at their first block.
+        model: what the policy takes that for, if it is something else; see `held.parted`.
 
     Raises:
         ActionError: if the policy decides an E or a D that the environment does not have.
@@ -149,9 +156,10 @@ def roll_out(policy: Policy, simulation: Simulation, episodes: Episodes) -> Eval
     codec = ActionCodec(simulation.task)
     totals = np.zeros((n, 3))
     plan: list[tuple[Array, ...]] = []
-    policy.begin(simulation, n)
+    held, shown = model or simulation, parted(policy, simulation, model, episodes)
+    policy.begin(held, n)
     while (running := np.flatnonzero(~simulation.over(episodes))).size > 0:
-        decision = policy.act(simulation.observe(episodes), reveal(policy.sees, simulation, episodes))
+        decision = policy.act(simulation.observe(episodes), reveal(policy.sees, held, shown(episodes)))
         choice = done(decision, simulation, codec, episodes)
         outcomes, _ = simulation.step(episodes, *choice, active=running)
         totals += outcomes[:, [COST, GOOD, FINISHED]]

@@ -7,8 +7,11 @@ from typing import Any, get_args
 import numpy as np
 
 from grind_env.envs.contexts import EVERY
+from grind_env.envs.machines import machines_of
 from grind_env.errors import GrindError, quoted
+from grind_env.plants.names import MODEL
 from grind_env.policies.evaluation import SEEDS, Evaluation, episode_seeds, roll_out, start_episodes
+from grind_env.policies.held import model_of, on
 from grind_env.policies.naming import named_policy
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.problem import Problem, find_problem
@@ -36,6 +39,8 @@ class Judgement:
         score: 0 for the best fixed plan, 100 for the hindsight planner; None without reference scores.
         paired: whether the fixed plan has been run on the same episodes and these are those of the reference scores;
             else the score stands on means of others, and its interval leaves their error out.
+        plant: the machine, or those of which every episode has one; empty for the model.
+        model: what planners and beliefs take it for.
     """
 
     policy: str
@@ -46,13 +51,16 @@ class Judgement:
     evaluation: Evaluation
     score: Interval | None
     paired: bool
+    plant: str = ""
+    model: str = ""
 
     @property
     def title(self) -> str:
         """What was run, and on which episodes."""
         seeds = f"{self.seeds} seeds" if self.seeds in SEEDS else f"seeds {self.seeds}"
         count = len(self.evaluation.cost)
-        return f"{self.policy} (sees {self.sees}) in {self.problem}, {count} episodes, {seeds}, split {self.split}"
+        where = f"{self.problem} on {self.plant}, taken for {self.model}" if self.plant else self.problem
+        return f"{self.policy} (sees {self.sees}) in {where}, {count} episodes, {seeds}, split {self.split}"
 
     def numbers(self) -> dict[str, Any]:
         """The figures by name, for JSON; a cost is None where no part is good."""
@@ -71,6 +79,8 @@ class Judgement:
             "E": run.speed,
             "D": run.dresses,
         }
+        if self.plant:
+            found |= {"plant": self.plant, "model": self.model}
         if self.score is not None:
             score = {"score": self.score.value, "score_low": self.score.low, "score_high": self.score.high}
             found |= {**score, "paired": self.paired}
@@ -102,8 +112,12 @@ def evaluate(
     split: str = EVERY,
     episodes: int = 64,
     first_seed: int | None = None,
+    plant: str | None = None,
+    model: str | None = None,
 ) -> Judgement:
     """Run a policy on frozen seeds, and judge it.
+
+    On a machine that is not the model there is no score: the anchors are of the model.
 
     Args:
         policy: decides; or what `named_policy` finds: a name, a file, a constant.
@@ -112,6 +126,9 @@ def evaluate(
         split: that contexts are drawn from, one of `grind_env.envs.contexts.SPLITS`.
         episodes: how many.
         first_seed: of seeds of one's own instead.
+        plant: name of the machine (`grind_env.plants`), by default the model; without a seed in it, every episode draws
+            one.
+        model: name of the one machine that planners, beliefs and experts take it for, by default the model.
 
     Raises:
         GrindError: there is no such problem, policy or split, there are no such seeds, or the policy decides what the
@@ -135,12 +152,17 @@ def evaluate(
         raise GrindError(f"seeds is {quoted(seeds)}, and the first seed is {first_seed}: give one of both")
     named = REFERENCE_SEEDS if seeds is None else seeds
     chosen = episode_seeds(named, episodes) if first_seed is None else range(first_seed, first_seed + episodes)
-    simulation = problem.simulation()
-    policy = named_policy(policy, simulation) if isinstance(policy, str) else policy
+    simulation = (problem if plant is None else on(problem, plant)).simulation()
+    machines = machines_of(simulation)
+    if machines is None and model is not None:
+        raise GrindError(f"model is {quoted(model)}, but what grinds is the model: give a plant, too")
+    taken_for = MODEL.name if model is None else model
+    held = None if machines is None else model_of(problem, taken_for)
+    policy = named_policy(policy, held or simulation) if isinstance(policy, str) else policy
     _check_policy(policy)
     start = start_episodes(simulation, chosen, split)
-    run = roll_out(policy, simulation, start)
-    known, score = find_reference(problem.id), None
+    run = roll_out(policy, simulation, start, held)
+    known, score = find_reference(problem.id) if machines is None else None, None
     paired = (chosen.start, split) == (SEEDS[REFERENCE_SEEDS], EVERY)
     if known is not None and not known.ratio:
         try:
@@ -151,7 +173,8 @@ def evaluate(
         paired = paired and fixed is not None
         score = _score(run, fixed, known, simulation.task.reference_cost)
     said = named if first_seed is None else f"{chosen.start} to {chosen.stop - 1}"
-    return Judgement(policy.name, policy.sees, problem.name, said, split, run, score, paired)
+    of_machine = () if machines is None else (machines.text, taken_for)
+    return Judgement(policy.name, policy.sees, problem.name, said, split, run, score, paired, *of_machine)
 
 
 def _check_policy(policy: Any) -> None:

@@ -4,7 +4,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from grind_env.envs.contexts import EVERY
+from grind_env.envs.machines import machines_of
 from grind_env.machine.job import Job
+from grind_env.policies.held import model_of, parted
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.problem import Problem
 
@@ -36,6 +38,8 @@ class Played:
 def play(policy: Policy, problem: Problem, seed: int, split: str = EVERY, render_mode: str | None = None) -> Played:
     """Run a policy through the episode of a seed, in the environment that anybody else would step.
 
+    On a machine that is not the model, the policy holds the model.
+
     Args:
         policy: decides.
         problem: what it grinds.
@@ -49,13 +53,15 @@ def play(policy: Policy, problem: Problem, seed: int, split: str = EVERY, render
     """
     env: Any = problem.make(render_mode=render_mode).unwrapped
     simulation, codec = env.simulation, env.codec
-    policy.begin(simulation, 1)
+    model = None if machines_of(simulation) is None else model_of(problem)
+    held = model or simulation
+    policy.begin(held, 1)
     executions = 0
     try:
         observation, _ = env.reset(seed=seed, options={"split": split})
-        over = False
+        over, shown = False, parted(policy, simulation, model, env.episodes)
         while not over:
-            decision = policy.act(observation[None], reveal(policy.sees, simulation, env.episodes))
+            decision = policy.act(observation[None], reveal(policy.sees, held, shown(env.episodes)))
             action = codec.encode(*decision)[0]
             observation, _, over, _, info = env.step(action)
             executions += int(info["D"])

@@ -165,7 +165,8 @@ def print_record(record: GrindingRecord, job: Job, title: str, console: "Console
     from rich.text import Text
 
     parts = part_table(record, job)
-    console.print(Text(printable(title), "italic"), soft_wrap=True)
+    where = f", on {job.plant}" if job.plant else ""
+    console.print(Text(printable(f"{title}{where}"), "italic"), soft_wrap=True)
     red = [{parts.fields.index(name) for name in row.red} for row in parts.rows]
     _print_table(parts.headings, [(row.number, *row.texts) for row in parts.rows], red, console)
     console.print()
@@ -289,10 +290,10 @@ def not_judged(found: Sequence[Unjudged]) -> str:
 def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
     """The record without its strokes, in JSON types; names and units of `record.PART_ROW` and `DRESS_ROW`.
 
-    `cycles` are the executions of blocks (`part.executions.EXECUTION_ROW`). Each part of a job with stations has the
-    name of its `station`, and each part a list `beyond` besides, of
-    what keeps it from being good; `reasons` says by the word in it where the parts have been most beyond a limit, and
-    what to do.
+    `plant` is the machine where it is not the model. `cycles` are the executions of blocks
+    (`part.executions.EXECUTION_ROW`). Each part of a job with stations has the name of its `station`, and each part a
+    list `beyond` besides, of what keeps it from being good; `reasons` says by the word in it where the parts have been
+    most beyond a limit, and what to do.
     """
     bad: dict[str, list[int]] = {}
     for part, unjudged in zip(record.parts, record.unjudged, strict=True):
@@ -301,6 +302,7 @@ def as_data(record: GrindingRecord, job: Job, title: str) -> dict[str, Any]:
     names = record.parts.dtype.names or ()
     return {
         "program": title,
+        **({"plant": job.plant} if job.plant else {}),
         "seconds": record.seconds,
         "cost": float(record.parts["total_cost"].sum()),
         "good_parts": float(record.parts["survival"].sum()),

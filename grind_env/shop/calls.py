@@ -101,6 +101,7 @@ def optimise(
     budget: Number = 60.0,
     seed: int = 1,
     variables: Mapping[int, float] = {},
+    plant: str | None = None,
 ) -> Optimised:
     """Find better words for a program: E and D, or others, with which a part costs less and keeps its limits.
 
@@ -122,6 +123,8 @@ def optimise(
         budget: time of the search, s.
         seed: of lots and search; the same seed finds the same.
         variables: values of # variables before the first part, as `{500: 0}`; what it keeps carries over.
+        plant: name of the machine on which the result is judged (`grind_env.plants`); that of the job if None. The
+            search is on the model.
 
     Raises:
         GrindError: the program cannot be run, there is nothing to vary in it, or a wish is none.
@@ -140,6 +143,7 @@ def optimise(
             seed=seed,
             unroll=unroll,
             variables=variables,
+            plant=plant,
             progress=advance,
         )
 

@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from grind_env.envs.gauge import Shown
+from grind_env.envs.gauge import GAUGE, noisy
 from grind_env.plants import FAMILIES, Plant
-from grind_env.plants.plant import QUIET, beside, mixed
+from grind_env.plants.plant import mixed
 from grind_env.process import equations as eq
+from grind_env.process.gauge import QUIET, Shown, beside
 from tests.plants.written import Shop, written
 from tests.process.harness import CATALOGUE, parameters
 
@@ -200,7 +201,7 @@ def test_gauges_show_what_those_before_them_show_and_noise_comes_once() -> None:
     assert found.size_error == pytest.approx(6.0)
     noise = Shown(*[1.0] * 6)
     own = plant.remembers(*plant.own)
-    noisy, _ = written(plant.gauge.read)(TRUTH, own, 1e3, noise)
-    plain, _ = written(beside().read)(found._replace(diameter=TRUTH.diameter), own, 1e3, noise)
-    assert noisy == plain
+    both, _ = written(noisy(plant.gauge).read)(TRUTH, own, 1e3, noise)
+    plain, _ = written(GAUGE.read)(found._replace(diameter=TRUTH.diameter), own, 1e3, noise)
+    assert both == plain and noisy(beside()) is GAUGE
     assert beside() is beside() and beside(FAMILY["meter"].gauge) is beside(FAMILY["meter"].gauge)

@@ -9,6 +9,7 @@ import pytest
 
 from grind_env.arrays import Array
 from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.gauge import noisy
 from grind_env.envs.simulation import Written
 from grind_env.envs.tables import Outcome
 from grind_env.envs.tasks import read_task
@@ -36,7 +37,7 @@ class Played(NamedTuple):
 
 def play(plants: Sequence[Plant]) -> Played:
     """One episode on each of machines that share their process; all of one seed."""
-    simulation = BlockSimulation(read_task("power_limited"), process=plants[0].process, gauge=plants[0].gauge)
+    simulation = BlockSimulation(read_task("power_limited"), process=plants[0].process, gauge=noisy(plants[0].gauge))
     episodes = simulation.start([np.random.default_rng(3) for _ in plants])
     episodes.wheels[:, OWN_FROM:] = [plant.own for plant in plants]
     blocks, outcomes, tallies = [], [], []

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grind_env.envs.gauge import GAUGE
-from grind_env.plants import FAMILIES, Family, Plant, PlantError, find_plant
+from grind_env.plants import FAMILIES, Family, Plant, PlantError, find_plant, find_plants
 from grind_env.plants.family import HELD_OUT, PUBLIC
 from grind_env.plants.plant import mixed
+from grind_env.process.gauge import TRUTH
 from grind_env.process.process import PROCESS
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -60,7 +60,7 @@ def test_a_machine_has_the_numbers_of_its_family_and_shares_its_functions(name: 
     assert differing(plant) <= {name}
     drawn = FAMILIES[NAMES.index(name)].drawn(seed)
     assert {field: dict(zip(plant.remembers._fields, plant.own, strict=True))[field] for field in drawn} == drawn
-    assert (plant.process is PROCESS) == (name == "meter") and (plant.gauge is not GAUGE) == (name in GAUGED)
+    assert (plant.process is PROCESS) == (name == "meter") and (plant.gauge is not TRUTH) == (name in GAUGED)
 
 
 def test_a_mix_has_what_its_parts_have_in_whatever_order() -> None:
@@ -99,6 +99,7 @@ def test_no_number_of_those_held_out_is_one_of_the_public_ones() -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
+        (7, "a machine is named by a text, but not by 7: name 'meter:7'"),
         (
             "metre:7",
             r"no machine 'metre:7' \(did you mean meter\?\): name 'meter:7', .* the families are foreign, bursts",
@@ -156,7 +157,7 @@ def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 def test_ones_own_is_found_in_a_module(module: str) -> None:
     mine = find_plant(f"{module}:MINE", modules=True)
-    assert (mine.name, mine.own, mine.of_process) == ("mine", (0.0, 0.25), (0.0, 0.25))
+    assert (mine.name, mine.own, mine.of_process) == (f"{module}:MINE", (0.0, 0.25), (0.0, 0.25))
     member = find_plant(f"meter:7+{module}:STICKY:3", modules=True)
     assert member.name == f"meter:7+{module}:STICKY:3"
     numbers = dict(zip(member.remembers._fields, member.own, strict=True))
@@ -176,6 +177,22 @@ def test_ones_own_is_found_in_a_module(module: str) -> None:
 def test_what_of_a_module_is_no_machine_is_refused(module: str, name: str, said: str) -> None:
     with pytest.raises(PlantError, match=said.replace("wrong", f"{module}:WRONG:1")):
         find_plant(f"{module}:{name}", modules=True)
+
+
+@pytest.mark.parametrize("text", ["meter", "held-out", "foreign+meter:7", "meter:7", "my_machines:STICKY"])
+def test_a_name_without_a_seed_is_that_of_as_many_machines_as_there_are_seeds(module: str, text: str) -> None:
+    plants = find_plants(text, modules=True)
+    one = plants.seeded(5)
+    assert one.first == find_plant(text, seed=5, modules=True) and one.text == one.first.name and one.one
+    assert one.first == find_plant(one.text, modules=True)
+    assert plants.one == (text == "meter:7") and (plants.seeded(6) == one) == plants.one
+    assert (one.first.process, one.first.gauge) == (plants.first.process, plants.first.gauge)
+    assert one.text == {"foreign+meter:7": "foreign:5+meter:7", "meter:7": "meter:7"}.get(text, f"{text}:5")
+
+
+def test_a_machine_of_ones_own_has_no_seed(module: str) -> None:
+    plants = find_plants(f"{module}:MINE", modules=True)
+    assert plants.one and plants.seeded(3) is plants and plants.text == f"{module}:MINE"
 
 
 def test_a_module_that_fails_is_told(module: str) -> None:

@@ -17,7 +17,7 @@ from grind_env.control import execute, read
 from grind_env.envs.any_task import SIMULATIONS
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.blocks.step import NEW_PART
-from grind_env.envs.gauge import GAUGE, Gauge, Shown
+from grind_env.envs.gauge import GAUGE
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.simulation import Simulation, Written
 from grind_env.envs.strokes.simulation import StrokeSimulation
@@ -31,6 +31,7 @@ from grind_env.machine.loops.loops import loops_of
 from grind_env.machine.loops.rows import LOG, OWN_FROM
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.run import GrindingRun
+from grind_env.process.gauge import Gauge, Shown
 from grind_env.process.process import PROCESS, Drive, Hook, Moment, Nothing, PartHeat, Process, composed
 from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeResult, WheelState
 from grind_env.process.stroke import dress_wheel, grind_stroke

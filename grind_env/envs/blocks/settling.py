@@ -1,6 +1,5 @@
 """What a block that was run has cost, and what the shop floor remembers of it."""
 
-from grind_env.envs.gauge import Shown
 from grind_env.envs.observations import GAUGE_EVERY
 from grind_env.envs.tables import KindRow, Outcome, Shop, ShopMemory
 from grind_env.envs.tape import TapeRow
@@ -9,6 +8,7 @@ from grind_env.kernel.columns import replacer
 from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.tally import Tally, has_stalled, mean_first_power, mean_last_power
 from grind_env.process.cost import NO_LIMIT, Limits, Rates, expenses, handover_cost, survival, volume_left
+from grind_env.process.gauge import Shown
 from grind_env.process.state import StrokeParameters, WheelState
 
 with_powers = replacer(Shown, "mean_power", "first_power", "peak_power")

@@ -7,7 +7,7 @@ the next observation.
 import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +20,9 @@ from grind_env.envs.blocks.observe import heat_column, observe_blocks
 from grind_env.envs.blocks.program import block_text, coming_block, drawn_job, job_of_kinds, part_program
 from grind_env.envs.blocks.requests import request_times
 from grind_env.envs.blocks.step import NEW_PART, blocks_step
-from grind_env.envs.contexts import Given, without_effect
+from grind_env.envs.contexts import Given, drawn, without_effect
 from grind_env.envs.episodes import Episodes, EpisodesT
-from grind_env.envs.gauge import GAUGE, Gauge
+from grind_env.envs.gauge import GAUGE, noisy
 from grind_env.envs.observations import Reading, constant_readings, physical, readings, scaling
 from grind_env.envs.simulation import Written
 from grind_env.envs.tables import Outcome, Shop, ShopMemory, kind_table, shop_row
@@ -36,9 +36,13 @@ from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.record import GrindingRecord
+from grind_env.process.gauge import Gauge
 from grind_env.process.process import PROCESS, Process, joined
 from grind_env.process.state import WheelState
 from grind_env.render.view import View
+
+if TYPE_CHECKING:
+    from grind_env.plants import Plant, Plants
 
 BOOKED, VOLUME = ShopMemory._fields.index("diameter"), ShopMemory._fields.index("volume")
 DIAMETER, LEAST_DIAMETER = WheelState._fields.index("ds"), Shop._fields.index("least_diameter")
@@ -57,11 +61,13 @@ class BlockSimulation:
         pre_dress: whether a choice has a dress before the first plunge, and observations show the last one.
         process: what grinds.
         gauge: what is measured of it.
+        plants: machines that are not the model, in place of both; each episode has one of them.
 
     Attributes:
         task: the task.
         process: as given, like the next one.
-        gauge: as given.
+        gauge: as given, like the next one.
+        plants: None for the model.
         entries: of the observation, the measured ones first.
         kinds: numbers of the kinds of blocks, shape (rows, fields of `KindRow`).
         branches: of its blocks.
@@ -81,9 +87,13 @@ class BlockSimulation:
         pre_dress: bool = False,
         process: Process = PROCESS,
         gauge: Gauge = GAUGE,
+        plants: "Plants | None" = None,
     ) -> None:
+        if plants is not None:
+            process, gauge = plants.first.process, noisy(plants.first.gauge)
         self.task, self.pre_dress, self.barred = task, pre_dress, without_effect(task)
         own = joined(process.own, gauge.own)
+        self.plants = plants
         self.process, self.gauge, self._own, self._heat = process, gauge, tuple(own()), heat_column(own)
         self.entries = self._readings(task, full=full, pre_dress=pre_dress)
         self.kinds, self.branches = kind_table(task), BlockBranches(task)
@@ -113,8 +123,11 @@ class BlockSimulation:
     ) -> None:
         """As `Simulation.restart_all`."""
         rows = np.array(index)
+        given = drawn(self, given, rngs)
         self._generator.begin(episodes, rows, rngs, given)
         self.clear(episodes, rows)
+        if self.plants is not None:
+            seat(episodes, rows, given)
 
     def room(self, n: int, *, whole: bool = True) -> Episodes:
         """As `Simulation.room`."""
@@ -147,6 +160,12 @@ class BlockSimulation:
         """As `Simulation.without_wheel_changes`."""
         twin = copy.copy(self)
         twin._shops = without_least_diameter(self._shops)
+        return twin
+
+    def holding(self: SimulationT, plant: "Plant") -> SimulationT:
+        """The same, in which whatever begins without being drawn is on a machine of the same families."""
+        twin = copy.copy(self)
+        twin._own = plant.own
         return twin
 
     def taken(self, episodes: Episodes, choice: tuple[Table, ...]) -> tuple[Table, ...]:
@@ -280,6 +299,11 @@ def forget(episodes: Episodes, index: Numbers, volume: float, own: tuple[float, 
     episodes.memory[index] = NOTHING_KNOWN
     episodes.memory[index, VOLUME] = volume
     episodes.memory[index, BOOKED] = episodes.wheels[index, DIAMETER]
+
+
+def seat(episodes: Episodes, index: Numbers, given: Sequence[Given]) -> None:
+    """Let the episodes at `index`, shape (M,), begin on the machines that are given."""
+    episodes.wheels[index, OWN_FROM:] = [each.plant.first.own for each in given if each.plant is not None]
 
 
 def without_least_diameter(shops: Table) -> Table:

@@ -20,7 +20,6 @@ from grind_env.envs.blocks.settling import (
     remembered,
     truth_of,
 )
-from grind_env.envs.gauge import Gauge
 from grind_env.envs.step import Work, step_of
 from grind_env.envs.tables import (
     FOUND,
@@ -57,6 +56,7 @@ from grind_env.machine.loops.shift import shift_of
 from grind_env.machine.loops.tally import Tally
 from grind_env.process.cost import STALL
 from grind_env.process.equations import INITIAL_ROUGHNESS
+from grind_env.process.gauge import Gauge
 from grind_env.process.process import Drive, Moment, Process, joined
 from grind_env.process.state import StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel

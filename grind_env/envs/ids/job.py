@@ -23,6 +23,7 @@ def make(
     cycle: str | None = None,
     parts: int = 1,
     variables: str | None = None,
+    plant: str | None = None,
 ) -> GrindEnv:
     """Choose the table speed and the dressing of every cycle block of a part program.
 
@@ -84,6 +85,9 @@ def make(
         render_mode: as for `GrindEnv`.
         cycle: None; the program says which cycles it runs.
         variables: values of # variables before the first part, as `"#500=0, #101=15000"`.
+        plant: name of a machine that is not the model, as `"meter:7"`, or without a seed of those that every episode
+            draws one from, as `"meter"` or `"held-out"`; `"module:name"` for one's own (`grind_env.plants`). That
+            of the job if not given.
 
     Raises:
         GrindError: the program or the job cannot be run, or an argument is not legal.
@@ -92,7 +96,7 @@ def make(
     refuse_predress(predress, "the program says where a cycle of grind/Job-v0 is a G82.1")
     refuse_cycle(cycle, "the program of grind/Job-v0 says which cycles it runs")
     held = variables_of(check_variables(variables), "variables:")
-    simulation = load_simulation(program, job, parts, spread, observation, held)
+    simulation = load_simulation(program, job, parts, spread, observation, held, plant)
     for sentence in simulation.unread:
         warnings.warn(sentence, stacklevel=2)
     return GrindEnv(simulation, show_block=show_block, action=action, render_mode=render_mode)

@@ -14,6 +14,7 @@ def make(
     action: str = "box",
     predress: bool = False,
     render_mode: str | None = None,
+    plant: str | None = None,
 ) -> GrindEnv:
     """Choose the table speed and the dressing of every part that is ground with a continuous infeed.
 
@@ -37,8 +38,10 @@ def make(
         action: form of the action: `"box"`, `"multidiscrete"`, `"discrete"` or `"dict"`.
         predress: let an action ask for a dress before the first stroke, G81.1.
         render_mode: as for `GrindEnv`.
+        plant: name of a machine that is not the model, as `"meter:7"`, or without a seed of those that every episode
+            draws one from, as `"meter"` or `"held-out"`; `"module:name"` for one's own (`grind_env.plants`).
     """
-    simulation = simulation_of(read_task("reciprocation"), observation, predress)
+    simulation = simulation_of(read_task("reciprocation"), observation, predress, plant=plant)
     return GrindEnv(simulation, show_block=show_block, action=action, render_mode=render_mode)
 
 

@@ -3,6 +3,7 @@
 from grind_env.envs.arguments import check_flags, is_full, refuse_cycle, refuse_predress
 from grind_env.envs.blocks.program import check_task
 from grind_env.envs.env import GrindEnv
+from grind_env.envs.machines import plants_of
 from grind_env.envs.showing import renders
 from grind_env.envs.strokes.simulation import StrokeSimulation
 from grind_env.envs.tasks import read_task
@@ -17,6 +18,7 @@ def make(
     predress: bool = False,
     render_mode: str | None = None,
     cycle: str | None = None,
+    plant: str | None = None,
 ) -> GrindEnv:
     """Choose the table speed of every stroke, and whether the wheel is dressed before it.
 
@@ -59,6 +61,8 @@ def make(
         predress: False; D is the pre-dress.
         render_mode: as for `GrindEnv`.
         cycle: None; there is no cycle to choose.
+        plant: name of a machine that is not the model, as `"meter:7"`, or without a seed of those that every episode
+            draws one from, as `"meter"` or `"held-out"`; `"module:name"` for one's own (`grind_env.plants`).
     """
     full = is_full(observation)
     check_flags(predress=predress)
@@ -66,7 +70,7 @@ def make(
     refuse_cycle(cycle, "every part of grind/Stroke-v0 is ground by G81 and the picks of the agent's steps")
     task = read_task("stroke")
     check_task(task)
-    simulation = StrokeSimulation(task, full=full)
+    simulation = StrokeSimulation(task, full=full, plants=plants_of(plant))
     return GrindEnv(simulation, show_block=show_block, action=action, render_mode=render_mode)
 
 

@@ -15,6 +15,7 @@ def make(
     predress: bool = False,
     cycle: str = "G83",
     render_mode: str | None = None,
+    plant: str | None = None,
 ) -> GrindEnv:
     """Choose the table speed and the dressing of every part that is ground in strips.
 
@@ -40,8 +41,10 @@ def make(
         predress: let an action ask for a dress before the first stroke, G83.1.
         cycle: the cycle, `"G83"`; G82 is refused, since the plates are wider than the wheel.
         render_mode: as for `GrindEnv`.
+        plant: name of a machine that is not the model, as `"meter:7"`, or without a seed of those that every episode
+            draws one from, as `"meter"` or `"held-out"`; `"module:name"` for one's own (`grind_env.plants`).
     """
-    simulation = simulation_of(read_task("wide_plates"), observation, predress, cycle)
+    simulation = simulation_of(read_task("wide_plates"), observation, predress, cycle, plant=plant)
     return GrindEnv(simulation, show_block=show_block, action=action, render_mode=render_mode)
 
 

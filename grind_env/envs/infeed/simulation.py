@@ -8,7 +8,6 @@ import numpy as np
 from grind_env.envs.blocks.program import CycleBlock, job_from_surface
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.episodes import Episodes
-from grind_env.envs.gauge import Gauge
 from grind_env.envs.infeed.program import block_text, part_program
 from grind_env.envs.infeed.step import feedings_step
 from grind_env.envs.observations import Reading, readings
@@ -16,6 +15,7 @@ from grind_env.envs.tasks import Task
 from grind_env.machine.job import Job
 from grind_env.machine.loops.feeding import Feeding, FeedMotion
 from grind_env.machine.loops.rows import RULES_FROM
+from grind_env.process.gauge import Gauge
 from grind_env.process.process import Process
 
 DEEPEST = 5.0

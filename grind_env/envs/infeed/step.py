@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from grind_env.envs.blocks.step import Choices, EpisodeArrays, draw_coming, floor_of, stroking_of
-from grind_env.envs.gauge import Gauge
 from grind_env.envs.infeed.infeed import Infeed, write_motions
 from grind_env.envs.step import Work, step_of
 from grind_env.envs.tables import KindRow, Shop, ShopMemory, read_shop
@@ -17,6 +16,7 @@ from grind_env.machine.loops.feeding import FEED, FULL, Feeding
 from grind_env.machine.loops.loops import loops_of
 from grind_env.machine.loops.rows import RULES_FROM, read_stroking, write_stroking
 from grind_env.machine.loops.rules import motion_time
+from grind_env.process.gauge import Gauge
 from grind_env.process.process import Process
 
 PICK = ShopMemory._fields.index("pick")

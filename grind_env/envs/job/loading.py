@@ -9,6 +9,7 @@ from grind_env.control import read_file
 from grind_env.envs.arguments import check_file, check_number, check_parts, is_full
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.job.text import MOST_PARTS, batch_name, repeated
+from grind_env.envs.machines import plants_of
 from grind_env.errors import GrindError
 from grind_env.files import beside
 from grind_env.machine.job import JobError
@@ -28,6 +29,7 @@ def load_simulation(
     spread: float,
     observation: str,
     variables: Mapping[int, float] = {},
+    plant: str | None = None,
 ) -> JobSimulation:
     """The simulation of a program in a file; as for `grind_env.envs.ids.job.make`, but `variables` by their numbers.
 
@@ -42,13 +44,15 @@ def load_simulation(
     path = EXAMPLE if program is None else Path(program)
     programs = read_file(path)
     batch = repeated(programs, parts, variables)
-    settings = replace(load_job(beside(path, ".toml") if job is None else job), variables=variables)
+    plants = plants_of(plant)
+    held = load_job(beside(path, ".toml") if job is None else job, plant=None if plants is None else plants.first)
+    settings, plants = replace(held, variables=variables), plants or plants_of(None, held.plant)
     if settings.parts:
         message = "the job says how each part differs, but here lots and stocks are drawn; leave [[parts]] out of it"
         raise JobError(message, "parts")
     file = "" if path.resolve().parent == EXAMPLE.parent.resolve() else str(path)
     try:
-        return JobSimulation(batch, settings, spread, full=full, name=batch_name(path, parts), file=file)
+        return JobSimulation(batch, settings, spread, full=full, name=batch_name(path, parts), file=file, plants=plants)
     except GrindError:
         JobSimulation(programs, settings, spread)  # tells the line of the file
         raise

@@ -8,7 +8,7 @@ import copy
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +18,10 @@ from grind_env.control import Programs
 from grind_env.control.cycles import codes_said
 from grind_env.control.rewriting import with_words
 from grind_env.envs.blocks.observe import heat_column, observe_blocks
-from grind_env.envs.blocks.simulation import DIAMETER, forget, readings_of, room_for, without_least_diameter
-from grind_env.envs.contexts import Given
+from grind_env.envs.blocks.simulation import DIAMETER, forget, readings_of, room_for, seat, without_least_diameter
+from grind_env.envs.contexts import Given, drawn
 from grind_env.envs.episodes import Episodes, EpisodesT
-from grind_env.envs.gauge import GAUGE, Gauge
+from grind_env.envs.gauge import GAUGE, noisy
 from grind_env.envs.job.branches import ProgramBranches
 from grind_env.envs.job.episodes import JobEpisodes
 from grind_env.envs.job.numbers import kind_of, shop_of, tally_of
@@ -57,8 +57,12 @@ from grind_env.machine.script.choice import taken
 from grind_env.machine.script.script import Script, script_of
 from grind_env.machine.script.settings import D, E, Ranges, own_settings
 from grind_env.machine.script.tables import is_whole, tables_of
+from grind_env.process.gauge import Gauge
 from grind_env.process.process import Drive, joined
 from grind_env.render.view import View
+
+if TYPE_CHECKING:
+    from grind_env.plants import Plant, Plants
 
 CHANGE_SECONDS = Shop._fields.index("change_seconds")
 COST, STROKES = Outcome._fields.index("cost"), Tally._fields.index("strokes")
@@ -88,6 +92,7 @@ class JobSimulation:
         name: in tables and folders; that of the program without its suffix if None.
         file: of the program; empty for one of the package.
         gauge: what is measured; what grinds is the process of the job.
+        plants: machines that are not the model, in place of gauge and process; each episode has one of them.
         between: called between two blocks where the control executes the program to know it; what it raises ends that.
         script: of the program, or of more runs of it, if it is known; None to make it.
 
@@ -118,8 +123,12 @@ class JobSimulation:
         file: str = "",
         between: Callable[[], object] = lambda: None,
         gauge: Gauge = GAUGE,
+        plants: "Plants | None" = None,
         script: Script | None = None,
     ) -> None:
+        if plants is not None:
+            job, gauge = replace(job.on(plants.first), own=()), noisy(plants.first.gauge)
+        self.plants: Plants | None = None  # what the program costs, it costs on the model
         self.unread = refuse_many(programs, job)
         self.process, self.gauge, self._start = job.process, gauge, (*job.own_at_start, *gauge.own())
         self._heat = heat_column(joined(job.process.own, gauge.own))
@@ -182,7 +191,7 @@ class JobSimulation:
                 f"{programs.name} costs nothing with this job; give its machine an hourly_rate above 0"
             )
         self.task, self.shops = replace(self.task, reference_cost=cost), np.array([shop_of(job, cost)])
-        self._generator = self._generator_of(spread)
+        self._generator, self.plants = self._generator_of(spread), plants
 
     def _generator_of(self, spread: float) -> JobGenerator:
         job, wheel = self.job, self.branches.wheel
@@ -254,12 +263,16 @@ class JobSimulation:
     ) -> None:
         """As `Simulation.restart_all`."""
         rows = np.array(index)
+        given = drawn(self, given, rngs)
         self._generator.begin(episodes.tape, episodes.wheels, rows, rngs, given)
         self.clear(episodes, rows)
+        if self.plants is not None:
+            seat(episodes, rows, given)
         if self.script is None:
-            for i in index:
+            for i, each in zip(index, given, strict=True):
                 conditions = self.tape(episodes, i).conditions
-                program = ProgramEpisode(self.programs, self.job, conditions, course_of(self.blocks))
+                job = self.job if each.plant is None else self.job.on(each.plant.first)
+                program = ProgramEpisode(self.programs, job, conditions, course_of(self.blocks))
                 _job_episodes(episodes).programs[i : i + 1] = [program]
 
     def tape(self, episodes: Episodes, i: int) -> JobTape:
@@ -273,6 +286,12 @@ class JobSimulation:
         mine = _job_episodes(episodes)
         mine.stages[index] = 0.0
         mine.first[index] = 0
+
+    def holding(self, plant: "Plant") -> "JobSimulation":
+        """As `BlockSimulation.holding`."""
+        twin = copy.copy(self)
+        twin._start = plant.own
+        return twin
 
     def taken(self, episodes: Episodes, choice: tuple[Table, ...]) -> tuple[Table, ...]:
         """E and D as the coming blocks take them: E as a word says it or as it is, and D where there is such a word."""

@@ -16,7 +16,6 @@ from grind_env.envs.blocks.settling import (
     truth_of,
 )
 from grind_env.envs.blocks.step import CHANGES, DIAMETER, NEW_PART, write_factored
-from grind_env.envs.gauge import Gauge
 from grind_env.envs.step import Work, step_of
 from grind_env.envs.tables import (
     FOUND,
@@ -52,6 +51,7 @@ from grind_env.machine.script.replay import read_block, whole_blocks_of, zoned_b
 from grind_env.machine.script.settings import BlockSettings, read_settings
 from grind_env.machine.script.tables import BlockRow
 from grind_env.process.cost import STALL, Limits, Rates, handover_cost, survival
+from grind_env.process.gauge import Gauge
 from grind_env.process.process import Drive, Moment, Process, joined
 from grind_env.process.state import StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel

@@ -16,13 +16,13 @@ from grind_env.envs.blocks.program import job_from_surface
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.contexts import Given
 from grind_env.envs.episodes import Episodes
-from grind_env.envs.gauge import Gauge
 from grind_env.envs.observations import Reading, measured_first, readings
 from grind_env.envs.strips.program import block_text, crossover, part_program
 from grind_env.envs.strips.step import TAPER_NOISE, traverses_step
 from grind_env.envs.tasks import Task
 from grind_env.machine.job import Job
 from grind_env.machine.loops.zones import strip_centres, traverse_edges, zones_of
+from grind_env.process.gauge import Gauge
 from grind_env.process.process import Process
 
 TAPER = "taper"

@@ -9,7 +9,6 @@ import numpy as np
 from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.envs.blocks.step import Choices, block_stroking, draw_coming, floor_of
 from grind_env.envs.drawing import TAPER, deviation, words_of
-from grind_env.envs.gauge import Gauge
 from grind_env.envs.observations import SIZE_NOISE
 from grind_env.envs.step import Work, step_of
 from grind_env.envs.tables import read_shop
@@ -22,6 +21,7 @@ from grind_env.machine.loops.cycle import PartState, Stroking
 from grind_env.machine.loops.loops import zoned_loops_of
 from grind_env.machine.loops.rows import RULES_FROM, read_stroking, write_part, write_stroking
 from grind_env.machine.part.gauging import gauge_zones
+from grind_env.process.gauge import Gauge
 from grind_env.process.process import Process
 
 TAPER_NOISE = SIZE_NOISE * 2.0**0.5

@@ -10,7 +10,6 @@ from grind_env.envs.blocks.program import job
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.contexts import CONTEXT_FACTORS, Given
 from grind_env.envs.episodes import Episodes
-from grind_env.envs.gauge import Gauge
 from grind_env.envs.observations import Reading
 from grind_env.envs.strokes.episodes import StrokeEpisodes
 from grind_env.envs.strokes.observe import observe_strokes
@@ -24,6 +23,7 @@ from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.machine.job import Job
 from grind_env.machine.loops.tally import Plunges
+from grind_env.process.gauge import Gauge
 from grind_env.process.process import Process
 from grind_env.render.view import View
 

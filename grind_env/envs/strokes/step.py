@@ -27,7 +27,6 @@ from grind_env.envs.blocks.step import (
     write_plunge,
 )
 from grind_env.envs.drawing import STROKE, deviation, words_of
-from grind_env.envs.gauge import Gauge, Shown
 from grind_env.envs.step import Work, step_of
 from grind_env.envs.strokes import rules
 from grind_env.envs.strokes.rules import Pace, TableRun
@@ -61,6 +60,7 @@ from grind_env.machine.loops.rows import (
 from grind_env.machine.loops.shift import shift_of
 from grind_env.machine.loops.tally import NO_PLUNGES, Plunges, Tally, count_plunge, mean_last_power
 from grind_env.process.cost import STALL
+from grind_env.process.gauge import Gauge, Shown
 from grind_env.process.process import Drive, Moment, Process, joined
 
 PART, WITHIN, LAST = range(3)

@@ -3,9 +3,10 @@
 import math
 
 from grind_env.control.rules import motion_time, picks_to
+from grind_env.envs.machines import plants_of
 from grind_env.envs.tasks.numbers import TaskNumbers
 from grind_env.envs.tasks.tables import Kind, TaskError
-from grind_env.errors import quoted, shortened
+from grind_env.errors import GrindError, quoted, shortened
 from grind_env.machine.dress.wheel_body import half_chord
 from grind_env.process.state import StrokeParameters
 from grind_env.process.tables import refuse_unknown, wrong
@@ -52,6 +53,18 @@ def check_whole(task: TaskNumbers) -> None:
         if task.cycle == "G82":
             _check_clear(task, kind)
     _check_start(task)
+
+
+def check_plant(name: str) -> None:
+    """Check the machine that a task names.
+
+    Raises:
+        TaskError: there is none of that name.
+    """
+    try:
+        plants_of(None, name)
+    except GrindError as error:
+        raise TaskError(f"plant: {error}", "plant", name) from None
 
 
 def _refuse_pieces(task: TaskNumbers, place: str) -> None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from grind_env.envs.names import ANY_TASK, environment_id
-from grind_env.envs.tasks.checks import check_whole
+from grind_env.envs.tasks.checks import check_plant, check_whole
 from grind_env.envs.tasks.numbers import TaskNumbers
 from grind_env.envs.tasks.tables import (
     ActionRange,
@@ -51,6 +51,8 @@ class Task(TaskNumbers):
         spread: what an episode draws.
         start: state of the wheel at the start.
         factors: on parameters of the process model, by their symbols.
+        plant: the machine that grinds, as `"meter:7"`, or those that every episode draws one from, as `"meter"`, where
+            it is not the model (`grind_env.plants`).
         catalogue: the entries that the names of the set-up and of the materials stand for.
         file: the user's file that it was read from; empty for a task of the package.
 
@@ -77,6 +79,7 @@ class Task(TaskNumbers):
     spread: Spread = field(default_factory=Spread)
     start: Start = field(default_factory=Start)
     factors: Annotated[Mapping[str, float], Quantity("", "", 0.01, 100)] = field(default_factory=ReadOnly)
+    plant: str = ""
     catalogue: Catalogue = field(default_factory=load_catalogue, repr=False)
     file: str = ""
 
@@ -85,6 +88,7 @@ class Task(TaskNumbers):
         check(self, "", TaskError)
         whole_micrometres(self, "", "cross_pick", "infeed")
         check_whole(self)
+        check_plant(self.plant)
 
     @property
     def environment_id(self) -> str:

@@ -84,6 +84,7 @@ DERIVED = {
     "blocks": f"{USUAL_ROUNDS} times the sequence",
     "reference_cost": "what a block costs by the cheapest of a grid of E and dress interval",
     "sequence": "all kinds in turn",
+    "plant": "the model",
 }
 """What keys of `PLAIN` without a default are if a file leaves them out."""
 

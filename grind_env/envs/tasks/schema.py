@@ -179,7 +179,7 @@ def document(task: Task) -> dict[str, Any]:
         for kind in KINDS
     }
     return {
-        **{key: _plain(getattr(task, key)) for key in PLAIN if getattr(task, key) not in ((), {})},
+        **{key: _plain(getattr(task, key)) for key in PLAIN if getattr(task, key) not in ((), {}, "")},
         **{key: _said(getattr(task, key)) for key in TABLES if getattr(task, key) is not None},
         "kind": [_said(kind) for kind in task.kinds],
         **{kind: entries for kind, entries in own.items() if entries},

@@ -21,7 +21,9 @@ def action_space() -> spaces.Box[np.float32]:
     return spaces.Box(-1.0, 1.0, (len(Setting._fields),), np.float32)
 
 
-def check_arguments(action: object, observation: object, show_block: object, predress: bool, cycle: object) -> None:
+def check_arguments(
+    action: object, observation: object, show_block: object, predress: bool, cycle: object, plant: object
+) -> None:
     """Check arguments that all ids share.
 
     Args:
@@ -30,10 +32,11 @@ def check_arguments(action: object, observation: object, show_block: object, pre
         show_block: False.
         predress: False.
         cycle: None.
+        plant: None.
 
     Raises:
         ActionError: the form is not `"box"`, or a pre-dress is asked for.
-        TaskError: there is no such observation, or the text of a block or a cycle is asked for.
+        TaskError: there is no such observation, or the text of a block, a cycle or a machine is asked for.
     """
     if not isinstance(action, str) or action != "box":
         raise ActionError(
@@ -43,6 +46,8 @@ def check_arguments(action: object, observation: object, show_block: object, pre
     check_flags(show_block=show_block, predress=predress)
     refuse_predress(predress, "in grind/Wen-v0 nothing is dressed")
     refuse_cycle(cycle, "grind/Wen-v0 runs no program")
+    if plant is not None:
+        raise TaskError(f"plant is {plant!r}, but grind/Wen-v0 has the model that it was published with: leave it out")
     if show_block:
         raise TaskError(f"show_block is {show_block!r}, but grind/Wen-v0 runs no block of a program: leave it out")
 

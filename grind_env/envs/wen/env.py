@@ -54,6 +54,7 @@ class WenEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         show_block: False; there is no block.
         predress: False; nothing is dressed.
         cycle: None; there is no program.
+        plant: None; the model is that of the problem.
     """
 
     def __init__(
@@ -64,8 +65,9 @@ class WenEnv(Showing, gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         show_block: bool = False,
         predress: bool = False,
         cycle: str | None = None,
+        plant: str | None = None,
     ) -> None:
-        check_arguments(action, observation, show_block, predress, cycle)
+        check_arguments(action, observation, show_block, predress, cycle, plant)
         refuse_render(render_mode, RENDER_MODES)
         self.render_mode = render_mode
         self.action_space, self.observation_space = action_space(), observation_space()

@@ -46,6 +46,7 @@ class WenVectorEnv(VectorEnv[Array, Array, Array]):
         show_block: False.
         predress: False.
         cycle: None.
+        plant: None.
         max_episode_steps: as for `GrindVectorEnv`; an episode has one step.
     """
 
@@ -59,10 +60,11 @@ class WenVectorEnv(VectorEnv[Array, Array, Array]):
         show_block: bool = False,
         predress: bool = False,
         cycle: str | None = None,
+        plant: str | None = None,
         max_episode_steps: int | None = None,
     ) -> None:
         self.num_envs = num_envs = check_count("num_envs", num_envs)
-        check_arguments(action, observation, show_block, predress, cycle)
+        check_arguments(action, observation, show_block, predress, cycle, plant)
         refuse_render(render_mode, VECTOR_RENDER_MODES)
         self.render_mode, self.autoreset_mode = render_mode, autoreset(autoreset_mode)
         self.metadata = vector_metadata(self.autoreset_mode)

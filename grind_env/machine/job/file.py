@@ -2,6 +2,8 @@
 
 ::
 
+    plant = "meter:7"       # optional, above all tables: the machine, where it is not the model (`grind_env.plants`)
+
     [part]
     material = "aisi_52100"
     length = 200            # mm, along the reciprocating axis
@@ -56,7 +58,7 @@ the wheel and the stock as they are. A program of grooves alone is judged by the
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from grind_env.errors import GrindError, shortened
 from grind_env.files import ReadError, beside, is_file, shown
@@ -90,7 +92,10 @@ from grind_env.process.tables import (
 from grind_env.process.user_catalogue import OVERRIDES, catalogue_of, entry_of, files_of
 from grind_env.toml import TomlError, read_toml
 
-TABLES = "part", "setup", "times", "wheel", "lots", "diamond", "catalogue", "parts", "stations"
+if TYPE_CHECKING:
+    from grind_env.plants import Plant
+
+KEYS = "plant", "part", "setup", "times", "wheel", "lots", "diamond", "catalogue", "parts", "stations"
 VALUES = tuple(contents(Setup))
 """Keys of `[setup]` that are no entries of the catalogue."""
 FACTORS = Content(Mapping, float, quantity=Quantity("", "", 1e-9, 1e9))
@@ -116,8 +121,12 @@ def files_of_job(path: Path) -> list[Path]:
         return [path]
 
 
-def load_job(path: str | Path) -> Job:
+def load_job(path: str | Path, *, plant: "Plant | None" = None) -> Job:
     """Read a job file.
+
+    Args:
+        path: of the file.
+        plant: the machine, in place of that of the file.
 
     Raises:
         JobError: the file cannot be read, is not TOML, or has an unknown, missing or illegal key.
@@ -130,13 +139,26 @@ def load_job(path: str | Path) -> Job:
     except TomlError as error:
         raise JobError(f"the job is not valid TOML: {error}", file=str(path)) from None
     try:
-        return _job(document, path.parent)
+        job = _job(document, path.parent)
+        if plant is None and "plant" in document:
+            plant = _plant(document["plant"])
     except JobError as error:
         raise JobError(error.message, error.key, error.found, error.legal, str(path)) from None
+    return job if plant is None else job.on(plant)
+
+
+def _plant(name: Any) -> "Plant":
+    """The machine that a job names."""
+    from grind_env.plants import PlantError, find_plant
+
+    try:
+        return find_plant(name)
+    except PlantError as error:
+        raise JobError(f"plant: {error}", "plant", name) from None
 
 
 def _job(document: TomlTable, folder: Path) -> Job:
-    refuse_unknown(document, TABLES, JobError)
+    refuse_unknown(document, KEYS, JobError)
     part = sub_table(document, "part", keys(Part), JobError)
     setup = sub_table(document, "setup", (*USUAL, *VALUES, *OVERRIDES), JobError)
     times = sub_table(document, "times", keys(Times), JobError)

@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Annotated, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 from grind_env.control import Position
 from grind_env.control.control import ORIGIN, Control
@@ -24,6 +24,9 @@ from grind_env.process.parameters import USUAL_HEIGHT, limits_of, rates_of, stro
 from grind_env.process.process import PROCESS, Process
 from grind_env.process.state import StrokeParameters
 from grind_env.process.tables import TableError
+
+if TYPE_CHECKING:
+    from grind_env.plants import Plant
 
 ByHand: TypeAlias = Literal["by program", "always on"]
 """Whether the words of the program count, or somebody at the machine sees to it and they have no effect."""
@@ -337,7 +340,8 @@ class Job:
     `part`, one after the other; empty if none does. `stations` are the parts that lie on the table together, if there
     are several, and `part` is then that of the first one; `met`, which a run finds out, says at which of them each
     part of its program lies, in machine coordinates. `process` is what grinds, and `own` what it remembers besides the
-    wheel as the shift begins, in the units of its fields; empty for what it begins with by itself. `variables` are
+    wheel as the shift begins, in the units of its fields; empty for what it begins with by itself. `plant` is the name
+    of the machine that they are of (`grind_env.plants`), where it has one. `variables` are
     values that `#` variables of the control have then (`Control.variables`), which have no unit of their own.
     """
 
@@ -352,6 +356,7 @@ class Job:
     met: tuple[Station, ...] = ()
     process: Process = PROCESS
     own: tuple[float, ...] = ()
+    plant: str = ""
     variables: Mapping[int, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -381,6 +386,10 @@ class Job:
                 )
         if any(each.part is not None for each in self.parts):
             raise JobError(PART_AT_STATION, "parts.part")
+
+    def on(self, plant: "Plant") -> "Job":
+        """The job on another machine."""
+        return replace(self, process=plant.process, own=plant.of_process, plant=plant.name)
 
     def of_part(self, number: int) -> "Job":
         """The job of a part by its number, from 1: another one where it is of another kind, or at another station."""

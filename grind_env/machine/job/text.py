@@ -20,12 +20,13 @@ def job_text(job: Job) -> str:
 
 
 def job_document(job: Job) -> dict[str, Any]:
-    """The tables of the job; keys that have their default are left out."""
+    """The job by its keys; those that have their default are left out."""
     tools = {kind: getattr(job.setup, kind) for kind in USUAL}
     kinds = (*(each.part for each in job.parts if each.part is not None), *(each.part for each in job.stations))
     materials = [job.part.material, *(each.material for each in kinds)]
     entries = [("material", each) for each in materials] + list(tools.items())
     tables = {
+        "plant": job.plant,
         "part": {} if job.stations else _part(job.part),
         "setup": {kind: entry.name for kind, entry in tools.items()} | _said(job.setup),
         "times": _said(job.times),

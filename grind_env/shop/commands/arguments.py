@@ -28,6 +28,13 @@ FirstVariables = Annotated[
         "and #500 to #999 carries over from run to run; repeatable.",
     ),
 ]
+Plant = Annotated[
+    str | None,
+    typer.Option(
+        help="Machine that is not the model: meter:7, foreign:3+meter:7, held-out:5, module:name; by default what "
+        "the job says."
+    ),
+]
 DressAt = Annotated[
     list[float] | None,
     typer.Option(

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from grind_env.arguments import Writes
-from grind_env.shop.commands.arguments import FirstVariables, JobFile, ProgramFile, ReportFile, Runs, Seed
+from grind_env.shop.commands.arguments import FirstVariables, JobFile, Plant, ProgramFile, ReportFile, Runs, Seed
 from grind_env.terminal import table_console
 
 NOT_BETTER, INFEASIBLE = 3, 4
@@ -58,6 +58,7 @@ def optimise(
     budget: Annotated[str, typer.Option(help="Time of search and judgement: 60s, 2min.")] = "60s",
     seed: Seed = 1,
     variables: FirstVariables = None,
+    plant: Plant = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Write the program here, if it is better."), Writes()
     ] = None,
@@ -79,6 +80,9 @@ def optimise(
     The interval between dresses is searched, too: a program that does not dress in every part counts parts, or the
     blocks that dress, by a # variable. A word that reads a variable, as E#101, is changed where #101 is assigned, if
     that is one number and no other word reads it.
+
+    With --plant the words are searched on the model and judged on that machine: what they save there, and what limits
+    they keep. Words without each limit are then not searched.
 
     The report is written whatever was found.
 
@@ -116,6 +120,7 @@ def optimise(
         budget=texts.seconds(budget),
         seed=seed,
         variables=variables_of(variables or ()),
+        plant=plant,
     )
     if found.verdict is Verdict.BETTER and output is not None:
         found.write(output)

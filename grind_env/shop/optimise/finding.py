@@ -17,6 +17,8 @@ from grind_env.files import read_bytes
 from grind_env.machine.job import Job, Part
 from grind_env.machine.job.file import job_beside, load_job
 from grind_env.machine.script.settings import DRESS_SECONDS
+from grind_env.plants import find_plant
+from grind_env.plants.names import MODEL
 from grind_env.process.cost import NO_LIMIT
 from grind_env.shop.optimise.budget import ENOUGH_TRIALS, Budget, TimeUp, time_said
 from grind_env.shop.optimise.editing import ProgramText, text_of
@@ -71,9 +73,12 @@ def find_words(
     seed: int = 1,
     unroll: bool = False,
     variables: Mapping[int, float] = {},
+    plant: str | None = None,
     progress: Progress = lambda label, count: None,
 ) -> Optimised:
     """Search better words for a program.
+
+    On a machine that is not the model, the search is on the model, and the judgement on the machine.
 
     The search, the comparison of the best programs found and the judgement have lots of their own, the same ones for
     all programs. The result is the same for the same seed unless the time ends the search.
@@ -88,6 +93,7 @@ def find_words(
         seed: of lots and search.
         unroll: whether M98 calls of cycle blocks are written out, each with words of its own.
         variables: values that `#` variables have before the first part.
+        plant: name of the machine, in place of that of the job.
         progress: called with what is being done and by how many programs it has come on.
 
     Raises:
@@ -100,9 +106,11 @@ def find_words(
         text = unrolled(programs, text)
         programs = read(text.text, programs.name, programs.folder)
     try:
-        held = replace(load_job(job), variables=variables)
-        variation = variation_of(programs, text, held, wishes or Wishes(), parts, seed, seconds)
-        return _optimised(variation, job.name, progress)
+        machine = None if plant is None else find_plant(plant, modules=True)
+        held = replace(load_job(job, plant=machine), variables=variables)
+        planned = replace(held.on(MODEL), plant="") if held.plant else held
+        variation = variation_of(programs, text, planned, wishes or Wishes(), parts, seed, seconds)
+        return _optimised(variation, job.name, progress, held if held.plant else None)
     except TimeUp:
         raise GrindError(
             f"{programs.name}: there was no time to try one program on {SEARCHED} lots, for the control executes this "
@@ -110,7 +118,8 @@ def find_words(
         ) from None
 
 
-def _optimised(variation: Variation, job: str, progress: Progress) -> Optimised:
+def _optimised(variation: Variation, job: str, progress: Progress, machine: Job | None = None) -> Optimised:
+    """What the search finds on the job of the model, and what that comes to on a machine that is another one."""
     budget = variation.budget
     tried: dict[Point, Trade] = {}
     compiled = variation.base.simulation.compiled
@@ -128,12 +137,19 @@ def _optimised(variation: Variation, job: str, progress: Progress) -> Optimised:
     old = before.measure(before.own[None])
     judged = _judged(variation, before, old, points, lots)
     kept = judged[-1].keeps(variation)
-    point, text, programs, after, new, wishes = judged[-1] if kept else judged[0]
+    chosen = judged[-1] if kept else judged[0]
+    if machine is not None:
+        variation = variation.on(machine)
+        before = variation.trials(LotUse.JUDGEMENT, lots)
+        old = before.measure(before.own[None])
+        chosen = _judge(variation, before, old, chosen.point, lots)
+        kept = chosen.keeps(variation)
+    point, text, programs, after, new, wishes = chosen
     objective = variation.wishes.quantity
     less = attrgetter(objective)
     difference = paired(less(new)[0] - less(old)[0])
     beyond = new.violation(variation.margins)[0]
-    sought = feasible and before.simulation.compiled
+    sought = feasible and before.simulation.compiled and machine is None
     left = Budget(OVER * budget.seconds - budget.spent)
     freed = _freed(variation, before, point, pace, left, progress) if sought else {}
     limits = limits_of(variation, old, new, freed)
@@ -173,6 +189,7 @@ def _optimised(variation: Variation, job: str, progress: Progress) -> Optimised:
         seed=variation.seed,
         evaluations=len(search.costs),
         ended_early=search.ended_early,
+        plant=variation.job.plant,
     )
 
 

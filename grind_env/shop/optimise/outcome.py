@@ -185,6 +185,7 @@ class Optimised:
         seed: of all that is random.
         evaluations: programs that were tried in the search.
         ended_early: whether the time was up before the search had ended.
+        plant: the machine on which it was judged; empty for the model, on which it was searched.
     """
 
     program: str
@@ -207,6 +208,7 @@ class Optimised:
     seed: int
     evaluations: int
     ended_early: bool
+    plant: str = ""
 
     def quantity(self, name: str) -> Quantity:
         """One of the quantities."""

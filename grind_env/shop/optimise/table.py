@@ -3,6 +3,7 @@
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from grind_env.errors import printable
 from grind_env.policies.statistics import Interval
 from grind_env.process.cost import NO_LIMIT
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Quantity, Verdict
@@ -37,7 +38,8 @@ def tables_of(found: Optimised) -> list[Rows]:
 
 def heading(found: Optimised) -> str:
     """What was judged, and on what."""
-    return f"{found.program}, batches of {found.parts} runs, {lots_said(found.lots, 'unseen lots')}"
+    where = f", judged on {printable(found.plant)}" if found.plant else ""
+    return f"{found.program}, batches of {found.parts} runs, {lots_said(found.lots, 'unseen lots')}{where}"
 
 
 def print_optimised(found: Optimised, console: "Console") -> None:
@@ -83,6 +85,7 @@ def as_data(found: Optimised) -> dict[str, Any]:
     return {
         "program": found.program,
         "job": found.job,
+        **({"plant": found.plant} if found.plant else {}),
         "verdict": found.verdict.name.lower(),
         "reason": found.reason,
         "words": [asdict(each) | {"changed": each.changed} for each in found.words],

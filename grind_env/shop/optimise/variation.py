@@ -123,6 +123,13 @@ class Variation(NamedTuple):
         """The same with another job, other margins, shape (4,), and another time."""
         return self._replace(job=job, margins=margins, base=self.base.asking(job), budget=budget)
 
+    def on(self, job: Job) -> "Variation":
+        """The same with the job of another machine."""
+        picks, spark_outs = self.ranges
+        lots = lots_of(self.seed, LotUse.BASE, 1)
+        base = trials_of(self.programs, job, self.runs, lots, picks=picks, spark_outs=spark_outs)
+        return self._replace(job=job, base=base, once=one_run(self.programs, job))
+
     @property
     def besides(self) -> bool:
         """Whether others than E and D are varied."""

@@ -50,7 +50,8 @@ def example_values() -> Values:
 def _table(name: str, rows: Sequence[Row], given: Mapping[str, Any]) -> Iterator[str]:
     """A table; one that is left out is a remark as a whole if some key of it would be missing."""
     out = "" if given or not (name in REPEATED or any(row.required for row in rows)) else "#"
-    yield f"{out}{f'[[{name}]]' if name in REPEATED else f'[{name}]'}"
+    if name:
+        yield f"{out}{f'[[{name}]]' if name in REPEATED else f'[{name}]'}"
     for row in rows:
         yield from textwrap.wrap(f"{row.meaning} ({row.holds})", WIDTH, initial_indent="# ", subsequent_indent="#   ")
         if row.key in given:

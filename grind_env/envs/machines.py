@@ -1,0 +1,65 @@
+"""Machines that are not the model (`grind_env.plants`), as arguments and the options of a reset name them."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from grind_env.errors import GrindError, quoted
+from grind_env.kernel.random import WORD
+
+if TYPE_CHECKING:
+    from grind_env.plants import Plants
+
+
+class OtherMachine(GrindError):
+    """A machine that an environment was not made for."""
+
+
+def plants_of(argument: Any, of_file: str = "") -> "Plants | None":
+    """The machines that an argument names, which may be of a module, or without one those that a file names.
+
+    Raises:
+        PlantError: there are none of that name.
+    """
+    if argument is None and not of_file:
+        return None
+    from grind_env.plants import find_plants
+
+    return find_plants(of_file) if argument is None else find_plants(argument, modules=True)
+
+
+def machines_of(simulation: Any) -> "Plants | None":
+    """The machines that a simulation was made with; None of one of the model."""
+    found: Plants | None = getattr(simulation, "plants", None)
+    return found
+
+
+def fitting(value: Any, made: "Plants | None") -> "Plants | None":
+    """The machines that the option of a reset names; None for those that the environment was made with.
+
+    Raises:
+        PlantError: there are none of that name.
+        OtherMachine: they grind or show otherwise than those.
+    """
+    found = plants_of(value)
+    if found is None:
+        return None
+    if made is None:
+        raise OtherMachine(
+            f"plant is {quoted(found.text)}, but the environment was made without one: make it with plant={value!r}"
+        )
+    if (found.first.process, found.first.gauge) != (made.first.process, made.first.gauge):
+        raise OtherMachine(
+            f"plant is {quoted(found.text)}, which grinds or shows otherwise than {quoted(made.text)}, with which the"
+            " environment was made: name one of the same families, or make an environment with it"
+        )
+    return found
+
+
+def seed_beside(rng: np.random.Generator) -> int:
+    """A seed of 32 bits from a stream beside that of a generator, which stays where it is.
+
+    So an episode has its stocks, lots and noise whatever the machine.
+    """
+    bits: Any = rng.bit_generator
+    return int(np.random.Generator(bits.jumped()).integers(WORD, endpoint=True))

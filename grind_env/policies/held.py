@@ -1,0 +1,80 @@
+"""What a policy takes a machine for: planners, beliefs and experts hold a model, and what grinds is the machine."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from grind_env.envs.episodes import Episodes
+from grind_env.envs.machines import machines_of
+from grind_env.envs.simulation import Simulation
+from grind_env.errors import GrindError, quoted
+from grind_env.machine.loops.rows import OWN_FROM
+from grind_env.plants import Plant
+from grind_env.plants.names import MODEL
+from grind_env.policies.policy import Policy
+from grind_env.policies.problem import Problem
+
+
+def on(problem: Problem, plant: str) -> Problem:
+    """The same problem on a machine by its name; without a seed in it, each episode draws one."""
+    others = tuple((key, value) for key, value in problem.arguments if key != "plant")
+    return replace(problem, arguments=(*others, ("plant", plant)))
+
+
+def model_of(problem: Problem, name: str = MODEL.name) -> Simulation:
+    """The problem as policies hold it: on one machine, by default on that which is the model.
+
+    Raises:
+        GrindError: there is no such machine, or its name is that of many.
+    """
+    simulation: Any = on(problem, name).simulation()
+    if not simulation.plants.one:
+        raise GrindError(f"model is {quoted(name)}, but a policy holds one machine: give a seed, as '{name}:1'")
+    held: Simulation = simulation.holding(simulation.plants.first)
+    return held
+
+
+def parted(
+    policy: Policy, machine: Simulation, model: Simulation | None, begun: Episodes
+) -> Callable[[Episodes], Episodes]:
+    """What episodes on a machine are to a policy that holds a model; None for the machine itself.
+
+    All that a machine remembers is shown where the model remembers it, too, but for the numbers in which the two differ
+    as an episode begins: these are the model's.
+
+    Args:
+        policy: is shown of them what it sees.
+        machine: grinds.
+        model: is held.
+        begun: the episodes at their first block.
+
+    Raises:
+        GrindError: the policy would try what comes on programs that the control executes on the machine.
+    """
+    if model is None or policy.sees == "measurements":
+        return lambda episodes: episodes
+    if not machine.compiled:
+        raise GrindError(
+            f"{policy.name} sees the {policy.sees}, but the control executes {machine.task.name} step by step, on the"
+            " machine and not on a model: choose a policy that sees measurements"
+        )
+    mine, held = _plant(machine), _plant(model)
+    fields = mine.remembers._fields
+    common = [(k, fields.index(name)) for k, name in enumerate(held.remembers._fields) if name in fields]
+    alike = [(OWN_FROM + k, OWN_FROM + j, begun.wheels[:, OWN_FROM + j] == held.own[k]) for k, j in common]
+
+    def shown(episodes: Episodes) -> Episodes:
+        wheels = np.empty((len(episodes.block), OWN_FROM + len(held.own)))
+        wheels[:, :OWN_FROM], wheels[:, OWN_FROM:] = episodes.wheels[:, :OWN_FROM], held.own
+        for to, of, same in alike:
+            wheels[same, to] = episodes.wheels[same, of]
+        return replace(episodes, wheels=wheels)
+
+    return shown
+
+
+def _plant(simulation: Simulation) -> Plant:
+    made = machines_of(simulation)
+    return MODEL if made is None else made.first

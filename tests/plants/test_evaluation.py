@@ -1,0 +1,126 @@
+"""Policies on machines that are not the model, which they hold."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from grind_env import evaluate
+from grind_env.cli import main
+from grind_env.envs.episodes import Episodes
+from grind_env.envs.machines import machines_of
+from grind_env.envs.simulation import Simulation
+from grind_env.errors import GrindError
+from grind_env.machine.grind_file import grind_file
+from grind_env.machine.loops.rows import OWN_FROM
+from grind_env.plants import find_plant
+from grind_env.policies.choices import Decision
+from grind_env.policies.evaluation import start_episodes
+from grind_env.policies.held import model_of, on, parted
+from grind_env.policies.problem import find_problem
+from tests.envs.test_job_env import GROOVED, written
+
+PLATES = find_problem("power_limited")
+PLANT = "held-out:4"
+
+
+class Looker:
+    """Sees the state, and remembers what it was shown."""
+
+    name, sees = "looker", "state"
+
+    def begin(self, simulation: Simulation, episodes: int) -> None:
+        self.simulation, self.shown = simulation, []
+
+    def act(self, observation: np.ndarray, episodes: Episodes | None) -> Decision:
+        assert episodes is not None
+        self.shown.append(episodes)
+        return np.full(len(observation), 8000.0), np.zeros(len(observation))
+
+
+def test_what_grinds_is_the_machine_and_what_a_policy_holds_the_model() -> None:
+    looker = Looker()
+    found = evaluate(looker, "power_limited", episodes=2, plant="held-out")
+    model = find_plant("model")
+    assert (looker.simulation.process, looker.simulation.gauge.own) == (model.process, model.gauge.own)
+    assert all(each.wheels.shape[1] == OWN_FROM + len(model.own) for each in looker.shown)
+    assert (looker.shown[5].wheels[:, OWN_FROM:] > 0.0).all()  # the part is warm, which the model remembers, too
+    alone = evaluate(Looker(), "power_limited", episodes=2)
+    assert found.score is None and alone.plant == "" and "plant" not in alone.numbers()
+    assert (found.evaluation.cost != alone.evaluation.cost).all()
+    assert found.numbers()["plant"] == "held-out" and "on held-out, taken for model, 2 episodes" in found.title
+    simulation = on(PLATES, "held-out").simulation()
+    names = [each.plant.text for each in _given(simulation, [2_000_000, 2_000_001])]
+    one = evaluate(Looker(), "power_limited", episodes=2, plant=names[0])
+    assert one.evaluation.cost[0] == found.evaluation.cost[0] != one.evaluation.cost[1]
+
+
+def _given(simulation: Simulation, seeds: list[int]) -> list:
+    from grind_env.envs.contexts import Given, drawn
+
+    return list(drawn(simulation, [Given()] * len(seeds), [np.random.default_rng(seed) for seed in seeds]))
+
+
+def test_a_model_that_is_the_machine_is_shown_all_of_it_and_another_one_its_own_numbers() -> None:
+    machine = on(PLATES, PLANT).simulation()
+    episodes = start_episodes(machine, range(2))
+    known, other = model_of(PLATES, PLANT), model_of(PLATES, "held-out:9")
+    assert machines_of(known).text == PLANT
+    mine, theirs = find_plant(PLANT), find_plant("held-out:9")
+    show_known, show_other = (parted(Looker(), machine, each, episodes) for each in (known, other))
+    episodes.wheels[:, OWN_FROM:] += 1.0  # it has gone on
+    assert show_known(episodes).wheels.tobytes() == episodes.wheels.tobytes()
+    expected = [own + 1.0 if own == mine.own[k] else own for k, own in enumerate(theirs.own)]
+    assert show_other(episodes).wheels[0, OWN_FROM:].tolist() == expected
+    assert 0 < sum(a != b for a, b in zip(mine.own, theirs.own, strict=True)) < len(mine.own)
+
+
+def test_a_policy_that_tries_what_comes_needs_a_model_for_it(tmp_path: Path) -> None:
+    path = written(tmp_path, GROOVED)
+    machine = on(find_problem(path), "soft:3").simulation()
+    assert not machine.compiled
+    with pytest.raises(GrindError, match="looker sees the state, but the control executes part step by step"):
+        parted(Looker(), machine, model_of(find_problem(path)), machine.room(0))
+
+
+def test_a_model_is_one_machine_and_needs_another_one_beside() -> None:
+    with pytest.raises(GrindError, match="model is 'held-out', but a policy holds one machine: give a seed"):
+        evaluate("E7D1", "power_limited", episodes=2, plant=PLANT, model="held-out")
+    with pytest.raises(GrindError, match="model is 'meter:7', but what grinds is the model: give a plant, too"):
+        evaluate("E7D1", "power_limited", episodes=2, model="meter:7")
+
+
+def command(arguments: list[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(arguments)
+    assert caught.value.code in (0, 1)  # scrap
+
+
+def test_commands_name_the_machine(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    command(["evaluate", "--policy", "E7D1", "--episodes", "2", "--plant", PLANT, "--json"])
+    numbers = json.loads(capsys.readouterr().out)
+    assert (numbers["plant"], numbers["model"]) == (PLANT, "model") and "score" not in numbers
+    program, record = tmp_path / "played.nc", tmp_path / "record.csv"
+    command(["play", "--policy", "E7D1", "--plant", "held-out", "--output", str(program), "--seed", "3"])
+    said = capsys.readouterr().out
+    plant = grind_file(program).job.plant
+    assert plant.startswith("held-out:") and f"seed 3, split all, on {plant}:" in said
+    command(["run", str(program), "--json", "--record", str(record)])
+    shown = json.loads(capsys.readouterr().out)
+    assert shown["plant"] == plant
+    lines = record.read_text().splitlines()
+    assert lines[0].endswith(",plant") and all(line.endswith(f",{plant}") for line in lines[1:])
+    command(["run", str(program), "--json", "--plant", "model"])
+    plain = json.loads(capsys.readouterr().out)
+    assert plain["plant"] == "model" and plain["cost"] != shown["cost"]
+    command(["run", str(program), "--plant", PLANT])
+    assert f"played.nc, on {PLANT}" in capsys.readouterr().out
+
+
+def test_a_command_refuses_what_is_no_machine(capsys: pytest.CaptureFixture[str]) -> None:
+    for arguments in (["evaluate", "--episodes", "2"], ["play"], ["run", "grind_env/examples/plate_g82.nc"]):
+        with pytest.raises(SystemExit) as caught:
+            main([*arguments, "--plant", "metre:7"])
+        assert caught.value.code == 2
+        assert "there is no machine 'metre:7' (did you mean meter?)" in capsys.readouterr().err
