@@ -6,8 +6,8 @@ signature.
 """
 
 import re
-from dataclasses import is_dataclass
-from typing import Annotated, Any, get_args, get_origin, get_type_hints
+from dataclasses import fields, is_dataclass
+from typing import Annotated, Any, get_args, get_origin
 
 from sphinx.application import Sphinx
 
@@ -17,8 +17,8 @@ COLON = "\ue000"
 """Stands for a colon while napoleon reads."""
 BEFORE_NAPOLEON, AFTER_NAPOLEON = 100, 900
 ANNOTATED = re.compile(r"~?(?:typing|types)?\.?Annotated\[(.+?), ~?[\w.]*?(?:Quantity|Choice)\(.*?\)\]")
-PROCESS = re.compile(r"(Process = )\(.+?\)(?=, \w+: )")
-"""The functions of the default process: Sphinx writes them out, and can then read no type of the signature."""
+MADE_OF_FUNCTIONS = re.compile(r"((?:Process|Gauge) = )\(.+?\)(?=, \w+: )")
+"""A process or gauge as default: Sphinx writes its functions out, and can then read no type of the signature."""
 FIELD = re.compile(r"^:ivar (\w+): ")
 
 
@@ -44,7 +44,7 @@ def _show_colons(_app: Sphinx, _what: str, _name: str, _value: Any, _options: An
 def _say_units(_app: Sphinx, what: str, _name: str, value: Any, _options: Any, lines: list[str]) -> None:
     """Put range and unit before the text of every field that has them."""
     if what == "class" and is_dataclass(value):
-        legal = {name: _legal(hint) for name, hint in get_type_hints(value, include_extras=True).items()}
+        legal = {field.name: _legal(field.type) for field in fields(value)}
         for place, line in enumerate(lines):
             match = FIELD.match(line)
             if match and legal.get(match[1]):
@@ -62,4 +62,4 @@ def _plain_signature(
     if not signature:
         return None
     signature = ANNOTATED.sub(r"\1", signature).replace("<factory>", "...")
-    return PROCESS.sub(r"\1PROCESS", signature), returns
+    return MADE_OF_FUNCTIONS.sub(r"\1...", signature), returns
