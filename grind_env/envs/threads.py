@@ -26,9 +26,6 @@ def step_shared(
 
     Returns:
         Their outcomes, shape (N, fields of `Outcome`).
-
-    Raises:
-        GrindError: a block cannot be run so; every episode is then as it was before.
     """
 
     def outcomes_of(share: NDArray[np.int64]) -> Table:

@@ -23,7 +23,6 @@ from grind_env.machine.job.text import job_text
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.plants import PlantError, find_plant
 from tests.envs.test_job_env import GROOVED, written
-from tests.plants.test_names import module  # noqa: F401
 
 ID = "grind/PowerLimited-v0"
 BLOCKS = 5
@@ -206,7 +205,7 @@ def test_the_problem_of_wen_takes_none() -> None:
             make("grind/Wen-v0", plant="meter:7")
 
 
-def test_ones_own_is_an_argument_and_never_named_by_a_file(module: str, tmp_path: Path) -> None:  # noqa: F811
+def test_ones_own_is_an_argument_and_never_named_by_a_file(module: str, tmp_path: Path) -> None:
     name = f"{module}:MINE"
     made = gym.make(ID, plant=name).unwrapped
     assert made.reset(seed=0)[1] == {"plant": name}

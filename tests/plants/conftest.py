@@ -1,0 +1,36 @@
+"""Machines of one's own."""
+
+from pathlib import Path
+
+import pytest
+
+OWN = """
+from typing import NamedTuple
+from grind_env.kernel import inlined
+from grind_env.plants import Family, Plant, Range
+from grind_env.evidence import Basis, Evidence
+from grind_env.process.process import PROCESS, Hook, composed
+
+class Own(NamedTuple):
+    sticky_by: float = 0.0
+
+@inlined
+def before(wheel, own, p, drive, moment):
+    return wheel, own, p, drive
+
+hook = Hook(before, Own)
+MINE = Plant(name="mine", process=composed(PROCESS, hook), own=(0.0, 0.25))
+BY = Range(field="sticky_by", what="sticks", low=1.0, high=2.0, basis=Basis(Evidence.OWN, "mine"))
+STICKY = Family(name="sticky", what="it sticks", ranges=(BY,), hook=hook)
+WRONG = Family(name="wrong", what="draws what it does not remember", ranges=(BY,))
+NUMBER = 7
+"""
+
+
+@pytest.fixture
+def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Name of a module of one's own, that can be imported, with machines in it."""
+    (tmp_path / "my_machines.py").write_text(OWN)
+    (tmp_path / "my_mistake.py").write_text("1 / 0\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    return "my_machines"
