@@ -98,13 +98,18 @@ def benchmark(
     )
     with going_on(fresh):
         found, failed = work_on_all(cells, request, jobs, console, measure, ray)
-    table = judged(merged(read_results(folder), [result_of(each) for each in found]))
+    before = read_results(folder)
+    table = judged(merged(before, [result_of(each) for each in found]))
     write_results(table, folder)
     for problem in chosen:
         if any(each.task == problem.name for each in table):
             title = problem.simulation().task.title
             console.print(rich_table(table, problem.name, f"{title}: {episodes} paired episodes"))
     console.print(printable(f"written to {folder}: benchmark.parquet and .csv"), highlight=False, markup=False)
+    if gone := sorted(
+        {f"{task} {policy}" for task, policy, _ in {each.key for each in before} - {each.key for each in table}}
+    ):
+        print(f"agents: of other episodes, and no longer in the table: {', '.join(gone)}", file=sys.stderr)
     write_html(table, html, console)
     if failed:
         print(f"agents: {len(failed)} of {len(cells)} cells failed: {', '.join(map(str, failed))}", file=sys.stderr)

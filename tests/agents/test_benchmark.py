@@ -239,6 +239,10 @@ def test_command_line(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "benchmark.csv").read_bytes() == csv
     assert run(monkeypatch, "benchmark", "--report", "--results", tmp_path) == 0
     assert (tmp_path / "figures/cost.png").exists()
+    assert "no longer in the table" not in capsys.readouterr().err
+    assert run(monkeypatch, *tiny, "--policies", "handbook", "--interpolation-episodes", 0) == 0
+    said = "agents: of other episodes, and no longer in the table: oracle6 adaptive_rule\n"
+    assert said in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
