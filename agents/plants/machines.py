@@ -1,0 +1,69 @@
+"""The machines of the study: members of every family, each with every program, and the machine that is the model."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+from grind_env import examples
+from grind_env.envs.job.loading import load_simulation
+from grind_env.envs.job.simulation import JobSimulation
+from grind_env.machine.job import Job
+from grind_env.machine.job.file import load_job
+from grind_env.plants import FAMILIES, find_plant
+from grind_env.plants.names import MODEL
+
+PROGRAMS = {
+    "plate": examples.path("plate_g82.nc"),
+    "rail": examples.path("rail_g83.nc"),
+    "die": Path(__file__).with_name("parts") / "die_g82.nc",
+}
+"""Part programs by their names in tables; each has its job beside it."""
+KEPT_OUT = ("bursts", "graded")
+"""Families on which nothing of the package was tuned."""
+SEEDS = 5
+"""Machines of a family."""
+
+
+class Machine(NamedTuple):
+    """A machine, and the program that it grinds."""
+
+    plant: str
+    program: str
+
+    def __str__(self) -> str:
+        return f"{self.program} on {self.plant}"
+
+    @property
+    def family(self) -> str:
+        """Name of the family."""
+        return self.plant.partition(":")[0]
+
+    @property
+    def path(self) -> Path:
+        """File of the program."""
+        return PROGRAMS[self.program]
+
+    def job(self) -> Job:
+        """What is ground on it."""
+        return load_job(self.path.with_suffix(".toml"), plant=find_plant(self.plant))
+
+    def simulation(self, parts: int) -> JobSimulation:
+        """Episodes of so many parts on it."""
+        plant = None if self.plant == MODEL.name else self.plant
+        return load_simulation(str(self.path), None, parts, 1.0, "measured", plant=plant)
+
+
+def machines(families: tuple[str, ...] = (), seeds: int = SEEDS, programs: tuple[str, ...] = ()) -> list[Machine]:
+    """The machines of the study.
+
+    Args:
+        families: by name, `model` among them; () for all.
+        seeds: members of each family, with the seeds from 1.
+        programs: by name; () for all.
+    """
+    named = families or (MODEL.name, *(each.name for each in FAMILIES))
+    plants = [name for family in named for name in _members(family, seeds)]
+    return [Machine(plant, program) for program in programs or tuple(PROGRAMS) for plant in plants]
+
+
+def _members(family: str, seeds: int) -> list[str]:
+    return [family] if family == MODEL.name else [f"{family}:{seed}" for seed in range(1, seeds + 1)]

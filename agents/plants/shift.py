@@ -1,0 +1,102 @@
+"""A batch ground on a machine of the study, with E and D of whoever decides: what it costs, and what was read."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from grind_env.arrays import Array
+from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.tables import Outcome
+from grind_env.shop.advise.readings import Readings
+
+PARTS = 60
+LOTS = 1
+"""Seed of lots, stocks and noise: the same for all that is compared."""
+COST, GOOD = Outcome._fields.index("cost"), Outcome._fields.index("good")
+
+
+class Choice(NamedTuple):
+    """E and D of a block."""
+
+    speed: float
+    """mm/min."""
+    executions: int
+
+
+Decide = Callable[[int, Readings | None], Choice]
+"""What is chosen in a block, by its number from 0 and what was read of the block before."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shift:
+    """What a batch has come to.
+
+    Attributes:
+        cost: of each part, scrap at its price among it, $.
+        scrap: probability that each part is scrap.
+        speeds: E of each block, mm/min.
+        executions: D of each block.
+        power: highest load that was read in each block, over the limit above idle.
+        size: size error that was read of each part, over the tolerance.
+    """
+
+    cost: Array
+    scrap: Array
+    speeds: Array
+    executions: Array
+    power: Array
+    size: Array
+
+    @property
+    def mean_cost(self) -> float:
+        """$ a part."""
+        return float(self.cost.mean())
+
+    @property
+    def mean_scrap(self) -> float:
+        """Share of the parts."""
+        return float(self.scrap.mean())
+
+    @property
+    def in_a_row(self) -> int:
+        """How often a block after one that was read beyond the limit of power was beyond it, too."""
+        beyond = self.power > 1.0
+        return int((beyond[1:] & beyond[:-1]).sum())
+
+
+def ground(simulation: JobSimulation, decide: Decide, seed: int = LOTS) -> Shift:
+    """Grind a batch, block by block."""
+    episodes = simulation.start([np.random.default_rng(seed)])
+    job, blocks = simulation.job, simulation.blocks
+    cost, scrap = np.zeros(simulation.parts), np.zeros(simulation.parts)
+    speeds, executions, power = (np.zeros(len(blocks)) for _ in range(3))
+    size, readings = np.zeros(simulation.parts), None
+    for number, block in enumerate(blocks):
+        choice = decide(number, readings)
+        outcomes, _ = simulation.step(episodes, np.array([choice.speed]), np.array([float(choice.executions)]))
+        cost[block.part] += outcomes[0, COST]
+        scrap[block.part] = 1.0 - outcomes[0, GOOD]
+        readings = read(simulation, episodes, number)
+        speeds[number], executions[number] = choice
+        power[number] = (readings.peak_power or 0.0) / job.limits.power
+        if readings.size_error is not None:
+            size[block.part] = abs(readings.size_error) / job.part.tolerance
+    return Shift(cost=cost, scrap=scrap, speeds=speeds, executions=executions, power=power, size=size)
+
+
+def read(simulation: JobSimulation, episodes: Any, number: int) -> Readings:
+    """What meter and gauges have shown of a block, as somebody would type it."""
+    seen = {name: float(value[0]) for name, value in simulation.read(simulation.observe(episodes)).items()}
+    power = {name: seen[name] or None for name in ("mean_power", "first_power", "peak_power")}
+    if not simulation.blocks[number].finished:
+        return Readings(**power)
+    gauged = round(seen["parts_since_gauged"]) == 1 and seen["roughness"] > 0.0
+    return Readings(
+        **power,
+        size_error=seen["size_error"],
+        diameter=seen["diameter"],
+        new_lot=seen["new_lot"] > 0.5,
+        Ra_before=seen["roughness"] * simulation.job.limits.roughness if gauged else None,
+    )
