@@ -109,8 +109,9 @@ def _mix(members: list[tuple[str, Family, int]]) -> Plant:
     """Of names, families and seeds, in the order of a mix."""
     families = tuple(family for _, family, _ in members)
     named = [family.name for family in families]
-    if twice := [name for name in named if named.count(name) > 1]:
-        raise PlantError(f"a mix has one machine of a family, but two of {quoted(twice[0])}: leave one of them out")
+    twice = next((name for number, name in enumerate(named) if name in named[:number]), None)
+    if twice is not None:
+        raise PlantError(f"a mix has one machine of a family, but two of {quoted(twice)}: leave one of them out")
     replacing = [family.name for family in families if family.wraps is not None]
     if len(replacing) > 1:
         raise PlantError(f"{' and '.join(replacing)} each say what grinds, and a mix has one of these: leave one out")
@@ -183,7 +184,7 @@ def _imported(module: str, name: str, text: str, allowed: bool) -> Plant | Famil
         )
     try:
         found = getattr(import_module(module), name)
-    except Exception as error:  # whatever the code of another does
+    except (Exception, SystemExit) as error:  # whatever the code of another does
         raise PlantError(f"{quoted(text)} names no machine ({reason(error)}): name {FORMS}") from None
     if not isinstance(found, Plant | Family):
         raise PlantError(

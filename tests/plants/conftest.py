@@ -32,5 +32,6 @@ def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     """Name of a module of one's own, that can be imported, with machines in it."""
     (tmp_path / "my_machines.py").write_text(OWN)
     (tmp_path / "my_mistake.py").write_text("1 / 0\n")
+    (tmp_path / "my_end.py").write_text("raise SystemExit('good bye')\n")
     monkeypatch.syspath_prepend(tmp_path)
     return "my_machines"

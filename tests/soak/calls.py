@@ -155,7 +155,7 @@ class _Play:
         return rng.choice(
             (
                 *(value, {}, None, {"split": rng.choice(SPLITS)}, {"context": value}, {"context": {"E": value}}),
-                *({"context": {"wear": value, "\x1b": 1}}, {"no such": value}, {7: 8}),
+                *({"context": {"wear": value, "\x1b": 1}}, {"no such": value}, {7: 8}, {"plant": value}),
                 *({"reset_mask": value}, {"reset_mask": np.ones(max(self.count, 1), bool)}),
                 *({"reset_mask": np.zeros(max(self.count, 1), bool)}, {"reset_mask": np.arange(self.count) == 0}),
             )

@@ -10,21 +10,33 @@ import json
 import os
 import random
 import shutil
+import sys
 import tempfile
 import warnings
 from pathlib import Path
 
 from grind_env.errors import GrindError
 from grind_env.files import FORMULA
-from tests.soak.hostile import MARKUP, lay
+from tests.soak.hostile import CANARY, MARKUP, lay
 from tests.soak.limits import TooSlowError, limited, room
 from tests.soak.part import Part, Tried, broken, fallen, refused
-from tests.soak.readers import READS, Read, call, good_files
+from tests.soak.readers import NAME, READS, Read, call, good_files
 from tests.test_printable import CONTROLS
 
 ROOM = 1 << 30
 """Bytes that a file may make a process grow by."""
 TOKEN = "canary-5c19"
+RAN = "ran.txt"
+MODULE = f"""
+from pathlib import Path
+
+Path("{RAN}").write_text("imported")
+
+def __getattr__(name):
+    Path("{RAN}").write_text(name)
+    raise AttributeError(name)
+"""
+"""Leaves a file behind where its code is run."""
 STATUSES = (0, 1, 3)
 """Of a command that has done its work."""
 LAID = 0.08
@@ -41,6 +53,9 @@ def prepare() -> None:
     FOLDER.append(Path(tempfile.mkdtemp(prefix="soak-good-")))
     good_files(FOLDER[0])
     os.chdir(before)
+    modules = tempfile.mkdtemp(prefix="soak-modules-")
+    Path(modules, f"{CANARY}.py").write_text(MODULE)
+    sys.path.append(modules)
 
 
 class _copied:
@@ -71,7 +86,7 @@ def attempt(seed: int) -> Tried:
             _read(read, inside)
     with _copied() as inside:
         path = inside / read.file
-        if rng.random() < LAID:
+        if read.file != NAME and rng.random() < LAID:
             os.chdir(path.parent)
             lay(Path(path.name), rng)
             os.chdir(inside)
@@ -86,6 +101,8 @@ def attempt(seed: int) -> Tried:
             return fallen(error, shown)
         except Exception as error:
             return fallen(error, shown)
+        if read.file != NAME and (inside / RAN).exists():
+            return broken("runs code", shown)
         wrong = _written(inside)
         if wrong:
             return broken(*wrong)

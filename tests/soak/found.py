@@ -3,13 +3,14 @@
 from dataclasses import replace
 from typing import Any
 
-from grind_env.machine.job import Job, PartConditions, Times, WheelStart
+from grind_env.machine.job import Job, PartConditions, Station, Times, WheelStart
 from tests.machine.harness import CATALOGUE, DRESS, job
 
 HEAD = "G71 G94 G90 G19\nG00 Y20.\nG00 X-30. Z-2.5\nG01 Y0 F500.\n"
 CYCLE = "G82 X230. I-30. Y-.03 J-.01 L1 F600. E12000. P9100\n"
 """Comes to its end at the primary point."""
 TO_SECONDARY = CYCLE.replace("L1", "L2")
+DRESSED = CYCLE.replace("P9100", "P9100 D1")
 PICKED = CYCLE.replace("J-.01", "J-.05")
 FED = "G81 X230. I-30. E12000.\nG01 Y-.01 F.4\nG01 Y-.02 F3.\n"
 OFF = "G80\nG00 Y20.\nM00\n"
@@ -25,6 +26,13 @@ def weak(power: float, **setup: Any) -> Job:
     """A job with a spindle of that power, W."""
     machine = replace(CATALOGUE.machine("default"), power_limit=power)
     return job(tolerance=30.0, setup={"machine": machine, **setup})
+
+
+def stations() -> Job:
+    """A job of two parts on the table, with a wheel that the first dress wears out."""
+    worn = replace(job(wheel_start=WheelStart(diameter=220.03)), times=Times(wheel_change=240.0))
+    other = Station(name="right", offset="G55", origin=(500.0, 0.0, 0.0), part=worn.part)
+    return replace(worn, stations=(Station(name="left", offset="G54", part=worn.part), other))
 
 
 DEEPER = CYCLE.replace("Y-.03", "Y-.04")
@@ -72,9 +80,13 @@ FOUND: dict[str, tuple[str, Job]] = {
             parts=(PartConditions(factors={"kA": 2.0}, new_wheel_factors={"kA": 0.6}),) * 3,
         ),
     ),
+    "a wheel that is changed between two stations": (
+        "".join(f"{offset}\n{HEAD}{DRESSED}G80\nG00 Y60.\n" for offset in ("G54", "G55")) + "M30\n",
+        stations(),
+    ),
     "dresses that leave variables behind": ((HEAD + CYCLE + DEEPER + END + LEAVING).replace("P9100", "P9300"), job()),
     "dresses that make a wheel too small": (
-        HEAD + CYCLE.replace("P9100", "P9100 D1") + OFF + HEAD + CYCLE.replace("P9100", "P9100 D3") + END,
+        HEAD + DRESSED + OFF + HEAD + CYCLE.replace("P9100", "P9100 D3") + END,
         job(wheel_start=WheelStart(diameter=220.1)),
     ),
     "a wheel of which nothing is left": (

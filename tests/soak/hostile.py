@@ -22,6 +22,14 @@ WORDS = (
 )
 NUMBER = re.compile(r"-?\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+")
 WORD = re.compile(r'"[^"\n]*"')
+MACHINE = re.compile(r"[a-z-]+:\d+")
+"""The name of a plant."""
+SEEDS = (
+    *("0", "4294967295", "4294967296", "-1", "1.5", "1e3", "0x7", "\u0663", "", " 7", "7\n"),
+    *("9" * 5000, "0" * 5000 + "7"),
+)
+CANARY = "canary_5c19"
+"""A module that can be imported, and tells of it if it is."""
 LONG = 1_000_000
 """Bytes beyond which no more is done to a file."""
 SPARSE = 70_000_000
@@ -159,6 +167,29 @@ def tensors(data: bytes, rng: random.Random) -> bytes:
         body = bytes(values)
     length = len(header) if kind < 4 else rng.choice((2**63, 2**40, 0, size - 1, size + 1, 100_000_000))
     return struct.pack("<Q", length) + header + body
+
+
+def named(data: bytes, rng: random.Random) -> bytes:
+    """A file in which the name of a plant stands, with another: of the same family, or of none that there is."""
+    if rng.random() < 0.2:
+        return mutated(data, rng)
+    good = MACHINE.search(data.decode())
+    assert good is not None
+    family, own = good[0].partition(":")[0], f"{CANARY}:MACHINE"
+    others = (
+        *(family, f"{family}:{rng.choice(SEEDS)}", f"{family}:{rng.getrandbits(32)}", "model", good[0].upper()),
+        *(
+            f"{good[0]}+{good[0]}",
+            f"{good[0]}+",
+            f"{good[0]}+" * 100_000 + good[0],
+            "foreign:1+bursts:2",
+            "held-out:5+meter:1",
+        ),
+        *(own, f"{own}:7", f"{own}:7+{good[0]}", f"{good[0]}+{own}:7", f"{CANARY}:", f"./{own}"),
+        *("os:system", "sys:exit:1", "no.such:x", "..:x", "a:b:c:d", f"{family}::7", "held-out:5+meter:1"),
+        *(rng.choice(WORDS), rng.choice(NUMBERS)),
+    )
+    return MACHINE.sub(lambda _: rng.choice(others), data.decode(), count=1).encode("utf-8", "surrogateescape")
 
 
 def lay(path: Path, rng: random.Random) -> None:

@@ -17,7 +17,7 @@ from agents.learning.curve import Point, write_curve
 from grind_env.cli import main
 from grind_env.policies.naming import chosen_policy
 from grind_env.policies.problem import find_problem
-from tests.soak.hostile import mutated, tensors
+from tests.soak.hostile import mutated, named, tensors
 from tests.test_files import READERS
 
 PACKAGE = Path(grind_env.__file__).parent
@@ -35,6 +35,9 @@ SETTINGS = (
 )
 MAP = '[log]\ntime = "time"\npower = 2\npower_unit = "W"\n[gauge]\nsize = "size"\nsize_unit = "um"\n'
 TASK = 'base = "power_limited"\nblocks = 4\n[setup]\nwheel = "a60j"\n[catalogue]\nfiles = ["shop.toml"]\n'
+PLANT = "meter:7"
+NAME = "plant.txt"
+"""A file of the name that stands in a command line where its own name does."""
 PARTS = "\n[[parts]]\nstock = 0.11\n[parts.factors]\nkA = 1.1\n"
 LEFT_OUT = re.compile(r"^#(\w+ = .)", re.MULTILINE)
 """A key of the job that `grind init` writes with its default."""
@@ -65,6 +68,12 @@ CURVES = [each.name for each in fields(Point) if each.name != "steps"]
 ADVISE = "advise part.nc --parts 2 --policy handbook --json"
 CALIBRATE = "calibrate log.csv --program part.nc --job part.toml"
 OUT = "--record out.csv"
+SWEEP = "sweep part.nc --parts 2 --E 8000..9000 --dress-every 1..2 -o out.nc"
+OPTIMISE = "optimise part.nc --parts 2 --budget 0.1s -o out.nc"
+ON_PLANTS = (
+    *(f"run part.nc {OUT}", "run part.nc --json", "evaluate --policy E12D1 --episodes 2", OPTIMISE),
+    *("evaluate --program part.nc --policy E12D1 --episodes 2", "play --policy handbook --no-window --output out.nc"),
+)
 READS = (
     Read("part.nc", "check part.nc", weight=3.0),
     Read("part.nc", "check part.nc --job part.toml --json", weight=2.0),
@@ -74,8 +83,8 @@ READS = (
     Read("part.nc", "figure cycle part.nc -o out.svg", weight=0.3),
     Read("part.nc", "evaluate --program part.nc --policy E12D1 --episodes 2"),
     Read("part.nc", "play --program part.nc --policy E12D1 --no-window --output out.nc"),
-    Read("part.nc", "sweep part.nc --parts 2 --E 8000..9000 --dress-every 1..2 -o out.nc", 30.0, weight=0.2),
-    Read("part.nc", "optimise part.nc --parts 2 --budget 0.1s -o out.nc", 60.0, weight=0.1),
+    Read("part.nc", SWEEP, 30.0, weight=0.2),
+    Read("part.nc", OPTIMISE, 60.0, weight=0.1),
     Read("part.nc", ADVISE),
     Read("O9100.nc", f"run calling.nc --job part.toml {OUT}"),
     Read("part.toml", f"run part.nc {OUT}", weight=4.0),
@@ -111,6 +120,17 @@ READS = (
     Read("settings.csv", "calibrate settings.csv --job part.toml -o out.toml", 60.0),
     Read("tuned/oracle6.toml", "evaluate --task oracle6 --policy handbook --configs tuned --episodes 2", weight=2.0),
     Read("tuned/oracle6.toml", lambda path: _tuned(path.parent), weight=2.0),
+    *(Read(NAME, f"{words} --plant {NAME}", 30.0, named) for words in ON_PLANTS),
+    Read("plant.toml", f"run part.nc --job plant.toml {OUT}", change=named, weight=2.0),
+    Read("plant.toml", "check part.nc --job plant.toml", change=named),
+    Read("plant.toml", "report part.nc --job plant.toml -o out.html", change=named, weight=0.3),
+    Read("plant.toml", "evaluate --program part.nc --job plant.toml --policy E12D1 --episodes 2", 30.0, named),
+    Read("plant.toml", f"{SWEEP} --job plant.toml", 30.0, named, weight=0.2),
+    Read("plant.toml", f"{OPTIMISE} --job plant.toml", 60.0, named, weight=0.1),
+    Read("plant.toml", f"{ADVISE} --job plant.toml", change=named),
+    Read("plant_task.toml", "tasks plant_task.toml", change=named),
+    Read("plant_task.toml", "evaluate --task plant_task.toml --policy E12D1 --episodes 2", 30.0, named),
+    Read("plant_task.toml", "play --task plant_task.toml --policy handbook --no-window --output out.nc", 30.0, named),
     *(
         Read(f"read/{name}", read, change=tensors if name.endswith(".safetensors") else mutated)
         for name, read in READERS.items()
@@ -141,6 +161,9 @@ def good_files(folder: Path) -> None:
         "settings.csv": SETTINGS,
         "map.toml": MAP,
         "task.toml": TASK,
+        NAME: PLANT,
+        "plant.toml": f'plant = "{PLANT}"\n{part}',
+        "plant_task.toml": f'plant = "held-out:5"\n{TASK}',
         "whole_task.toml": (PACKAGE / "envs" / "tasks" / "job_shop.toml").read_text("utf-8"),
         "values.nc": "#101=12000.\n#102=1\n",
         "rich.toml": "[setup]".join([before, LEFT_OUT.sub(r"\1", behind)]) + PARTS,
@@ -193,11 +216,13 @@ class Said:
 
 def call(words: str, typed: bytes = b"") -> Said:
     """Run a command of `grind` in this process."""
+    name = Path(NAME)
+    typed_words = [name.read_text("utf-8", "surrogateescape") if each == NAME else each for each in words.split()]
     out, error = io.StringIO(), io.StringIO()
     stdin = io.TextIOWrapper(io.BytesIO(typed), encoding="utf-8")
     try:
         with redirect_stdout(out), redirect_stderr(error), patch.object(sys, "stdin", stdin):
-            main(words.split())
+            main(typed_words)
     except SystemExit as end:
         return Said(int(end.code or 0), out.getvalue(), error.getvalue())
     raise AssertionError("a command ends by SystemExit")

@@ -9,11 +9,13 @@ from pathlib import Path
 
 import pytest
 
+from grind_env.plants import find_plant
 from tests.patience import wait_until
 from tests.soak import __main__ as soak
 from tests.soak import files
 from tests.soak.counts import Counts, load
 from tests.soak.files import PART as FILES
+from tests.soak.hostile import CANARY
 from tests.soak.kills import COMMANDS
 from tests.soak.part import Part, Tried
 from tests.soak.readers import READS, Read, Said
@@ -173,6 +175,18 @@ def test_what_a_command_may_not_write_is_seen(
     monkeypatch.setattr(files, "READS", [Read("part.nc", "run part.nc")])
     monkeypatch.setattr(files, "call", call)
     assert FILES.attempt(1).kind == kind
+
+
+def test_code_that_a_file_names_and_that_is_run_is_seen(prepared: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    def attempt(read: Read) -> str:
+        monkeypatch.setattr(files, "READS", [read])
+        return FILES.attempt(1).kind
+
+    def runs(path: Path) -> object:
+        return find_plant(f"{CANARY}:MACHINE", modules=True)
+
+    assert attempt(Read("part.nc", runs)) == "runs code"
+    assert attempt(Read("part.nc", lambda path: find_plant(f"{CANARY}:MACHINE"))) == ""
 
 
 @pytest.mark.parametrize(
