@@ -1,1 +1,1 @@
-"""How advice holds on machines that are not the model: the study of calibration, search, adviser and guarded policies."""
+"""How advice holds on machines that are not the model: calibration, search and adviser, on members of all families."""

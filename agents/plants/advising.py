@@ -33,6 +33,7 @@ def advise_on(machine: Machine, parts: int = PARTS) -> dict[str, Shift]:
         "program": ground(simulation, lambda k, _: Choice(*own(simulation, k))),
         "plan": min(planned, key=lambda shift: shift.mean_cost),
         "floor": ground(simulation, Floor(model)),
+        "trusting": ground(simulation, advised(model, policy_for(None, model))),
         "adviser": ground(simulation, advised(model, policy_for(None, model))),
     }
 

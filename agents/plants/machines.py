@@ -1,8 +1,10 @@
 """The machines of the study: members of every family, each with every program, and the machine that is the model."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from agents.budgets import STUDY_MACHINES
 from grind_env import examples
 from grind_env.envs.job.loading import load_simulation
 from grind_env.envs.job.simulation import JobSimulation
@@ -17,10 +19,9 @@ PROGRAMS = {
     "die": Path(__file__).with_name("parts") / "die_g82.nc",
 }
 """Part programs by their names in tables; each has its job beside it."""
+FAMILY_NAMES = (MODEL.name, *(each.name for each in FAMILIES))
 KEPT_OUT = ("bursts", "graded")
 """Families on which nothing of the package was tuned."""
-SEEDS = 5
-"""Machines of a family."""
 
 
 class Machine(NamedTuple):
@@ -52,17 +53,12 @@ class Machine(NamedTuple):
         return load_simulation(str(self.path), None, parts, 1.0, "measured", plant=plant)
 
 
-def machines(families: tuple[str, ...] = (), seeds: int = SEEDS, programs: tuple[str, ...] = ()) -> list[Machine]:
-    """The machines of the study.
-
-    Args:
-        families: by name, `model` among them; () for all.
-        seeds: members of each family, with the seeds from 1.
-        programs: by name; () for all.
-    """
-    named = families or (MODEL.name, *(each.name for each in FAMILIES))
-    plants = [name for family in named for name in _members(family, seeds)]
-    return [Machine(plant, program) for program in programs or tuple(PROGRAMS) for plant in plants]
+def machines(
+    families: Sequence[str] = FAMILY_NAMES, seeds: int = STUDY_MACHINES, programs: Sequence[str] = tuple(PROGRAMS)
+) -> list[Machine]:
+    """The machines of the study: of each family those with the seeds from 1, each with every program."""
+    plants = [name for family in families for name in _members(family, seeds)]
+    return [Machine(plant, program) for program in programs for plant in plants]
 
 
 def _members(family: str, seeds: int) -> list[str]:

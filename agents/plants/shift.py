@@ -1,7 +1,7 @@
 """A batch ground on a machine of the study, with E and D of whoever decides: what it costs, and what was read."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,7 +11,8 @@ from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.tables import Outcome
 from grind_env.shop.advise.readings import Readings
 
-PARTS = 60
+PARTS, EARLY = 60, 14
+"""Of a batch, and those in which an adviser may still feel its way."""
 LOTS = 1
 """Seed of lots, stocks and noise: the same for all that is compared."""
 COST, GOOD = Outcome._fields.index("cost"), Outcome._fields.index("good")
@@ -59,6 +60,16 @@ class Shift:
         """Share of the parts."""
         return float(self.scrap.mean())
 
+    def numbers(self) -> dict[str, float]:
+        """What tables show of it; `late` is what parts cost from the 15th on."""
+        return {
+            "cost": self.mean_cost,
+            "late": float(self.cost[EARLY:].mean()),
+            "scrap": self.mean_scrap,
+            "in_a_row": float(self.in_a_row),
+            "dresses": float(self.executions.sum()),
+        }
+
     @property
     def in_a_row(self) -> int:
         """How often a block after one that was read beyond the limit of power was beyond it, too."""
@@ -89,12 +100,13 @@ def ground(simulation: JobSimulation, decide: Decide, seed: int = LOTS) -> Shift
 def read(simulation: JobSimulation, episodes: Any, number: int) -> Readings:
     """What meter and gauges have shown of a block, as somebody would type it."""
     seen = {name: float(value[0]) for name, value in simulation.read(simulation.observe(episodes)).items()}
-    power = {name: seen[name] or None for name in ("mean_power", "first_power", "peak_power")}
+    first, mean, peak = (seen[name] or None for name in ("first_power", "mean_power", "peak_power"))
+    readings = Readings(first_power=first, mean_power=mean, peak_power=peak)
     if not simulation.blocks[number].finished:
-        return Readings(**power)
+        return readings
     gauged = round(seen["parts_since_gauged"]) == 1 and seen["roughness"] > 0.0
-    return Readings(
-        **power,
+    return replace(
+        readings,
         size_error=seen["size_error"],
         diameter=seen["diameter"],
         new_lot=seen["new_lot"] > 0.5,

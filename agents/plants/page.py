@@ -1,0 +1,86 @@
+"""The tables of the study: on the screen, as a page, and every number as CSV."""
+
+import csv
+import io
+import re
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+
+from rich.table import Table
+
+from agents.plants.study import Cell, Found
+from agents.plants.verdicts import COLUMNS, Asked, family_rows, promises
+from agents.provenance import commit
+from grind_env.files import write_atomically
+from grind_env.pages.markdown import table
+from grind_env.targets import Own, check_own
+
+CSV, PAGE = "plants.csv", "plants.md"
+TITLE = "# Machines that are not the model"
+HEADER = ("question", "program", "plant", "what", "value", "commit")
+OWNED = {
+    CSV: Own("table of `python -m agents plants`", re.compile(",".join(HEADER).encode()).match),
+    PAGE: Own("page of `python -m agents plants`", re.compile(TITLE.encode()).match),
+}
+ASKED = ("question", "what", "found", "asked", "kept")
+
+
+def check_results(folder: Path) -> None:
+    """Find out whether a folder has files under the names of the tables that are none of its own.
+
+    Raises:
+        FileError: it has.
+    """
+    for name, own in OWNED.items():
+        check_own(folder / name, own, "--results")
+
+
+def rich_tables(found: Mapping[Cell, Found]) -> list[Table]:
+    """A table of each question, with a line a family, and what is asked."""
+    tables = []
+    for question in dict.fromkeys(cell.question for cell in found):
+        shown = Table("family", "machines", *COLUMNS[question], title=question)
+        for row in family_rows(found, question):
+            shown.add_row(*row)
+        tables.append(shown)
+    shown = Table(*ASKED)
+    for question, each in promises(found):
+        shown.add_row(question, *_cells(each))
+    return [*tables, shown]
+
+
+def write(found: Mapping[Cell, Found], folder: Path) -> None:
+    """Write plants.csv and plants.md; errors as of `write_atomically`."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, content in ((CSV, csv_text(found)), (PAGE, page(found))):
+        write_atomically(folder / name, partial(_write, content))
+
+
+def csv_text(found: Mapping[Cell, Found]) -> str:
+    """What was found, a number a row."""
+    made_with, text = commit(), io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(HEADER)
+    for cell, numbers in found.items():
+        of = cell.question, cell.machine.program, cell.machine.plant
+        writer.writerows([(*of, what, f"{value:.6g}", made_with) for what, value in numbers.items()])
+    return text.getvalue()
+
+
+def page(found: Mapping[Cell, Found]) -> str:
+    """The tables, Markdown."""
+    parts = [TITLE, "`python -m agents plants`; means of the machines of a family."]
+    for question in dict.fromkeys(cell.question for cell in found):
+        parts += [f"## {question}", table(("family", "machines", *COLUMNS[question]), family_rows(found, question))]
+    parts += ["## What is asked", table(ASKED, [(question, *_cells(each)) for question, each in promises(found)])]
+    return "\n\n".join(parts) + "\n"
+
+
+def _cells(asked: Asked) -> tuple[str, ...]:
+    bound = f"{'at least' if asked.at_least else 'at most'} {asked.asked:g}"
+    return asked.what, f"{asked.found:.3g}", bound, "yes" if asked.kept else "NO"
+
+
+def _write(content: str, path: Path) -> None:
+    path.write_text(content, encoding="utf-8", newline="\n")

@@ -1,0 +1,152 @@
+"""The study: its cells, what is kept of them, and the table that they make."""
+
+import hashlib
+import json
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache, partial
+from pathlib import Path
+from typing import NamedTuple
+
+from rich.console import Console
+
+from agents.cells import RUNS, bare
+from agents.plants.machines import Machine
+from agents.pool import work_on_all
+from agents.provenance import ROOT
+from grind_env.errors import GrindError
+from grind_env.files import read_text, write_atomically
+
+QUESTIONS = ("calibrate", "optimise", "advise")
+DECIDING = (
+    *(f"grind_env/{each}" for each in ("shop", "policies", "belief", "plants", "process", "machine", "envs/job")),
+    "agents/plants",
+)
+"""Folders whose code decides what is found."""
+HOURS = {"calibrate": 0.006, "optimise": 0.02, "advise": 0.003}
+"""That a cell of a question takes on one core, by measurement."""
+
+Found = Mapping[str, float]
+
+
+class Cell(NamedTuple):
+    """A question about a machine."""
+
+    question: str
+    machine: Machine
+
+    def __str__(self) -> str:
+        return f"{self.question}: {self.machine}"
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Pattern of what is kept of it."""
+        return (f"plants/{self.question}/{self.machine.program}-{self.machine.plant.replace(':', '-')}.json",)
+
+    @property
+    def trains(self) -> bool:
+        """No agent is trained."""
+        return False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Request:
+    """How cells are worked on.
+
+    Attributes:
+        runs: folder of what is kept.
+    """
+
+    runs: Path = RUNS
+
+    @property
+    def size(self) -> int:
+        """A cell tells nothing on the way."""
+        return 1
+
+
+def find(cell: Cell, request: Request, advance: Callable[[int], object]) -> Found:
+    """What is found in a cell, which is kept with the code that found it."""
+    path = request.runs / cell.files[0]
+    if (kept := _kept(path)) is not None:
+        return kept
+    before = time.process_time()
+    found = dict(_answer(cell)) | {"cpu_seconds": time.process_time() - before}
+    path.parent.mkdir(parents=True, exist_ok=True)
+    text = json.dumps({"code": code(), "found": found})
+    write_atomically(path, partial(_write, text))
+    advance(1)
+    return found
+
+
+def _answer(cell: Cell) -> Found:
+    if cell.question == "calibrate":
+        from agents.plants.calibrating import calibrate_on
+
+        return calibrate_on(cell.machine)
+    if cell.question == "optimise":
+        from agents.plants.optimising import optimise_on
+
+        return optimise_on(cell.machine)
+    from agents.plants.advising import advise_on
+
+    return {
+        f"{who}_{what}": value
+        for who, shift in advise_on(cell.machine).items()
+        for what, value in shift.numbers().items()
+    }
+
+
+def _kept(path: Path) -> Found | None:
+    if not path.exists():
+        return None
+    held = json.loads(read_text(path))
+    return dict(held["found"]) if held["code"] == code() else None
+
+
+@cache
+def code() -> str:
+    """Stands for the code that decides what is found."""
+    digest = hashlib.sha256()
+    for folder in DECIDING:
+        for path in sorted((ROOT / folder).rglob("*")):
+            if path.suffix == ".py":
+                digest.update(bare(path.read_text(encoding="utf-8")).encode())
+            elif path.suffix in (".toml", ".nc"):
+                digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def run_study(
+    machines: Sequence[Machine],
+    questions: Sequence[str],
+    *,
+    jobs: int,
+    console: Console,
+    runs: Path = RUNS,
+) -> dict[Cell, Found]:
+    """Ask every question of every machine; what the same code has found before is taken up again.
+
+    Args:
+        machines: of the study.
+        questions: among `QUESTIONS`.
+        jobs: processes.
+        console: shows how far it is.
+        runs: folder of what is kept, in its sub-folder `plants`.
+
+    Raises:
+        GrindError: a cell failed.
+    """
+    cells = [Cell(question, machine) for question in questions for machine in machines]
+    waiting = [cell for cell in cells if _kept(runs / cell.files[0]) is None]
+    hours = sum(HOURS[cell.question] for cell in waiting)
+    console.print(f"{len(cells)} cells, {len(waiting)} of them to be worked on: about {hours:.1f} core-hours")
+    found, failed = work_on_all(cells, Request(runs=runs), jobs, console, find)
+    if failed:
+        raise GrindError(f"{len(failed)} of {len(cells)} cells failed: {next(iter(failed.values()))}")
+    return dict(zip(cells, found, strict=True))
+
+
+def _write(content: str, path: Path) -> None:
+    path.write_text(content, encoding="utf-8", newline="\n")

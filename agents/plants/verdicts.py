@@ -1,0 +1,159 @@
+"""What is asked of tools on machines that are not the model, and how far they hold it."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from agents.plants.machines import KEPT_OUT
+from agents.plants.study import Cell, Found
+from grind_env.arrays import Array
+from grind_env.plants.names import MODEL
+
+OWN_FAMILY = MODEL.name
+Rows: TypeAlias = Sequence[tuple[Cell, Found]]
+
+
+class Asked(NamedTuple):
+    """A promise: that a number is at most, or at least, another one."""
+
+    what: str
+    found: float
+    asked: float
+    at_least: bool = False
+
+    @property
+    def kept(self) -> bool:
+        """Whether it holds."""
+        return self.found >= self.asked if self.at_least else self.found <= self.asked
+
+
+def promises(found: Mapping[Cell, Found]) -> list[tuple[str, Asked]]:
+    """All that can be judged by what was found, each with its question."""
+    asked = list[tuple[str, Asked]]()
+    for question, judged in JUDGED.items():
+        rows = [(cell, numbers) for cell, numbers in found.items() if cell.question == question]
+        if not rows:
+            continue
+        others = [row for row in rows if row[0].machine.family != OWN_FAMILY]
+        own = [row for row in rows if row[0].machine.family == OWN_FAMILY]
+        asked += [(question, each) for each in judged(others, own) if np.isfinite(each.found)]
+    return asked
+
+
+def column(rows: Rows, name: str) -> Array:
+    """A number of each cell; NaN where it has none."""
+    return np.array([numbers.get(name, np.nan) for _, numbers in rows])
+
+
+def by_family(rows: Rows, number: Callable[[Rows], float]) -> dict[str, float]:
+    """A number of each family."""
+    families = dict.fromkeys(cell.machine.family for cell, _ in rows)
+    return {family: number([row for row in rows if row[0].machine.family == family]) for family in families}
+
+
+def _worst(numbers: Mapping[str, float]) -> float:
+    return max(numbers.values(), default=np.nan)
+
+
+def _mean(values: Array) -> float:
+    return float(values.mean()) if values.size else math.nan
+
+
+def _median(values: Array) -> float:
+    return float(np.median(values)) if values.size else math.nan
+
+
+def _most(values: Array) -> float:
+    return float(np.nanmax(values)) if np.isfinite(values).any() else np.nan
+
+
+def _calibrate(others: Rows, own: Rows) -> list[Asked]:
+    def over(rows: Rows) -> float:
+        return _mean(column(rows, "error")) / _mean(column(rows, "regression"))
+
+    return [
+        Asked("error over that of a regression, worst family", _worst(by_family(others, over)), 1.0),
+        Asked("the same where the machine is the model", over(own) if own else np.nan, 0.5),
+    ]
+
+
+def _optimise(others: Rows, own: Rows) -> list[Asked]:
+    cost, original = column(others, "calibrated_cost"), column(others, "original")
+    low, high = column(others, "calibrated_low"), column(others, "calibrated_high")
+    scrap, scrap_before = column(others, "calibrated_scrap"), column(others, "original_scrap")
+    plain, known = column(others, "uncalibrated_cost"), np.isfinite(cost)
+    gain, best = (original - cost)[known], (original - column(others, "known_cost"))[known]
+    own_gain = column(own, "original") - column(own, "calibrated_cost")
+    own_best = column(own, "original") - column(own, "known_cost")
+    return [
+        Asked(
+            "calibrated: cost within the promised interval, share",
+            _mean(((cost >= low) & (cost <= high))[known]),
+            0.8,
+            True,
+        ),
+        Asked(
+            "calibrated: width of the interval over the cost, median",
+            _median(((high - low) / cost)[known]),
+            0.25,
+        ),
+        Asked(
+            "calibrated: scrap beyond 1 % or the original's, worst, %",
+            100.0 * _most(scrap - np.maximum(scrap_before, 0.01)),
+            0.0,
+        ),
+        Asked("calibrated: cost over the original's, worst", _most(cost / original), 1.05),
+        Asked(
+            "calibrated: of what a search with the machine as model wins, share", _mean(gain) / _mean(best), 0.5, True
+        ),
+        Asked("calibrated, machine is the model: the same", _mean(own_gain) / _mean(own_best), 0.9, True),
+        Asked("uncalibrated: scrap, worst, %", 100.0 * _most(column(others, "uncalibrated_scrap")), 2.0),
+        Asked("uncalibrated: cost over the original's, worst", _most(plain / original), 1.5),
+    ]
+
+
+def _advise(others: Rows, own: Rows) -> list[Asked]:
+    cost, plan = column(others, "adviser_cost"), column(others, "plan_cost")
+
+    def over(rows: Rows) -> float:
+        return _mean(column(rows, "adviser_cost")) / _mean(column(rows, "floor_cost"))
+
+    def given_away(what: str) -> float:
+        program, trusting, adviser = (column(own, f"{who}_{what}") for who in ("program", "trusting", "adviser"))
+        return 100.0 * _most((adviser - trusting) / (program - trusting))
+
+    return [
+        Asked("over an adviser without a model, worst family", _worst(by_family(others, over)), 1.05),
+        Asked("over the best of 15 fixed plans, mean", _mean(cost / plan), 1.15),
+        Asked("the same, worst machine", _most(cost / plan), 1.5),
+        Asked("scrap, worst machine, %", 100.0 * _most(column(others, "adviser_scrap")), 3.0),
+        Asked(
+            "blocks beyond the power after one that was read so",
+            _most(column(others, "adviser_in_a_row")),
+            0.0,
+        ),
+        Asked("given away on the model, %", given_away("cost"), 10.0),
+        Asked("the same from part 15 on, %", given_away("late"), 3.0),
+    ]
+
+
+JUDGED = {"calibrate": _calibrate, "optimise": _optimise, "advise": _advise}
+COLUMNS = {
+    "calibrate": ("error", "catalogue", "regression"),
+    "optimise": ("original", "uncalibrated_cost", "calibrated_cost", "known_cost", "calibrated_scrap"),
+    "advise": ("program_cost", "plan_cost", "floor_cost", "trusting_cost", "adviser_cost", "adviser_scrap"),
+}
+
+
+def family_rows(found: Mapping[Cell, Found], question: str) -> list[tuple[str, ...]]:
+    """A line a family: means of its machines."""
+    rows = [(cell, numbers) for cell, numbers in found.items() if cell.question == question]
+    lines = []
+    for family in dict.fromkeys(cell.machine.family for cell, _ in rows):
+        mine = [row for row in rows if row[0].machine.family == family]
+        values = [_mean(column(mine, name)) for name in COLUMNS[question]]
+        name = f"{family} (kept out)" if family in KEPT_OUT else family
+        lines.append((name, f"{len(mine)}", *(f"{value:.3g}" for value in values)))
+    return lines
