@@ -8,7 +8,8 @@ import numpy as np
 from grind_env.envs.actions import ActionError
 from grind_env.envs.tasks import TaskError
 
-OBSERVATIONS = ("measured", "full")
+SHOWN = ("measured", "full")
+"""Of observation and info: what a shop knows, or what is hidden from it, too."""
 
 
 def check_count(name: str, count: object) -> int:
@@ -127,15 +128,19 @@ def check_variables(variables: object) -> list[str]:
     return [each for each in variables.split(",") if each.strip()]
 
 
-def is_full(observation: object) -> bool:
-    """Whether the hidden state is asked for.
+def is_full(shown: object, name: str = "observation") -> bool:
+    """Whether what is hidden is asked for, too.
+
+    Args:
+        shown: the value of an argument.
+        name: of the argument.
 
     Raises:
-        TaskError: if `observation` is neither `"measured"` nor `"full"`.
+        TaskError: if it is neither `"measured"` nor `"full"`.
     """
-    if not isinstance(observation, str) or observation not in OBSERVATIONS:
-        raise TaskError(f"observation is {observation!r}, but must be one of {', '.join(OBSERVATIONS)}")
-    return observation == "full"
+    if not isinstance(shown, str) or shown not in SHOWN:
+        raise TaskError(f"{name} is {shown!r}, but must be one of {', '.join(SHOWN)}")
+    return shown == "full"
 
 
 def refuse_render(render_mode: object, known: tuple[str, ...] = ()) -> None:
