@@ -1,12 +1,13 @@
 """What the constructors of the environments are given: a value of a wrong type is refused before it does harm."""
 
-import math
 import os
+from typing import Any
 
 import numpy as np
 
 from grind_env.envs.actions import ActionError
 from grind_env.envs.tasks import TaskError
+from grind_env.errors import quoted
 
 SHOWN = ("measured", "full")
 """Of observation and info: what a shop knows, or what is hidden from it, too."""
@@ -96,9 +97,10 @@ def check_number(name: str, value: object, low: float, high: float) -> None:
     Raises:
         TaskError: if it is none, or lies outside `low`..`high`.
     """
-    number = float(value) if isinstance(value, int | float | np.integer | np.floating) else math.nan
-    if isinstance(value, bool) or not low <= number <= high:
-        raise TaskError(f"{name} is {value!r}, but must be a number from {low:g} to {high:g}")
+    is_number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+    number: Any = value  # not as a float, which cannot be as large as an int
+    if not (is_number and low <= number <= high):
+        raise TaskError(f"{name} is {quoted(value)}, but must be a number from {low:g} to {high:g}")
 
 
 def check_file(name: str, value: object) -> None:

@@ -513,7 +513,7 @@ def test_a_program_of_grooves_alone_has_nothing_to_choose(tmp_path: Path) -> Non
 
 def test_arguments_out_of_range_are_refused(batch: str) -> None:
     assert "measured, full" in refusal(GrindError, job_env.make, batch, observation="hidden")
-    for spread in (-0.1, float("nan"), 3.0):
+    for spread in (-0.1, float("nan"), 3.0, True, "1", 10**400, 10**5000):
         assert "from 0 to 2" in refusal(GrindError, job_env.make, batch, spread=spread)
     assert "'svg'" in refusal(GrindError, job_env.make, batch, render_mode="svg")
     assert "0" in refusal(GrindError, job_env.make_vector, program=batch, num_envs=0)
