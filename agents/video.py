@@ -14,6 +14,7 @@ from grind_env.control.rules import dresses_due
 from grind_env.envs.contexts import EVERY
 from grind_env.errors import GrindError
 from grind_env.files import write_atomically
+from grind_env.policies.held import model_beside, parted
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.problem import Problem
 from grind_env.render.frames import TALL, render
@@ -55,15 +56,20 @@ class Film:
 
 
 def watch(policy: Policy, problem: Problem, seed: int, frames: int, split: str = EVERY) -> Iterator[View]:
-    """The views of an episode: before the first step, then `frames` of each step, the last of them at rest."""
+    """The views of an episode: before the first step, then `frames` of each step, the last of them at rest.
+
+    On a machine that is not the model, the policy holds the model.
+    """
     env: Any = problem.make().unwrapped
     observation, _ = env.reset(seed=seed, options={"split": split})
-    policy.begin(env.simulation, 1)
+    model = model_beside(problem)
+    held, shown = model or env.simulation, parted(policy, env.simulation, model, env.episodes)
+    policy.begin(held, 1)
     view = _titled(env.view(), policy)
     yield view
     over = False
     while not over:
-        decision = policy.act(observation[None], reveal(policy.sees, env.simulation, env.episodes))
+        decision = policy.act(observation[None], reveal(policy.sees, held, shown(env.episodes)))
         observation, _, over, _, _ = env.step(env.codec.encode(*decision)[0])
         after = _titled(env.view(), policy)
         yield from (_in_motion(view, after, k, frames) for k in range(frames - 1))

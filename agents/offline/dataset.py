@@ -20,6 +20,7 @@ from grind_env.errors import GrindError
 from grind_env.files import FileError
 from grind_env.lock import alone
 from grind_env.policies.evaluation import start_episodes
+from grind_env.policies.held import model_beside, parted
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.problem import Problem
 
@@ -43,15 +44,19 @@ REWARD, GOOD, FINISHED = (Outcome._fields.index(name) for name in ("reward", "go
 
 
 def recorded(policy: Policy, problem: Problem, seeds: Sequence[int], split: str = EVERY) -> Recorded:
-    """Run a policy through the episode of each seed, side by side, and keep what it saw, did and earned."""
-    simulation, n = problem.simulation(), len(seeds)
+    """Run a policy through the episode of each seed, side by side, and keep what it saw, did and earned.
+
+    On a machine that is not the model, the policy holds the model.
+    """
+    simulation, model, n = problem.simulation(), model_beside(problem), len(seeds)
     codec = ActionCodec(simulation.task)
     episodes = start_episodes(simulation, seeds, split)
     observations, actions, outcomes = [simulation.observe(episodes)], [], []
     steps = np.zeros(n, np.int64)
-    policy.begin(simulation, n)
+    held, shown = model or simulation, parted(policy, simulation, model, episodes)
+    policy.begin(held, n)
     while (running := ~simulation.over(episodes)).any():
-        decision = policy.act(observations[-1], reveal(policy.sees, simulation, episodes))
+        decision = policy.act(observations[-1], reveal(policy.sees, held, shown(episodes)))
         actions.append(np.asarray(codec.encode(*decision), np.float32))
         choice = simulation.taken(episodes, codec.decode(actions[-1]))
         outcomes.append(advance(simulation, episodes, *choice)[0])

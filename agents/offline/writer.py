@@ -42,7 +42,7 @@ class Recorded(NamedTuple):
     steps: NDArray[np.int64]
     """Of each episode, shape (N,); what is behind its last one means nothing."""
     scrap: NDArray[np.float64]
-    """Probability that the part which a block finished is scrap, `info["cost"]` of the environment, shape (N, T)."""
+    """Probability that the part which a block finished is scrap, `cost` of its `info="full"`, shape (N, T)."""
 
 
 class Content(NamedTuple):
@@ -136,7 +136,7 @@ def write(content: Content) -> None:
 def environment_spec(problem: Problem) -> EnvSpec:
     """The environment of a dataset: the problem's own, with measured observations."""
     spec = gym.spec(problem.id)
-    return replace(spec, kwargs={**spec.kwargs, **dict(problem.arguments), "observation": "measured"})
+    return replace(spec, kwargs={**spec.kwargs, **dict(problem.arguments), "observation": "measured", "info": "full"})
 
 
 if __name__ == "__main__":

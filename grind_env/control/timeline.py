@@ -159,8 +159,8 @@ class Timeline:
         if self.reciprocation is not None:
             self.budget.foresee(seconds // self._stroke_time(self.reciprocation) - 1, place)
         begin, finish = self.time, self.time + seconds
-        self._motion = Moving(path, begin, finish, rate / 60.0, self.control.acceleration)
         start = self._shown(begin)
+        self._motion = Moving(path, begin, finish, rate / 60.0, self.control.acceleration)
         yield from self._reciprocate(finish)
         end = self._shown(finish)
         self.time, self.position, self._motion = finish, path.end, None

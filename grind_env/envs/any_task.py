@@ -52,6 +52,7 @@ def make(
     cycle: str | None = None,
     render_mode: str | None = None,
     plant: str | None = None,
+    info: str = "measured",
 ) -> GrindEnv:
     """Choose the table speed and the dressing of every cycle block of a batch.
 
@@ -85,9 +86,11 @@ def make(
     Minus the cost of the block in units of `task.reference_cost`: machine time, wheel, dresser, the expected
     cost of scrap, and with the last block the price of handing over a dull wheel; where the task has them, lateness
     and wheel changes. The best fixed plan earns about -1 a step, a good policy -0.6; a scrapped part costs 10 and
-    more. `info["reward_terms"]` holds the terms, `info["cost"]` the probability that the part which this block
-    finished is scrap. `info["burn_ratio"]`, `info["power_ratio"]` and `info["roughness_ratio"]` say how near the block
-    came to burning and to its limits of power and Ra, which are at 1; the last one is 0 where Ra has no limit.
+    more. `info["reward_terms"]` holds the terms, and the info besides what a shop knows: `cost`, 1 if the part which
+    this block finished is found bad, more likely scrap than not, and else 0, `good_parts`, `block_cost`, `seconds`, the
+    readings of meter and gauges, and as `power_ratio` and `roughness_ratio` the last readings over their limits. With
+    `info="full"` `cost` and `good_parts` are chances, these ratios are the true ones of the block, 0 where Ra has no
+    limit, and `burn_ratio` says how near it came to burning: 1 is at the limit.
 
     A part is scrap by its size, its Ra, the highest temperature rise that it has felt, or a spindle that has
     stalled. The burn ratio (Malkin) only warns of heat: it scraps nothing.
@@ -116,9 +119,10 @@ def make(
         plant: name of a machine that is not the model, as `"meter:7"`, or without a seed of those that every episode
             draws one from, as `"meter"` or `"held-out"`; `"module:name"` for one's own (`grind_env.plants`). By default
             what the task says, which is the model for all of the package.
+        info: `"measured"` for what a shop knows of a step, or `"full"` for chances and true ratios in place of it.
     """
     simulation = simulation_of(load_task(task), observation, predress, cycle, plant)
-    return GrindEnv(simulation, show_block=show_block, action=action, render_mode=render_mode)
+    return GrindEnv(simulation, show_block=show_block, action=action, render_mode=render_mode, info=info)
 
 
 make_vector = side_by_side(make)

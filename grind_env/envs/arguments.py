@@ -1,14 +1,16 @@
 """What the constructors of the environments are given: a value of a wrong type is refused before it does harm."""
 
-import math
 import os
+from typing import Any
 
 import numpy as np
 
 from grind_env.envs.actions import ActionError
 from grind_env.envs.tasks import TaskError
+from grind_env.errors import quoted
 
-OBSERVATIONS = ("measured", "full")
+SHOWN = ("measured", "full")
+"""Of observation and info: what a shop knows, or what is hidden from it, too."""
 
 
 def check_count(name: str, count: object) -> int:
@@ -95,9 +97,10 @@ def check_number(name: str, value: object, low: float, high: float) -> None:
     Raises:
         TaskError: if it is none, or lies outside `low`..`high`.
     """
-    number = float(value) if isinstance(value, int | float | np.integer | np.floating) else math.nan
-    if isinstance(value, bool) or not low <= number <= high:
-        raise TaskError(f"{name} is {value!r}, but must be a number from {low:g} to {high:g}")
+    is_number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+    number: Any = value  # not as a float, which cannot be as large as an int
+    if not (is_number and low <= number <= high):
+        raise TaskError(f"{name} is {quoted(value)}, but must be a number from {low:g} to {high:g}")
 
 
 def check_file(name: str, value: object) -> None:
@@ -127,15 +130,19 @@ def check_variables(variables: object) -> list[str]:
     return [each for each in variables.split(",") if each.strip()]
 
 
-def is_full(observation: object) -> bool:
-    """Whether the hidden state is asked for.
+def is_full(shown: object, name: str = "observation") -> bool:
+    """Whether what is hidden is asked for, too.
+
+    Args:
+        shown: the value of an argument.
+        name: of the argument.
 
     Raises:
-        TaskError: if `observation` is neither `"measured"` nor `"full"`.
+        TaskError: if it is neither `"measured"` nor `"full"`.
     """
-    if not isinstance(observation, str) or observation not in OBSERVATIONS:
-        raise TaskError(f"observation is {observation!r}, but must be one of {', '.join(OBSERVATIONS)}")
-    return observation == "full"
+    if not isinstance(shown, str) or shown not in SHOWN:
+        raise TaskError(f"{name} is {shown!r}, but must be one of {', '.join(SHOWN)}")
+    return shown == "full"
 
 
 def refuse_render(render_mode: object, known: tuple[str, ...] = ()) -> None:

@@ -33,6 +33,7 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         action: form of the action: `"box"`, `"multidiscrete"`, `"discrete"` or `"dict"`.
         render_mode: `"rgb_array"` for a picture, `"human"` for a window that follows the
             episode (without a screen, text in the terminal), `"ansi"` for text.
+        info: `"measured"` for what a shop knows of a step, or `"full"`, see `grind_env.envs.infos`.
 
     Attributes:
         task: of the simulation.
@@ -49,13 +50,19 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
     """
 
     def __init__(
-        self, simulation: Simulation, *, show_block: bool = True, action: str = "box", render_mode: str | None = None
+        self,
+        simulation: Simulation,
+        *,
+        show_block: bool = True,
+        action: str = "box",
+        render_mode: str | None = None,
+        info: str = "measured",
     ) -> None:
         check_flags(show_block=show_block)
         refuse_render(render_mode, RENDER_MODES)
         self.simulation, self.task = simulation, simulation.task
         self.codec = ActionCodec(self.task, action, predress=simulation.pre_dress)
-        self.infos = InfoWriter(self.task, self.codec.names)
+        self.infos = InfoWriter(simulation, self.codec.names, info)
         self.render_mode = render_mode
         self.show_block = show_block
         self.action_space: spaces.Space[Any] = self.codec.space
@@ -170,11 +177,12 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         self.blocks.append(block)
         self.outcomes.append(outcome)
         self.follow()
-        info = self.infos.single(outcome, chosen)
+        observation = simulation.observe(episodes)[0]
+        info = self.infos.single(outcome, observation, chosen)
         if self.show_block:
             info["block"] = simulation.text(block)
         self.over = simulation.over(episodes).item()
-        return simulation.observe(episodes)[0], outcome.reward, self.over, False, info
+        return observation, outcome.reward, self.over, False, info
 
     def view(self) -> View:
         """The machine after the last block.

@@ -1,89 +1,147 @@
-"""What a step reports besides observation and reward: the info of the single environment, and of many in arrays."""
+"""What a step reports besides observation and reward: the info of the single environment, and of many in arrays.
 
+By default it is what a shop knows: what gauges and meter have shown, what was charged, and whether a part was found
+good. With `info="full"` chances stand in place of what was found, and true ratios in place of those read.
+"""
+
+import math
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grind_env.arrays import Array
+from grind_env.envs.arguments import is_full
+from grind_env.envs.simulation import Simulation
 from grind_env.envs.tables import Outcome, reward_terms
-from grind_env.envs.tasks import Task
-from grind_env.kernel import entry
+from grind_env.kernel import entry, inlined, plain
+from grind_env.process.cost import SCRAP_BELOW
 
-RATIOS = ("burn_ratio", "power_ratio", "roughness_ratio")
-"""Entries that say how near to its limit a block came, for agents that learn to keep limits: 1 is at the limit."""
-READ = {"block_cost": "cost", "good_parts": "good", "seconds": "seconds", **{name: name for name in RATIOS}}
-"""Entries that are fields of `Outcome`."""
+READINGS = ("power", "mean_power", "first_power", "peak_power", "size_error", "diameter")
+"""Entries that are readings in their units, as far as the environment shows them."""
+READ = {"power_ratio": "peak_power", "roughness_ratio": "roughness"}
+"""Entries that say how near to its limit a block came, for agents that learn to keep limits, and the readings that they
+are made of: 1 is at the limit. The roughness is that of the last gauged part."""
+RATIOS = ("burn_ratio", *READ)
+"""The true ones; no gauge shows how near to burning a block came."""
+CAME = {"block_cost": "cost", "good_parts": "good", "seconds": "seconds"}
+"""Entries that are fields of `Outcome`, but for the chance of good parts where it is not to be seen."""
 FINISHED, GOOD = Outcome._fields.index("finished"), Outcome._fields.index("good")
 
 
+@inlined
+def found_bad(finished: float, good: float) -> float:
+    """How many of the parts that a step has finished are found bad: more likely scrap than not, as in records."""
+    return float(math.ceil(finished - good - (1.0 - SCRAP_BELOW)))
+
+
+_found_bad = plain(found_bad)
+
+
 class InfoWriter:
-    """Writes the info of the steps of a task.
+    """Writes the info of the steps of a simulation.
 
     Args:
-        task: the task.
+        simulation: the simulation.
         names: of what an action chooses, E and D and perhaps the pre-dress.
+        info: `"measured"` or `"full"`.
+
+    Raises:
+        TaskError: it is neither.
     """
 
-    def __init__(self, task: Task, names: tuple[str, ...]) -> None:
+    def __init__(self, simulation: Simulation, names: tuple[str, ...], info: str = "measured") -> None:
+        task, self.full = simulation.task, is_full(info, "info")
         self.terms = reward_terms(task)
         self.names = names
-        self._read = {name: Outcome._fields.index(field) for name, field in READ.items()}
-        self._columns = np.array([*self.terms.values(), *self._read.values()])
+        came = CAME | ({name: name for name in RATIOS} if self.full else {})
+        self._came = {name: Outcome._fields.index(field) for name, field in came.items()}
+        self._columns = np.array([*self.terms.values(), *self._came.values()])
         self._reference = task.reference_cost
+        entries = {entry.name: (k, entry.offset, entry.scale) for k, entry in enumerate(simulation.entries)}
+        self._read = {name: entries[name] for name in READINGS if name in entries}
+        if not self.full:  # observations show these over their limits
+            self._read |= {name: (entries[read][0], 0.0, 1.0) for name, read in READ.items() if read in entries}
+        self._entries = np.array([k for k, _, _ in self._read.values()], np.int64)
+        self._scales = np.array([scaling for _, *scaling in self._read.values()]).reshape(-1, 2)
 
-    def single(self, outcome: Outcome, chosen: Sequence[float]) -> dict[str, Any]:
-        """The info of one environment, from its outcome and what was chosen."""
-        return {
+    def single(self, outcome: Outcome, observation: NDArray[np.float32], chosen: Sequence[float]) -> dict[str, Any]:
+        """The info of one environment: from its outcome, the observation after it, and what was chosen."""
+        finished, good, shown = outcome.finished, outcome.good, observation.tolist()
+        bad = finished - good if self.full else _found_bad(finished, good)
+        info = {
             "reward_terms": {name: 0.0 - outcome[column] / self._reference for name, column in self.terms.items()},
-            "cost": outcome.finished - outcome.good,
-            **{name: outcome[column] for name, column in self._read.items()},
+            "cost": bad,
+            **{name: outcome[column] for name, column in self._came.items()},
+            **{name: offset + scale * shown[k] for name, (k, offset, scale) in self._read.items()},
             **dict(zip(self.names, chosen, strict=True)),
         }
+        if not self.full:
+            info["good_parts"] = finished - bad
+        return info
 
-    def vector(self, outcomes: Array, choice: tuple[Array, ...], mask: Array) -> dict[str, Any]:
+    def vector(
+        self, outcomes: Array, observations: NDArray[np.float32], choice: tuple[Array, ...], mask: Array
+    ) -> dict[str, Any]:
         """The info of N environments, every entry with its mask; those that are not in `mask` have none.
 
         No two arrays share memory, and the arrays of `choice` go into the info.
         """
-        rows, masks, shown = self._rows(outcomes, mask, 2 + len(self.terms) + len(READ) + len(self.names))
-        if shown < len(mask):
+        named = ("cost", *self._came, *self._read, *self.names)
+        masks = np.empty((1 + len(self.terms) + len(named), len(mask)), bool)
+        rows = np.empty((len(self.terms) + len(named) - len(self.names), len(mask)))
+        columns, entries = (self._columns, len(self.terms), self._reference), (self._entries, self._scales)
+        if _fill(outcomes, observations, mask, *columns, *entries, self.full, rows, masks) < len(mask):
             choice = tuple(np.where(mask, values, 0.0) for values in choice)
-        flags, values_of = iter(masks), list(rows)
+        flags, values_of = iter(masks), iter(rows)
         terms: dict[str, Any] = {}
-        for name, values in zip(self.terms, values_of[1:], strict=False):
+        for name, values in zip(self.terms, values_of, strict=False):
             terms[name], terms[f"_{name}"] = values, next(flags)
         info: dict[str, Any] = {"reward_terms": terms, "_reward_terms": next(flags)}
-        info["cost"], info["_cost"] = values_of[0], next(flags)
-        for name, values in zip((*READ, *self.names), (*values_of[1 + len(self.terms) :], *choice), strict=True):
+        for name, values in zip(named, (*values_of, *choice), strict=True):
             info[name], info[f"_{name}"] = values, next(flags)
         return info
 
-    def _rows(self, outcomes: Array, mask: Array, masks: int) -> tuple[Array, Array, int]:
-        rows = np.empty((1 + len(self._columns), len(mask)))
-        flags = np.empty((masks, len(mask)), bool)
-        shown = _fill(outcomes, mask, self._columns, len(self.terms), self._reference, rows, flags)
-        return rows, flags, shown
-
 
 @entry
-def _fill(outcomes: Any, mask: Any, columns: Any, terms: int, reference: float, rows: Any, flags: Any) -> int:
-    """Write the chance of scrap, then one row a column of the outcomes, those of the reward first; and the masks.
+def _fill(
+    outcomes: Any,
+    observations: Any,
+    mask: Any,
+    columns: Any,
+    terms: int,
+    reference: float,
+    entries: Any,
+    scales: Any,
+    full: bool,
+    rows: Any,
+    flags: Any,
+) -> int:
+    """Write the terms of the reward, the bad parts, what else came of a step, and the readings; and the masks.
 
     Row by row, so that every loop runs in vector registers. Returns the number of environments that are shown.
     """
     n, shown = mask.size, 0
-    for i in range(n):
-        rows[0, i] = outcomes[i, FINISHED] - outcomes[i, GOOD] if mask[i] else 0.0
-        shown += mask[i]
-    for k in range(columns.size):
+    for k in range(terms):
         column = columns[k]
-        if k < terms:
-            for i in range(n):
-                rows[k + 1, i] = 0.0 - outcomes[i, column] / reference if mask[i] else 0.0
-        else:
-            for i in range(n):
-                rows[k + 1, i] = outcomes[i, column] if mask[i] else 0.0
+        for i in range(n):
+            rows[k, i] = 0.0 - outcomes[i, column] / reference if mask[i] else 0.0
+    for i in range(n):
+        finished, good = outcomes[i, FINISHED], outcomes[i, GOOD]
+        bad = finished - good if full else found_bad(finished, good)
+        rows[terms, i] = bad if mask[i] else 0.0
+        shown += mask[i]
+    for k in range(terms, columns.size):
+        column = columns[k]
+        for i in range(n):
+            value = outcomes[i, FINISHED] - rows[terms, i] if column == GOOD and not full else outcomes[i, column]
+            rows[k + 1, i] = value if mask[i] else 0.0
+    for k in range(entries.size):
+        column, offset, scale = entries[k], scales[k, 0], scales[k, 1]
+        for i in range(n):
+            value = offset + scale * np.float64(observations[i, column])
+            rows[columns.size + 1 + k, i] = value if mask[i] else 0.0
     for k in range(flags.shape[0]):
         for i in range(n):
             flags[k, i] = mask[i]

@@ -51,6 +51,7 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         autoreset_mode: `AutoresetMode` or its value: `"NextStep"`, `"SameStep"` or `"Disabled"`.
         render_mode: `"rgb_array"` or `"ansi"`, for one picture or text of each sub-environment.
         max_episode_steps: steps after which an episode is truncated, as by `TimeLimit`; None for never.
+        info: as for `GrindEnv`.
         threads: that grind, each a share of the episodes; the numbers are the same. For some thousand, on idle cores.
 
     Raises:
@@ -67,6 +68,7 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
         max_episode_steps: int | None = None,
+        info: str = "measured",
         threads: int = 1,
     ) -> None:
         check_flags(show_block=show_block)
@@ -80,7 +82,7 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         self.task, self.simulation = simulation.task, simulation
         self.threads = check_threads(threads, compiled=simulation.compiled)
         self.codec = ActionCodec(self.task, action, predress=simulation.pre_dress)
-        self.infos = InfoWriter(self.task, self.codec.names)
+        self.infos = InfoWriter(simulation, self.codec.names, info)
         self.single_action_space = self.codec.space
         self.single_observation_space = shown_space(self.simulation)
         self.action_space = batch_space(self.single_action_space, num_envs)
@@ -162,7 +164,8 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         over = terminated | truncated
         ended = bool(over.any())
         observations = self.simulation.observe(self.episodes)
-        info = {**begun, **(self._info(outcomes, choice, blocks, ~resetting) if stepping.size > 0 else {})}
+        told = self._info(outcomes, observations, choice, blocks, ~resetting) if stepping.size > 0 else {}
+        info = {**begun, **told}
         if ended and self.autoreset_mode == AutoresetMode.SAME_STEP:
             info = {**final_info(info, observations, over), **self._restart(over)}
             observations = self.simulation.observe(self.episodes)
@@ -199,8 +202,10 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         views = (self.simulation.view(self.episodes, i, *each) for i, each in ground)
         return drawn_all(self.render_mode, self.begun, views)
 
-    def _info(self, outcomes: Array, choice: tuple[Array, ...], blocks: dict[int, Any], mask: Array) -> dict[str, Any]:
-        info = self.infos.vector(outcomes, choice, mask)
+    def _info(
+        self, outcomes: Array, observations: Array, choice: tuple[Array, ...], blocks: dict[int, Any], mask: Array
+    ) -> dict[str, Any]:
+        info = self.infos.vector(outcomes, observations, choice, mask)
         if self.show_block:
             texts = np.full(self.num_envs, None, object)
             texts[list(blocks)] = [self.simulation.text(block) for block in blocks.values()]

@@ -114,7 +114,7 @@ class GrindingRun:
         self._shared: dict[int, Unjudged] = {}  # stations that strokes have met at once with others in this loading
         self._met: list[Station] = []  # of the parts taken off, as they lie on the machine
         self._unmet = {each.name for each in job.stations}
-        self._elsewhere = False  # at a station from which no dress has gone its way so far
+        self._dresses_anew = False  # from a station from which the dress program of the cycle has not gone its way
         self.part = self._load(0.0)
         self.unloaded_at: float | None = None
         self.gauged_at: float | None = None
@@ -152,9 +152,9 @@ class GrindingRun:
         """Tell the control what the machine has become by what has happened: it measures wheel and table."""
         execution.set_wheel_radius(0.5 * self.mount.diameter)
         execution.set_table(*self.drive)
-        if self._elsewhere:
+        if self._dresses_anew:
             execution.forget_dresses()
-            self._elsewhere = False
+            self._dresses_anew = False
 
     def take(self, event: Event) -> None:
         """Let an event of the control happen."""
@@ -243,10 +243,7 @@ class GrindingRun:
     def _meet(self, line: int, stations: Sequence[int]) -> None:
         """Strokes of a block have met stations; of several at once none is judged, for that is not simulated."""
         names = [self.job.stations[k].name for k in stations]
-        if self._unmet.intersection(names):
-            self._unmet.difference_update(names)
-            self._elsewhere = True
-            self.dressing.forget_ways()
+        self._unmet.difference_update(names)
         if len(stations) > 1:
             text = shared_strokes(names)
             self.watch.notices.tell(line, "stations", text)
@@ -354,6 +351,8 @@ class GrindingRun:
             if plan.program in self.dressing.advancing and self.job.setup.dresser_infeed is None:
                 self.watch.notices.tell(0, f"O{plan.program}", advancing_dresser(plan.program, dress.depth))
         self._take_over(event.time, plan, sweep_of_plan(plan, self.position), dress)
+        if plan.program is not None and plan.dresses > 0:
+            self._dresses_anew = self.dressing.goes_anew(plan.program, self.part.station)
         self.cycles[plan.line] = plan
         if plan.plunge_axis is not None:
             self.part.deepest = max(self.part.deepest, self.part.job.part.surface - plan.depth_target)
@@ -438,7 +437,7 @@ class GrindingRun:
                 f"{place}: dressing with another wheel speed than that of grinding is not simulated; leave S, G96 and "
                 "G97 out of it"
             )
-        plan, began, way = self.dressing.end(event, self.axis)
+        plan, began, way = self.dressing.end(event, self.axis, self.part.station)
         self.watch.way.dress(self.part, self.dressing.file(number), way, self.axis)
         removed, sharpening, misses = 0.0, NO_SHARPENING, self._misses(number)
         if not misses:

@@ -18,6 +18,7 @@ from grind_env.extras import needing
 from grind_env.policies.choices import Decision
 from grind_env.policies.columns import AREA, CHANGES, COST, OF_WHEEL
 from grind_env.policies.evaluation import done, episode_seeds, start_episodes
+from grind_env.policies.held import model_beside, parted
 from grind_env.policies.naming import named_policy
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.problem import Problem, find_problem
@@ -79,7 +80,8 @@ def follow(
     """Run a policy through episodes and write every block down.
 
     The policies beside it are asked in each state what they would do there; what they say is not done. They see what
-    they declare: a planner the true state that the policy has come to.
+    they declare: a planner the true state that the policy has come to. On a machine that is not the model, they and the
+    belief hold the model.
 
     Args:
         policy: decides; or what `named_policy` finds: a name, a file, a constant.
@@ -96,21 +98,26 @@ def follow(
         BeliefError: its steps are no compiled blocks, which a belief could follow.
     """
     problem = problem if isinstance(problem, Problem) else find_problem(problem)
-    simulation = problem.simulation()
-    all_of_them = [named_policy(each, simulation) if isinstance(each, str) else each for each in (policy, *beside)]
+    simulation, model = problem.simulation(), model_beside(problem)
+    held = model or simulation
+    all_of_them = [named_policy(each, held) if isinstance(each, str) else each for each in (policy, *beside)]
     twice = [name for name, count in Counter(each.name for each in all_of_them[1:]).items() if count > 1]
     if twice:
         raise GrindError(f"several policies beside it are called {quoted(twice[0])}; give each a name of its own")
     state = start_episodes(simulation, episode_seeds(seeds, episodes), split)
-    filtered = WheelBelief(MemberModel(simulation))
+    filtered = WheelBelief(MemberModel(held))
     filtered.begin(episodes)
     for each in all_of_them:
-        each.begin(simulation, episodes)
+        each.begin(held, episodes)
+    views = [parted(each, simulation, model, state) for each in all_of_them]
     codec = ActionCodec(simulation.task)
     rows: list[list[Array]] = []
     while (running := np.flatnonzero(~simulation.over(state))).size > 0:
         seen = simulation.observe(state)
-        said = [each.act(seen, reveal(each.sees, simulation, state)) for each in all_of_them]
+        said = [
+            each.act(seen, reveal(each.sees, held, shown(state)))
+            for each, shown in zip(all_of_them, views, strict=True)
+        ]
         coming = state.coming()
         first, later = OF_WHEEL[0]
         growth = np.log(np.where(state.memory[:, CHANGES] > 0.0, coming[:, later], coming[:, first]))

@@ -36,6 +36,11 @@ def model_of(problem: Problem, name: str = MODEL.name) -> Simulation:
     return held
 
 
+def model_beside(problem: Problem) -> Simulation | None:
+    """The problem as policies hold it that are run on it; None where its machine is the model."""
+    return None if machines_of(problem.simulation()) is None else model_of(problem)
+
+
 def parted(
     policy: Policy, machine: Simulation, model: Simulation | None, begun: Episodes
 ) -> Callable[[Episodes], Episodes]:

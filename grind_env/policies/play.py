@@ -4,9 +4,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from grind_env.envs.contexts import EVERY
-from grind_env.envs.machines import machines_of
 from grind_env.machine.job import Job
-from grind_env.policies.held import model_of, parted
+from grind_env.policies.held import model_beside, parted
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.problem import Problem
 
@@ -53,7 +52,7 @@ def play(policy: Policy, problem: Problem, seed: int, split: str = EVERY, render
     """
     env: Any = problem.make(render_mode=render_mode).unwrapped
     simulation, codec = env.simulation, env.codec
-    model = None if machines_of(simulation) is None else model_of(problem)
+    model = model_beside(problem)
     held = model or simulation
     policy.begin(held, 1)
     executions = 0

@@ -40,6 +40,7 @@ def report(
     variables: Mapping[int, float] | None = None,
     dress_at: Sequence[float] = (),
     interrupts: Sequence[str] = (),
+    plant: str | None = None,
 ) -> Path:
     """Grind with a program and write it up as one HTML file that works offline.
 
@@ -52,6 +53,7 @@ def report(
         variables: values of # variables at the start.
         dress_at: when the operator asks for a dress, s.
         interrupts: programs that the operator asks for in between.
+        plant: name of the machine (`grind_env.plants`); that of the job if None.
 
     Returns:
         The file.
@@ -78,8 +80,9 @@ def report(
         variables=variables,
         dress_at=dress_at,
         interrupts=interrupts,
+        plant=plant,
     )
-    write_page(written, run_report(record, programs, settings, (program, path)))
+    write_page(written, run_report(record, programs, record.job, (program, path)))
     return written
 
 

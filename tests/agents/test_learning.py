@@ -15,7 +15,7 @@ TASK = SIMULATION.task
 
 
 def native(envs: int = 3) -> GrindVectorEnv:
-    return any_task.make_vector(envs, autoreset_mode="SameStep")
+    return any_task.make_vector(envs, autoreset_mode="SameStep", info="full")
 
 
 @pytest.mark.parametrize("memory", ["belief", "means", "stack", "estimates"])

@@ -4,13 +4,19 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from agents.offline.dataset import recorded
 from agents.video import Film, record, watch
+from grind_env import evaluate
+from grind_env.envs.gauge import GAUGE
 from grind_env.errors import GrindError
+from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.policies.evaluation import run_seeds
+from grind_env.policies.held import on
 from grind_env.policies.naming import named_policy
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.scripted.rules import Fixed
+from grind_env.process.process import PROCESS
 from grind_env.render.frames import TALL, render
 
 PROBLEM, PLATES = find_problem("oracle6"), find_problem("power_limited")
@@ -43,6 +49,29 @@ def test_a_block_in_motion_loses_its_stock_and_is_dressed_as_often_as_it_says(ex
         assert {view.number for view in moving} == {rest.number}
         assert {view.wheel for view in moving} == {views[start - 1].wheel}
         assert rest.instant is None and rest.part.left < min(left)
+
+
+def test_on_another_machine_who_is_filmed_or_recorded_holds_the_model() -> None:
+    problem, seen = on(PLATES, "meter:7"), []
+
+    class Looker(Fixed):
+        sees = "state"
+
+        def act(self, observation, episodes):
+            seen.append((self.simulation, episodes.wheels.shape[1]))
+            return super().act(observation, episodes)
+
+        def begin(self, simulation, episodes):
+            self.simulation = simulation
+            super().begin(simulation, episodes)
+
+    judged = evaluate(Fixed(8.0, 1), PLATES, episodes=2, first_seed=SEED, plant="meter:7").evaluation
+    *_, last = watch(Looker(8.0, 1), problem, SEED, 1)
+    assert last.cost == pytest.approx(judged.cost[0])
+    data = recorded(Looker(8.0, 1), problem, range(SEED, SEED + 2))
+    assert -PLATES.simulation().task.reference_cost * data.rewards.sum(axis=1) == pytest.approx(judged.cost)
+    assert {(simulation.gauge, width) for simulation, width in seen} == {(GAUGE, OWN_FROM + len(PROCESS.own._fields))}
+    assert problem.simulation().gauge != GAUGE
 
 
 def test_both_see_the_same_stock() -> None:

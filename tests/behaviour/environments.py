@@ -14,6 +14,7 @@ import numpy as np
 from gymnasium import spaces
 
 from grind_env.envs.actions import ACTIONS, ActionError
+from grind_env.envs.infos import READINGS
 from tests.behaviour.tables import Table, Tables, flat, table
 from tests.envs.harness import Array, native, row_of, rows_of
 
@@ -124,9 +125,9 @@ def single_play(env_id: str, steps: int, **kwargs: Any) -> Table:
     return table(rows)
 
 
-def shown(env_id: str) -> dict[str, bool]:
-    """The argument that puts the text of the blocks into the info; one environment has no blocks."""
-    return {"show_block": env_id != "grind/Wen-v0"}
+def shown(env_id: str) -> dict[str, Any]:
+    """The arguments that put the text of the blocks, chances and true ratios into the info; one has no blocks."""
+    return {} if env_id == "grind/Wen-v0" else {"show_block": True, "info": "full"}
 
 
 def row(
@@ -141,8 +142,9 @@ def row(
 ) -> dict[str, Any]:
     """A row of the table; a reset has no more than an observation."""
     seen = dict(zip(names, observation.tolist(), strict=True))
+    told = {name: value for name, value in (info or {}).items() if name not in READINGS}  # which are observed
     came = {"reward": reward, "terminated": terminated, "truncated": truncated}
-    return {"step": step, "env": env, **seen, **came, **dict(flat("info", info or {}))}
+    return {"step": step, "env": env, **seen, **came, **dict(flat("info", told))}
 
 
 def actions(space: spaces.Space[Any]) -> Iterator[Any]:

@@ -4,7 +4,8 @@ from math import hypot
 
 import pytest
 
-from grind_env.control import Arc, Control, ControlError, Infeed, Interrupt, Motion, Source, execute, read
+from grind_env.control import Arc, Control, ControlError, Infeed, Interrupt, Line, Motion, Rapid, Source, execute, read
+from grind_env.control.numbers import NumberFormat
 
 
 def ends(text: str, **settings: object) -> list[tuple[int, tuple[float, ...]]]:
@@ -153,3 +154,13 @@ def test_an_entry_that_ends_where_the_wheel_stands(rest: str, way: list[tuple[in
     text = ("N10 G18 G90 F600. G41 G01 Z0 X0\nN30 Z20.\nN40 M3\nN41 M3\nN42 M3\nN50 X2.\n") + rest
     for kind in "AB":
         assert ends(text, compensation_type=kind, **R)[2:] == way
+
+
+def test_a_motion_begins_where_the_last_one_ended_after_whatever_time() -> None:
+    """So slow a feed that the time of the next motion is lost in the rounding of that before it."""
+    written = NumberFormat(zero_suppression="leading", metric=(9, 9))
+    events = execute(read("S500 G95 F60;\n G01 Y46.6\nG28 Z-2.437\nM30"), Control(number_format=written))
+    motions = [event for event in events if isinstance(event, Line | Rapid)]
+    slow, following = motions[0], motions[1]
+    assert slow.seconds > 1e15 and slow.begin + slow.seconds + 0.1 == slow.begin + slow.seconds
+    assert following.start == slow.end and following.end != following.start

@@ -61,7 +61,7 @@ def too_many_dresses(text: str) -> list[int]:
 @settings(max_examples=6, deadline=None)
 @given(seed=st.integers(0, 10_000), policy_seed=st.integers(0, 10_000), predress=st.booleans())
 def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_seed: int, predress: bool) -> None:
-    env = wide_plates.make(predress=predress)
+    env = wide_plates.make(predress=predress, info="full")
     infos = play(env, seed, policy_seed)
     record, own = ground(env), env.record()
     assert record.warnings == own.warnings

@@ -43,7 +43,7 @@ def test_the_picture_and_the_text_show_the_state_after_the_step() -> None:
 
 @pytest.mark.parametrize("env_id", ["grind/Job-v0", "grind/Stroke-v0", "grind/Reciprocation-v0"])
 def test_a_view_adds_up_what_the_steps_have_told(env_id: str) -> None:
-    env = gym.make(env_id, render_mode="ansi")
+    env = gym.make(env_id, render_mode="ansi", info="full")
     env.action_space.seed(1)
     env.reset(seed=2)
     infos, terminated = [], False

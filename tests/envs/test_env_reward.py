@@ -59,7 +59,7 @@ TEMPERING = {"aisi_52100": 450.0, "aisi_1020": 600.0, "inconel_718": 600.0}
 
 @pytest.mark.parametrize("env_id", IDS)
 def test_the_reward_is_the_sum_of_its_terms(env_id: str) -> None:
-    env = gym.make(env_id)
+    env = gym.make(env_id, info="full")
     task: Task = env.unwrapped.task
     total, cost = 0.0, 0.0
     for episode in range(3):

@@ -1,4 +1,4 @@
-"""How near to its limits a block came, in the info of every form of environment, beside what the machine recorded."""
+"""What infos tell: what a shop knows, or how near to its limits a block came, beside what the machine recorded."""
 
 from pathlib import Path
 from typing import Any
@@ -9,9 +9,10 @@ import pytest
 
 import grind_env
 from grind_env.control import read
-from grind_env.envs.infos import RATIOS
+from grind_env.envs.infos import RATIOS, READ, READINGS, found_bad
 from grind_env.envs.names import environment_id
-from grind_env.envs.tasks import read_task
+from grind_env.envs.tasks import TaskError, read_task
+from grind_env.kernel import plain
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord
 from tests.envs.harness import Array, every_id
@@ -27,8 +28,8 @@ def arguments_of(env_id: str) -> dict[str, Any]:
 
 @pytest.mark.parametrize("env_id", CHOSEN)
 def test_single_and_vector_infos_have_them(env_id: str) -> None:
-    single = gym.make(env_id, **arguments_of(env_id)).unwrapped
-    vector = gym.make_vec(env_id, num_envs=3, **arguments_of(env_id))
+    single = gym.make(env_id, info="full", **arguments_of(env_id)).unwrapped
+    vector = gym.make_vec(env_id, num_envs=3, info="full", **arguments_of(env_id))
     single.reset(seed=0)
     vector.reset(seed=0)
     action = single.codec.encode(9000.0, 1.0)
@@ -39,9 +40,47 @@ def test_single_and_vector_infos_have_them(env_id: str) -> None:
         assert infos[name][0] == info[name]
 
 
+@pytest.mark.parametrize("env_id", CHOSEN)
+def test_by_default_the_info_is_what_a_shop_knows(env_id: str) -> None:
+    envs: list[Any] = [gym.make(env_id, info=info, **arguments_of(env_id)).unwrapped for info in ("measured", "full")]
+    default: Any = gym.make(env_id, **arguments_of(env_id)).unwrapped
+    for env in (*envs, default):
+        env.reset(seed=3)
+    rng, over = np.random.default_rng(1), False
+    while not over and len(default.blocks) < 25:
+        action = rng.uniform(-1.0, 1.0, 2).astype(np.float32)
+        (observation, reward, over, _, told), (_, paid, _, _, true) = (env.step(action) for env in envs)
+        assert default.step(action)[4] == told and reward == paid
+        seen = {name: values.item() for name, values in default.simulation.read(observation[None]).items()}
+        shown = {entry.name for entry in default.simulation.entries}
+        readings = {name: seen[name] for name in READINGS if name in shown}
+        assert {name: told[name] for name in told if name in READINGS} == readings and readings.items() <= true.items()
+        limits = {"power_ratio": default.task.machine.power_limit, "roughness_ratio": 1.0}
+        ratios = {name: seen[read] / limits[name] for name, read in READ.items() if read in shown}
+        assert {name: told[name] for name in READ if name in told} == pytest.approx(ratios)
+        assert told.keys() | READ.keys() | {"burn_ratio"} == true.keys() | READ.keys() and "burn_ratio" not in told
+        same = told.keys() - {"cost", "good_parts", *READ}
+        assert {name: told[name] for name in same} == {name: true[name] for name in same}
+        assert told["cost"] == float(true["cost"] > 0.5)
+        assert told["cost"] + told["good_parts"] == pytest.approx(true["cost"] + true["good_parts"])
+
+
+def test_a_part_is_found_bad_that_is_more_likely_scrap_than_not() -> None:
+    bad = plain(found_bad)
+    assert [bad(1.0, good) for good in (0.0, 0.49, 0.5, 0.51, 1.0)] == [1.0, 1.0, 0.0, 0.0, 0.0]
+    assert (bad(0.0, 0.0), bad(3.0, 1.2), bad(3.0, 2.9)) == (0.0, 2.0, 0.0)
+
+
+@pytest.mark.parametrize("info", ["all", None, 1])
+def test_another_info_is_refused(info: Any) -> None:
+    for make in (gym.make, gym.make_vec):
+        with pytest.raises(TaskError, match=r"info is .*, but must be one of measured, full"):
+            make("grind/PowerLimited-v0", info=info)
+
+
 def ratios_of_parts(name: str) -> tuple[Array, GrindingRecord]:
     """The ratios of five steps, shape (5, 3), and the record of the machine."""
-    env: Any = gym.make(environment_id(name)).unwrapped
+    env: Any = gym.make(environment_id(name), info="full").unwrapped
     env.reset(seed=2, options={"context": "nominal"})
     infos = [env.step(env.codec.encode(9000.0 + 1000.0 * k, k % 2)[0])[4] for k in range(5)]
     record = env.record()
@@ -65,14 +104,14 @@ def test_they_are_peaks_over_limits(name: str) -> None:
 
 
 def test_a_block_without_a_roughness_limit_has_a_ratio_of_0() -> None:
-    env = gym.make("grind/WideRails-v0").unwrapped
+    env = gym.make("grind/WideRails-v0", info="full").unwrapped
     env.reset(seed=0)
     rough, finish = (env.step(env.codec.encode(9000.0, 0.0)[0])[4] for _ in range(2))
     assert rough["roughness_ratio"] == 0.0 < finish["roughness_ratio"]
 
 
 def test_a_stroke_and_a_block_of_a_program_have_those_of_their_own() -> None:
-    stroke = gym.make("grind/Stroke-v0").unwrapped
+    stroke = gym.make("grind/Stroke-v0", info="full").unwrapped
     stroke.reset(seed=0, options={"context": "nominal"})
     powers, over = [], False
     while not over:
@@ -80,7 +119,7 @@ def test_a_stroke_and_a_block_of_a_program_have_those_of_their_own() -> None:
         powers.append(info["power_ratio"])
     limit = stroke.task.limits(stroke.task.kinds[0]).power
     assert powers == pytest.approx((stroke.record().strokes["load"] / limit).tolist(), rel=1e-9)
-    mine: Any = gym.make("grind/Job-v0", program=str(PLATE), spread=0.0).unwrapped
+    mine: Any = gym.make("grind/Job-v0", program=str(PLATE), spread=0.0, info="full").unwrapped
     mine.reset(seed=0)
     infos = [mine.step(mine.codec.encode(9000.0, 0.0)[0])[4] for _ in mine.simulation.blocks]
     job = mine.simulation.job

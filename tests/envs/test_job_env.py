@@ -128,7 +128,7 @@ def refusal(error: type[Exception], function: Callable[..., Any], *args: Any, **
 def test_the_program_with_the_words_chosen_grinds_the_same_record(
     batch: str, name: str, seed: int, policy_seed: int
 ) -> None:
-    env = job_env.make(batch if name == "batch" else example(name))
+    env = job_env.make(batch if name == "batch" else example(name), info="full")
     infos = play(env, policy_seed, seed)
     record = grind(read(env.part_program(), "part.nc"), env.part_job())
     assert_same_record(record, env.record())
@@ -144,7 +144,7 @@ def test_the_program_with_the_words_chosen_grinds_the_same_record(
 
 def test_a_part_that_is_finished_before_the_first_cycle_block_is_in_its_step(tmp_path: Path) -> None:
     groove = "G71 G94 G90 G18 S1910 M03 M08\nG00 X1. Z0\nG77 X-1. Z-50. I.7 K40. D0 F6.\nM00\n"
-    env = job_env.make(written(tmp_path, f"{groove}G19\nG00 X-30. Y20.\n{PLATE}M00\n{PLATE}M30\n{DRESS}"))
+    env = job_env.make(written(tmp_path, f"{groove}G19\nG00 X-30. Y20.\n{PLATE}M00\n{PLATE}M30\n{DRESS}"), info="full")
     infos = play(env, 0)
     record = env.record()
     assert record.parts.size == 3 and record.parts["scrap_cost"][0] == pytest.approx(40.0)
@@ -513,7 +513,7 @@ def test_a_program_of_grooves_alone_has_nothing_to_choose(tmp_path: Path) -> Non
 
 def test_arguments_out_of_range_are_refused(batch: str) -> None:
     assert "measured, full" in refusal(GrindError, job_env.make, batch, observation="hidden")
-    for spread in (-0.1, float("nan"), 3.0):
+    for spread in (-0.1, float("nan"), 3.0, True, "1", 10**400, 10**5000):
         assert "from 0 to 2" in refusal(GrindError, job_env.make, batch, spread=spread)
     assert "'svg'" in refusal(GrindError, job_env.make, batch, render_mode="svg")
     assert "0" in refusal(GrindError, job_env.make_vector, program=batch, num_envs=0)
@@ -640,7 +640,7 @@ def test_a_batch_stops_the_table_and_cancels_a_preset_between_its_parts(tmp_path
 
 def test_a_stop_in_the_dress_program_gauges_no_part(tmp_path: Path) -> None:
     stopped = BATCH.replace("N4 G00 Y10.", "N4 M00\nN5 G00 Y10.").replace("N5 G91", "N6 G91")
-    env = job_env.make(written(tmp_path, stopped))
+    env = job_env.make(written(tmp_path, stopped), info="full")
     assert env.simulation.why is None
     infos = play(env, policy_seed=3)
     record = env.record()

@@ -58,7 +58,7 @@ def test_two_seeds_give_identical_episodes() -> None:
 
 
 def test_the_optimum_costs_in_the_environment_what_the_search_says() -> None:
-    env = gym.make("grind/Oracle6-v0")
+    env = gym.make("grind/Oracle6-v0", info="full")
     best = optimum()
     plan = env.unwrapped.codec.encode(best.speeds, best.executions)
     simulation = BlockSimulation(load_task("oracle6"))

@@ -45,7 +45,7 @@ def ground(env: GrindEnv, blocks: int) -> GrindingRecord:
 @settings(max_examples=10, deadline=None)
 @given(seed=st.integers(0, 10_000), policy_seed=st.integers(0, 10_000), predress=st.booleans())
 def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_seed: int, predress: bool) -> None:
-    env = reciprocation.make(predress=predress)
+    env = reciprocation.make(predress=predress, info="full")
     infos = play(env, seed, policy_seed, 6)
     record = ground(env, 6)
     parts = record.parts

@@ -73,7 +73,7 @@ def play(env: GrindEnv, seed: int, policy_seed: int, dress: float, fastest: floa
 @settings(max_examples=8, deadline=None)
 @given(seed=st.integers(0, 10_000), policy_seed=st.integers(0, 10_000), dress=st.sampled_from([0.0, 0.05, 0.3, 1.0]))
 def test_the_part_program_of_an_episode_grinds_the_same_record(seed: int, policy_seed: int, dress: float) -> None:
-    env = stroke.make()
+    env = stroke.make(info="full")
     infos = play(env, seed, policy_seed, dress)
     record = ground(env)
     # random speeds ask a lot of the spindle, and of nothing else

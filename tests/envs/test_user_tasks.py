@@ -270,7 +270,7 @@ def test_the_machine_grinds_the_same_parts_from_the_program_of_a_file(
     if cycle == "G83" and isinstance(kinds, list) and kinds and isinstance(kinds[0], dict):
         kinds[0]["width"] = 60.0
     try:
-        env = gym.make(ID, task=written(tmp_path, toml_text(content | own)), predress=True).unwrapped
+        env = gym.make(ID, task=written(tmp_path, toml_text(content | own)), predress=True, info="full").unwrapped
     except TaskError:
         return
     env.reset(seed=seed)

@@ -104,6 +104,20 @@ def test_two_stations_are_two_runs_with_the_wheel_carried_over(found: tuple[Job,
     assert [each for each in together.warnings if each not in crashes] == list(apart.warnings)
 
 
+def test_the_way_to_the_diamond_is_judged_from_every_station() -> None:
+    """From one that was met before any dress, too: the wheel comes down through the part there, which is higher."""
+    low, high = two().stations
+    job = dataclasses.replace(two(), stations=(low, dataclasses.replace(high, origin=(500.0, 25.0, 0.0))))
+    cycles = [
+        strokes(offset, depth, dress=dress) for depth, dress in ((0.03, 0), (0.06, 1)) for offset in ("G54", "G55")
+    ]
+    text = HEAD + "".join(cycle.replace("9100", "9400") for cycle in cycles) + "M30\n"
+    straight = DRESS.replace("G00", "G53 G00").replace("O9100", "O9400")
+    record = grind(read(text + straight, "test.nc"), job)
+    (crash,) = [each for each in record.warnings if "dress program" in each and "into the part of" in each]
+    assert "into the part of station right" in crash
+
+
 def test_loading_is_counted_once_a_loading() -> None:
     short, long = (dataclasses.replace(two(), times=dataclasses.replace(two().times, load=t)) for t in (20.0, 50.0))
     text = HEAD + (strokes("G54") + strokes("G55") + "M00\n") * 2 + "M30\n"

@@ -17,6 +17,7 @@ from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.plants import find_plant
 from grind_env.policies.choices import Decision
 from grind_env.policies.evaluation import start_episodes
+from grind_env.policies.follow import follow
 from grind_env.policies.held import model_of, on, parted
 from grind_env.policies.problem import find_problem
 from tests.envs.test_job_env import GROOVED, written
@@ -54,6 +55,20 @@ def test_what_grinds_is_the_machine_and_what_a_policy_holds_the_model() -> None:
     names = [each.plant.text for each in _given(simulation, [2_000_000, 2_000_001])]
     one = evaluate(Looker(), "power_limited", episodes=2, plant=names[0])
     assert one.evaluation.cost[0] == found.evaluation.cost[0] != one.evaluation.cost[1]
+
+
+def test_who_is_followed_and_the_belief_beside_hold_the_model() -> None:
+    judged = evaluate(Looker(), "power_limited", episodes=2, plant=PLANT)
+    looker, beside = Looker(), Looker()
+    beside.name = "beside"
+    found = follow(looker, on(PLATES, PLANT), beside=[beside], episodes=2)
+    np.testing.assert_allclose(found.cost.sum(axis=1), judged.evaluation.cost)
+    model = find_plant("model")
+    for each in (looker, beside):
+        assert (each.simulation.process, each.simulation.gauge.own) == (model.process, model.gauge.own)
+        assert all(shown.wheels.shape[1] == OWN_FROM + len(model.own) for shown in each.shown)
+    alone = follow(Looker(), PLATES, episodes=2)
+    assert (found.belief.wear_flat[:, 1:] != alone.belief.wear_flat[:, 1:]).all()
 
 
 def _given(simulation: Simulation, seeds: list[int]) -> list:

@@ -48,7 +48,7 @@ def test_a_task_file_is_evaluated(tmp_path: Path, grind: Grind) -> None:
     answer = json.loads(out)
     assert (status, answer["env"], answer["name"]) == (0, "grind/Task-v0", "shop")
     assert "score" not in answer
-    env, totals = gym.make("grind/Task-v0", task=str(path)), []
+    env, totals = gym.make("grind/Task-v0", task=str(path), info="full"), []
     for seed in episode_seeds("evaluation", 2):
         env.reset(seed=seed)
         infos = [env.step(env.unwrapped.codec.encode(9000.0, 1.0)[0])[-1] for _ in range(3)]

@@ -100,7 +100,7 @@ def test_seeds_that_do_not_exist(seeds, count, sentence):
 def test_an_evaluation_is_what_the_environment_says():
     seeds = [2_000_000, 2_000_007]
     result = run_seeds(Fixed(10.0, 2, 2), SIMULATION, seeds)
-    env = gym.make("grind/PowerLimited-v0")
+    env = gym.make("grind/PowerLimited-v0", info="full")
     for i, seed in enumerate(seeds):
         env.reset(seed=seed)
         cost = good = 0.0

@@ -125,7 +125,7 @@ def problems() -> dict[str, Problem]:
 
 def stepped(policy: Policy, problem: Problem, seed: int) -> list[float]:
     """Cost and good parts of an episode, as who steps the environment finds them."""
-    env: Any = problem.make().unwrapped
+    env: Any = problem.make(info="full").unwrapped
     policy.begin(env.simulation, 1)
     observation, _ = env.reset(seed=seed)
     over, totals = False, np.zeros(2)

@@ -13,6 +13,7 @@ from grind_env.cli import main
 from grind_env.control import read, read_file
 from grind_env.machine.grind import grind
 from grind_env.machine.job.file import load_job
+from grind_env.shop.calls import report
 from grind_env.shop.report.assumptions import changes
 from grind_env.shop.report.run import run_report
 from tests.machine.harness import DRESS
@@ -141,6 +142,19 @@ def test_what_the_job_overrides_is_told(tmp_path: Path) -> None:
     told = {(each.entry, each.key, each.here, each.known) for each in changes(load_job(path))}
     assert told == {("machine default", "power_limit", "4321", "7500"), ("wheel a60j", "friction", "0.45", "0.4")}
     assert changes(load_job(EXAMPLES / "plate_g82.toml")) == []
+
+
+def test_a_machine_that_is_not_the_model_is_named(tmp_path: Path) -> None:
+    def page(**on: str) -> str:
+        return report(EXAMPLES / "plate_g82.nc", output=tmp_path / "page.html", **on).read_text("utf-8")
+
+    assert "The machine is not the model but meter:7." in page(plant="meter:7")
+    assert "not the model" not in page()
+    program, job = tmp_path / "plate.nc", tmp_path / "plate.toml"
+    program.write_text((EXAMPLES / "plate_g82.nc").read_text())
+    job.write_text('plant = "meter:7"\n' + (EXAMPLES / "plate_g82.toml").read_text())
+    assert "but meter:7." in report(program).read_text("utf-8")
+    assert "but meter:8." in report(program, plant="meter:8").read_text("utf-8")
 
 
 def test_a_job_that_is_not_there_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

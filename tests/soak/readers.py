@@ -71,7 +71,8 @@ OUT = "--record out.csv"
 SWEEP = "sweep part.nc --parts 2 --E 8000..9000 --dress-every 1..2 -o out.nc"
 OPTIMISE = "optimise part.nc --parts 2 --budget 0.1s -o out.nc"
 ON_PLANTS = (
-    *(f"run part.nc {OUT}", "run part.nc --json", "evaluate --policy E12D1 --episodes 2", OPTIMISE),
+    *(f"run part.nc {OUT}", "run part.nc --json", "report part.nc -o out.html", OPTIMISE),
+    "evaluate --policy E12D1 --episodes 2",
     *("evaluate --program part.nc --policy E12D1 --episodes 2", "play --policy handbook --no-window --output out.nc"),
 )
 READS = (

@@ -24,6 +24,7 @@ def make(
     parts: int = 1,
     variables: str | None = None,
     plant: str | None = None,
+    info: str = "measured",
 ) -> GrindEnv:
     """Choose the table speed and the dressing of every cycle block of a part program.
 
@@ -61,8 +62,8 @@ def make(
     Minus the cost of the step in units of `task.reference_cost`, which is what a cycle block costs when the program
     runs with its own words on nominal parts: a program with good words earns about -1 a step. `info["reward_terms"]`
     holds the terms: machine time, wheel, dresser, the expected cost of scrap when a part is finished, and with the last
-    block the price of handing over a dull wheel. `info["cost"]` is the expected number of parts scrapped, and the
-    ratios of burning, power and Ra to their limits are those of `GrindEnv`. No cost is negative, so no step earns more
+    block the price of handing over a dull wheel. `info["cost"]` is the number of parts found bad, and the expected one
+    with `info="full"`; all else is as for `GrindEnv`. No cost is negative, so no step earns more
     than 0. No lower bound is known: what the program does between two of its cycle blocks, and how often it strokes
     while a G81 reciprocates, is up to the program.
 
@@ -88,6 +89,7 @@ def make(
         plant: name of a machine that is not the model, as `"meter:7"`, or without a seed of those that every episode
             draws one from, as `"meter"` or `"held-out"`; `"module:name"` for one's own (`grind_env.plants`). That
             of the job if not given.
+        info: `"measured"` for what a shop knows of a step, or `"full"` for chances and true ratios in place of it.
 
     Raises:
         GrindError: the program or the job cannot be run, or an argument is not legal.
@@ -99,7 +101,7 @@ def make(
     simulation = load_simulation(program, job, parts, spread, observation, held, plant)
     for sentence in simulation.unread:
         warnings.warn(sentence, stacklevel=2)
-    return GrindEnv(simulation, show_block=show_block, action=action, render_mode=render_mode)
+    return GrindEnv(simulation, show_block=show_block, action=action, render_mode=render_mode, info=info)
 
 
 make_vector = side_by_side(make)

@@ -19,6 +19,7 @@ def make(
     render_mode: str | None = None,
     cycle: str | None = None,
     plant: str | None = None,
+    info: str = "measured",
 ) -> GrindEnv:
     """Choose the table speed of every stroke, and whether the wheel is dressed before it.
 
@@ -47,8 +48,8 @@ def make(
     Minus the cost of the stroke in units of `task.reference_cost`: machine time (the first stroke of a part with its
     loading), wheel, dresser, with the last stroke of a part the expected cost of scrap, and with the last of all the
     price of handing over a dull wheel. The best fixed plan earns about -1 a stroke. `info["reward_terms"]` holds the
-    terms, `info["cost"]` the probability that a part finished by the stroke is scrap; the ratios of burning, power and
-    Ra to their limits are those of `GrindEnv`, of the stroke and of the surface that it leaves.
+    terms, `info["cost"]` 1 if a part finished by the stroke is found bad; all else is as for `GrindEnv`, with
+    `info="full"` of the stroke and of the surface that it leaves.
 
     ## Episode
 
@@ -63,6 +64,7 @@ def make(
         cycle: None; there is no cycle to choose.
         plant: name of a machine that is not the model, as `"meter:7"`, or without a seed of those that every episode
             draws one from, as `"meter"` or `"held-out"`; `"module:name"` for one's own (`grind_env.plants`).
+        info: `"measured"` for what a shop knows of a step, or `"full"` for chances and true ratios in place of it.
     """
     full = is_full(observation)
     check_flags(predress=predress)
@@ -71,7 +73,7 @@ def make(
     task = read_task("stroke")
     check_task(task)
     simulation = StrokeSimulation(task, full=full, plants=plants_of(plant))
-    return GrindEnv(simulation, show_block=show_block, action=action, render_mode=render_mode)
+    return GrindEnv(simulation, show_block=show_block, action=action, render_mode=render_mode, info=info)
 
 
 make_vector = side_by_side(make)

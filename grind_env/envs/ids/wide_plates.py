@@ -16,6 +16,7 @@ def make(
     cycle: str = "G83",
     render_mode: str | None = None,
     plant: str | None = None,
+    info: str = "measured",
 ) -> GrindEnv:
     """Choose the table speed and the dressing of every part that is ground in strips.
 
@@ -43,9 +44,10 @@ def make(
         render_mode: as for `GrindEnv`.
         plant: name of a machine that is not the model, as `"meter:7"`, or without a seed of those that every episode
             draws one from, as `"meter"` or `"held-out"`; `"module:name"` for one's own (`grind_env.plants`).
+        info: `"measured"` for what a shop knows of a step, or `"full"` for chances and true ratios in place of it.
     """
     simulation = simulation_of(read_task("wide_plates"), observation, predress, cycle, plant=plant)
-    return GrindEnv(simulation, show_block=show_block, action=action, render_mode=render_mode)
+    return GrindEnv(simulation, show_block=show_block, action=action, render_mode=render_mode, info=info)
 
 
 make_vector = side_by_side(make)

@@ -96,14 +96,14 @@ class DressPrograms:
         self._found: dict[int, DressRun] = {}
         self._modes: Modes | None = None  # of the last cycle
         self._motions: list[Motion] = []
-        self._compared: set[int] = set()
+        self._gone: set[tuple[int, int]] = set()  # of which program, from which station, a way has been judged
 
     def plan(self, number: int, position: Position, event: CycleStart) -> DressPlan:
         """What the dress program of a cycle does; errors as for `run_dress`."""
         run = self._dresses.run(number, position, event)
         if self._found.get(number) is not run:
             if self.plans.get(number) != run.plan:
-                self._compared.discard(number)
+                self._gone = {each for each in self._gone if each[0] != number}
             self.plans[number], self._found[number] = run.plan, run
             self.advancing |= {number} if run.advances else set()
             self.missed[number] = self._missed(run)
@@ -115,9 +115,9 @@ class DressPrograms:
         program = self.programs.find(number)
         return self.programs.name if program is None else program.place.file
 
-    def forget_ways(self) -> None:
-        """The next execution of each program goes another way, from another station."""
-        self._compared.clear()
+    def goes_anew(self, number: int, station: int) -> bool:
+        """Whether the next execution of a program goes a way from a station that none before has gone."""
+        return (number, station) not in self._gone
 
     def begin(self, event: DressStart) -> None:
         """An execution begins."""
@@ -128,7 +128,7 @@ class DressPrograms:
         if self.under_way is not None:
             self._motions.append(motion)
 
-    def end(self, event: DressEnd, axis: int) -> Executed:
+    def end(self, event: DressEnd, axis: int, station: int) -> Executed:
         """An execution ends; the first one of a program at a station is compared with what it does by itself.
 
         Raises:
@@ -137,9 +137,9 @@ class DressPrograms:
         plan, number, begun = self.plans[event.program], event.program, self.under_way
         assert begun is not None
         self.under_way = None
-        by_itself, new = self._found[number], number not in self._compared
+        by_itself, new = self._found[number], self.goes_anew(number, station)
         if new or by_itself.control.variables:
-            self._compared.add(number)
+            self._gone.add((number, station))
             run = measure_dress(tuple(self._motions), number, self.job, axis, by_itself.control, by_itself.modes)
             require_same(run.plan, plan, number)
             self.missed[number] = self._missed(run)

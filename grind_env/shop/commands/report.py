@@ -12,6 +12,7 @@ from grind_env.shop.commands.arguments import (
     DressAt,
     Interrupts,
     JobFile,
+    Plant,
     ProgramFile,
     Variables,
 )
@@ -36,6 +37,7 @@ def report(
     variables: Variables = None,
     dress_at: DressAt = None,
     interrupts: Interrupts = None,
+    plant: Plant = None,
 ) -> None:
     """Grind with a program as `grind run` does, and write it up as one HTML file that works offline and prints on A4.
 
@@ -55,5 +57,6 @@ def report(
         variables=variables_of(variables or ()),
         dress_at=dress_at or (),
         interrupts=interrupts or (),
+        plant=plant,
     )
     print(printable(f"written: {written}"))

@@ -50,6 +50,8 @@ def assumptions(job: Job) -> list[str]:
         f"The run begins with a wheel of {diameter:g} mm, {dull}.",
         f"Loading takes {times.load:g} s {loaded}, the set-up of a dress {times.dress_setup:g} s beside its motions.",
     ]
+    if job.plant:
+        found.append(f"The machine is not the model but {job.plant}.")
     if times.gauge > 0.0:
         found.append(f"Gauging takes {times.gauge:g} s at every M01 at which the table stands.")
     if job.diamond is None:
