@@ -45,12 +45,12 @@ def stroke_parameters(
     heat_capacity = 1e-9 * material.density * material.specific_heat * height  # J/(mm2 K)
     r0 = eq.grain_contact_radius(z)
     return StrokeParameters(
-        u_ch=material.chip_energy,
+        u_ch=material.power_factor * material.chip_energy,
         e_ch=material.chip_heat,
-        kp=material.ploughing_pressure * fluid.ploughing_factor * eq.ploughing_share(z, st),
+        kp=material.power_factor * material.ploughing_pressure * fluid.ploughing_factor * eq.ploughing_share(z, st),
         mu=wheel.friction * fluid.friction_factor,
         kc=wheel.force_ratio / fluid.force_ratio_factor,
-        pm=material.pressure_factor,
+        pm=material.power_factor * material.pressure_factor,
         pa=wheel.pressure_base,
         pb=wheel.pressure_slope,
         a0=wheel.threshold_depth,

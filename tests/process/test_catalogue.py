@@ -206,7 +206,8 @@ def test_every_number_of_an_entry_does_something(kind: str) -> None:
         elsewhere = key == "g_ratio_factor_cbn" or key.startswith("maximum_")
         if isinstance(quantity, Quantity) and not elsewhere:
             value = getattr(entry, key)
-            after = made(**{kind: changed(entry, {key: 0.9 * value if value else 100.0})})
+            other = 0.9 * value if value else -0.01 if quantity.low < 0.0 else 100.0
+            after = made(**{kind: changed(entry, {key: other})})
             without_effect += [key] if after == before else []
     assert without_effect == []
 

@@ -42,6 +42,8 @@ class Style:
         swaps: share of rows that change places with the next one.
         overrides: feed overrides to choose from, part by part.
         extra: further columns of no interest.
+        gain: of the meter, as a factor.
+        wander: W, standard deviation of what the idle power wanders in a minute.
     """
 
     rate: float = 10.0
@@ -63,6 +65,8 @@ class Style:
     swaps: float = 0.005
     overrides: tuple[float, ...] = (1.0,)
     extra: Mapping[str, str] = field(default_factory=dict)
+    gain: float = 1.0
+    wander: float = 0.0
 
 
 def strokes_of(
@@ -82,6 +86,26 @@ def strokes_of(
     return table
 
 
+def strokes_on(
+    programs: Programs, truth: Job, ground: Any, stops: list[float]
+) -> list[tuple[float, np.ndarray, float]]:
+    """The same of strokes as a machine has made them that keeps neither speed nor dwell of its program."""
+    table = []
+    planned = list(execute(programs, replace(truth.control, whole_cycles=False)))
+    ways = [event for event in planned if isinstance(event, Stroke)]
+    late = ground["time"] - ground["time"][0] - (np.array([way.begin for way in ways])[: len(ground)] - ways[0].begin)
+    stops += [
+        event.time + float(np.interp(event.time, [way.begin for way in ways][: len(late)], late[: len(ways)]))
+        for event in planned
+        if isinstance(event, ProgramStop)
+    ]
+    for number, row in enumerate(ground):
+        way = ways[min(number, len(ways) - 1)]
+        places = _positions(way.start[way.axis], way.end[way.axis], row["E"] / 60.0, truth.control.acceleration)
+        table.append((row["time"] - ground["time"][0] + ways[0].begin, places, places.size * TICK))
+    return table
+
+
 def _positions(a: float, b: float, speed: float, acceleration: float) -> np.ndarray:
     """Where the table is, by small steps: it speeds up, and brakes as late as it can."""
     way, s, v, places, step = abs(b - a), 0.0, 0.0, [0.0], TICK / 20
@@ -98,20 +122,26 @@ def power_of(
     """Power above idle TICK by TICK, the record of the run, and whether the spindle turns."""
     overrides = rng.choice(style.overrides, parts)
     record = _ground(programs, truth, overrides)
-    height = record.strokes["power"].reshape(parts, -1)
+    on_plant = truth.process.before is not None
     dwell = truth.control.reversal_dwell
     timeline: list[np.ndarray] = [np.zeros(int(rng.uniform(5.0, 30.0) / TICK))]
     turns: list[np.ndarray] = [np.zeros(timeline[0].size, bool)]
     for part in range(parts):
         stops: list[float] = []
-        strokes = strokes_of(programs, truth, overrides[part], stops)
+        ground = record.strokes[(record.strokes["part"] - 1) * parts // len(record.parts) == part]
+        strokes = (
+            strokes_on(programs, truth, ground, stops)
+            if on_plant
+            else strokes_of(programs, truth, overrides[part], stops)
+        )
         timeline.append(np.zeros(int(rng.uniform(3.0, 6.0) / TICK)))
         for number, (begin, places, seconds) in enumerate(strokes):
             over = (places >= truth.part.start) & (places <= truth.part.start + truth.part.length)
-            timeline.append(np.where(over, height[part, number], 0.0))
+            timeline.append(np.where(over, ground["power"][number], 0.0))
             following = strokes[number + 1][0] if number + 1 < len(strokes) else begin + seconds
             pause = following - begin - seconds
-            rest = dwell if pause < 0.5 else dwell + pause * rng.uniform(0.7, 1.6)
+            short = max(pause, 0.0) if on_plant else dwell
+            rest = short if pause < 0.5 else dwell + pause * rng.uniform(0.7, 1.6)
             if any(begin < stop <= following for stop in stops):
                 rest += rng.uniform(2.0, 25.0)  # the operator gauges
             timeline.append(np.zeros(round(rest / TICK)))
@@ -152,9 +182,11 @@ def write_log(path: Path, programs: Programs, truth: Job, parts: int, style: Sty
         - style.warm_up * (1.0 - np.exp(-hours / 0.15))
         + style.coolant * np.sin(2 * np.pi * hours / 0.2 + rng.uniform(0, 6))
     )
+    if style.wander:
+        idle = idle + style.wander * np.cumsum(rng.standard_normal(time.size)) * np.sqrt(TICK / 60.0)
     true = np.where(turns, idle, 20.0) + work
     share = TICK / (style.lag + TICK)
-    shown = _filtered(true, share) * np.exp(style.scale * rng.standard_normal())
+    shown = style.gain * _filtered(true, share) * np.exp(style.scale * rng.standard_normal())
     at = np.arange(rng.uniform(0, 1) / style.rate, time[-1], 1.0 / style.rate)
     at = at + rng.normal(0.0, 0.02 / style.rate, at.size)
     value = np.interp(at, time, shown) + style.noise * rng.standard_normal(at.size)

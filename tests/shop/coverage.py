@@ -14,9 +14,9 @@ from grind_env.control import read_file
 from grind_env.errors import GrindError
 from grind_env.machine.job.file import load_job
 from grind_env.shop.calibrate.calibration import calibrate
-from grind_env.shop.calibrate.fit import changes_of
 from grind_env.shop.calibrate.parameters import chosen_parameters, with_entries
 from grind_env.shop.calibrate.result import Calibration
+from grind_env.shop.calibrate.solver import changes_of
 from tests.shop.blemished import Style, write_gauge, write_log
 
 EXAMPLES = Path(__file__).parents[2] / "grind_env" / "examples"
@@ -49,7 +49,8 @@ def trial(
     said.write_text(f"[log]\nrated_power = {job.setup.machine.power_limit}\n", encoding="utf-8")
     found = calibrate(log, EXAMPLES / f"{program}.nc", EXAMPLES / f"{program}.toml", gauge=gauge, map_file=said)
     rows = []
-    for each, true, fitted in zip(found.estimates, z.tolist(), found.fit.z.tolist(), strict=True):
+    neutral = np.zeros(len(found.estimates) - len(parameters))  # a free term has nothing to follow
+    for each, true, fitted in zip(found.estimates, [*z, *neutral], found.fit.z.tolist(), strict=True):
         value = each.parameter.value(true)
         rows.append((each.parameter.name, each.told, each.low <= value <= each.high, (fitted - true) / each.share))
     return found, rows

@@ -18,6 +18,7 @@ from grind_env.control.paths import displaced
 from grind_env.errors import did_you_mean, quoted
 from grind_env.machine.axes import cross_axis, plunge_axis
 from grind_env.process import tables
+from grind_env.process.corrected import corrected_by, exponents_of
 from grind_env.process.cost import NO_LIMIT, Limits, Rates
 from grind_env.process.entries import Dresser, Fluid, Machine, Material, Quantity, Wheel
 from grind_env.process.parameters import USUAL_HEIGHT, limits_of, rates_of, stroke_parameters
@@ -370,6 +371,21 @@ class Job:
             raise wrong("wheel.wear_flat_area", start.wear_flat_area, legal)
         if self.stations:
             self._check_stations()
+        self._correct_process()
+
+    def _correct_process(self) -> None:
+        others = (*(each.part for each in self.parts if each.part is not None), *(each.part for each in self.stations))
+        exponents = exponents_of(self.part.material)
+        for part in others:
+            if exponents_of(part.material) != exponents:
+                raise JobError(
+                    f"{self.part.material} and {part.material} are of one job, whose exponents of the power are one, "
+                    "but they have different ones; give both the same",
+                    "part.material",
+                )
+        process, own = corrected_by(self.part.material, self.process, self.own)
+        object.__setattr__(self, "process", process)
+        object.__setattr__(self, "own", own)
 
     def _check_stations(self) -> None:
         names, origins = set[str](), dict[str, Position]()

@@ -19,17 +19,18 @@ from grind_env.machine.record import GrindingRecord
 from grind_env.shop.calibrate.align import Alignment, align, shifted
 from grind_env.shop.calibrate.columns import read_map
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.fit import YES_OR_NO, Changes, Data, Fit, changes_of, errors_of, fit
+from grind_env.shop.calibrate.fit import Fit, Problem, errors_of, fit
 from grind_env.shop.calibrate.forward import Forward, powers
 from grind_env.shop.calibrate.gauge import Gauge, read_gauge
 from grind_env.shop.calibrate.logs import Log, read_log
 from grind_env.shop.calibrate.meter import averaged, without_lag
 from grind_env.shop.calibrate.observe import Observations, observe
-from grind_env.shop.calibrate.parameters import Parameter, chosen_parameters, with_entries
+from grind_env.shop.calibrate.parameters import Parameter, chosen_parameters, free_parameters, with_entries
 from grind_env.shop.calibrate.pattern import Pattern, pattern_of
 from grind_env.shop.calibrate.remarks import fit_remarks, gauge_remarks, log_remarks, overridden
 from grind_env.shop.calibrate.result import Calibration, HeldOut, Idle, estimates_of, scales_of
 from grind_env.shop.calibrate.sheet import Floats
+from grind_env.shop.calibrate.solver import YES_OR_NO, Changes, Data, changes_of
 
 DISCREPANCY, DISCREPANCY_ACROSS = 0.01, 0.03
 """Of the power of a stroke, and of a block of strokes that cross, than which no model of it does better."""
@@ -107,6 +108,7 @@ def calibrate(
             f"{shown(job)} says how each part differs, but a calibration takes like parts; leave [[parts]] out"
         )
     parameters = chosen_parameters(settings, names)
+    free = free_parameters(settings) if names is None else ()
     told("reading the log")
     rows = read_log(log, settings.setup.machine, said)
     gauged = None if gauge is None else read_gauge(gauge, said)
@@ -124,12 +126,13 @@ def calibrate(
     seen, extra, data = model.seen, model.extra, model.data
     parts = found.executions * pattern.parts
     jumps, scales = bool(pattern.crosses.any()), {"power": rows.scale_spread}
-    fitted = fit(parameters, scales, data, model.predict, told, jumps=jumps)
+    problem = Problem(parameters, scales, data, model.predict, free, jumps)
+    fitted = fit(problem, told)
     _refuse_hopeless(fitted, data)
     held_out = None
     if data.held_out.any() and not data.held_out.all():
         told("fitting without the last parts")
-        others = fit(parameters, scales, data, model.predict, held_out=data.held_out, jumps=jumps)
+        others = fit(problem, held_out=data.held_out, start=fitted)
         held_out = HeldOut(_last(parts), errors_of(others, data, data.held_out))
     return Calibration(
         source=log.name,
@@ -141,13 +144,14 @@ def calibrate(
         data=data,
         fit=fitted,
         label=(*_labels(seen, pattern), *(f"part {part}" for part in extra.part.tolist())),
-        part=np.concatenate([_parts(seen, pattern), extra.part]),
+        part=data.part,
         time=np.concatenate([seen.time, np.full(extra.part.size, np.nan)]),
         errors=errors_of(fitted, data, fitted.used),
         held_out=held_out,
         quality=found.quality,
         idle=_idle(seen, math.exp(fitted.scales["power"]), rows.full) if rows.known_scale else None,
         by_stroke=seen.by_stroke,
+        seen=seen,
         remarks=(
             *rows.remarks,
             *(() if gauged is None else gauge_remarks(gauged, parts)),
@@ -267,11 +271,13 @@ def _data(seen: Observations, pattern: Pattern, unit: float, extra: _Gauged, exe
     )
     parts = executions * pattern.parts
     kept = parts - (max(parts // HELD_OUT, 1) if parts >= ENOUGH_PARTS else 0)
+    part = np.concatenate([_parts(seen, pattern), extra.part])
     return Data(
         value=np.concatenate([power, extra.value]),
         error=np.concatenate([error, extra.error]),
         kind=np.concatenate([np.full(power.size, "power", "U10"), extra.kind]),
-        held_out=np.concatenate([_parts(seen, pattern), extra.part]) > kept,
+        part=part,
+        held_out=part > kept,
     )
 
 

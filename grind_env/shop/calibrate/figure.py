@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from grind_env.render.figures import new_figure
 from grind_env.render.plots import BLUE, GREY, RED
-from grind_env.shop.calibrate.fit import YES_OR_NO
 from grind_env.shop.calibrate.result import Calibration
 from grind_env.shop.calibrate.sheet import Floats
+from grind_env.shop.calibrate.solver import YES_OR_NO
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

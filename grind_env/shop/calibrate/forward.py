@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from grind_env.control import CycleStrokes, Event, Line, Programs, Stroke, execute
+from grind_env.control import CycleStrokes, DressEnd, DressStart, Event, Line, Programs, Stroke, execute
 from grind_env.envs.job.text import repeated
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
@@ -50,10 +50,12 @@ class Forward:
         return self._ground(job, self.overrides)
 
     def _ground(self, job: Job, overrides: Sequence[float]) -> GrindingRecord:
-        run = GrindingRun(self.programs, job, self.control, ())
+        run, dressing = GrindingRun(self.programs, job, self.control, ()), False
         for event in self.events:
             part = run.parts_before
-            run.take(scaled(event, overrides[part]) if part < len(overrides) else event)
+            dressing = isinstance(event, DressStart) or (dressing and not isinstance(event, DressEnd))
+            # what a dress does follows from its program, whose words the machine has read before
+            run.take(scaled(event, overrides[part]) if part < len(overrides) and not dressing else event)
         return run.record()
 
 

@@ -25,6 +25,14 @@ SPREADS: Mapping[str, Mapping[str, float]] = {
 """Logarithmic standard deviations before measuring, by kind and field: what the sources of the catalogue are uncertain
 by
 (`catalogue_data/*.toml`), and how machines and wheels of one name differ."""
+FREE_TERM: Mapping[str, float] = {
+    "power_factor": 0.25,
+    "power_depth_exponent": 0.5,
+    "power_speed_exponent": 0.5,
+    "power_volume_exponent": 0.25,
+}
+"""Fields of a material that follow what the model does not, with their full standard deviation, of the factor
+logarithmic: measured exponents of force on depth and speed are from .5 to .95 where the model has .6 to .8."""
 OTHER_SPREAD = 0.3
 """Of a field that is fitted only because it is named."""
 USUAL_FLOOR, USUAL_CEILING = 0.02, 50.0
@@ -43,7 +51,7 @@ class Parameter:
         entry: name of that.
         key: field of it.
         prior: value in the catalogue.
-        spread: logarithmic standard deviation around it before measuring.
+        spread: standard deviation around it before measuring, logarithmic, or of an exponent itself.
         unit: of the value.
         low: least legal value.
         high: greatest one.
@@ -65,7 +73,13 @@ class Parameter:
 
     def value(self, z: float) -> float:
         """Value at so many spreads from the prior."""
-        return min(max(self.prior * math.exp(self.spread * z), self.low), self.high)
+        value = self.prior + self.spread * z if self.is_exponent else self.prior * math.exp(self.spread * z)
+        return min(max(value, self.low), self.high)
+
+    @property
+    def is_exponent(self) -> bool:
+        """Whether it is one of the free term, which may be 0 or less."""
+        return self.key.endswith("_exponent") and self.key in FREE_TERM
 
 
 def entries_of(job: Job) -> Mapping[str, Entry]:
@@ -124,6 +138,12 @@ def chosen_parameters(
     )
 
 
+def free_parameters(job: Job, *, exponents: bool = True) -> tuple[Parameter, ...]:
+    """The free term as parameters, at its full width; without `exponents` only its factor."""
+    keys = [key for key in FREE_TERM if exponents or not key.endswith("_exponent")]
+    return tuple(_parameter(job, "material", key) for key in keys)
+
+
 def _named(job: Job, name: str) -> Parameter:
     legal = {f"{kind}.{key}": (kind, key) for kind in KINDS for key in _fields(kind)}
     found = [pair for full, pair in legal.items() if name in (full, pair[1])]
@@ -154,10 +174,12 @@ def _fields(kind: str) -> list[str]:
 
 def _parameter(job: Job, kind: str, key: str) -> Parameter:
     """A field of an entry of a job as a parameter."""
-    spread = SPREADS.get(kind, {}).get(key, OTHER_SPREAD)
+    spread = {**SPREADS, "material": {**SPREADS["material"], **FREE_TERM}}.get(kind, {}).get(key, OTHER_SPREAD)
     entry = entries_of(job)[kind]
     quantity, value = quantities(type(entry))[key], getattr(entry, key)
     assert isinstance(quantity, Quantity)
+    if key in FREE_TERM:
+        return Parameter(kind, entry.name, key, value, spread, quantity.unit, quantity.low, quantity.high)
     low, high = max(quantity.low, USUAL_FLOOR * value), min(quantity.high, USUAL_CEILING * value)
     for lesser, greater in type(entry).ASCENDING:
         low = max(low, getattr(entry, lesser) / CLOSEST) if key == greater else low

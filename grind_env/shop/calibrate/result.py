@@ -14,9 +14,11 @@ from grind_env.files import write_atomically
 from grind_env.machine.job import Job
 from grind_env.presenter import html, presenter
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.fit import NORMAL_90, Data, Fit
+from grind_env.shop.calibrate.fit import NORMAL_90, Fit
+from grind_env.shop.calibrate.observe import Observations
 from grind_env.shop.calibrate.parameters import Parameter, entries_of
 from grind_env.shop.calibrate.sheet import Floats
+from grind_env.shop.calibrate.solver import Data
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -94,6 +96,7 @@ class Calibration:
         quality: median correlation of the log with the program, no unit; NaN for a table.
         idle: power of the idling spindle in W; None for a table, and where the scale of the meter is not known.
         by_stroke: whether strokes have means of their own.
+        seen: what the log says; None for a table.
         remarks: what was made of the files and what was left out, as sentences.
     """
 
@@ -113,6 +116,7 @@ class Calibration:
     quality: float = math.nan
     idle: Idle | None = None
     by_stroke: bool = True
+    seen: Observations | None = None
     remarks: tuple[str, ...] = field(default=())
 
     @property

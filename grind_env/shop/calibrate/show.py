@@ -8,8 +8,8 @@ from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Column, Table
 
-from grind_env.shop.calibrate.fit import ABSOLUTE
 from grind_env.shop.calibrate.result import Calibration, Estimate
+from grind_env.shop.calibrate.solver import ABSOLUTE
 
 HEADINGS = ("constant", "was", "is", "90 %", "unit", "spread left %")
 

@@ -22,11 +22,12 @@ from grind_env.machine.job.file import load_job
 from grind_env.process.catalogue import Catalogue
 from grind_env.shop.calibrate.columns import Map, find_columns, names_of, read_map
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.fit import Changes, Data, changes_of, errors_of, fit
+from grind_env.shop.calibrate.fit import Problem, errors_of, fit
 from grind_env.shop.calibrate.parameters import chosen_parameters, entries_of, with_entries
 from grind_env.shop.calibrate.remarks import fit_remarks, overridden
 from grind_env.shop.calibrate.result import Calibration, HeldOut, estimates_of, scales_of
 from grind_env.shop.calibrate.sheet import Floats, Sheet, plain, read_sheet
+from grind_env.shop.calibrate.solver import Changes, Data, changes_of
 from grind_env.validation.rig import SHARP, Rig
 
 SETTINGS = ("wheel_speed", "table_speed", "downfeed", "width", "length", "lead", "depth", "volume")
@@ -127,7 +128,7 @@ def calibrate_table(
     )
     error = np.array([ERRORS[name] for name in kind.tolist()])
     held_out = (of_row % HELD_OUT == HELD_OUT // 2) & (len(rows) >= ENOUGH)
-    data = Data(value, np.where(kind == "power", error * value, error), kind, held_out)
+    data = Data(value, np.where(kind == "power", error * value, error), kind, of_row + 1, held_out)
 
     def predict(changes: Changes) -> Floats:
         changed = with_entries(settings, changes)
@@ -135,14 +136,14 @@ def calibrate_table(
         return np.array([found[k][name] for k, name in zip(of_row.tolist(), kind.tolist(), strict=True)])
 
     told("fitting")
-    scales = dict.fromkeys(free, FREE)
-    fitted = fit(parameters, scales, data, predict, told)
+    problem = Problem(parameters, dict.fromkeys(free, FREE), data, predict)
+    fitted = fit(problem, told)
     judged = None
     if held_out.any():
         told("fitting without some settings")
         judged = HeldOut(
             f"{np.unique(of_row[held_out]).size} of {len(rows)} settings",
-            errors_of(fit(parameters, scales, data, predict, held_out=held_out), data, held_out),
+            errors_of(fit(problem, held_out=held_out, start=fitted), data, held_out),
         )
     return Calibration(
         source=table.name,
@@ -154,7 +155,7 @@ def calibrate_table(
         data=data,
         fit=fitted,
         label=tuple(f"setting {k + 1}" for k in of_row.tolist()),
-        part=of_row + 1,
+        part=data.part,
         time=np.full(value.size, np.nan),
         errors=errors_of(fitted, data, fitted.used),
         held_out=judged,

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from grind_env.extras import needing
 from grind_env.shop.calibrate.figure import UNITS
-from grind_env.shop.calibrate.fit import ABSOLUTE, LINEAR, YES_OR_NO
 from grind_env.shop.calibrate.result import Calibration, catalogue_text
 from grind_env.shop.calibrate.show import error_sentences, kept_sentences, meter_sentences
+from grind_env.shop.calibrate.solver import ABSOLUTE, LINEAR, YES_OR_NO
 from grind_env.shop.report.document import (
     Cell,
     Line,

@@ -1,0 +1,70 @@
+"""The process of the package with exponents on its forces, which a calibration found in what the model does not follow.
+
+The tangential force at given depth, and with it normal force, power, heat and deflection, is that of the model times
+
+    (u/10 um)^depth (vw/200 mm/s)^speed ((V' + 10)/310)^volume
+
+with the interference u of the stroke, the table speed vw and the volume V' since the dress, mm3/mm. A constant factor
+on it, `power_factor`, is of the parameters of any process.
+"""
+
+from typing import Any, NamedTuple
+
+from grind_env.kernel import exp, inlined, log
+from grind_env.kernel.columns import replacer
+from grind_env.process.entries import Material
+from grind_env.process.process import PROCESS, Process, joined
+from grind_env.process.state import StrokeConstants, StrokeResult, WheelState
+
+DEPTH, SPEED, VOLUME, EARLY = 0.010, 200.0, 300.0, 10.0
+"""mm, mm/s and mm3/mm at which the exponents change nothing; mm3/mm that are added to the volume."""
+THINNEST, DEEPEST = 0.0005, 0.1
+"""mm; below and above no log tells how the force goes on, and it goes on as the model has it."""
+
+
+class CorrectedOwn(NamedTuple):
+    """What the process remembers: exponents of the job."""
+
+    corrected_depth: float = 0.0
+    corrected_speed: float = 0.0
+    corrected_volume: float = 0.0
+
+
+ground = PROCESS.stroke
+scaled = replacer(StrokeConstants, "u_ch", "kp", "pa", "pb")
+
+
+@inlined
+def _stroke(
+    wheel: WheelState, own: Any, S: float, Rs: float, Z: float, b: float, k: StrokeConstants, seconds: float
+) -> tuple[WheelState, Any, StrokeResult]:
+    u = min(max(Z - wheel.W - S, THINNEST), DEEPEST)
+    factor = exp(
+        own.corrected_depth * log(u / DEPTH)
+        + own.corrected_speed * log(k.vw / SPEED)
+        + own.corrected_volume * log((wheel.V + EARLY) / (VOLUME + EARLY))
+    )
+    more = scaled(k, (factor * k.u_ch, factor * k.kp, factor * k.pa, factor * k.pb))
+    done: tuple[WheelState, Any, StrokeResult] = ground(wheel, own, S, Rs, Z, b, more, seconds)
+    return done
+
+
+CORRECTED = PROCESS._replace(own=joined(PROCESS.own, CorrectedOwn), stroke=_stroke)
+
+
+def exponents_of(material: Material) -> tuple[float, ...]:
+    """The exponents of a material, as the process remembers them."""
+    return material.power_depth_exponent, material.power_speed_exponent, material.power_volume_exponent
+
+
+def corrected_by(material: Material, process: Process, own: tuple[float, ...]) -> tuple[Process, tuple[float, ...]]:
+    """What grinds a material, and what it remembers as a shift begins: without exponents the process of the package.
+
+    Any other process stays as it is.
+    """
+    if process not in (PROCESS, CORRECTED):
+        return process, own
+    own, exponents = own[: len(PROCESS.own._fields)], exponents_of(material)
+    if not any(exponents):
+        return PROCESS, own
+    return CORRECTED, (*(own or PROCESS.own()), *exponents)

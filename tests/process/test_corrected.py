@@ -1,0 +1,84 @@
+"""The free term of a calibration: exponents and a factor on the forces of the model."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from grind_env.control import read_file
+from grind_env.envs.job.text import repeated
+from grind_env.examples import FOLDER as EXAMPLES
+from grind_env.kernel import plain
+from grind_env.machine.grind import grind
+from grind_env.machine.job import JobError, PartConditions
+from grind_env.machine.job.file import load_job
+from grind_env.machine.job.text import job_text
+from grind_env.process.corrected import CORRECTED
+from grind_env.process.process import PROCESS
+from grind_env.process.stroke import dressed_wheel, grind_stroke, stroke_constants
+from grind_env.shop.calibrate.parameters import with_entries
+
+PLATE = "plate_g82"
+
+
+def job_of(program, **material):
+    return with_entries(load_job(EXAMPLES / f"{program}.toml"), {"material": material})
+
+
+def strokes(program, parts=2, **material):
+    return grind(repeated(read_file(EXAMPLES / f"{program}.nc"), parts), job_of(program, **material)).strokes
+
+
+def test_without_exponents_the_process_is_that_of_the_package():
+    assert job_of(PLATE).process is PROCESS
+    corrected = job_of(PLATE, power_volume_exponent=0.1)
+    assert corrected.process is CORRECTED
+    assert with_entries(corrected, {"material": {"power_volume_exponent": 0.0}}).process is PROCESS
+
+
+def test_a_factor_is_one_on_chips_ploughing_and_flats():
+    material = job_of(PLATE).part.material
+    by_hand = {key: 1.2 * getattr(material, key) for key in ("chip_energy", "ploughing_pressure", "pressure_factor")}
+    np.testing.assert_allclose(
+        strokes(PLATE, power_factor=1.2)["power"], strokes(PLATE, **by_hand)["power"], rtol=1e-12
+    )
+
+
+def test_a_speed_exponent_is_a_factor_of_each_block():
+    """The plate is roughed at 15 and finished at 9 m/min: to each block its factor, given by hand, is the same."""
+    corrected, plain = (
+        strokes(PLATE, 1, **each) for each in ({"power_speed_exponent": 0.3}, {"power_factor": (250.0 / 200.0) ** 0.3})
+    )
+    rough = plain["E"] == 15_000.0
+    np.testing.assert_allclose(corrected["power"][rough], plain["power"][rough], rtol=1e-9)
+    assert np.all(corrected["power"][~rough][2:] != plain["power"][~rough][2:])
+
+
+@pytest.mark.parametrize("u", [0.0001, 0.004, 0.010, 0.3])
+@pytest.mark.parametrize("V", [0.0, 300.0, 2000.0])
+def test_a_stroke_is_one_of_the_model_with_forces_by_a_power_law(u, V):
+    job = job_of(PLATE)
+    k = plain(stroke_constants)(job.parameters, 300.0, 200.0)
+    wheel = plain(dressed_wheel)(300.0, 0.0, 0.1, 0.02, job.parameters)._replace(V=V, A=0.01)
+    depth = min(max(u, 0.0005), 0.1)  # beyond, no log tells
+    factor = (depth / 0.010) ** 0.2 * (300.0 / 200.0) ** -0.3 * ((V + 10.0) / 310.0) ** 0.1
+    by_hand = k._replace(u_ch=factor * k.u_ch, kp=factor * k.kp, pa=factor * k.pa, pb=factor * k.pb)
+    surface = (0.0, 0.5, u, 20.0)
+    _, _, found = plain(CORRECTED.stroke)(wheel, CORRECTED.own(0.0, 0.2, -0.3, 0.1), *surface, k, 1.0)
+    _, right = plain(grind_stroke)(wheel, *surface, by_hand)
+    np.testing.assert_allclose(found, right, rtol=1e-12)
+
+
+def test_the_text_of_a_job_keeps_the_free_term(tmp_path):
+    corrected = job_of(PLATE, power_depth_exponent=0.1, power_factor=1.1)
+    (tmp_path / "job.toml").write_text(job_text(corrected), encoding="utf-8")
+    again = load_job(tmp_path / "job.toml")
+    assert again.own == corrected.own
+    assert again == corrected
+
+
+def test_parts_of_one_job_have_the_same_exponents():
+    plain = job_of(PLATE)
+    other = job_of(PLATE, power_depth_exponent=0.1).part
+    with pytest.raises(JobError, match="give both the same"):
+        replace(plain, parts=(PartConditions(part=other),))
