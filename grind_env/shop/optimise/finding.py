@@ -19,6 +19,7 @@ from grind_env.machine.job.file import job_beside, load_job
 from grind_env.machine.script.settings import DRESS_SECONDS
 from grind_env.plants import find_plant
 from grind_env.plants.names import MODEL
+from grind_env.policies.statistics import Interval
 from grind_env.process.cost import NO_LIMIT
 from grind_env.shop.optimise.budget import ENOUGH_TRIALS, Budget, TimeUp, time_said
 from grind_env.shop.optimise.editing import ProgramText, text_of
@@ -28,6 +29,7 @@ from grind_env.shop.optimise.judgement import (
     few,
     limits_of,
     not_freed,
+    on_machines,
     paired,
     passed_over,
     quantities_of,
@@ -48,8 +50,9 @@ SEARCHED, CHOSEN, JUDGED = 16, 128, 256
 short batches, and fewer of a program that the control executes, if there is no time for them."""
 FINALISTS = 4
 """Programs that are compared, the best of all and of those that keep each of `CLEARANCES`."""
-CLEARANCES = (1.0, 0.97, 0.94)
-"""Shares of what is asked of the limits; much that the search finds just within them is beyond them on other lots."""
+CLEARANCES = (1.0, 0.97, 0.94, 0.9, 0.85)
+"""Shares of what is asked of the limits; much that the search finds just within them is beyond them on other lots or
+machines."""
 STEP_BY_STEP = 3, 8
 """Finalists, and lots on which they are compared, of a program that the control executes, a thousand times slower."""
 FEWER = 4
@@ -78,10 +81,12 @@ def find_words(
 ) -> Optimised:
     """Search better words for a program.
 
-    On a machine that is not the model, the search is on the model, and the judgement on the machine.
+    On a machine that is not the model, the search is on the model, and the judgement on the machine: that of the
+    catalogue's numbers, to which no calibration belongs.
 
     The search, the comparison of the best programs found and the judgement have lots of their own, the same ones for
-    all programs. The result is the same for the same seed unless the time ends the search.
+    all programs, and machines of their own, drawn from what is not known of that of the job. The result is the same
+    for the same seed unless the time ends the search.
 
     Args:
         program: file of the part program.
@@ -107,8 +112,8 @@ def find_words(
         programs = read(text.text, programs.name, programs.folder)
     try:
         machine = None if plant is None else find_plant(plant, modules=True)
-        held = replace(load_job(job, plant=machine), variables=variables)
-        planned = replace(held.on(MODEL), plant="") if held.plant else held
+        held = replace(load_job(job, plant=machine, calibrated=False), variables=variables)
+        planned = replace(load_job(job, plant=MODEL), plant="", variables=variables)
         variation = variation_of(programs, text, planned, wishes or Wishes(), parts, seed, seconds)
         return _optimised(variation, job.name, progress, held if held.plant else None)
     except TimeUp:
@@ -120,7 +125,7 @@ def find_words(
 
 def _optimised(variation: Variation, job: str, progress: Progress, machine: Job | None = None) -> Optimised:
     """What the search finds on the job of the model, and what that comes to on a machine that is another one."""
-    budget = variation.budget
+    budget, uncertainty = variation.budget, variation.job.uncertainty
     tried: dict[Point, Trade] = {}
     compiled = variation.base.simulation.compiled
     pace = Pace()
@@ -135,32 +140,35 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
     before = variation.trials(LotUse.JUDGEMENT, lots)
     progress("judging", 0)
     old = before.measure(before.own[None])
+    less = attrgetter(variation.wishes.quantity)
     judged = _judged(variation, before, old, points, lots)
     kept = judged[-1].keeps(variation)
     chosen = judged[-1] if kept else judged[0]
+    promised, fleet = None, variation.fleet
     if machine is not None:
+        promised = before.of_one(less(chosen.new)[0])
         variation = variation.on(machine)
         before = variation.trials(LotUse.JUDGEMENT, lots)
         old = before.measure(before.own[None])
         chosen = _judge(variation, before, old, chosen.point, lots)
         kept = chosen.keeps(variation)
-    point, text, programs, after, new, wishes = chosen
+    point, text, programs, after, new, wishes, difference = chosen
     objective = variation.wishes.quantity
-    less = attrgetter(objective)
-    difference = paired(less(new)[0] - less(old)[0])
     beyond = new.violation(variation.margins)[0]
     sought = feasible and before.simulation.compiled and machine is None
     left = Budget(OVER * budget.seconds - budget.spent)
     freed = _freed(variation, before, point, pace, left, progress) if sought else {}
     limits = limits_of(variation, old, new, freed)
-    on = lots_said(len(before.seeds), "unseen lots")
-    verdict, reason = verdict_of(feasible or kept, QUANTITIES[objective], difference, limits, beyond, wishes, on)
+    on = lots_said(before.lots, "unseen lots")
+    verdict, reason = verdict_of(
+        feasible or kept, QUANTITIES[objective], difference, limits, beyond, wishes, variation.wishes.confidence, on
+    )
     if verdict is not Verdict.BETTER and search.ended_early and len(search.costs) == 1:
         enough = f"try some {ENOUGH_TRIALS} with --budget {time_said(ENOUGH_TRIALS * seconds)}"
         verdict, reason = Verdict.UNTRIED, f"the first one took all the time of the search; {enough}"
     better = verdict is Verdict.BETTER
     once = variation.once if after is before else one_run(programs, variation.job)
-    quantities = quantities_of(variation.once, once, old, new)
+    quantities = quantities_of(before, variation.once, once, old, new)
     return Optimised(
         program=variation.programs.name,
         job=job,
@@ -177,6 +185,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
             *variation.choices.remarks,
             *variation.base.simulation.unread,
             *undressed(before, after, variation.runs),
+            *on_machines(fleet),
             *passed_over(len(judged), kept),
             *few(len(before.seeds), lots, JUDGED),
             *not_freed([name for name in LIMITS if sought and name not in freed and without(variation.job, name)]),
@@ -185,11 +194,14 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
         after=text.text if better else variation.text.text,
         data=text.bytes() if better else variation.text.bytes(),
         parts=variation.runs,
-        lots=len(before.seeds),
+        lots=before.lots,
         seed=variation.seed,
         evaluations=len(search.costs),
         ended_early=search.ended_early,
         plant=variation.job.plant,
+        promised=promised,
+        confidence=variation.wishes.confidence,
+        calibration=None if uncertainty is None else uncertainty.source,
     )
 
 
@@ -215,10 +227,12 @@ def _compared(
     if len(finalists) == 1:
         return finalists
     try:
+        old = trials.measure(trials.own[None], between=budget.require_comparison)
         found = variation.measure(trials, finalists, budget.require_comparison)
     except TimeUp:
         return finalists
-    return [finalists[k] for k in variation.worth(found).argsort(kind="stable")]
+    worth = variation.worth(variation.shares(trials, found, old), found)
+    return [finalists[k] for k in worth.argsort(kind="stable")]
 
 
 class _Judged(NamedTuple):
@@ -231,9 +245,13 @@ class _Judged(NamedTuple):
     new: Measures
     wishes: tuple[WishUse, ...]
 
+    change: Interval
+    """Of what is to become less of a part, from the program as it was."""
+
     def keeps(self, variation: Variation) -> bool:
-        """Whether they keep limits and wishes."""
-        return not self.new.violation(variation.margins).any() and all(each.kept for each in self.wishes)
+        """Whether they keep limits and wishes, and are better or at least what was asked for."""
+        asked = all(each.kept for each in self.wishes) and not self.new.violation(variation.margins).any()
+        return asked and (self.change.high < 0.0 or any(each.before > each.most for each in self.wishes))
 
 
 def _judged(variation: Variation, before: Trials, old: Measures, points: Sequence[Point], lots: int) -> list[_Judged]:
@@ -256,7 +274,9 @@ def _judge(variation: Variation, before: Trials, old: Measures, point: Point, lo
     after = before if same else variation.trials_of(programs, LotUse.JUDGEMENT, lots)
     said = _require_said(variation, before, after, point)
     new = old if same else after.measure(said[None])
-    return _Judged(point, text, programs, after, new, wishes_kept(variation.wishes, old, new))
+    less = attrgetter(variation.wishes.quantity)
+    change = before.of_one(less(new)[0] - less(old)[0])
+    return _Judged(point, text, programs, after, new, wishes_kept(variation.wishes, old, new), change)
 
 
 def _require_said(variation: Variation, before: Trials, after: Trials, point: Point) -> Array:
