@@ -1,5 +1,6 @@
 """On which machines programs are tried: those that the job may be of, in which its program grinds good parts."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,24 +11,24 @@ from grind_env.machine.job.uncertainty import Uncertainty
 from grind_env.machine.job.worlds import known_of, world
 from grind_env.shop.trials import LotUse, Trials, lots_of
 
-MACHINES = 64
-"""On which programs are compared, on which they are judged, and on which they are swept."""
-SEARCHED = 16
-"""On which they are searched."""
-FIRST = {LotUse.SEARCH: 0, LotUse.COMPARISON: SEARCHED, LotUse.JUDGEMENT: SEARCHED + MACHINES, LotUse.SWEEP: 0}
-"""Place of the first of a use among those that are drawn."""
-NEEDED = SEARCHED + 2 * MACHINES
+MACHINES = {LotUse.SEARCH: 32, LotUse.COMPARISON: 128, LotUse.JUDGEMENT: 128, LotUse.SWEEP: 64}
+"""On which programs are tried for each use; on fewer where there are fewer lots."""
+FIRST = {LotUse.SEARCH: 0, LotUse.COMPARISON: 32, LotUse.JUDGEMENT: 160, LotUse.SWEEP: 0}
+"""Place of the first of them: those of a search are no other's, if there are enough."""
+NEEDED = 288
 
 AT_ONCE, MOST_DRAWN = 128, 512
 """Machines that are drawn at once, and at most."""
 ROUNDS, PARTS_EACH = 4, 50
 """In how many rounds it is seen whether a machine grinds good parts with the program as it is, and parts of each."""
 SEEN_GOOD = 200
-"""Parts that the shop has ground with it and found good: of machines with .1 % scrap that is met on four in five, with
-1 % on one in seven."""
-GOOD, LEAST = 0.8, 16
-"""Share of good parts on the machine of the job, and machines on which all are good, without which a program tells
-nothing: whoever grinds good parts with it does so in another way, such as with a dress by hand."""
+"""Parts that the shop has ground with it and found good, at most: of machines with .1 % scrap that is met on four in
+five, with 1 % on one in seven."""
+LEAST_BELIEVED = 0.5
+"""Of the machine of the job, which so many good parts must not make less likely: where the model itself has scrap,
+fewer of them are taken to have been good."""
+LEAST = 16
+"""Machines on which all are good, without which the program tells nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,8 +49,7 @@ class Fleet:
 
     def under(self, trials: Trials, use: LotUse, seeds: Sequence[tuple[int, ...]]) -> Trials:
         """Trials on lots and on the machines of a use, other ones for each if there are enough."""
-        count = min(SEARCHED if use is LotUse.SEARCH else MACHINES, len(seeds))
-        places = [(FIRST[use] + k) % len(self.numbers) for k in range(count)]
+        places = [(FIRST[use] + k) % len(self.numbers) for k in range(min(MACHINES[use], len(seeds)))]
         job, root = trials.simulation.job, self.uncertainty.root
         machines = [world(job, self.uncertainty, root, self.seed, self.numbers[place]) for place in places]
         return trials.on(seeds, machines, self.uncertainty.drift)
@@ -70,8 +70,8 @@ def fleet_of(trials: Trials, seed: int, *, untried: bool) -> Fleet:
     if untried or not trials.simulation.compiled:
         return every
     root, numbers, drawn = uncertainty.root, list[int](), 0
-    if good_on(trials, [job], 0.0, seed, 0)[0] < GOOD:
-        return every
+    own = float(np.mean([good_on(trials, [job], 0.0, seed, number) for number in range(ROUNDS)]))
+    seen = min(SEEN_GOOD, math.log(LEAST_BELIEVED) / math.log(own)) if 0.0 < own < 1.0 else SEEN_GOOD * own
     while len(numbers) < NEEDED and drawn < MOST_DRAWN:
         left = {k: world(job, uncertainty, root, seed, k) for k in range(drawn, drawn + AT_ONCE)}
         chances = {k: np.random.default_rng((seed, k, 1)).random() for k in left}
@@ -79,7 +79,7 @@ def fleet_of(trials: Trials, seed: int, *, untried: bool) -> Fleet:
         for number in range(ROUNDS):
             good = good_on(trials, list(left.values()), uncertainty.drift, seed, number) if left else []
             for k, share in zip(list(left), good, strict=True):
-                likely[k] *= share ** (SEEN_GOOD / ROUNDS)
+                likely[k] *= share ** (seen / ROUNDS)
                 if likely[k] < chances[k]:
                     del left[k]
         numbers += left

@@ -90,7 +90,7 @@ def optimise(
     The program is replayed on lots of the job ([lots]) for batches of parts, in which the wheel carries over, and on
     machines that this may be: by what its calibration leaves open ([uncertainty] in a catalogue file of the job) or,
     where there is none, by how uncertain the catalogue is, which the first line says. They are those on which the
-    program as it is grinds good parts, unless it is --untried. The best one is judged on 256 lots or more and 64
+    program as it is grinds good parts, unless it is --untried. The best one is judged on 256 lots or more and 128
     machines that the search has not seen, each ground with both programs; on fewer where the control has to execute the
     program step by step and the budget has no time for more. What one machine will come to lies in an interval with 90
     %, of which each end holds with the --confidence of .95. It is written only if it is cheaper at the upper end of the

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import zip_longest
 from operator import attrgetter
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -41,18 +40,29 @@ from grind_env.shop.optimise.judgement import (
 from grind_env.shop.optimise.outcome import Optimised, Trade, Verdict, WishUse, cheapest_by_time
 from grind_env.shop.optimise.search import GENERATIONS, Point
 from grind_env.shop.optimise.unrolling import unrolled
-from grind_env.shop.optimise.variation import Pace, Progress, Variation, nothing_more, one_run, variation_of
+from grind_env.shop.optimise.variation import (
+    PARTS,
+    STEPS,
+    Pace,
+    Progress,
+    Variation,
+    nothing_more,
+    one_run,
+    variation_of,
+)
 from grind_env.shop.optimise.wishes import Wishes
 from grind_env.shop.trials import LIMITS, SAME, LotUse, Measures, Trials, lots_said
 
-SEARCHED, CHOSEN, JUDGED = 16, 128, 256
+SEARCHED, CHOSEN, JUDGED = 20, 128, 256
 """Lots on which programs are searched, on which the best of them are compared, and on which that one is judged; more of
 short batches, and fewer of a program that the control executes, if there is no time for them."""
-FINALISTS = 4
-"""Programs that are compared, the best of all and of those that keep each of `CLEARANCES`."""
-CLEARANCES = (1.0, 0.97, 0.94, 0.9, 0.85)
-"""Shares of what is asked of the limits; much that the search finds just within them is beyond them on other lots or
-machines."""
+FINALISTS, BEYOND = 8, (1.12, 1.3)
+"""Programs that are compared, besides steps towards the best one: the cheapest of those that come to no more than some
+shares of what is asked. So many of these lie evenly from that of the best one down to the least that any has come to,
+since much that the search finds within what is asked is beyond it on other lots and machines; and some beyond 1, since
+it is the other way round, too."""
+SURE = 0.96
+"""Share of what is asked that the first of them keep where they are compared, so that they keep it on others, too."""
 STEP_BY_STEP = 3, 8
 """Finalists, and lots on which they are compared, of a program that the control executes, a thousand times slower."""
 FEWER = 4
@@ -134,8 +144,11 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
     known = budget.spent
     search.run(variation.start, variation.seed, grid=variation.grid() if compiled else ())
     seconds = (budget.spent - known) / len(search.costs)
+    steps = variation.steps_to(search.ranked[0]) if compiled else []
+    if steps:
+        search.objective(np.array(steps))
     feasible = any(each.keeps for each in tried.values())
-    points = _compared(variation, search.ranked, tried, pace) if feasible else search.ranked[:1]
+    points = _compared(variation, search.ranked, tried, pace, steps) if feasible else search.ranked[:1]
     lots = JUDGED if compiled else budget.judged(JUDGED, seconds / SEARCHED)
     before = variation.trials(LotUse.JUDGEMENT, lots)
     progress("judging", 0)
@@ -206,7 +219,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
 
 
 def _compared(
-    variation: Variation, ranked: list[Point], tried: dict[Point, Trade], pace: Pace, each: int = FINALISTS
+    variation: Variation, ranked: list[Point], tried: dict[Point, Trade], pace: Pace, steps: Sequence[Point] = ()
 ) -> list[Point]:
     """The first programs as they rank on lots that no search has seen, as many of them as there is time for.
 
@@ -215,15 +228,14 @@ def _compared(
     budget = variation.budget
     if variation.base.simulation.compiled:
         trials = variation.trials(LotUse.COMPARISON, CHOSEN)
-        best = [[point for point in ranked if tried[point].share <= share][:each] for share in CLEARANCES]
-        some = [point for row in zip_longest(*best) for point in row if point is not None]
+        front = _front(tried, variation.wishes.quantity, FINALISTS)
+        some = list(dict.fromkeys([*front, *steps])) if steps else front[:1]
         one = pace.seconds * len(trials.seeds)
         left = budget.seconds - budget.spent - one * 2 * JUDGED / CHOSEN
-        finalists = [point for k, point in enumerate(dict.fromkeys(some)) if k == 0 or one * (k + 1) <= left]
-        finalists = finalists or ranked[:1]
+        finalists = [point for k, point in enumerate(some) if k == 0 or one * (k + 1) <= left] or ranked[:1]
     else:
-        count, lots = STEP_BY_STEP
-        trials, finalists = variation.trials(LotUse.COMPARISON, lots), ranked[:count]
+        most, lots = STEP_BY_STEP
+        trials, finalists = variation.trials(LotUse.COMPARISON, lots), ranked[:most]
     if len(finalists) == 1:
         return finalists
     try:
@@ -231,8 +243,18 @@ def _compared(
         found = variation.measure(trials, finalists, budget.require_comparison)
     except TimeUp:
         return finalists
-    worth = variation.worth(variation.shares(trials, found, old), found)
+    worth = variation.worth(variation.shares(trials, found, old) / SURE, found)
     return [finalists[k] for k in worth.argsort(kind="stable")]
+
+
+def _front(tried: dict[Point, Trade], quantity: str, count: int) -> list[Point]:
+    """The cheapest program that keeps all, the cheapest ones that keep more and more than that, then ones `BEYOND`."""
+    cheap = sorted(tried, key=lambda point: (getattr(tried[point], quantity), point))
+    shares = [tried[point].share for point in cheap]
+    least = min(shares)
+    best = next((share for share in shares if share <= 1.0), least)
+    levels = (*np.linspace(best, least, count).tolist(), *BEYOND)
+    return list(dict.fromkeys(next(point for point in cheap if tried[point].share <= level) for level in levels))
 
 
 class _Judged(NamedTuple):
@@ -307,7 +329,11 @@ def _judging(variation: Variation, pace: Pace) -> float:
 
     It is no more than `MOST_JUDGING` of the budget, for a pace that is known badly must not end a search at once.
     """
-    lots = len(variation.trials(LotUse.JUDGEMENT, FINALISTS * len(CLEARANCES) * CHOSEN + 3 * JUDGED).seeds)
+    lots = len(
+        variation.trials(
+            LotUse.JUDGEMENT, (FINALISTS + len(BEYOND) + len(STEPS) * len(PARTS)) * CHOSEN + 3 * JUDGED
+        ).seeds
+    )
     seconds, budget = pace.seconds * lots + variation.reading, variation.budget.seconds
     return min(seconds, MOST_JUDGING * budget) + WITHOUT_LIMITS * budget
 
@@ -322,7 +348,7 @@ def _freed(
     less = attrgetter(variation.wishes.quantity)
     with_all, words = less(variation.measure(judged, [best]))[0], {}
     others = [(k, name, free) for k, name in enumerate(LIMITS) if (free := without(variation.job, name)) is not None]
-    judging = pace.seconds * (len(CLEARANCES) * CHOSEN + 2 * JUDGED) / JUDGED * len(judged.seeds)
+    judging = pace.seconds * (CHOSEN + 2 * JUDGED) / JUDGED * len(judged.seeds)
     for number, (k, name, free) in enumerate(others):
         seconds = (budget.seconds - budget.spent) / (len(others) - number) - judging
         if seconds < 0.0:
@@ -334,7 +360,7 @@ def _freed(
         label = f"without the limit of {name}"
         search = other.search(other.trials(LotUse.SEARCH, SEARCHED), progress, label, tried, Pace())
         search.run(best, variation.seed, GENERATIONS // FEWER)
-        point = _compared(other, search.ranked, tried, pace, 1)[0]
+        point = _compared(other, search.ranked, tried, pace)[0]
         found = less(other.measure(other.trials(LotUse.JUDGEMENT, JUDGED), [point]))[0]
         share = float(variation.measure(judged, [point]).ratios[0, k])
         words[name] = Freed(paired(with_all - found), share)

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -38,6 +39,9 @@ RATIOS, RATIO_VALUES = (0.5, 2.0), 9
 """Of E to that of the program, with which a search begins: those of `grind sweep`."""
 FEWER_RATIOS = 4
 """The same with each interval of blocks, of which there are many: one in so many."""
+
+STEPS, PARTS = (1.0, 0.75, 0.5, 0.25), (1.0, 0.5, 0.0)
+"""Of the way from the program's own words to the best ones found, and from its own interval between dresses."""
 
 Progress = Callable[[str, int], object]
 
@@ -152,6 +156,21 @@ class Variation(NamedTuple):
     def start(self) -> Point:
         """The program as it is, or what is nearest to it."""
         return (*(each.start for each in self.choices.variables), 0)
+
+    def steps_to(self, point: Point) -> list[Point]:
+        """Points on the way from the program as it is to another one, the longest steps first.
+
+        The interval between dresses goes its way by itself, for it and E are unsure in different things.
+        """
+        start = self.start
+        ways = [
+            (
+                *(round(own + share * (end - own)) for own, end in zip(start, point[:-1], strict=False)),
+                round(part * point[-1]),
+            )
+            for share, part in product(STEPS, PARTS)
+        ]
+        return [way for way in dict.fromkeys(ways) if way not in (start, point)]
 
     def interval(self, point: Point) -> DressInterval:
         """How often the wheel is dressed at a point."""
