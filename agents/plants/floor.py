@@ -3,9 +3,9 @@
     log peak power = c + f log E + g log (V' + 10),  by kind of block; least squares with forgetting
 
 It takes the E at which the next block is expected to take 88 % of what the spindle has, at most 1.25 times the last
-one, and dresses when the next part would take longer than the parts since the last dress have taken in the mean, after a
-reading beyond a limit, and when a block takes 1.25 times the power of its first one since the dress at the same E, for
-where the table is at its fastest, or burn is the limit, time tells nothing.
+one. It dresses when the next part would take longer than the parts since the last dress have taken in the mean, after
+a reading beyond a limit, and when a block takes 1.25 times the power of its first one since the dress at the same E,
+for where the table is at its fastest, or burn is the limit, time tells nothing.
 """
 
 from collections import defaultdict

@@ -12,6 +12,8 @@ field, or names as `base` an entry of its own kind that supplies the rest::
     base = "default"
     stiffness = 50_000
 
+A calibrated file says in a table `[uncertainty]` what it leaves open; that of the last such file holds.
+
 A name that exists already is redefined. `base` means the definition that stands when the table is read:
 that of an earlier table, an earlier file, or the built-in one.
 """
@@ -72,15 +74,35 @@ Entries = Mapping[tuple[str, str], Entry]
 """Entries by kind (a key of `KINDS`) and name."""
 
 
+UNCERTAINTY = "uncertainty"
+"""Heading of what a calibration leaves open."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Calibrated:
+    """A calibrated file.
+
+    Attributes:
+        table: what it leaves open, as its table says it.
+        names: of the entries in it, by kind.
+        file: its name; empty for a document.
+    """
+
+    table: Mapping[str, Any]
+    names: Mapping[str, tuple[str, ...]]
+    file: str
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Catalogue:
-    """All known entries by name."""
+    """All known entries by name, and the last calibrated file among those read, if there is one."""
 
     materials: Mapping[str, Material]
     wheels: Mapping[str, Wheel]
     dressers: Mapping[str, Dresser]
     fluids: Mapping[str, Fluid]
     machines: Mapping[str, Machine]
+    calibrated: Calibrated | None = None
 
     def material(self, name: str) -> Material:
         """The material of that name; CatalogueError if there is none, as for the other kinds."""
@@ -120,9 +142,11 @@ def load_catalogue(*paths: str | PathLike[str], document: Mapping[str, Any] = Ma
         >>> wheel.diameter, wheel.width  # mm
         (300.0, 25.0)
     """
-    entries = dict(_built_in())
+    entries, calibrated = dict(_built_in()), None
     for path in paths:
-        entries |= _read(Path(path), entries)
+        content = _content(Path(path))
+        entries |= _of_file(Path(path), content, entries)
+        calibrated = _calibrated(content, str(path)) or calibrated
     entries |= _entries(document, entries)
     return Catalogue(
         materials=_of_kind(Material, entries),
@@ -130,34 +154,59 @@ def load_catalogue(*paths: str | PathLike[str], document: Mapping[str, Any] = Ma
         dressers=_of_kind(Dresser, entries),
         fluids=_of_kind(Fluid, entries),
         machines=_of_kind(Machine, entries),
+        calibrated=_calibrated(document, "") or calibrated,
     )
+
+
+def is_calibrated(path: Path) -> bool:
+    """Whether a catalogue file says what its calibration leaves open.
+
+    Raises:
+        CatalogueError: it cannot be read or is not TOML.
+    """
+    return UNCERTAINTY in _content(path)
 
 
 @functools.cache
 def _built_in() -> Entries:
     entries: dict[tuple[str, str], Entry] = {}
     for path in sorted(BUILT_IN.glob("*.toml")):
-        entries |= _read(path, entries)
+        entries |= _of_file(path, _content(path), entries)
     return MappingProxyType(entries)
 
 
-def _read(path: Path, known: Entries) -> Entries:
-    """The entries of one file; `known` are those of the files before it."""
+def _content(path: Path) -> Mapping[str, Any]:
+    """What a file says."""
     try:
-        document = read_toml(path)
+        return read_toml(path)
     except ReadError as error:
         raise CatalogueError(f"{shown(path)}: the catalogue cannot be read: {error.reason}.") from None
     except TomlError as error:
         raise CatalogueError(f"{shown(path)}: the catalogue is not valid TOML: {error}.") from None
+
+
+def _of_file(path: Path, document: Mapping[str, Any], known: Entries) -> Entries:
+    """The entries of what a file says; `known` are those of the files before it."""
     try:
         return _entries(document, known)
     except CatalogueError as error:
         raise CatalogueError(f"{shown(path)}: {error}") from None
 
 
+def _calibrated(document: Mapping[str, Any], file: str) -> Calibrated | None:
+    """What a document with entries leaves open; None if it does not say that."""
+    if UNCERTAINTY not in document:
+        return None
+    names = {kind: tuple(tables) for kind, tables in document.items() if kind in KINDS}
+    return Calibrated(table=document[UNCERTAINTY], names=names, file=file)
+
+
 def _entries(document: Mapping[str, Any], known: Entries) -> Entries:
     entries = dict(known)
     for heading, tables in document.items():
+        if heading == UNCERTAINTY:
+            _table(tables, heading)
+            continue
         if heading not in KINDS:
             raise CatalogueError(
                 f"there is no kind of entry {quoted(heading)}{did_you_mean(heading.lower(), KINDS)}; "

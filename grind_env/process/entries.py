@@ -16,6 +16,8 @@ from grind_env.errors import GrindError, quoted
 
 ALUMINA, CBN = "alumina", "cbn"
 """Abrasives."""
+CLOSEST = 0.99
+"""Share of a field that another one, which must be less, may come to."""
 
 
 class CatalogueError(GrindError):
@@ -81,6 +83,21 @@ class Entry:
             low, high = getattr(self, lesser), getattr(self, greater)
             if not low < high:
                 raise CatalogueError(f"{self}: {lesser} is {low:g}, but must be below {greater}, {high:g}.")
+
+    def ends(self, key: str) -> tuple[float, float]:
+        """The least and the greatest value that a field may have beside the others, in its unit."""
+        quantity = quantities(type(self))[key]
+        assert isinstance(quantity, Quantity)
+        low, high = quantity.low, quantity.high
+        for lesser, greater in self.ASCENDING:
+            low = max(low, getattr(self, lesser) / CLOSEST) if key == greater else low
+            high = min(high, getattr(self, greater) * CLOSEST) if key == lesser else high
+        return low, high
+
+    def within(self, key: str, value: float) -> float:
+        """A value of a field, or the end of what it may have that is nearest to it."""
+        low, high = self.ends(key)
+        return min(max(value, low), high)
 
     def __str__(self) -> str:
         """The entry as messages name it."""

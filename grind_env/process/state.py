@@ -149,6 +149,10 @@ class StrokeParameters(NamedTuple):
     """Growth in height of the part for each K, mm/K."""
 
 
+FORCES = ("u_ch", "kp", "pa", "pb")
+"""Parameters that scale all forces of a stroke, if they are scaled alike: power, heat and deflection go along."""
+
+
 class StrokeConstants(NamedTuple):
     """What stays the same from stroke to stroke of a cycle, made of `StrokeParameters`, table speed and length.
 

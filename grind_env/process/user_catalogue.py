@@ -9,9 +9,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from grind_env.process.catalogue import KINDS, Catalogue, CatalogueError, load_catalogue, quantities
+from grind_env.process.catalogue import (
+    KINDS,
+    UNCERTAINTY,
+    Catalogue,
+    CatalogueError,
+    is_calibrated,
+    load_catalogue,
+    quantities,
+)
 from grind_env.process.tables import Error, TomlTable, sub_table, wrong
 
+OWN = *KINDS, UNCERTAINTY
+"""Tables that a job has in its own catalogue, as a file has them."""
 OVERRIDES = tuple(f"{kind}_overrides" for kind in KINDS)
 """Keys of a set-up that change single values of an entry."""
 
@@ -24,11 +34,13 @@ def files_of(document: TomlTable, folder: Path, error: Error, own: Iterable[str]
     return [folder / name for name in files]
 
 
-def catalogue_of(document: TomlTable, folder: Path, error: Error) -> Catalogue:
-    """The built-in catalogue with the files that a document names, and the entries in it."""
-    files = files_of(document, folder, error, KINDS)
-    entries = {kind: tables for kind, tables in document.get("catalogue", {}).items() if kind in KINDS}
+def catalogue_of(document: TomlTable, folder: Path, error: Error, *, calibrated: bool = True) -> Catalogue:
+    """The built-in catalogue with the files that a document names, perhaps without calibrated ones, and its entries."""
+    files = files_of(document, folder, error, OWN)
+    entries = {kind: tables for kind, tables in document.get("catalogue", {}).items() if kind in OWN}
     try:
+        if not calibrated:
+            files = [path for path in files if not is_calibrated(path)]
         return load_catalogue(*files, document=entries)
     except CatalogueError as reason:
         place = "catalogue.files" if files else "catalogue"

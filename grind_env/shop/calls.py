@@ -22,6 +22,7 @@ from grind_env.shop.report.own import PAGE
 from grind_env.shop.report.run import run_report
 from grind_env.shop.sweep.study import Ranges, Sweep
 from grind_env.shop.sweep.study import sweep as study
+from grind_env.shop.trials import CONFIDENCE
 from grind_env.targets import Target, check_targets
 
 if TYPE_CHECKING:
@@ -105,6 +106,8 @@ def optimise(
     seed: int = 1,
     variables: Mapping[int, float] = {},
     plant: str | None = None,
+    confidence: Number = CONFIDENCE,
+    untried: bool = False,
 ) -> Optimised:
     """Find better words for a program: E and D, or others, with which a part costs less and keeps its limits.
 
@@ -115,7 +118,11 @@ def optimise(
             dresses; words that a block lacks are then added. Those E and D that are there, and the interval, if None.
         bounds: lowest and highest value by word, in units of the program; of the interval in parts.
         rounding: of what values are multiples, by word.
-        margin: share of a limit that 95 of 100 parts must keep, by name: power, temp, Ra, size.
+        margin: share of a limit that parts must keep, by name: power, temp, Ra, size.
+        confidence: probability with which a part keeps each limit, whatever its lot and machine are, and with which
+            each end of an interval holds.
+        untried: whether nothing is known of how the program grinds on the machine; else it is taken to grind good
+            parts there, as far as the model can see how.
         keep: N words of the cycle blocks that stay as they are.
         within: the most that a part may take in the mean, by name: cost, $, and seconds.
         objective: what is to become less, cost or time.
@@ -135,7 +142,7 @@ def optimise(
     from grind_env.shop.optimise.finding import find_words
 
     seconds = seconds_of(budget)
-    wishes = wishes_of(vary, bounds, rounding, keep, margin, objective, within, free, dress_by)
+    wishes = wishes_of(vary, bounds, rounding, keep, margin, objective, within, free, dress_by, confidence, untried)
     with progress() as advance:
         return find_words(
             program,
@@ -162,6 +169,7 @@ def sweep(
     parts: int = 50,
     seed: int = 1,
     variables: Mapping[int, float] = {},
+    untried: bool = False,
 ) -> Sweep:
     """What a part costs, and how near its limits are, over E and dress interval, then over lead and depth of the dress.
 
@@ -176,6 +184,7 @@ def sweep(
         parts: runs of the program in a batch; the wheel carries over.
         seed: of the lots.
         variables: values of # variables before the first part, as `{500: 0}`; what it keeps carries over.
+        untried: whether nothing is known of how the program grinds on the machine, as of `optimise`.
 
     Raises:
         GrindError: the program cannot be run so, or a range is none.
@@ -187,7 +196,9 @@ def sweep(
         depth=_ends("depth", depth),
     )
     with progress() as advance:
-        return study(program, job, ranges, parts=parts, seed=seed, variables=variables, progress=advance)
+        return study(
+            program, job, ranges, parts=parts, seed=seed, variables=variables, untried=untried, progress=advance
+        )
 
 
 def calibrate(

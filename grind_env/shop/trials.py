@@ -29,12 +29,15 @@ from grind_env.machine.script.repetition import FEW, is_straight, repeated, with
 from grind_env.machine.script.script import Script, script_of
 from grind_env.machine.script.settings import DRESS_SECONDS, D, E, Ranges, own_settings
 from grind_env.machine.script.tables import BlockRow
+from grind_env.policies.statistics import Interval, resampled_means
 from grind_env.process.cost import NO_LIMIT
 
 Between: TypeAlias = Callable[[], object]
 """Called between two blocks of a program that the control executes; what it raises ends the run."""
 
 Seeds: TypeAlias = Sequence[tuple[int, ...]]
+Lots: TypeAlias = NDArray[np.int64]
+"""Numbers of some."""
 Ground: TypeAlias = tuple[Array, Array, Array]
 """As of `Trials._ground`."""
 
@@ -57,10 +60,12 @@ CORES = min(os.cpu_count() or 1, 8)
 """On which candidates are replayed side by side; with more of them Python, which has one at a time, is the limit."""
 ROWS_AT_ONCE = 150_000
 """Episodes times blocks that are replayed together on each of them; bounds the memory."""
+DRIFT = 1
+"""Behind the seed of a lot: that of its drift."""
 SAME = 1e-6
 """Relative difference of settings that are the same but for rounding."""
-KEPT = 0.95
-"""Share of the parts, over all lots, that must keep a limit."""
+CONFIDENCE = 0.95
+"""With which parts keep a limit, and a machine the end of an interval, where nothing else is asked."""
 LIMITS = ("power", "temp", "Ra", "size")
 
 _COST, _GOOD, _SECONDS, _POWER, _LOAD, _RA, _ERROR, _HANDOVER = (
@@ -91,7 +96,7 @@ class Measures(NamedTuple):
     scrap: Array
     """Share of the parts."""
     ratios: Array
-    """What 95 parts of 100 keep of each of `LIMITS`, as a share of it; 0 where there is none; shape (C, 4)."""
+    """Below which share of each of `LIMITS` parts stay with the confidence asked for; 0 without one; shape (C, 4)."""
 
     def violation(self, margins: Array) -> Array:
         """By how much they are beyond shares of the limits, shape (C, 4); 0 if they are not."""
@@ -110,6 +115,8 @@ class Trials:
         alike: whether each run has the same blocks as the first one, with the same settings; not so in a program that
             counts its parts.
         execution: time that the control has taken for each run of the program that it has executed, s.
+        drift: logarithmic standard deviation of a step of the forces from part to part.
+        confidence: with which parts are to keep limits, whatever their lot and machine.
     """
 
     simulation: JobSimulation
@@ -118,6 +125,33 @@ class Trials:
     stand: tuple[BlockOutline, ...]
     alike: bool
     execution: float
+    drift: float = 0.0
+    confidence: float = CONFIDENCE
+
+    @property
+    def lots(self) -> int:
+        """How many they are; 1 where the job states how each part differs."""
+        return 1 if self.simulation.job.parts else len(self.seeds)
+
+    @property
+    def machine(self) -> NDArray[np.int64]:
+        """Number of the machine of each lot: as many lots on each, or one more."""
+        return np.arange(len(self.seeds)) % len(self.simulation.machines.jobs)
+
+    def of_one(self, values: Array) -> Interval:
+        """What one machine comes to, of values of each lot, shape (lots,): the mean, and between which ends it lies.
+
+        Each end is passed with one minus the confidence. Of a machine that is known all that is open are its lots.
+        """
+        tail, draws = 100.0 * (1.0 - self.confidence), self.by_machine(values[None])[0]
+        if draws.size == 1:
+            draws = resampled_means(values[None])[:, 0]
+        return Interval(float(values.mean()), *np.percentile(draws, [tail, 100.0 - tail]).tolist())
+
+    def by_machine(self, values: Array) -> Array:
+        """Means of each machine, shape (C, machines), of values of each lot, shape (C, lots)."""
+        count = min(len(self.simulation.machines.jobs), values.shape[1])
+        return np.array([values[:, k::count].mean(axis=1) for k in range(count)]).T
 
     @property
     def blocks(self) -> tuple[BlockOutline, ...]:
@@ -161,9 +195,24 @@ class Trials:
         )
         return replace(self, simulation=asked)
 
-    def on(self, seeds: Sequence[tuple[int, ...]]) -> "Trials":
-        """The same on other lots; on one of them where the job states how each part differs."""
-        return replace(self, seeds=tuple(seeds[:1] if self.simulation.job.parts else seeds))
+    def on(self, seeds: Sequence[tuple[int, ...]], machines: Sequence[Job] = (), drift: float = 0.0) -> "Trials":
+        """The same on other lots and machines, one after the other; on that of the job where none are given.
+
+        Where the job states how each part differs there is one lot for each machine.
+        """
+        simulation = self.simulation.on_machines(machines or [self.simulation.job])
+        most = len(machines) or 1
+        seeds = tuple(seeds[:most] if simulation.job.parts else seeds)
+        return replace(self, simulation=simulation, seeds=seeds, drift=drift)
+
+    def _forces(self, seeds: Seeds) -> Array:
+        """Factors on the forces in each block of some lots, shape (lots, 1 or blocks)."""
+        if self.drift == 0.0:
+            return np.ones((len(seeds), 1))
+        parts = self.simulation.parts
+        steps = np.array([np.random.default_rng((*seed, DRIFT)).standard_normal(parts) for seed in seeds])
+        walks = np.exp(self.drift * (np.cumsum(steps, axis=1) - steps[:, :1]))
+        return np.asarray(walks[:, self.simulation.part_of_block])
 
     def measure(
         self, settings: Array, *, besides: bool = False, handover: bool = True, between: Between = nothing
@@ -187,28 +236,30 @@ class Trials:
         parts = worst.shape[2]
         cost, seconds, good = sums.reshape(3, count, lots) / parts
         power, rise, roughness, error = peaks.mean(axis=2).reshape(4, count, lots)
-        shares = np.quantile(worst.reshape(4, count, lots * parts), KEPT, axis=2).T
+        shares = np.quantile(worst.reshape(4, count, lots * parts), self.confidence, axis=2).T
         return Measures(cost, seconds, roughness, power / 1000.0, rise, error, 1.0 - good, shares)
 
-    def _in_pieces(self, settings: Array, ground: Callable[[Array, Seeds], Ground]) -> list[Ground]:
+    def _in_pieces(self, settings: Array, ground: Callable[[Array, Lots], Ground]) -> list[Ground]:
         """Candidates, or lots of one, a piece on each core; what the control executes one lot after the other."""
+        every = np.arange(len(self.seeds))
         if not self.simulation.compiled:
-            return [ground(settings, (seed,)) for seed in self.seeds]
+            return [ground(settings, every[k : k + 1]) for k in range(len(every))]
         if len(settings) > 1:
-            pieces = [(each, self.seeds) for each in np.array_split(settings, CORES) if len(each)]
+            pieces = [(each, every) for each in np.array_split(settings, CORES) if len(each)]
         else:
-            size = -(-len(self.seeds) // CORES)
-            pieces = [(settings, self.seeds[k : k + size]) for k in range(0, len(self.seeds), size)]
+            pieces = [(settings, each) for each in np.array_split(every, CORES) if len(each)]
         with ThreadPoolExecutor(CORES) as pool:  # compiled code holds no lock of the interpreter
             return list(pool.map(ground, *zip(*pieces, strict=True)))
 
-    def _ground(self, settings: Array, seeds: Seeds, besides: bool, handover: bool, between: Between) -> Ground:
+    def _ground(self, settings: Array, every: Lots, besides: bool, handover: bool, between: Between) -> Ground:
         """Candidates on some lots, n of both: shares of the limits, shape (4, n, parts), sums, (3, n), and peaks."""
-        simulation, lots, count = self.simulation, len(seeds), len(settings)
-        start = simulation.start([np.random.default_rng(seed) for seed in seeds])
+        simulation, lots, count = self.simulation, len(every), len(settings)
+        seeds, machine = [self.seeds[k] for k in every.tolist()], self.machine[every]
+        start = simulation.start_on([np.random.default_rng(seed) for seed in seeds], machine, self._forces(seeds))
         episodes = start if count == 1 else start.pick(np.tile(np.arange(lots), count))
         part_of_block, parts = simulation.part_of_block, int(simulation.part_of_block[-1]) + 1
         rows = _LimitRows.of(simulation)
+        cooler = np.tile(simulation.machines.cooler[machine], (count, 1))
         n = count * lots
         worst = np.zeros((4, n, parts))
         sums = np.zeros((3, n))
@@ -228,7 +279,8 @@ class Trials:
             here[0] = np.maximum(here[0], outcomes[:, _POWER])
             here[1] = np.maximum(here[1], rise)
             np.maximum(worst[0, :, part], outcomes[:, _LOAD], out=worst[0, :, part])
-            np.maximum(worst[1, :, part], rise / rows.rise[k], out=worst[1, :, part])
+            most_rise = rows.rise[k] + cooler[:, min(k, cooler.shape[1] - 1)]
+            np.maximum(worst[1, :, part], rise / most_rise, out=worst[1, :, part])
             if rows.judged[k]:
                 here[2:] = outcomes[:, _RA], error
                 for limit, value, most in ((2, outcomes[:, _RA], rows.Ra[k]), (3, error, rows.size[k])):

@@ -12,9 +12,10 @@ import numpy as np
 
 from grind_env.control import read_file
 from grind_env.errors import GrindError
+from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
 from grind_env.shop.calibrate.calibration import calibrate
-from grind_env.shop.calibrate.parameters import chosen_parameters, with_entries
+from grind_env.shop.calibrate.parameters import chosen_parameters
 from grind_env.shop.calibrate.result import Calibration
 from grind_env.shop.calibrate.solver import changes_of
 from tests.shop.blemished import Style, write_gauge, write_log

@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 from grind_env.cli import app
 from grind_env.control import read_file
 from grind_env.errors import GrindError
+from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
 from grind_env.process.catalogue import load_catalogue
 from grind_env.shop.calibrate.calibration import calibrate
@@ -17,7 +18,6 @@ from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.idle import idle_at
 from grind_env.shop.calibrate.logs import Log
 from grind_env.shop.calibrate.meter import sharpened
-from grind_env.shop.calibrate.parameters import with_entries
 from grind_env.shop.calibrate.pattern import pattern_of
 from grind_env.shop.calibrate.result import write_catalogue
 from grind_env.shop.calibrate.table import calibrate_table

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from grind_env.control import read_file
+from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
 from grind_env.shop.calibrate.align import Alignment
 from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.parameters import with_entries
 from tests.shop.blemished import Style, write_log
 from tests.shop.coverage import EXAMPLES
 

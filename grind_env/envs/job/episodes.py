@@ -18,12 +18,16 @@ class JobEpisodes(Episodes):
 
     `stages` is what each part has come to since it was last judged, shape (N, fields of `step.StageSoFar`); `surfaces`
     are the parts in zones, shape (N, zones, fields of `Zone`); `first` is the number of the block that each tape begins
-    with, shape (N,); `programs` are those under execution if the control runs them.
+    with, shape (N,); `machine` is the number of that on which each runs (`JobSimulation.on_machines`), shape (N,), and
+    `forces` a factor on its forces in each block, shape (N, 1 or blocks); `programs` are those under execution if the
+    control runs them.
     """
 
     stages: Table
     surfaces: Table
     first: Numbers
+    machine: Numbers
+    forces: Table
     programs: list[ProgramEpisode]
 
     def compiled_arrays(self) -> JobArrays:

@@ -24,6 +24,7 @@ from grind_env.envs.episodes import Episodes, EpisodesT
 from grind_env.envs.gauge import GAUGE, noisy
 from grind_env.envs.job.branches import ProgramBranches
 from grind_env.envs.job.episodes import JobEpisodes
+from grind_env.envs.job.machines import machines_of
 from grind_env.envs.job.numbers import kind_of, shop_of, tally_of
 from grind_env.envs.job.outline import (
     INCH,
@@ -99,6 +100,7 @@ class JobSimulation:
     Attributes:
         blocks: the cycle blocks of the program.
         parts: how many parts it grinds.
+        machines: on which episodes may run; that of the job alone but for `on_machines`.
         why: why the control has to execute it; None if it has a script.
         unread: what to say of each variable of the job whose value it does not read.
 
@@ -185,6 +187,7 @@ class JobSimulation:
         self._takes_dresses = np.array([float(block.takes_dresses) for block in self.blocks])
         self._inch = np.array([block.inch for block in self.blocks])
         self._generator = self._generator_of(0.0)
+        self.machines = machines_of([job], self.blocks, job)
         cost = self._nominal_cost(between)
         if not cost > 0.0:
             raise JobProgramError(
@@ -203,6 +206,12 @@ class JobSimulation:
         """The same, read in the same way, with nominal parts and exact gauges."""
         twin = copy.copy(self)
         twin._generator = self._generator_of(0.0)
+        return twin
+
+    def on_machines(self, jobs: Sequence[Job]) -> "JobSimulation":
+        """The same on machines that are not quite that of the job, for `start_on`."""
+        twin = copy.copy(self)
+        twin.machines = machines_of(jobs, self.blocks, self.job)
         return twin
 
     def without_wheel_changes(self) -> "JobSimulation":
@@ -243,6 +252,29 @@ class JobSimulation:
         self.restart_all(episodes, range(len(rngs)), rngs, [Given()] * len(rngs) if given is None else given)
         return episodes
 
+    def start_on(self, rngs: Sequence[np.random.Generator], machine: Numbers, forces: Table) -> JobEpisodes:
+        """Begin episodes on machines by their numbers, shape (N,), with factors on the forces in each block.
+
+        Args:
+            rngs: a generator for each.
+            machine: number of each one's, in `machines`.
+            forces: the factors, shape (N, 1 or blocks).
+        """
+        episodes = self.start(rngs)
+        episodes.machine, episodes.forces = machine, forces
+        starts = self.machines.starts[machine]
+        episodes.wheels[:, : starts.shape[1]] = starts
+        if self.script is None:
+            first = np.minimum(np.searchsorted(self.part_of_block, np.arange(self.parts)), forces.shape[1] - 1)
+            for i, number in enumerate(machine.tolist()):
+                job = self.machines.jobs[number]
+                conditions = [
+                    each.forced(factor)
+                    for each, factor in zip(self.tape(episodes, i).conditions, forces[i, first].tolist(), strict=True)
+                ]
+                episodes.programs[i] = ProgramEpisode(self.programs, job, conditions, course_of(self.blocks))
+        return episodes
+
     def room(self, n: int, *, whole: bool = True) -> JobEpisodes:
         """As `Simulation.room`; the tape of a program is always whole."""
         blocks = len(self.blocks)
@@ -251,6 +283,8 @@ class JobSimulation:
             stages=np.zeros((n, STAGE_FIELDS)),
             surfaces=np.empty((n, self._zones, len(Zone._fields))),
             first=np.zeros(n, np.int64),
+            machine=np.zeros(n, np.int64),
+            forces=np.ones((n, 1)),
             programs=[],
         )
 
@@ -285,7 +319,8 @@ class JobSimulation:
         forget(episodes, index, self.task.start.volume, self._start)
         mine = _job_episodes(episodes)
         mine.stages[index] = 0.0
-        mine.first[index] = 0
+        mine.first[index] = mine.machine[index] = 0
+        mine.forces[index] = 1.0
 
     def holding(self, plant: "Plant") -> "JobSimulation":
         """As `BlockSimulation.holding`."""
@@ -392,9 +427,9 @@ class JobSimulation:
         if self.script is None:
             self._execute(episodes, chosen, active, tallies, outcomes)
             return outcomes, tallies
-        base, approach = self.branches.base, self.script.approach
-        room = np.empty((n, base.shape[1])), np.empty(n), np.empty(n), np.empty((n, len(Drive._fields)))
-        tables = *self.tables, self.kinds, base, self.shops, approach, *room
+        approach, (_, base, cooler, _) = self.script.approach, self.machines
+        room = np.empty((n, base.shape[2])), np.empty(n), np.empty(n), np.empty((n, len(Drive._fields)))
+        tables = *self.tables, self.kinds, base, cooler, self.shops, approach, *room
         step = jobs_step(self.job.process, self.gauge, self._whole)
         step(tables, tuple(episodes.compiled_arrays()), (chosen,), active, tallies, outcomes)
         return outcomes, tallies

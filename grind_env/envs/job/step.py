@@ -53,7 +53,7 @@ from grind_env.machine.script.tables import BlockRow
 from grind_env.process.cost import STALL, Limits, Rates, handover_cost, survival
 from grind_env.process.gauge import Gauge
 from grind_env.process.process import Drive, Moment, Process, joined
-from grind_env.process.state import StrokeParameters, WheelState
+from grind_env.process.state import FORCES, StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel
 
 
@@ -95,6 +95,7 @@ STAGE_FIELDS, FOUND_FIELDS = len(StageSoFar._fields), len(Found._fields)
 STOCK, SURVIVAL = TapeRow._fields.index("stock"), ShopMemory._fields.index("survival")
 BEFORE, AFTER = Way._fields.index("before"), Way._fields.index("after")
 PICK = ShopMemory._fields.index("pick")
+FORCE_COLUMNS = tuple(StrokeParameters._fields.index(name) for name in FORCES)
 CLOCK = ShopMemory._fields.index("clock")
 SECONDS, TORQUE = Tally._fields.index("seconds"), Tally._fields.index("peak_torque")
 
@@ -118,8 +119,15 @@ def on_the_part(row: BlockRow, stage: StageSoFar, wheel: WheelState) -> tuple[St
 
 
 @inlined
+def write_forces(parameters: Any, i: int, factor: float) -> None:
+    """Scale all forces of episode i."""
+    for column in FORCE_COLUMNS:
+        parameters[i, column] *= factor
+
+
+@inlined
 def judged(
-    row: BlockRow, part: PartState, tally: Tally, stage: StageSoFar, size_error: float, before: float
+    row: BlockRow, part: PartState, tally: Tally, stage: StageSoFar, size_error: float, before: float, cooler: float
 ) -> tuple[float, StageSoFar]:
     """Probability that the part is good so far, and what its stage has come to.
 
@@ -130,12 +138,13 @@ def judged(
         stage: before it.
         size_error: um.
         before: probability that the part was good before the block.
+        cooler: by how much the limit of temperature lies above that of the block, K.
     """
     torque = max(stage.torque, tally.peak_torque)
     rise = max(stage.rise, tally.plunge_rise if row.counts_all > 0.0 else tally.finish_rise)
     good = before
     if row.judged > 0.0:
-        limits = Limits(rise=row.rise, power=row.power, roughness=row.roughness, size=row.size)
+        limits = Limits(rise=row.rise + cooler, power=row.power, roughness=row.roughness, size=row.size)
         good = before * survival(rise, torque, part.Rs, size_error, limits)
         torque, rise = (torque if torque >= STALL else 0.0), 0.0
     if row.ends_part > 0.0 and part.Z <= 0.0:  # no stroke has reached some of it
@@ -179,7 +188,9 @@ class JobTables(NamedTuple):
     kinds: Any
     """Of each block, shape (blocks, fields of `KindRow`)."""
     base: Any
-    """Nominal parameters, shape (1 or blocks, fields of `StrokeParameters`)."""
+    """Parameters of each machine that this may be, shape (machines, 1 or blocks, fields of `StrokeParameters`)."""
+    cooler: Any
+    """By how much the limits of temperature of each lie above those of the blocks, K, shape (machines, 1 or blocks)."""
     shops: Any
     """Numbers of the job, shape (1, fields of `Shop`)."""
     approach: float
@@ -212,6 +223,10 @@ class JobArrays(NamedTuple):
     """Of parts in zones, shape (N, zones, fields of `Zone`)."""
     first: Any
     """Number of the block that each tape begins with, shape (N,), int64."""
+    machine: Any
+    """Number of the machine on which each runs, shape (N,), int64."""
+    forces: Any
+    """Factor on the forces in each block, shape (N, 1 or blocks)."""
 
 
 class JobChoices(NamedTuple):
@@ -310,8 +325,9 @@ def jobs_step(process: Process, gauge: Gauge, whole: bool) -> Callable[..., None
             number = episodes.block[i]
             row, stage = read_block(tables.blocks, number), read_stage(episodes.stages, i)
             changed = episodes.memory[i, CHANGES] > 0.0
-            nominal = min(number, tables.base.shape[0] - 1)
-            write_factored(tables.parameters, i, tables.base, nominal, episodes.tape, place_of(episodes, i), changed)
+            base, place = tables.base[episodes.machine[i]], place_of(episodes, i)
+            write_factored(tables.parameters, i, base, min(number, base.shape[0] - 1), episodes.tape, place, changed)
+            write_forces(tables.parameters, i, episodes.forces[i, min(number, episodes.forces.shape[1] - 1)])
             came, waited = came_and_waited(tables, number, row, stage)
             starts, rested = row.starts_part > 0.0, stage.rested + came + waited
             pass_time(episodes.wheels, tables.parameters, i, rested, starts)
@@ -356,7 +372,8 @@ def jobs_step(process: Process, gauge: Gauge, whole: bool) -> Callable[..., None
             write_part(episodes.parts, i, part)
             before = 1.0 if row.starts_part > 0.0 else episodes.memory[i, SURVIVAL]
             size_error = 1000.0 * (stock - part.S)
-            good, stage = judged(row, part, tally, stage, size_error, before)
+            cooler = tables.cooler[episodes.machine[i], min(number, tables.cooler.shape[1] - 1)]
+            good, stage = judged(row, part, tally, stage, size_error, before, cooler)
             even = tally.strokes == 2.0 * np.floor(0.5 * tally.strokes)
             corner = (0 if even else 1) + (2 if tables.across[i] > 0.0 else 0)
             on_the_way, afterwards = tables.ways[number, corner, BEFORE], tables.ways[number, corner, AFTER]

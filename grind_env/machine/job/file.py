@@ -32,6 +32,8 @@
     [catalogue]             # optional: the user's own catalogue, beside the job file
     files = ["shop.toml"]
 
+    [catalogue.uncertainty] # optional: what a calibration leaves open, as the calibrated file says it
+
     [lots]                  # optional: how the parts of a batch differ, in `grind/Job-v0`
     probability = 0.2       # that a part begins a new lot of material
     growth = 0.6            # spread of how fast a lot dulls the wheel, like that of pressure logarithmic
@@ -77,8 +79,9 @@ from grind_env.machine.job.job import (
     WheelStart,
     wrong,
 )
-from grind_env.process.catalogue import KINDS, USUAL, Catalogue
-from grind_env.process.entries import Quantity
+from grind_env.machine.job.uncertainty import Uncertainty, uncertainty_of
+from grind_env.process.catalogue import USUAL, Catalogue
+from grind_env.process.entries import CatalogueError, Entry, Quantity
 from grind_env.process.tables import (
     Content,
     TomlTable,
@@ -89,7 +92,7 @@ from grind_env.process.tables import (
     refuse_unknown,
     sub_table,
 )
-from grind_env.process.user_catalogue import OVERRIDES, catalogue_of, entry_of, files_of
+from grind_env.process.user_catalogue import OVERRIDES, OWN, catalogue_of, entry_of, files_of
 from grind_env.toml import TomlError, read_toml
 
 if TYPE_CHECKING:
@@ -116,17 +119,18 @@ def job_beside(program: Path) -> Path:
 def files_of_job(path: Path) -> list[Path]:
     """The files that `load_job` reads: the job and its catalogue files; of one that it refuses, the job alone."""
     try:
-        return [path, *files_of(read_toml(path), path.parent, JobError, KINDS)] if is_file(path) else []
+        return [path, *files_of(read_toml(path), path.parent, JobError, OWN)] if is_file(path) else []
     except GrindError:
         return [path]
 
 
-def load_job(path: str | Path, *, plant: "Plant | None" = None) -> Job:
+def load_job(path: str | Path, *, plant: "Plant | None" = None, calibrated: bool = True) -> Job:
     """Read a job file.
 
     Args:
         path: of the file.
         plant: the machine, in place of that of the file.
+        calibrated: whether calibrated catalogue files of it are read.
 
     Raises:
         JobError: the file cannot be read, is not TOML, or has an unknown, missing or illegal key.
@@ -139,7 +143,7 @@ def load_job(path: str | Path, *, plant: "Plant | None" = None) -> Job:
     except TomlError as error:
         raise JobError(f"the job is not valid TOML: {error}", file=str(path)) from None
     try:
-        job = _job(document, path.parent)
+        job = _job(document, path.parent, calibrated)
         if plant is None and "plant" in document:
             plant = _plant(document["plant"])
     except JobError as error:
@@ -157,7 +161,7 @@ def _plant(name: Any) -> "Plant":
         raise JobError(f"plant: {error}", "plant", name) from None
 
 
-def _job(document: TomlTable, folder: Path) -> Job:
+def _job(document: TomlTable, folder: Path, calibrated: bool) -> Job:
     refuse_unknown(document, KEYS, JobError)
     part = sub_table(document, "part", keys(Part), JobError)
     setup = sub_table(document, "setup", (*USUAL, *VALUES, *OVERRIDES), JobError)
@@ -165,7 +169,7 @@ def _job(document: TomlTable, folder: Path) -> Job:
     wheel = sub_table(document, "wheel", keys(WheelStart), JobError)
     lots = sub_table(document, "lots", keys(Lots), JobError)
     diamond = sub_table(document, "diamond", keys(Diamond), JobError)
-    catalogue = catalogue_of(document, folder, JobError)
+    catalogue = catalogue_of(document, folder, JobError, calibrated=calibrated)
 
     lying = _tables(document, "stations")
     if not lying:
@@ -190,7 +194,20 @@ def _job(document: TomlTable, folder: Path) -> Job:
         diamond=Diamond(**diamond) if "diamond" in document else None,
         parts=_parts(document, part, catalogue),
         stations=stations,
+        uncertainty=_uncertainty(catalogue, {key.rpartition(".")[2]: entry for key, entry in entries.items()}),
     )
+
+
+def _uncertainty(catalogue: Catalogue, entries: Mapping[str, Entry]) -> Uncertainty | None:
+    """What the calibration of these entries, by kind, leaves open; None where that was of others, or there is none."""
+    found = catalogue.calibrated
+    if found is None or any(kind in entries and entries[kind].name not in names for kind, names in found.names.items()):
+        return None
+    try:
+        return uncertainty_of(found.table)
+    except CatalogueError as error:
+        place = "catalogue.files" if found.file else "catalogue"
+        raise JobError(f"{place}: {f'{shown(Path(found.file))}: ' if found.file else ''}{error}", place) from None
 
 
 def _tables(document: TomlTable, name: str) -> list[object]:

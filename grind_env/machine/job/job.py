@@ -23,10 +23,11 @@ from grind_env.process.cost import NO_LIMIT, Limits, Rates
 from grind_env.process.entries import Dresser, Fluid, Machine, Material, Quantity, Wheel
 from grind_env.process.parameters import USUAL_HEIGHT, limits_of, rates_of, stroke_parameters
 from grind_env.process.process import PROCESS, Process
-from grind_env.process.state import StrokeParameters
+from grind_env.process.state import FORCES, StrokeParameters
 from grind_env.process.tables import TableError
 
 if TYPE_CHECKING:
+    from grind_env.machine.job.uncertainty import Uncertainty
     from grind_env.plants import Plant
 
 ByHand: TypeAlias = Literal["by program", "always on"]
@@ -195,6 +196,15 @@ class PartConditions:
                 legal = "a positive number"
                 raise JobError(f"{name} is {quoted(value)}, but must be {legal}", name, value, legal)
 
+    def forced(self, factor: float) -> "PartConditions":
+        """The same with a factor on all forces besides its own factors."""
+
+        def times(factors: Mapping[str, float]) -> Mapping[str, float]:
+            return {**factors, **{name: factors.get(name, 1.0) * factor for name in FORCES}}
+
+        spare = None if self.new_wheel_factors is None else times(self.new_wheel_factors)
+        return replace(self, factors=times(self.factors), new_wheel_factors=spare)
+
     def parameters(self, nominal: StrokeParameters, *, new_wheel: bool = False) -> StrokeParameters:
         """The parameters that hold for this part, under the first wheel or after a change of it."""
         factors = self.factors if self.new_wheel_factors is None or not new_wheel else self.new_wheel_factors
@@ -342,8 +352,9 @@ class Job:
     are several, and `part` is then that of the first one; `met`, which a run finds out, says at which of them each
     part of its program lies, in machine coordinates. `process` is what grinds, and `own` what it remembers besides the
     wheel as the shift begins, in the units of its fields; empty for what it begins with by itself. `plant` is the name
-    of the machine that they are of (`grind_env.plants`), where it has one. `variables` are
-    values that `#` variables of the control have then (`Control.variables`), which have no unit of their own.
+    of the machine that they are of (`grind_env.plants`), where it has one. `uncertainty` is what its calibration has
+    left open, None where there is none. `variables` are values that `#` variables of the control have then
+    (`Control.variables`), which have no unit of their own.
     """
 
     part: Part
@@ -358,6 +369,7 @@ class Job:
     process: Process = PROCESS
     own: tuple[float, ...] = ()
     plant: str = ""
+    uncertainty: "Uncertainty | None" = None
     variables: Mapping[int, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

@@ -1,7 +1,7 @@
 """A job as the text of a job file, which read again is the same job."""
 
 from collections.abc import Mapping
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, asdict, fields
 from typing import Any
 
 from grind_env.machine.job import Job, Part, PartConditions
@@ -33,7 +33,7 @@ def job_document(job: Job) -> dict[str, Any]:
         "wheel": _said(job.wheel),
         "diamond": {} if job.diamond is None else _said(job.diamond),
         "lots": _said(job.lots),
-        "catalogue": _own(entries),
+        "catalogue": _own(entries) | _uncertainty(job),
         "stations": [_said(each) | _part(each.part) for each in job.stations],
         "parts": [_conditions(each, job.part) for each in job.parts],
     }
@@ -49,6 +49,11 @@ def _own(entries: list[tuple[str, Entry]]) -> dict[str, dict[str, Any]]:
             values = {key: getattr(entry, key) for key in quantities(KINDS[kind])}
             own.setdefault(kind, {})[entry.name] = values
     return own
+
+
+def _uncertainty(job: Job) -> dict[str, Any]:
+    """What its calibration leaves open."""
+    return {} if job.uncertainty is None else {"uncertainty": asdict(job.uncertainty)}
 
 
 def _part(part: Part) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from grind_env.control import Programs, read_file
 from grind_env.envs.job.outline import JobProgramError
 from grind_env.files import shown
 from grind_env.machine.job import Job
+from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
 from grind_env.machine.record import GrindingRecord
 from grind_env.shop.calibrate.align import Alignment, align, shifted
@@ -25,7 +26,7 @@ from grind_env.shop.calibrate.gauge import Gauge, read_gauge
 from grind_env.shop.calibrate.logs import Log, read_log
 from grind_env.shop.calibrate.meter import averaged, without_lag
 from grind_env.shop.calibrate.observe import Observations, observe
-from grind_env.shop.calibrate.parameters import Parameter, chosen_parameters, free_parameters, with_entries
+from grind_env.shop.calibrate.parameters import Parameter, chosen_parameters, free_parameters
 from grind_env.shop.calibrate.pattern import Pattern, pattern_of
 from grind_env.shop.calibrate.remarks import fit_remarks, gauge_remarks, log_remarks, overridden
 from grind_env.shop.calibrate.result import Calibration, HeldOut, Idle, estimates_of, scales_of

@@ -2,29 +2,28 @@
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 from grind_env.errors import did_you_mean, quoted
 from grind_env.machine.job import Job
+from grind_env.machine.job.entries import entries_of
+from grind_env.machine.job.worlds import USUAL_SPREADS
 from grind_env.process.catalogue import KINDS
-from grind_env.process.entries import Entry, Quantity, quantities
+from grind_env.process.entries import Quantity, quantities
 from grind_env.shop.calibrate.errors import CalibrationError
 
-SPREADS: Mapping[str, Mapping[str, float]] = {
-    "material": {
-        "chip_energy": 0.15,
-        "ploughing_pressure": math.log(1.5),
-        "pressure_factor": 0.2,
-        "wear_flat_growth": math.log(2.0),
-        "tempering_rise": 0.18,
-    },
-    "wheel": {"dressed_wear_flat": 0.3, "g_ratio": math.log(2.0), "roughness": 0.25},
-    "machine": {"stiffness": 0.4},
-}
-"""Logarithmic standard deviations before measuring, by kind and field: what the sources of the catalogue are uncertain
-by
-(`catalogue_data/*.toml`), and how machines and wheels of one name differ."""
+USUAL = (
+    "material.chip_energy",
+    "material.ploughing_pressure",
+    "material.pressure_factor",
+    "material.wear_flat_growth",
+    "material.tempering_rise",
+    "wheel.dressed_wear_flat",
+    "wheel.g_ratio",
+    "wheel.roughness",
+    "machine.stiffness",
+)
+"""What is fitted where nothing is named, with its `USUAL_SPREADS` before measuring."""
 FREE_TERM: Mapping[str, float] = {
     "power_factor": 0.25,
     "power_depth_exponent": 0.5,
@@ -37,9 +36,6 @@ OTHER_SPREAD = 0.3
 """Of a field that is fitted only because it is named."""
 USUAL_FLOOR, USUAL_CEILING = 0.02, 50.0
 """Over the value of the catalogue: no constant is fitted beyond."""
-
-CLOSEST = 0.99
-"""Share of a field that another one, which must be less, may come to."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,41 +78,6 @@ class Parameter:
         return self.key.endswith("_exponent") and self.key in FREE_TERM
 
 
-def entries_of(job: Job) -> Mapping[str, Entry]:
-    """The entries of the catalogue that a job works with, by kind."""
-    setup = job.setup
-    return {
-        "material": job.part.material,
-        "wheel": setup.wheel,
-        "dresser": setup.dresser,
-        "fluid": setup.fluid,
-        "machine": setup.machine,
-    }
-
-
-def with_entries(job: Job, changes: Mapping[str, Mapping[str, float]]) -> Job:
-    """A job with fields of its entries changed, by kind; the wheel stays as large as the job has it.
-
-    At stations with another material than that of the first one this stays as it is.
-    """
-    changed = {kind: _changed(entry, changes.get(kind, {})) for kind, entry in entries_of(job).items()}
-    return replace(
-        job,
-        part=replace(job.part, material=changed["material"]),
-        stations=tuple(
-            replace(each, part=replace(each.part, material=changed["material"]))
-            if each.part.material == job.part.material
-            else each
-            for each in job.stations
-        ),
-        setup=replace(job.setup, **{kind: entry for kind, entry in changed.items() if kind != "material"}),
-    )
-
-
-def _changed(entry: Any, values: Mapping[str, float]) -> Any:
-    return replace(entry, **values)
-
-
 def chosen_parameters(
     job: Job, names: Collection[str] | None, beside: Sequence[tuple[str, str]] = ()
 ) -> tuple[Parameter, ...]:
@@ -132,10 +93,9 @@ def chosen_parameters(
     """
     if names is not None:
         return tuple(_named(job, name) for name in dict.fromkeys(names))
-    usual = [(kind, key) for kind, spreads in SPREADS.items() for key in spreads]
-    return tuple(
-        _parameter(job, kind, key) for kind, key in (*usual, *beside) if getattr(entries_of(job)[kind], key) > 0.0
-    )
+    names_beside = [f"{kind}.{key}" for kind, key in beside]
+    usual = [name.split(".") for name in (*USUAL, *names_beside)]
+    return tuple(_parameter(job, kind, key) for kind, key in usual if getattr(entries_of(job)[kind], key) > 0.0)
 
 
 def free_parameters(job: Job, *, exponents: bool = True) -> tuple[Parameter, ...]:
@@ -148,7 +108,7 @@ def _named(job: Job, name: str) -> Parameter:
     legal = {f"{kind}.{key}": (kind, key) for kind in KINDS for key in _fields(kind)}
     found = [pair for full, pair in legal.items() if name in (full, pair[1])]
     if len(found) > 1:
-        preferred = [(kind, key) for kind, key in found if key in SPREADS.get(kind, {})]
+        preferred = [(kind, key) for kind, key in found if f"{kind}.{key}" in USUAL]
         found = preferred if len(preferred) == 1 else found
     if not found:
         hint = did_you_mean(name, [*legal, *(key for _, key in legal.values())])
@@ -174,14 +134,12 @@ def _fields(kind: str) -> list[str]:
 
 def _parameter(job: Job, kind: str, key: str) -> Parameter:
     """A field of an entry of a job as a parameter."""
-    spread = {**SPREADS, "material": {**SPREADS["material"], **FREE_TERM}}.get(kind, {}).get(key, OTHER_SPREAD)
+    spread = FREE_TERM[key] if key in FREE_TERM else USUAL_SPREADS.get(f"{kind}.{key}", OTHER_SPREAD)
     entry = entries_of(job)[kind]
     quantity, value = quantities(type(entry))[key], getattr(entry, key)
     assert isinstance(quantity, Quantity)
     if key in FREE_TERM:
         return Parameter(kind, entry.name, key, value, spread, quantity.unit, quantity.low, quantity.high)
-    low, high = max(quantity.low, USUAL_FLOOR * value), min(quantity.high, USUAL_CEILING * value)
-    for lesser, greater in type(entry).ASCENDING:
-        low = max(low, getattr(entry, lesser) / CLOSEST) if key == greater else low
-        high = min(high, getattr(entry, greater) * CLOSEST) if key == lesser else high
+    least, greatest = entry.ends(key)
+    low, high = max(least, USUAL_FLOOR * value), min(greatest, USUAL_CEILING * value)
     return Parameter(kind, entry.name, key, value, spread, quantity.unit, low, high)

@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from grind_env.files import write_atomically
 from grind_env.machine.job import Job
+from grind_env.machine.job.entries import entries_of
 from grind_env.presenter import html, presenter
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.fit import NORMAL_90, Fit
 from grind_env.shop.calibrate.observe import Observations
-from grind_env.shop.calibrate.parameters import Parameter, entries_of
+from grind_env.shop.calibrate.parameters import Parameter
 from grind_env.shop.calibrate.sheet import Floats
 from grind_env.shop.calibrate.solver import Data
 

@@ -18,12 +18,13 @@ import numpy as np
 from grind_env.errors import quoted
 from grind_env.files import shown
 from grind_env.machine.job import Job
+from grind_env.machine.job.entries import entries_of, with_entries
 from grind_env.machine.job.file import load_job
 from grind_env.process.catalogue import Catalogue
 from grind_env.shop.calibrate.columns import Map, find_columns, names_of, read_map
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.fit import Problem, errors_of, fit
-from grind_env.shop.calibrate.parameters import chosen_parameters, entries_of, with_entries
+from grind_env.shop.calibrate.parameters import chosen_parameters
 from grind_env.shop.calibrate.remarks import fit_remarks, overridden
 from grind_env.shop.calibrate.result import Calibration, HeldOut, estimates_of, scales_of
 from grind_env.shop.calibrate.sheet import Floats, Sheet, plain, read_sheet

@@ -35,6 +35,9 @@ Plant = Annotated[
         "the job says."
     ),
 ]
+Untried = Annotated[
+    bool, typer.Option("--untried", help="The program has not ground good parts on this machine so far.")
+]
 DressAt = Annotated[
     list[float] | None,
     typer.Option(

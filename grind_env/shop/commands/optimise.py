@@ -7,7 +7,16 @@ from typing import Annotated
 import typer
 
 from grind_env.arguments import Writes
-from grind_env.shop.commands.arguments import FirstVariables, JobFile, Plant, ProgramFile, ReportFile, Runs, Seed
+from grind_env.shop.commands.arguments import (
+    FirstVariables,
+    JobFile,
+    Plant,
+    ProgramFile,
+    ReportFile,
+    Runs,
+    Seed,
+    Untried,
+)
 from grind_env.terminal import table_console
 
 NOT_BETTER, INFEASIBLE = 3, 4
@@ -34,8 +43,16 @@ def optimise(
     ] = None,
     margin: Annotated[
         list[str] | None,
-        typer.Option(help="Share of a limit that 95 of 100 parts must keep: power=.85,temp=.8,Ra=.85,size=.7."),
+        typer.Option(help="Share of a limit that parts must keep: power=.85,temp=.8,Ra=.85,size=.7."),
     ] = None,
+    confidence: Annotated[
+        float,
+        typer.Option(
+            help="Probability with which a part keeps each limit, whatever its lot and the machine are, and with which "
+            "each end of an interval holds."
+        ),
+    ] = 0.95,
+    untried: Untried = False,
     keep: Annotated[list[str] | None, typer.Option(help="Cycle blocks that stay as they are: N80.")] = None,
     within: Annotated[
         list[str] | None, typer.Option(help="Most that a part may take in the mean: seconds=75,cost=2.5.")
@@ -70,19 +87,24 @@ def optimise(
 ) -> None:
     """Find better words for a program: E and D, or others, with which a part costs less and keeps its limits.
 
-    The program is replayed on lots of the job ([lots]) for batches of parts, in which the wheel carries over. The best
-    one is judged on 256 lots or more that the search has not seen, each ground with both programs; on fewer where the
-    control has to execute the program step by step and the budget has no time for more. It is written only if the
-    upper end of the 95 % interval of the difference is below 0, and if 95 of 100 parts keep every limit with its
-    margin. Only the words that change are changed in the text, and a comment at each block says what it was; a block
+    The program is replayed on lots of the job ([lots]) for batches of parts, in which the wheel carries over, and on
+    machines that this may be: by what its calibration leaves open ([uncertainty] in a catalogue file of the job) or,
+    where there is none, by how uncertain the catalogue is, which the first line says. They are those on which the
+    program as it is grinds good parts, unless it is --untried. The best one is judged on 256 lots or more and 128
+    machines that the search has not seen, each ground with both programs; on fewer where the control has to execute the
+    program step by step and the budget has no time for more. What one machine will come to lies in an interval with 90
+    %, of which each end holds with the --confidence of .95. It is written only if it is cheaper at the upper end of the
+    difference, and if parts keep every limit, with its margin, with that --confidence, whatever their lot and machine.
+    Only the words that change are changed in the text, and a comment at each block says what it was; a block
     that runs several times keeps one value for all its runs, and so do blocks of parts that are alike.
 
     The interval between dresses is searched, too: a program that does not dress in every part counts parts, or the
     blocks that dress, by a # variable. A word that reads a variable, as E#101, is changed where #101 is assigned, if
     that is one number and no other word reads it.
 
-    With --plant the words are searched on the model and judged on that machine: what they save there, and what limits
-    they keep. Words without each limit are then not searched.
+    With --plant the words are searched on the model and judged on that machine, which has the numbers of the catalogue
+    and no calibration: what was promised, what they save there, and what limits they keep. Words without each limit are
+    then not searched.
 
     The report is written whatever was found.
 
@@ -121,6 +143,8 @@ def optimise(
         seed=seed,
         variables=variables_of(variables or ()),
         plant=plant,
+        confidence=confidence,
+        untried=untried,
     )
     if found.verdict is Verdict.BETTER and output is not None:
         found.write(output)

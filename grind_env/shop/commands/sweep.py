@@ -9,7 +9,7 @@ import typer
 
 from grind_env.arguments import Writes
 from grind_env.files import write_atomically
-from grind_env.shop.commands.arguments import FirstVariables, JobFile, ProgramFile, Runs, Seed
+from grind_env.shop.commands.arguments import FirstVariables, JobFile, ProgramFile, Runs, Seed, Untried
 from grind_env.terminal import table_console
 
 NOTHING_BETTER = 3
@@ -34,12 +34,15 @@ def sweep(
         Writes(),
     ] = None,
     variables: FirstVariables = None,
+    untried: Untried = False,
     plot: Annotated[Path | None, typer.Option(help="Draw it into this .png, .svg or .pdf file."), Writes()] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
 ) -> None:
     """What a part costs, and how near its limits are, over E and dress interval, then over lead and depth of the dress.
 
-    Every point is ground on the same lots of the job ([lots]), in batches of parts in which the wheel carries over.
+    Every point is ground on the same lots of the job ([lots]), in batches of parts in which the wheel carries over, and
+    on the same machines, drawn from what its calibration leaves open or from how uncertain the catalogue is, as of
+    optimise.
     Lead and depth are swept with the best E and dress interval. Without any range E is swept from half to twice its
     value, and dress intervals from 1 to 20. A dress interval takes the place of D words and of what the program counts.
 
@@ -70,6 +73,7 @@ def sweep(
         parts=parts,
         seed=seed,
         variables=variables_of(variables or ()),
+        untried=untried,
     )
     if plot is not None:
         plot_sweep(found, plot)
@@ -82,7 +86,7 @@ def sweep(
     if found.best == found.own or not found.best.keeps_limits:
         print(f"{output} is not written: no point keeps the limits and costs less than the program", file=sys.stderr)
         raise typer.Exit(NOTHING_BETTER)
-    best = recommended(found, program, job, seed=seed, variables=variables_of(variables or ()))
+    best = recommended(found, program, job, seed=seed, variables=variables_of(variables or ()), untried=untried)
     write_atomically(output, lambda temporary: temporary.write_bytes(best.data))
     if not as_json:
         beyond = "" if best.keeps_limits else ", and its rounded words are beyond a limit"

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import zip_longest
 from operator import attrgetter
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,6 +18,7 @@ from grind_env.machine.job.file import job_beside, load_job
 from grind_env.machine.script.settings import DRESS_SECONDS
 from grind_env.plants import find_plant
 from grind_env.plants.names import MODEL
+from grind_env.policies.statistics import Interval
 from grind_env.process.cost import NO_LIMIT
 from grind_env.shop.optimise.budget import ENOUGH_TRIALS, Budget, TimeUp, time_said
 from grind_env.shop.optimise.editing import ProgramText, text_of
@@ -28,6 +28,7 @@ from grind_env.shop.optimise.judgement import (
     few,
     limits_of,
     not_freed,
+    on_machines,
     paired,
     passed_over,
     quantities_of,
@@ -39,17 +40,29 @@ from grind_env.shop.optimise.judgement import (
 from grind_env.shop.optimise.outcome import Optimised, Trade, Verdict, WishUse, cheapest_by_time
 from grind_env.shop.optimise.search import GENERATIONS, Point
 from grind_env.shop.optimise.unrolling import unrolled
-from grind_env.shop.optimise.variation import Pace, Progress, Variation, nothing_more, one_run, variation_of
+from grind_env.shop.optimise.variation import (
+    PARTS,
+    STEPS,
+    Pace,
+    Progress,
+    Variation,
+    nothing_more,
+    one_run,
+    variation_of,
+)
 from grind_env.shop.optimise.wishes import Wishes
 from grind_env.shop.trials import LIMITS, SAME, LotUse, Measures, Trials, lots_said
 
-SEARCHED, CHOSEN, JUDGED = 16, 128, 256
+SEARCHED, CHOSEN, JUDGED = 20, 128, 256
 """Lots on which programs are searched, on which the best of them are compared, and on which that one is judged; more of
 short batches, and fewer of a program that the control executes, if there is no time for them."""
-FINALISTS = 4
-"""Programs that are compared, the best of all and of those that keep each of `CLEARANCES`."""
-CLEARANCES = (1.0, 0.97, 0.94)
-"""Shares of what is asked of the limits; much that the search finds just within them is beyond them on other lots."""
+FINALISTS, BEYOND = 8, (1.12, 1.3)
+"""Programs that are compared, besides steps towards the best one: the cheapest of those that come to no more than some
+shares of what is asked. So many of these lie evenly from that of the best one down to the least that any has come to,
+since much that the search finds within what is asked is beyond it on other lots and machines; and some beyond 1, since
+it is the other way round, too."""
+SURE = 0.96
+"""Share of what is asked that the first of them keep where they are compared, so that they keep it on others, too."""
 STEP_BY_STEP = 3, 8
 """Finalists, and lots on which they are compared, of a program that the control executes, a thousand times slower."""
 FEWER = 4
@@ -78,10 +91,12 @@ def find_words(
 ) -> Optimised:
     """Search better words for a program.
 
-    On a machine that is not the model, the search is on the model, and the judgement on the machine.
+    On a machine that is not the model, the search is on the model, and the judgement on the machine: that of the
+    catalogue's numbers, to which no calibration belongs.
 
     The search, the comparison of the best programs found and the judgement have lots of their own, the same ones for
-    all programs. The result is the same for the same seed unless the time ends the search.
+    all programs, and machines of their own, drawn from what is not known of that of the job. The result is the same
+    for the same seed unless the time ends the search.
 
     Args:
         program: file of the part program.
@@ -107,8 +122,8 @@ def find_words(
         programs = read(text.text, programs.name, programs.folder)
     try:
         machine = None if plant is None else find_plant(plant, modules=True)
-        held = replace(load_job(job, plant=machine), variables=variables)
-        planned = replace(held.on(MODEL), plant="") if held.plant else held
+        held = replace(load_job(job, plant=machine, calibrated=False), variables=variables)
+        planned = replace(load_job(job, plant=MODEL), plant="", variables=variables)
         variation = variation_of(programs, text, planned, wishes or Wishes(), parts, seed, seconds)
         return _optimised(variation, job.name, progress, held if held.plant else None)
     except TimeUp:
@@ -120,7 +135,7 @@ def find_words(
 
 def _optimised(variation: Variation, job: str, progress: Progress, machine: Job | None = None) -> Optimised:
     """What the search finds on the job of the model, and what that comes to on a machine that is another one."""
-    budget = variation.budget
+    budget, uncertainty = variation.budget, variation.job.uncertainty
     tried: dict[Point, Trade] = {}
     compiled = variation.base.simulation.compiled
     pace = Pace()
@@ -129,38 +144,44 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
     known = budget.spent
     search.run(variation.start, variation.seed, grid=variation.grid() if compiled else ())
     seconds = (budget.spent - known) / len(search.costs)
+    steps = variation.steps_to(search.ranked[0]) if compiled else []
+    if steps:
+        search.objective(np.array(steps))
     feasible = any(each.keeps for each in tried.values())
-    points = _compared(variation, search.ranked, tried, pace) if feasible else search.ranked[:1]
+    points = _compared(variation, search.ranked, tried, pace, steps) if feasible else search.ranked[:1]
     lots = JUDGED if compiled else budget.judged(JUDGED, seconds / SEARCHED)
     before = variation.trials(LotUse.JUDGEMENT, lots)
     progress("judging", 0)
     old = before.measure(before.own[None])
+    less = attrgetter(variation.wishes.quantity)
     judged = _judged(variation, before, old, points, lots)
     kept = judged[-1].keeps(variation)
     chosen = judged[-1] if kept else judged[0]
+    promised, fleet = None, variation.fleet
     if machine is not None:
+        promised = before.of_one(less(chosen.new)[0])
         variation = variation.on(machine)
         before = variation.trials(LotUse.JUDGEMENT, lots)
         old = before.measure(before.own[None])
         chosen = _judge(variation, before, old, chosen.point, lots)
         kept = chosen.keeps(variation)
-    point, text, programs, after, new, wishes = chosen
+    point, text, programs, after, new, wishes, difference = chosen
     objective = variation.wishes.quantity
-    less = attrgetter(objective)
-    difference = paired(less(new)[0] - less(old)[0])
     beyond = new.violation(variation.margins)[0]
     sought = feasible and before.simulation.compiled and machine is None
     left = Budget(OVER * budget.seconds - budget.spent)
     freed = _freed(variation, before, point, pace, left, progress) if sought else {}
     limits = limits_of(variation, old, new, freed)
-    on = lots_said(len(before.seeds), "unseen lots")
-    verdict, reason = verdict_of(feasible or kept, QUANTITIES[objective], difference, limits, beyond, wishes, on)
+    on = lots_said(before.lots, "unseen lots")
+    verdict, reason = verdict_of(
+        feasible or kept, QUANTITIES[objective], difference, limits, beyond, wishes, variation.wishes.confidence, on
+    )
     if verdict is not Verdict.BETTER and search.ended_early and len(search.costs) == 1:
         enough = f"try some {ENOUGH_TRIALS} with --budget {time_said(ENOUGH_TRIALS * seconds)}"
         verdict, reason = Verdict.UNTRIED, f"the first one took all the time of the search; {enough}"
     better = verdict is Verdict.BETTER
     once = variation.once if after is before else one_run(programs, variation.job)
-    quantities = quantities_of(variation.once, once, old, new)
+    quantities = quantities_of(before, variation.once, once, old, new)
     return Optimised(
         program=variation.programs.name,
         job=job,
@@ -177,6 +198,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
             *variation.choices.remarks,
             *variation.base.simulation.unread,
             *undressed(before, after, variation.runs),
+            *on_machines(fleet),
             *passed_over(len(judged), kept),
             *few(len(before.seeds), lots, JUDGED),
             *not_freed([name for name in LIMITS if sought and name not in freed and without(variation.job, name)]),
@@ -185,16 +207,19 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
         after=text.text if better else variation.text.text,
         data=text.bytes() if better else variation.text.bytes(),
         parts=variation.runs,
-        lots=len(before.seeds),
+        lots=before.lots,
         seed=variation.seed,
         evaluations=len(search.costs),
         ended_early=search.ended_early,
         plant=variation.job.plant,
+        promised=promised,
+        confidence=variation.wishes.confidence,
+        calibration=None if uncertainty is None else uncertainty.source,
     )
 
 
 def _compared(
-    variation: Variation, ranked: list[Point], tried: dict[Point, Trade], pace: Pace, each: int = FINALISTS
+    variation: Variation, ranked: list[Point], tried: dict[Point, Trade], pace: Pace, steps: Sequence[Point] = ()
 ) -> list[Point]:
     """The first programs as they rank on lots that no search has seen, as many of them as there is time for.
 
@@ -203,22 +228,33 @@ def _compared(
     budget = variation.budget
     if variation.base.simulation.compiled:
         trials = variation.trials(LotUse.COMPARISON, CHOSEN)
-        best = [[point for point in ranked if tried[point].share <= share][:each] for share in CLEARANCES]
-        some = [point for row in zip_longest(*best) for point in row if point is not None]
+        front = _front(tried, variation.wishes.quantity, FINALISTS)
+        some = list(dict.fromkeys([*front, *steps])) if steps else front[:1]
         one = pace.seconds * len(trials.seeds)
         left = budget.seconds - budget.spent - one * 2 * JUDGED / CHOSEN
-        finalists = [point for k, point in enumerate(dict.fromkeys(some)) if k == 0 or one * (k + 1) <= left]
-        finalists = finalists or ranked[:1]
+        finalists = [point for k, point in enumerate(some) if k == 0 or one * (k + 1) <= left] or ranked[:1]
     else:
-        count, lots = STEP_BY_STEP
-        trials, finalists = variation.trials(LotUse.COMPARISON, lots), ranked[:count]
+        most, lots = STEP_BY_STEP
+        trials, finalists = variation.trials(LotUse.COMPARISON, lots), ranked[:most]
     if len(finalists) == 1:
         return finalists
     try:
+        old = trials.measure(trials.own[None], between=budget.require_comparison)
         found = variation.measure(trials, finalists, budget.require_comparison)
     except TimeUp:
         return finalists
-    return [finalists[k] for k in variation.worth(found).argsort(kind="stable")]
+    worth = variation.worth(variation.shares(trials, found, old) / SURE, found)
+    return [finalists[k] for k in worth.argsort(kind="stable")]
+
+
+def _front(tried: dict[Point, Trade], quantity: str, count: int) -> list[Point]:
+    """The cheapest program that keeps all, the cheapest ones that keep more and more than that, then ones `BEYOND`."""
+    cheap = sorted(tried, key=lambda point: (getattr(tried[point], quantity), point))
+    shares = [tried[point].share for point in cheap]
+    least = min(shares)
+    best = next((share for share in shares if share <= 1.0), least)
+    levels = (*np.linspace(best, least, count).tolist(), *BEYOND)
+    return list(dict.fromkeys(next(point for point in cheap if tried[point].share <= level) for level in levels))
 
 
 class _Judged(NamedTuple):
@@ -231,9 +267,13 @@ class _Judged(NamedTuple):
     new: Measures
     wishes: tuple[WishUse, ...]
 
+    change: Interval
+    """Of what is to become less of a part, from the program as it was."""
+
     def keeps(self, variation: Variation) -> bool:
-        """Whether they keep limits and wishes."""
-        return not self.new.violation(variation.margins).any() and all(each.kept for each in self.wishes)
+        """Whether they keep limits and wishes, and are better or at least what was asked for."""
+        asked = all(each.kept for each in self.wishes) and not self.new.violation(variation.margins).any()
+        return asked and (self.change.high < 0.0 or any(each.before > each.most for each in self.wishes))
 
 
 def _judged(variation: Variation, before: Trials, old: Measures, points: Sequence[Point], lots: int) -> list[_Judged]:
@@ -256,7 +296,9 @@ def _judge(variation: Variation, before: Trials, old: Measures, point: Point, lo
     after = before if same else variation.trials_of(programs, LotUse.JUDGEMENT, lots)
     said = _require_said(variation, before, after, point)
     new = old if same else after.measure(said[None])
-    return _Judged(point, text, programs, after, new, wishes_kept(variation.wishes, old, new))
+    less = attrgetter(variation.wishes.quantity)
+    change = before.of_one(less(new)[0] - less(old)[0])
+    return _Judged(point, text, programs, after, new, wishes_kept(variation.wishes, old, new), change)
 
 
 def _require_said(variation: Variation, before: Trials, after: Trials, point: Point) -> Array:
@@ -287,7 +329,11 @@ def _judging(variation: Variation, pace: Pace) -> float:
 
     It is no more than `MOST_JUDGING` of the budget, for a pace that is known badly must not end a search at once.
     """
-    lots = len(variation.trials(LotUse.JUDGEMENT, FINALISTS * len(CLEARANCES) * CHOSEN + 3 * JUDGED).seeds)
+    lots = len(
+        variation.trials(
+            LotUse.JUDGEMENT, (FINALISTS + len(BEYOND) + len(STEPS) * len(PARTS)) * CHOSEN + 3 * JUDGED
+        ).seeds
+    )
     seconds, budget = pace.seconds * lots + variation.reading, variation.budget.seconds
     return min(seconds, MOST_JUDGING * budget) + WITHOUT_LIMITS * budget
 
@@ -302,7 +348,7 @@ def _freed(
     less = attrgetter(variation.wishes.quantity)
     with_all, words = less(variation.measure(judged, [best]))[0], {}
     others = [(k, name, free) for k, name in enumerate(LIMITS) if (free := without(variation.job, name)) is not None]
-    judging = pace.seconds * (len(CLEARANCES) * CHOSEN + 2 * JUDGED) / JUDGED * len(judged.seeds)
+    judging = pace.seconds * (CHOSEN + 2 * JUDGED) / JUDGED * len(judged.seeds)
     for number, (k, name, free) in enumerate(others):
         seconds = (budget.seconds - budget.spent) / (len(others) - number) - judging
         if seconds < 0.0:
@@ -314,7 +360,7 @@ def _freed(
         label = f"without the limit of {name}"
         search = other.search(other.trials(LotUse.SEARCH, SEARCHED), progress, label, tried, Pace())
         search.run(best, variation.seed, GENERATIONS // FEWER)
-        point = _compared(other, search.ranked, tried, pace, 1)[0]
+        point = _compared(other, search.ranked, tried, pace)[0]
         found = less(other.measure(other.trials(LotUse.JUDGEMENT, JUDGED), [point]))[0]
         share = float(variation.measure(judged, [point]).ratios[0, k])
         words[name] = Freed(paired(with_all - found), share)

@@ -10,6 +10,7 @@ from grind_env.machine.script.settings import D
 from grind_env.policies.statistics import Interval, bootstrap
 from grind_env.process.cost import NO_LIMIT, Limits
 from grind_env.shop.dress_interval import DressInterval
+from grind_env.shop.machines import Fleet
 from grind_env.shop.optimise.outcome import LimitUse, Quantity, Verdict, WishUse, WordChange
 from grind_env.shop.optimise.search import Point
 from grind_env.shop.optimise.spots import Spot
@@ -44,6 +45,7 @@ def verdict_of(
     limits: tuple[LimitUse, ...],
     beyond: Array,
     wishes: tuple[WishUse, ...],
+    confidence: float,
     on: str,
 ) -> tuple[Verdict, str]:
     """Whether the best words are better, and why.
@@ -55,14 +57,16 @@ def verdict_of(
         limits: how near they come to each.
         beyond: by how much they are beyond each, as shares of them, shape (4,).
         wishes: what a part was to take at most.
+        confidence: with which it is to keep limits.
         on: what lots that was judged on.
     """
+    stay = f"{parts_said(confidence)} stay below"
     worst = limits[int(beyond.argmax())]
     missed = max((each for each in wishes if not each.kept), key=lambda each: each.after / each.most, default=None)
     if not feasible and (beyond.max() > 0.0 or missed is None):
         return Verdict.INFEASIBLE, (
-            f"the limit of {worst.name} forbids all programs tried: with the nearest one 95 of 100 parts stay "
-            f"below {100.0 * worst.after:.0f} % of it, and {100.0 * worst.margin:.0f} % is asked"
+            f"the limit of {worst.name} forbids all programs tried: with the nearest one {stay} "
+            f"{100.0 * worst.after:.0f} % of it, and {100.0 * worst.margin:.0f} % is asked"
         )
     if not feasible and missed is not None:
         return Verdict.INFEASIBLE, (
@@ -71,7 +75,7 @@ def verdict_of(
         )
     if beyond.max() > 0.0:
         return Verdict.NOT_BETTER, (
-            f"the best one is beyond the limit of {worst.name} on {on}: 95 of 100 parts stay below "
+            f"the best one is beyond the limit of {worst.name} on {on}: {stay} "
             f"{100.0 * worst.after:.1f} % of it, and {100.0 * worst.margin:.0f} % is asked"
         )
     if missed is not None:
@@ -88,6 +92,11 @@ def verdict_of(
     return Verdict.BETTER, f"{said} on {on}, the same for both"
 
 
+def parts_said(confidence: float) -> str:
+    """How many parts keep what is kept with a confidence."""
+    return f"{100.0 * confidence:g} of 100 parts"
+
+
 def wishes_kept(wishes: Wishes, old: Measures, new: Measures) -> tuple[WishUse, ...]:
     """What a part was to take at most, and what it takes on the lots of the judgement."""
     return tuple(
@@ -97,12 +106,14 @@ def wishes_kept(wishes: Wishes, old: Measures, new: Measures) -> tuple[WishUse, 
 
 
 def paired(difference: Array) -> Interval:
-    """Mean of what was found on each of some lots, with its interval."""
+    """Mean of what was found on each of some lots, with its interval: that of the mean, and not of one machine."""
     return bootstrap(lambda values: np.asarray(values.mean(axis=-1)), difference)
 
 
-def quantities_of(once: Trials, once_after: Trials, old: Measures, new: Measures) -> tuple[Quantity, ...]:
-    """What a part comes to before and after, on lots and with one run on the expected lot."""
+def quantities_of(
+    judged: Trials, once: Trials, once_after: Trials, old: Measures, new: Measures
+) -> tuple[Quantity, ...]:
+    """What a part comes to before and after, on the lots that were judged and with one run on the expected lot."""
     expected = [_shown(each) for each in (once, once_after)]
     found = []
     for name, unit in QUANTITIES.items():
@@ -112,9 +123,9 @@ def quantities_of(once: Trials, once_after: Trials, old: Measures, new: Measures
             Quantity(
                 name=name,
                 unit=unit,
-                before=paired(before),
-                after=paired(after),
-                difference=paired(after - before),
+                before=judged.of_one(before),
+                after=judged.of_one(after),
+                difference=judged.of_one(after - before),
                 expected=(scale * expected[0][name], scale * expected[1][name]),
             )
         )
@@ -133,7 +144,7 @@ class Freed(NamedTuple):
     price: Interval
     """What they save of what is to become less, a part."""
     share: float
-    """Of the limit, that 95 of 100 parts keep with them."""
+    """Of the limit, that parts keep with them."""
 
 
 def limits_of(variation: Variation, old: Measures, new: Measures, freed: dict[str, Freed]) -> tuple[LimitUse, ...]:
@@ -183,6 +194,16 @@ def few(judged: int, lots: int, most: int) -> list[str]:
     if judged == lots < most:
         return [f"judged on {lots} lots, for {most} take longer than the time allows: --budget gives it more"]
     return []
+
+
+def on_machines(fleet: Fleet | None) -> list[str]:
+    """On what machines a program was tried, where the program as it is has told which these may be."""
+    if fleet is None or not fleet.drawn:
+        return []
+    return [
+        f"of {fleet.drawn} machines that this may be, {len(fleet.numbers)} grind good parts with the program as it is, "
+        "and it was tried on these: if that has never been ground here, say --untried"
+    ]
 
 
 def not_freed(names: Sequence[str]) -> list[str]:

@@ -10,6 +10,7 @@ from grind_env.errors import GrindError
 from grind_env.files import write_atomically
 from grind_env.policies.statistics import Interval
 from grind_env.presenter import html
+from grind_env.shop.trials import CONFIDENCE
 
 
 class Verdict(Enum):
@@ -49,14 +50,14 @@ class WordChange:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Quantity:
-    """A mean over parts and lots, before and after, with 95 % intervals.
+    """A mean over parts, lots and machines, before and after, each with the interval in which that of one machine lies.
 
     Attributes:
         name: cost, seconds, Ra, power, rise, size_error or scrap.
         unit: of all values.
         before: with the program as it was.
         after: with other words.
-        difference: after minus before, on the same lots.
+        difference: after minus before, on the same lots and machines.
         expected: of the program as it was and with other words, on the expected lot, as `grind run` shows it,
             in `unit`.
     """
@@ -77,12 +78,12 @@ class LimitUse:
         name: power, temp, Ra or size.
         limit: in `unit`; 0 if there is none.
         unit: of it.
-        margin: share of the limit that 95 of 100 parts must keep.
-        before: share that 95 of 100 parts keep, with the program as it was.
+        margin: share of the limit that parts must keep with the confidence asked for.
+        before: share that they keep with it, with the program as it was.
         after: the same share with other words.
         price: $ a part, or s if time is to become less, that the best words without this limit save; None if that was
             not sought.
-        without: share of the limit that 95 of 100 parts keep with those words; None likewise.
+        without: share of the limit that parts keep with those words; None likewise.
         binds: whether the search has felt it: `price` is worth naming, beyond chance, and those words are refused
             because of this limit; where they were not sought, whether `after` is near what is asked.
         stations: that of each station by its name, in `unit`, where they differ; `limit` is then the lowest of them.
@@ -101,7 +102,7 @@ class LimitUse:
 
     @property
     def kept(self) -> bool:
-        """Whether 95 of 100 parts keep it, with its margin, after the changes."""
+        """Whether parts keep it so, with its margin, after the changes."""
         return self.after <= self.margin
 
 
@@ -186,6 +187,9 @@ class Optimised:
         evaluations: programs that were tried in the search.
         ended_early: whether the time was up before the search had ended.
         plant: the machine on which it was judged; empty for the model, on which it was searched.
+        promised: of what was to become less, what was promised of it before it was judged on that machine; else None.
+        confidence: with which limits and each end of an interval hold.
+        calibration: where what is known of the machine is from; None if it is not calibrated.
     """
 
     program: str
@@ -209,6 +213,15 @@ class Optimised:
     evaluations: int
     ended_early: bool
     plant: str = ""
+    promised: Interval | None = None
+    confidence: float = CONFIDENCE
+    calibration: str | None = None
+
+    @property
+    def is_as_promised(self) -> bool:
+        """Whether the machine on which it was judged takes what was promised."""
+        found = self.quantity(self.objective).after
+        return self.promised is None or (found.high >= self.promised.low and found.low <= self.promised.high)
 
     def quantity(self, name: str) -> Quantity:
         """One of the quantities."""

@@ -37,9 +37,10 @@ def tables_of(found: Optimised) -> list[Rows]:
 
 
 def heading(found: Optimised) -> str:
-    """What was judged, and on what."""
+    """What was judged, on what, and whether the machine is known."""
+    known = "not calibrated" if found.calibration is None else "calibrated"
     where = f", judged on {printable(found.plant)}" if found.plant else ""
-    return f"{found.program}, batches of {found.parts} runs, {lots_said(found.lots, 'unseen lots')}{where}"
+    return f"{found.program}, {known}, batches of {found.parts} runs, {lots_said(found.lots, 'unseen lots')}{where}"
 
 
 def print_optimised(found: Optimised, console: "Console") -> None:
@@ -74,6 +75,10 @@ def sentences(found: Optimised) -> list[str]:
     if found.ended_early:
         said.append("the time was up before the search had ended: --budget gives it more, and the next run may differ")
     programs = "program" if found.evaluations == 1 else "programs"
+    if found.promised is not None:
+        unit, one = objective_unit(found), found.quantity(found.objective).after
+        low, high, within = found.promised.low, found.promised.high, "" if found.is_as_promised else ", which it is not"
+        said.append(f"promised {low:.3f} to {high:.3f} {unit} a part, and there it takes {one.value:.3f}{within}")
     said.append(f"{found.evaluations} {programs} tried, seed {found.seed}")
     verdict = found.verdict.value
     said.append(f"{verdict}: {found.reason}" if found.verdict is not Verdict.BETTER else found.reason)
@@ -86,6 +91,9 @@ def as_data(found: Optimised) -> dict[str, Any]:
         "program": found.program,
         "job": found.job,
         **({"plant": found.plant} if found.plant else {}),
+        **({"promised": found.promised._asdict()} if found.promised is not None else {}),
+        "calibration": found.calibration,
+        "confidence": found.confidence,
         "verdict": found.verdict.name.lower(),
         "reason": found.reason,
         "words": [asdict(each) | {"changed": each.changed} for each in found.words],
@@ -126,7 +134,12 @@ def _quantities(found: Optimised) -> Rows:
         one, other = (f"{value:.{digits}f}" for value in each.expected)
         before, after = (f"{each_side.value:.{digits}f}" for each_side in (each.before, each.after))
         rows.append([NAMES[each.name], before, after, signed(each.difference, digits), one, other])
-    return Rows(("of a part", "before", "after", "change (95 %)", "grind run", "after"), rows)
+    return Rows(("of a part", "before", "after", f"change ({covered(found)})", "grind run", "after"), rows)
+
+
+def covered(found: Optimised) -> str:
+    """With what probability an interval holds, at both of its ends."""
+    return f"{100.0 * (2.0 * found.confidence - 1.0):g} %"
 
 
 def decimals(quantity: Quantity) -> int:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.job import Job
 from grind_env.machine.script.repetition import FEW, is_straight
 from grind_env.shop.dress_interval import DressInterval
+from grind_env.shop.machines import Fleet, fleet_of
 from grind_env.shop.optimise.alike import together
 from grind_env.shop.optimise.budget import Budget
 from grind_env.shop.optimise.counting import Counting, counting_of
@@ -37,6 +39,9 @@ RATIOS, RATIO_VALUES = (0.5, 2.0), 9
 """Of E to that of the program, with which a search begins: those of `grind sweep`."""
 FEWER_RATIOS = 4
 """The same with each interval of blocks, of which there are many: one in so many."""
+
+STEPS, PARTS = (1.0, 0.75, 0.5, 0.25), (1.0, 0.5, 0.0)
+"""Of the way from the program's own words to the best ones found, and from its own interval between dresses."""
 
 Progress = Callable[[str, int], object]
 
@@ -85,6 +90,7 @@ class Variation(NamedTuple):
         once: one run of the program on the expected lot.
         base: the batch with the program as it is, on any lots.
         budget: time that there is.
+        fleet: machines on which it is tried; None for that of the job alone.
     """
 
     programs: Programs
@@ -99,14 +105,20 @@ class Variation(NamedTuple):
     once: Trials
     base: Trials
     budget: Budget
+    fleet: Fleet | None = None
 
     def trials(self, use: LotUse, lots: int) -> Trials:
-        """The program as it is, on lots of its own for each use."""
-        return self.base.on(self._lots(use, lots))
+        """The program as it is, on lots and machines of its own for each use."""
+        return self._on(self.base, use, lots)
 
     def trials_of(self, programs: Programs, use: LotUse, lots: int) -> Trials:
         """Another text, with its own words only."""
-        return trials_of(programs, self.job, self.runs, self._lots(use, lots))
+        return self._on(trials_of(programs, self.job, self.runs, self._lots(use, 1)), use, lots)
+
+    def _on(self, trials: Trials, use: LotUse, lots: int) -> Trials:
+        trials = replace(trials, confidence=self.wishes.confidence)
+        seeds = self._lots(use, lots)
+        return trials.on(seeds) if self.fleet is None else self.fleet.under(trials, use, seeds)
 
     def _lots(self, use: LotUse, lots: int) -> Sequence[tuple[int, ...]]:
         """More of them of short batches, for what scraps one part of 200 is hardly met in few parts."""
@@ -124,11 +136,11 @@ class Variation(NamedTuple):
         return self._replace(job=job, margins=margins, base=self.base.asking(job), budget=budget)
 
     def on(self, job: Job) -> "Variation":
-        """The same with the job of another machine."""
+        """The same with the job of another machine, which is known."""
         picks, spark_outs = self.ranges
         lots = lots_of(self.seed, LotUse.BASE, 1)
         base = trials_of(self.programs, job, self.runs, lots, picks=picks, spark_outs=spark_outs)
-        return self._replace(job=job, base=base, once=one_run(self.programs, job))
+        return self._replace(job=job, base=base, once=one_run(self.programs, job), fleet=None)
 
     @property
     def besides(self) -> bool:
@@ -144,6 +156,21 @@ class Variation(NamedTuple):
     def start(self) -> Point:
         """The program as it is, or what is nearest to it."""
         return (*(each.start for each in self.choices.variables), 0)
+
+    def steps_to(self, point: Point) -> list[Point]:
+        """Points on the way from the program as it is to another one, the longest steps first.
+
+        The interval between dresses goes its way by itself, for it and E are unsure in different things.
+        """
+        start = self.start
+        ways = [
+            (
+                *(round(own + share * (end - own)) for own, end in zip(start, point[:-1], strict=False)),
+                round(part * point[-1]),
+            )
+            for share, part in product(STEPS, PARTS)
+        ]
+        return [way for way in dict.fromkeys(ways) if way not in (start, point)]
 
     def interval(self, point: Point) -> DressInterval:
         """How often the wheel is dressed at a point."""
@@ -231,14 +258,23 @@ class Variation(NamedTuple):
             self.programs.folder,
         )
 
-    def shares(self, found: Measures) -> Array:
-        """What C candidates come to, as shares of what is asked, shape (C, limits and wishes)."""
-        means = [getattr(found, name).mean(axis=1) / most for name, most in self.wishes.within.items()]
-        return np.column_stack([found.ratios / self.margins, *means])
+    def shares(self, trials: Trials, found: Measures, old: Measures) -> Array:
+        """What C candidates come to, as shares of what is asked, shape (C, limits, wishes, and one).
 
-    def worth(self, found: Measures) -> Array:
-        """What is to become less of C candidates, shape (C,); `INFEASIBLE` and more beyond a limit or a wish."""
-        beyond = np.maximum(self.shares(found) - 1.0, 0.0).sum(axis=1)
+        The last one is what is to become less over that of the program as it is, `old`, on a machine for which this is
+        as high as the confidence allows. It is 0 where that misses a wish, for which more may be paid.
+        """
+        within, quantity = self.wishes.within, self.wishes.quantity
+        means = [getattr(found, name).mean(axis=1) / most for name, most in within.items()]
+        less, before = (trials.by_machine(getattr(each, quantity)) for each in (found, old))
+        dearer = np.quantile(less / before[0], trials.confidence, axis=1)
+        if any(getattr(old, name).mean() > most for name, most in within.items()):
+            dearer[:] = 0.0
+        return np.column_stack([found.ratios / self.margins, *means, dearer])
+
+    def worth(self, shares: Array, found: Measures) -> Array:
+        """What is to become less of C candidates, shape (C,); `INFEASIBLE` and more beyond something that is asked."""
+        beyond = np.maximum(shares - 1.0, 0.0).sum(axis=1)
         less = getattr(found, self.wishes.quantity).mean(axis=1)
         return np.asarray(np.where(beyond > 0.0, INFEASIBLE * (1.0 + beyond), less))
 
@@ -255,7 +291,7 @@ class Variation(NamedTuple):
 
         It ends early enough for what follows, which takes `following()` s.
         """
-        budget = self.budget
+        budget, first = self.budget, list[Measures]()
 
         def is_up() -> bool:
             return budget.spent + following() > budget.seconds
@@ -265,10 +301,12 @@ class Variation(NamedTuple):
             found = trials.measure(self.settings(trials.own, points), besides=self.besides, between=between)
             if search.costs:
                 pace.take(budget.spent - began, len(points), len(trials.seeds))
-            means = found.cost.mean(axis=1), found.seconds.mean(axis=1), self.shares(found).max(axis=1)
+            first[:] = first or [found]
+            shares = self.shares(trials, found, first[0])
+            means = found.cost.mean(axis=1), found.seconds.mean(axis=1), shares.max(axis=1)
             trades = zip(*(each.tolist() for each in means), strict=True)
             tried.update(zip(map(tuple, points.tolist()), map(Trade._make, trades), strict=True))
-            return self.worth(found)
+            return self.worth(shares, found)
 
         search = Search(costs, self.counts, is_up, trials.at_once, lambda count: progress(label, count))
         return search
@@ -322,7 +360,8 @@ def variation_of(
         choices = _choices(seen, text, wishes, runs, of_all=True)
         ranges = _ranges(choices)
         base = _base(programs, job, runs, seed, ranges, budget.require_first)
-    variation = Variation(programs, text, job, runs, seed, wishes, choices, ranges, margins, once, base, budget)
+    fleet = fleet_of(base, seed, untried=wishes.untried)
+    variation = Variation(programs, text, job, runs, seed, wishes, choices, ranges, margins, once, base, budget, fleet)
     why = base.simulation.why
     if why is None or not any(ranges):
         return variation

@@ -8,6 +8,7 @@ from numbers import Real
 from typing import TypeAlias
 
 from grind_env.errors import GrindError, did_you_mean, quoted
+from grind_env.shop.trials import CONFIDENCE
 
 INTERVAL = "interval"
 """Parts from dress to dress, or blocks."""
@@ -20,6 +21,9 @@ OBJECTIVES = {"cost": "cost", "time": "seconds"}
 """What may be made less, and the name of its mean of a part."""
 COUNTED_BY = ("variable", "block-delete")
 """What tells a program whether a dress is due."""
+
+CONFIDENCES = 0.5, 0.999
+"""Ends of what may be asked: beyond, some tens of machines and some thousands of parts do not tell."""
 
 Number: TypeAlias = float | Decimal
 Ends: TypeAlias = Collection[Number]
@@ -40,7 +44,10 @@ class Wishes:
         bounds: lowest and highest value by word, in the units of the program; lead in mm or inches a revolution.
         steps: of which values are multiples, likewise.
         kept: N words of the cycle blocks that stay as they are.
-        margins: share of its limit that 95 parts of 100 must keep, by name, 1 at most; 1 for those not named.
+        margins: share of its limit that parts must keep, by name, 1 at most; 1 for those not named.
+        confidence: probability with which a part keeps each, whatever its lot and machine are, and with which each end
+            of an interval holds.
+        untried: whether nothing is known of how the program grinds on the machine.
         objective: of `OBJECTIVES`, what is to become less.
         within: the most that a part may take in the mean, by the names cost and seconds.
         free: whether blocks of parts that are alike may have words of their own.
@@ -53,6 +60,8 @@ class Wishes:
     steps: Mapping[str, Decimal] = field(default_factory=dict)
     kept: frozenset[int] = frozenset()
     margins: Mapping[str, float] = field(default_factory=dict)
+    confidence: float = CONFIDENCE
+    untried: bool = False
     objective: str = "cost"
     within: Mapping[str, float] = field(default_factory=dict)
     free: bool = False
@@ -83,6 +92,8 @@ def wishes_of(
     within: Mapping[str, Number] = {},
     free: bool = False,
     counted_by: str = "variable",
+    confidence: Number = CONFIDENCE,
+    untried: bool = False,
 ) -> Wishes:
     """The wishes, checked; arguments as the attributes of `Wishes`, `words` None for the usual ones that are there.
 
@@ -114,6 +125,8 @@ def wishes_of(
         steps={name: _positive("--round", name, step) for name, step in steps.items()},
         kept=frozenset(kept),
         margins={name: _share("--margin", name, share) for name, share in margins.items()},
+        confidence=confidence_of(confidence),
+        untried=untried,
         objective=objective,
         within={name: float(_positive("--within", name, most)) for name, most in within.items()},
         free=free,
@@ -160,6 +173,18 @@ def seconds_of(budget: Number) -> float:
     if not (isinstance(budget, Real | Decimal) and budget >= 0):
         raise WishError(f"--budget: {quoted(budget)} is no time; give the seconds")
     return float(budget)
+
+
+def confidence_of(value: Number) -> float:
+    """A probability with which promises hold.
+
+    Raises:
+        WishError: it is none.
+    """
+    low, high = CONFIDENCES
+    if not (isinstance(value, Real | Decimal) and low <= value <= high):
+        raise WishError(f"--confidence: {quoted(value)} is none; give a number from {low:g} to {high:g}, such as .95")
+    return float(value)
 
 
 def _positive(option: str, name: str, value: Number) -> Decimal:

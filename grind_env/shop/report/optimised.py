@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 from grind_env.extras import needing
 from grind_env.machine.job import Job
 from grind_env.policies.statistics import Interval
-from grind_env.shop.optimise.judgement import WORTH_NAMING
+from grind_env.shop.optimise.judgement import WORTH_NAMING, parts_said
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Verdict
 from grind_env.shop.optimise.table import (
     NAMES,
     binding,
+    covered,
     decimals,
+    heading,
     limit_text,
     objective_unit,
     price_text,
@@ -77,7 +79,7 @@ def optimised_report(found: Optimised, job: Job, files: Mapping[str, Path]) -> s
     """
     after = "after" if found.verdict is Verdict.BETTER else "best one tried"
     sections = [
-        Section("Verdict", [_verdict(found)]),
+        Section("Verdict", [paragraph(f"{heading(found)}."), _verdict(found)]),
         Section("Before and after", [_quantities(found, after)]),
         Section("Words", [_words(found, after)]),
         Section("Limits", _limits(found, after)),
@@ -123,7 +125,8 @@ def _quantities(found: Optimised, after: str) -> "Markup":
     headings = ("of a part", "before", after, "change", "grind run, before", f"grind run, {after}")
     ground = lots_said(found.lots, "unseen lots")
     caption = (
-        f"Means over batches of {found.parts} runs on {ground}, with 95 % intervals; the change is of the same ones."
+        f"Means over batches of {found.parts} runs on {ground}, with the interval in which one machine lies with "
+        f"{covered(found)}; the change is of the same ones."
     )
     return table(headings, rows, caption)
 
@@ -167,11 +170,12 @@ def _limits(found: Optimised, after: str) -> "list[Markup]":
         f"change of a part without it, {objective_unit(found)}",
     )
     caption = (
-        "Shares are those of the limit below which 95 of 100 parts stay. The last column is how much the best words "
-        "without the limit change the cost; a limit binds if, beyond chance, they save more than "
+        f"Shares are those of the limit below which {parts_said(found.confidence)} stay. The last column is how much "
+        "the best words without the limit change the cost; a limit binds if, beyond chance, they save more than "
         f"{100.0 * WORTH_NAMING:g} % and are refused because of it."
     )
-    shares = f"Share of each limit below which 95 of 100 parts stay, before and {after}; lines are the shares asked."
+    stay = parts_said(found.confidence)
+    shares = f"Share of each limit below which {stay} stay, before and {after}; lines are the shares asked."
     return [table(headings, rows, caption), figure(_shares(limits, after), shares, 340)]
 
 
@@ -221,10 +225,18 @@ def _rests_on(found: Optimised) -> list[str]:
         f"The job is {found.job}. How its lots and parts differ is what its {tables} says.",
         f"Both programs are ground on {ground}, the same for both, in batches of {found.parts} runs, in which the "
         "wheel carries over.",
-        "Intervals are of the mean over these lots, 95 % by bootstrap; they hold for the process model, and do not say "
-        "how far the model is from the machine.",
+        f"Intervals are what one machine comes to with {covered(found)}: " + _known(found),
         "The columns of grind run are of the expected lot, with which grind run shows the same numbers.",
     ]
+
+
+def _known(found: Optimised) -> str:
+    """What intervals contain."""
+    if found.plant:
+        return "it is known here, and all that is open are its lots."
+    if found.calibration is None:
+        return "nothing was calibrated, so that its numbers are as uncertain as those of the catalogue."
+    return f"its numbers are as uncertain as the calibration says ({found.calibration})."
 
 
 def _trade(found: Optimised, after: str) -> Any:

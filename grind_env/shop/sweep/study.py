@@ -13,9 +13,10 @@ from grind_env.control.source import SourceText
 from grind_env.errors import GrindError
 from grind_env.machine.job.file import job_beside, load_job
 from grind_env.machine.script.settings import DRESS_DEPTH, DRESS_FEED, DRESS_PASSES, D, E
-from grind_env.policies.statistics import Interval, bootstrap
+from grind_env.policies.statistics import Interval
 from grind_env.presenter import html, presenter
 from grind_env.shop.dress_interval import LONGEST, DressInterval
+from grind_env.shop.machines import fleet_of
 from grind_env.shop.trials import LIMITS, LotUse, Measures, Trials, lots_of, trials_of
 
 if TYPE_CHECKING:
@@ -56,14 +57,14 @@ class SweepPoint:
         every: runs of the program from dress to dress; 0 for the D words of the program, in every part.
         lead: mm a revolution; 0 without a dress program.
         depth: mm a pass; 0 without a dress program.
-        cost: $ a part, with its 95 % interval.
+        cost: $ a part, with the interval in which that of one machine lies with 90 %.
         seconds: time of a part, s.
         Ra: um.
         power: highest, kW.
         rise: highest, K.
         size_error: um.
         scrap: share of the parts.
-        shares: of the limits power, temp, Ra and size, the shares that 95 of 100 parts keep.
+        shares: of the limits power, temp, Ra and size, the shares that 95 of 100 parts keep, on whatever machine.
     """
 
     E: float
@@ -103,6 +104,7 @@ class Sweep:
         speeds: over E and dress interval.
         dresses: over lead and depth, with the best E and interval of these.
         remarks: sentences on variables that were given and that nothing reads.
+        calibration: as of `Optimised`.
     """
 
     program: str
@@ -113,6 +115,7 @@ class Sweep:
     speeds: tuple[SweepPoint, ...]
     dresses: tuple[SweepPoint, ...]
     remarks: tuple[str, ...] = ()
+    calibration: str | None = None
 
     @property
     def best(self) -> SweepPoint:
@@ -181,9 +184,10 @@ def sweep(
     parts: int = 50,
     seed: int = 1,
     variables: Mapping[int, float] = {},
+    untried: bool = False,
     progress: Callable[[str, int], object] = lambda label, count: None,
 ) -> Sweep:
-    """Grind a program with a grid of settings, every one on the same lots.
+    """Grind a program with a grid of settings, every one on the same lots and the same machines.
 
     Args:
         program: file of the part program.
@@ -192,6 +196,7 @@ def sweep(
         parts: how often the program is run; the wheel carries over.
         seed: of the lots.
         variables: values that `#` variables have before the first part.
+        untried: as of `find_words`.
         progress: called with what is being done and by how many points it has come on.
 
     Raises:
@@ -200,7 +205,9 @@ def sweep(
     program = Path(program)
     job = job_beside(program) if job is None else Path(job)
     held = replace(load_job(job), variables=variables)
-    trials = trials_of(read_file(program), held, parts, lots_of(seed, LotUse.SWEEP, LOTS))
+    lots = lots_of(seed, LotUse.SWEEP, LOTS)
+    trials = trials_of(read_file(program), held, parts, lots)
+    trials = fleet_of(trials, seed, untried=untried).under(trials, LotUse.SWEEP, lots)
     study = _Study(trials, parts, progress)
     if ranges is None or not any(ranges):
         programmed = float(trials.own[0, E])
@@ -228,12 +235,13 @@ def sweep(
     return Sweep(
         program=program.name,
         parts=parts,
-        lots=len(trials.seeds),
+        lots=trials.lots,
         counted=DressInterval.counting(trials.simulation.parts // parts),
         own=own,
         speeds=tuple(speeds),
         dresses=tuple(dresses),
         remarks=trials.simulation.unread,
+        calibration=None if held.uncertainty is None else held.uncertainty.source,
     )
 
 
@@ -311,7 +319,7 @@ class _Study:
                 every=setting.every or 0,
                 lead=float(table[first, DRESS_FEED]) / self.turns,
                 depth=float(table[first, DRESS_DEPTH]),
-                cost=bootstrap(lambda values: np.asarray(values.mean(axis=-1)), found.cost[k]),
+                cost=self.trials.of_one(found.cost[k]),
                 seconds=float(found.seconds[k].mean()),
                 Ra=float(found.Ra[k].mean()),
                 power=float(found.power[k].mean()),

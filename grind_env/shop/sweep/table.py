@@ -94,6 +94,8 @@ def sentences(found: Sweep) -> list[str]:
         f"cheapest: {best.cost.value:.3f} $ a part ({best.cost.low:.3f} to {best.cost.high:.3f}), "
         f"{saved:.3f} $ less than the program as it is; {lots_said(found.lots)}, batches of {found.parts} runs"
     )
+    if found.calibration is None:
+        said.append("not calibrated: costs and limits are those of machines as far from it as the catalogue may be")
     return said
 
 
@@ -103,6 +105,7 @@ def as_data(found: Sweep) -> dict[str, Any]:
         "program": found.program,
         "parts": found.parts,
         "lots": found.lots,
+        "calibration": found.calibration,
         "counted": found.counted,
         "own": _data(found.own),
         "speeds": [_data(point) for point in found.speeds],

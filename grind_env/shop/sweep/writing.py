@@ -12,8 +12,8 @@ from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.variables import STEPS, Variable
 from grind_env.shop.optimise.variation import Variation, variation_of
 from grind_env.shop.optimise.wishes import INTERVAL, wishes_of
-from grind_env.shop.sweep.study import Sweep, SweepError, SweepPoint
-from grind_env.shop.trials import LotUse
+from grind_env.shop.sweep.study import LOTS, Sweep, SweepError, SweepPoint
+from grind_env.shop.trials import LotUse, lots_of, trials_of
 
 EXACT = {"E": (Decimal(1), Decimal(".0001")), "lead": STEPS["lead"], "depth": STEPS["depth"]}
 """Of which values are multiples, metric and in inches; of a lead its F."""
@@ -43,6 +43,7 @@ def recommended(
     *,
     seed: int = 1,
     variables: Mapping[int, float] = {},
+    untried: bool = False,
 ) -> Recommended:
     """Write the best point into its program, and grind it so.
 
@@ -52,6 +53,7 @@ def recommended(
         job: its job file; the program's name with `.toml` if not given.
         seed: of its lots.
         variables: values that `#` variables have before the first part.
+        untried: as of the sweep.
 
     Raises:
         SweepError: no point that keeps the limits is cheaper than the program as it is, or its text cannot say it.
@@ -64,10 +66,14 @@ def recommended(
     text = text_of(read_bytes(program))
     names = [name for name in EXACT if getattr(best, name) != getattr(found.own, name)]
     dresses = ["D", INTERVAL] if best.every else []
-    wishes = wishes_of([*names, *dresses], {INTERVAL: (best.every, best.every)} if dresses else {}, free=True)
+    wishes = wishes_of(
+        [*names, *dresses], {INTERVAL: (best.every, best.every)} if dresses else {}, free=True, untried=untried
+    )
     variation = _set(variation_of(read_file(program), text, settings, wishes, found.parts, seed), best, found.own)
     point = (0,) * len(variation.counts)
-    written = variation.trials_of(variation.read(point), LotUse.SWEEP, found.lots)
+    lots, fleet = lots_of(seed, LotUse.SWEEP, LOTS), variation.fleet
+    written = trials_of(variation.read(point), settings, found.parts, lots)
+    written = written.on(lots) if fleet is None else fleet.under(written, LotUse.SWEEP, lots)
     measured = written.measure(written.own[None])
     cost = float(measured.cost.mean())
     if abs(cost - best.cost.value) > NEAR * best.cost.value:

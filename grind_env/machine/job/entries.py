@@ -1,0 +1,45 @@
+"""The catalogue entries that a job works with, and the same job with other numbers in them."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from grind_env.machine.job.job import Job, Station
+from grind_env.process.entries import Entry, Material
+
+
+def entries_of(job: Job) -> Mapping[str, Entry]:
+    """The entries of the catalogue that a job works with, by kind."""
+    setup = job.setup
+    return {
+        "material": job.part.material,
+        "wheel": setup.wheel,
+        "dresser": setup.dresser,
+        "fluid": setup.fluid,
+        "machine": setup.machine,
+    }
+
+
+def with_entries(job: Job, changes: Mapping[str, Mapping[str, float]]) -> Job:
+    """A job with fields of its entries changed, by kind; the wheel stays as large as the job has it.
+
+    At stations with another material than that of the first one this stays as it is.
+    """
+    changed = {kind: _changed(entry, changes.get(kind, {})) for kind, entry in entries_of(job).items()}
+    material = changed["material"]
+    return replace(
+        job,
+        part=replace(job.part, material=material),
+        stations=tuple(_with_material(each, job.part.material, material) for each in job.stations),
+        met=tuple(_with_material(each, job.part.material, material) for each in job.met),
+        setup=replace(job.setup, **{kind: entry for kind, entry in changed.items() if kind != "material"}),
+    )
+
+
+def _with_material(station: Station, old: Material, new: Material) -> Station:
+    """A station with the new material if it has the old one."""
+    return replace(station, part=replace(station.part, material=new)) if station.part.material == old else station
+
+
+def _changed(entry: Any, values: Mapping[str, float]) -> Any:
+    return replace(entry, **values) if values else entry

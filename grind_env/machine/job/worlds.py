@@ -1,0 +1,102 @@
+"""Machines that may be that of a job: drawn from what is not known of it."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from grind_env.arrays import Array
+from grind_env.machine.job.entries import entries_of, with_entries
+from grind_env.machine.job.job import Job
+from grind_env.machine.job.uncertainty import Uncertainty
+from grind_env.process.catalogue import KINDS
+from grind_env.process.entries import Quantity, quantities
+
+USUAL_SPREADS: Mapping[str, float] = {
+    "material.chip_energy": 0.15,
+    "material.ploughing_pressure": math.log(1.5),
+    "material.pressure_factor": 0.2,
+    "material.wear_flat_growth": math.log(2.0),
+    "material.loading_rate": math.log(3.0),
+    "material.tempering_rise": 0.18,
+    "wheel.dressed_wear_flat": 0.3,
+    "wheel.g_ratio": math.log(2.0),
+    "wheel.roughness": 0.25,
+    "fluid.convection": math.log(1.5),
+    "machine.stiffness": 0.4,
+}
+"""Logarithmic standard deviations of the catalogue's numbers: what their sources are uncertain by
+(`catalogue_data/*.toml`, 80 K of tempering; convection by a factor 1.5 to 2, model.md), and how machines and wheels of
+one name differ."""
+USUAL_RESIDUAL, USUAL_DRIFT = 0.1, 0.01
+"""Of forces that no number of the catalogue makes right: models of grinding forces are within 10 to 20 %, part of which
+is in the numbers. The drift is an estimate: some 7 % in 50 parts."""
+
+FORCE_ENTRIES = (
+    ("material", "chip_energy"),
+    ("material", "ploughing_pressure"),
+    ("wheel", "pressure_base"),
+    ("wheel", "pressure_slope"),
+)
+"""What scales all forces, if it is scaled alike (`process.state.FORCES`)."""
+
+
+def usual_uncertainty(job: Job) -> Uncertainty:
+    """What is not known of a machine of which nothing but the catalogue is known."""
+    entries = entries_of(job)
+    names = [name for name in USUAL_SPREADS if _value(entries, name) > 0.0]
+    return Uncertainty(
+        names=tuple(names),
+        spread=tuple(USUAL_SPREADS[name] for name in names),
+        correlation=tuple(map(tuple, np.eye(len(names)).tolist())),
+        residual=USUAL_RESIDUAL,
+        drift=USUAL_DRIFT,
+    )
+
+
+def known_of(job: Job) -> Uncertainty:
+    """What is not known of the machine of a job: by its calibration, or the usual."""
+    return usual_uncertainty(job) if job.uncertainty is None else job.uncertainty
+
+
+def worlds(job: Job, uncertainty: Uncertainty, seed: int, count: int) -> tuple[Job, ...]:
+    """Machines that may be that of a job; the first ones of more are the same.
+
+    A number that would be beyond its legal range is the end of it. The drift, which is no number of an entry, is left
+    to those who grind parts on them.
+    """
+    root = uncertainty.root
+    return tuple(world(job, uncertainty, root, seed, k) for k in range(count))
+
+
+def world(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: int) -> Job:
+    """One of the `worlds` by its number, with the `root` of their uncertainty."""
+    entries = entries_of(job)
+    *normal, force = np.random.default_rng((seed, number)).standard_normal(len(root) + 1).tolist()
+    steps = (root @ np.array(normal)).tolist()
+    changes: dict[str, dict[str, float]] = {kind: {} for kind in KINDS}
+    for name, spread, step in zip(uncertainty.names, uncertainty.spread, steps, strict=True):
+        kind, key = name.split(".")
+        value = _value(entries, name)
+        changes[kind][key] = value + spread * step if _adds(name) else value * math.exp(spread * step)
+    for kind, key in FORCE_ENTRIES:
+        value = changes[kind].get(key, getattr(entries[kind], key))
+        changes[kind][key] = value * math.exp(uncertainty.residual * force)
+    within = {
+        kind: {key: entries[kind].within(key, value) for key, value in values.items()}
+        for kind, values in changes.items()
+    }
+    return with_entries(job, within)
+
+
+def _adds(name: str) -> bool:
+    """Whether a number may be below 0, and so has no logarithm."""
+    kind, key = name.split(".")
+    quantity = quantities(KINDS[kind])[key]
+    return isinstance(quantity, Quantity) and quantity.low < 0.0
+
+
+def _value(entries: Mapping[str, Any], name: str) -> float:
+    kind, key = name.split(".")
+    return float(getattr(entries[kind], key))

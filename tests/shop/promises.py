@@ -1,0 +1,108 @@
+"""What `grind optimise` promises, and what machines that are not the model make of it.
+
+    python -m tests.shop.promises foreign:1 meter:2       # these machines, all programs
+    python -m tests.shop.promises --calibrated soft:1     # with an `[uncertainty]` table written by hand
+
+A row for each machine and program: what a part costs there with the program as it was and with the words found, what
+was promised of it, and its scrap. Without machines it takes seeds 1 to 3 of seven families; bursts and graded are kept
+for the study that nothing is tuned on.
+"""
+
+import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+from grind_env.control import read
+from grind_env.machine.job.file import load_job
+from grind_env.plants import find_plant
+from grind_env.shop.calls import optimise
+from grind_env.shop.optimise.outcome import Optimised, Verdict
+from grind_env.shop.trials import LotUse, lots_of, trials_of
+from tests.shop.programs import EXAMPLES
+
+FAMILIES = "foreign", "thermal", "meter", "table", "fluid", "soft", "drift"
+SEEDS = 1, 2, 3
+PROGRAMS = "plate_g82", "keyway_g81", "rail_g83"
+TABLE = """
+[uncertainty]
+source = "written by hand"
+names = ["material.ploughing_pressure", "material.wear_flat_growth", "wheel.roughness", "machine.stiffness"]
+spread = [0.05, 0.1, 0.03, 0.05]
+correlation = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+residual = 0.03
+drift = 0.005
+"""
+
+
+class Kept(NamedTuple):
+    """What has come of a promise; costs in $ a part, scrap in %."""
+
+    plant: str
+    program: str
+    verdict: str
+    before: float
+    """On the machine, with the program as it was."""
+    low: float
+    """Least that is promised of the words found."""
+    high: float
+    after: float
+    """On the machine."""
+    scrap_before: float
+    scrap: float
+
+    @property
+    def within(self) -> bool:
+        """Whether the promise is kept."""
+        return self.low <= self.after <= self.high
+
+
+def found_for(program: str, *, calibrated: bool, parts: int = 50, budget: float = 20.0) -> Optimised:
+    """The words that are found on the model."""
+    with TemporaryDirectory() as folder:
+        job = Path(folder) / f"{program}.toml"
+        text = (EXAMPLES / f"{program}.toml").read_text()
+        job.write_text(f'{text}\n[catalogue]\nfiles = ["fitted.toml"]\n' if calibrated else text)
+        (Path(folder) / "fitted.toml").write_text(TABLE)
+        return optimise(EXAMPLES / f"{program}.nc", job, parts=parts, budget=budget)
+
+
+def kept(found: Optimised, plant: str) -> Kept:
+    """What a machine makes of the program that one ends up with."""
+    job = load_job(EXAMPLES / found.job, plant=find_plant(plant))
+    lots = lots_of(7, LotUse.JUDGEMENT, 128)
+    trials = [trials_of(read(text, found.program), job, found.parts, lots) for text in (found.before, found.after)]
+    old, new = (each.measure(each.own[None]) for each in trials)
+    cost = found.quantity("cost")
+    promised = cost.after if found.verdict is Verdict.BETTER else cost.before
+    return Kept(
+        plant=plant,
+        program=found.program,
+        verdict=found.verdict.name.lower(),
+        before=float(old.cost.mean()),
+        low=promised.low,
+        high=promised.high,
+        after=float(new.cost.mean()),
+        scrap_before=100.0 * float(old.scrap.mean()),
+        scrap=100.0 * float(new.scrap.mean()),
+    )
+
+
+def main(arguments: list[str]) -> None:
+    """Print the table."""
+    plants = [each for each in arguments if not each.startswith("-")]
+    plants = plants or [f"{family}:{seed}" for family in FAMILIES for seed in SEEDS]
+    print(f"{'machine':12} {'program':14} {'verdict':12} before promised         after  kept  scrap % before, after")
+    for program in PROGRAMS:
+        found = found_for(program, calibrated="--calibrated" in arguments)
+        for plant in plants:
+            row = kept(found, plant)
+            print(
+                f"{row.plant:12} {row.program:14} {row.verdict:12} {row.before:6.2f} {row.low:6.2f} to {row.high:6.2f} "
+                f"{row.after:6.2f}  {'yes' if row.within else 'no':4} {row.scrap_before:6.2f} {row.scrap:6.2f}",
+                flush=True,
+            )
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
