@@ -49,25 +49,32 @@ class Fleet:
 
     def under(self, trials: Trials, use: LotUse, seeds: Sequence[tuple[int, ...]]) -> Trials:
         """Trials on lots and on the machines of a use, other ones for each if there are enough."""
-        places = [(FIRST[use] + k) % len(self.numbers) for k in range(min(MACHINES[use], len(seeds)))]
+        count = min(MACHINES[use], len(seeds), len(self.numbers))
+        places = [(FIRST[use] + k) % len(self.numbers) for k in range(count)]
         job, root = trials.simulation.job, self.uncertainty.root
         machines = [world(job, self.uncertainty, root, self.seed, self.numbers[place]) for place in places]
         return trials.on(seeds, machines, self.uncertainty.drift)
 
 
-def fleet_of(trials: Trials, seed: int, *, untried: bool) -> Fleet:
+def fleet_of(trials: Trials, seed: int, *, untried: bool) -> Fleet | None:
     """Machines that may be that of the job of some trials.
+
+    On how many of them a program that the control executes grinds good parts takes too long to see. Without a
+    calibration nothing is left of such a program on all that the catalogue allows, and it is None.
 
     Args:
         trials: of the program as it is.
         seed: of the machines.
-        untried: whether nothing is known of how it grinds there; also of a program that the control executes, for it
-            takes too long to see.
+        untried: whether nothing is known of how it grinds there.
     """
     job = trials.simulation.job
     uncertainty = known_of(job)
+    if uncertainty.is_certain:
+        return Fleet(uncertainty, seed, (0,))
     every = Fleet(uncertainty, seed, tuple(range(NEEDED)))
-    if untried or not trials.simulation.compiled:
+    if not trials.simulation.compiled:
+        return None if job.uncertainty is None else every
+    if untried:
         return every
     root, numbers, drawn = uncertainty.root, list[int](), 0
     own = float(np.mean([good_on(trials, [job], 0.0, seed, number) for number in range(ROUNDS)]))
