@@ -31,16 +31,9 @@ from grind_env.shop.optimise.wishes import wishes_of
 from grind_env.shop.sweep.study import sweep
 from grind_env.shop.trials import LotUse, Measures, Trials, lots_of, trials_of
 from tests.policies.optimum import exact_optimum
-from tests.shop.programs import EXAMPLES, KNOWN, write
+from tests.shop.programs import EXAMPLES, known_job, write
 
 PARTS = 4
-
-
-def known(folder: Path, name: str) -> Path:
-    """The job of an example on a machine of which all is known."""
-    job = folder / f"{name}.toml"
-    job.write_text((EXAMPLES / f"{name}.toml").read_text(encoding="utf-8") + KNOWN)
-    return job
 
 
 LONG = ("--budget", "1000s")
@@ -63,7 +56,7 @@ def status(*arguments: object) -> int:
 
 @pytest.fixture(scope="module", params=["plate_g82", "rail_g83", "keyway_g81"])
 def found(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Optimised:
-    job = known(tmp_path_factory.mktemp("job"), request.param)
+    job = known_job(tmp_path_factory.mktemp("job"), request.param)
     return find_words(EXAMPLES / f"{request.param}.nc", job, wishes_of(steps={"E": 500}), parts=PARTS, seconds=1000.0)
 
 
@@ -98,7 +91,7 @@ def test_the_gain_holds_on_lots_of_other_seeds(found: Optimised) -> None:
 def test_optimise_is_never_behind_the_grid_of_sweep(found: Optimised, tmp_path: Path) -> None:
     """Both on the lots of the sweep, which the search has not seen."""
     path = EXAMPLES / found.program
-    grid = sweep(path, known(tmp_path, path.stem), parts=PARTS)
+    grid = sweep(path, known_job(tmp_path, path.stem), parts=PARTS)
     job = load_job(path.with_suffix(".toml"))
     trials = trials_of(read(found.after), job, PARTS, lots_of(1, LotUse.SWEEP, grid.lots))
     cost = trials.measure(trials.own[None]).cost.mean()
@@ -150,7 +143,7 @@ def test_the_next_best_is_judged_where_the_best_is_beyond_a_limit(
 
     monkeypatch.setattr(finding, "_judge", harsh)
     wishes = wishes_of(["E"], steps={"E": 1000})
-    found = find_words(EXAMPLES / "plate_g82.nc", known(tmp_path, "plate_g82"), wishes, parts=2, seconds=1000.0)
+    found = find_words(EXAMPLES / "plate_g82.nc", known_job(tmp_path, "plate_g82"), wishes, parts=2, seconds=1000.0)
     assert len(words) == len(set(words)) > 1
     if refused < len(words):
         assert len(words) == refused + 1 and found.verdict is Verdict.BETTER and found.words == words[-1]
@@ -349,7 +342,7 @@ def test_a_limit_that_forbids_what_lies_beside_the_best_words_binds_and_one_that
     tmp_path: Path,
 ) -> None:
     wishes = wishes_of(("E",), {"E": (5000, 30_000)}, margins={"Ra": 0.68})
-    job = known(tmp_path, "plate_g82")
+    job = known_job(tmp_path, "plate_g82")
     found = find_words(EXAMPLES / "plate_g82.nc", job, wishes, parts=PARTS, seconds=1000.0)
     limits = {limit.name: limit for limit in found.limits}
     assert [name for name, limit in limits.items() if limit.binds] == ["Ra"]

@@ -31,6 +31,8 @@ from grind_env.shop.trials import LIMITS, Between, LotUse, Measures, Trials, lot
 INFEASIBLE = 1e9
 """$; what a program that is beyond a limit costs in the search, times one and how far it is beyond."""
 
+LOOKING = 0.25
+"""Share of the budget up to which it is looked at what machines this may be."""
 MOST_RISK = 1.05
 """What a part may take with other words at most, over what it takes, on a machine where they are bad."""
 USUAL_RUNS = 50
@@ -367,7 +369,7 @@ def variation_of(
         choices = _choices(seen, text, wishes, runs, of_all=True)
         ranges = _ranges(choices)
         base = _base(programs, job, runs, seed, ranges, budget.require_first)
-    fleet = fleet_of(base, seed, untried=wishes.untried)
+    fleet = fleet_of(base, seed, untried=wishes.untried, is_up=lambda: budget.spent > LOOKING * budget.seconds)
     variation = Variation(programs, text, job, runs, seed, wishes, choices, ranges, margins, once, base, budget, fleet)
     why = base.simulation.why
     if why is None or not any(ranges):
