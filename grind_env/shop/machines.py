@@ -1,7 +1,7 @@
 """On which machines programs are tried: those that the job may be of, in which its program grinds good parts."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,10 +17,11 @@ FIRST = {LotUse.SEARCH: 0, LotUse.COMPARISON: 32, LotUse.JUDGEMENT: 160, LotUse.
 """Place of the first of them: those of a search are no other's, if there are enough."""
 NEEDED = 288
 
-AT_ONCE, MOST_DRAWN = 128, 512
+AT_ONCE, MOST_DRAWN = 64, 512
 """Machines that are drawn at once, and at most."""
-ROUNDS, PARTS_EACH = 4, 50
-"""In how many rounds it is seen whether a machine grinds good parts with the program as it is, and parts of each."""
+ROUNDS, PARTS_EACH, MOST_LOTS = 4, 50, 8
+"""In how many rounds it is seen whether a machine grinds good parts with the program as it is, and parts of each, on so
+many lots at most."""
 SEEN_GOOD = 200
 """Parts that the shop has ground with it and found good, at most: of machines with .1 % scrap that is met on four in
 five, with 1 % on one in seven."""
@@ -49,35 +50,45 @@ class Fleet:
 
     def under(self, trials: Trials, use: LotUse, seeds: Sequence[tuple[int, ...]]) -> Trials:
         """Trials on lots and on the machines of a use, other ones for each if there are enough."""
-        places = [(FIRST[use] + k) % len(self.numbers) for k in range(min(MACHINES[use], len(seeds)))]
+        count = min(MACHINES[use], len(seeds), len(self.numbers))
+        places = [(FIRST[use] + k) % len(self.numbers) for k in range(count)]
         job, root = trials.simulation.job, self.uncertainty.root
         machines = [world(job, self.uncertainty, root, self.seed, self.numbers[place]) for place in places]
         return trials.on(seeds, machines, self.uncertainty.drift)
 
 
-def fleet_of(trials: Trials, seed: int, *, untried: bool) -> Fleet:
+def fleet_of(trials: Trials, seed: int, *, untried: bool, is_up: Callable[[], bool] = lambda: False) -> Fleet | None:
     """Machines that may be that of the job of some trials.
+
+    On how many of them a program that the control executes grinds good parts takes too long to see. Without a
+    calibration nothing is left of such a program on all that the catalogue allows, and it is None.
 
     Args:
         trials: of the program as it is.
         seed: of the machines.
-        untried: whether nothing is known of how it grinds there; also of a program that the control executes, for it
-            takes too long to see.
+        untried: whether nothing is known of how it grinds there.
+        is_up: whether there is no time to look at more of them, or at more parts of these.
     """
     job = trials.simulation.job
     uncertainty = known_of(job)
+    if uncertainty.is_certain:
+        return Fleet(uncertainty, seed, (0,))
     every = Fleet(uncertainty, seed, tuple(range(NEEDED)))
-    if untried or not trials.simulation.compiled:
+    if not trials.simulation.compiled:
+        return None if job.uncertainty is None else every
+    if untried:
         return every
     root, numbers, drawn = uncertainty.root, list[int](), 0
     own = float(np.mean([good_on(trials, [job], 0.0, seed, number) for number in range(ROUNDS)]))
     seen = min(SEEN_GOOD, math.log(LEAST_BELIEVED) / math.log(own)) if 0.0 < own < 1.0 else SEEN_GOOD * own
-    while len(numbers) < NEEDED and drawn < MOST_DRAWN:
+    while len(numbers) < NEEDED and drawn < MOST_DRAWN and not (numbers and is_up()):
         left = {k: world(job, uncertainty, root, seed, k) for k in range(drawn, drawn + AT_ONCE)}
         chances = {k: np.random.default_rng((seed, k, 1)).random() for k in left}
         likely = dict.fromkeys(left, 1.0)
         for number in range(ROUNDS):
-            good = good_on(trials, list(left.values()), uncertainty.drift, seed, number) if left else []
+            if not left or (number and is_up()):
+                break
+            good = good_on(trials, list(left.values()), uncertainty.drift, seed, number)
             for k, share in zip(list(left), good, strict=True):
                 likely[k] *= share ** (seen / ROUNDS)
                 if likely[k] < chances[k]:
@@ -89,7 +100,7 @@ def fleet_of(trials: Trials, seed: int, *, untried: bool) -> Fleet:
 
 def good_on(trials: Trials, machines: list[Job], drift: float, seed: int, number: int) -> list[float]:
     """Share of good parts of the program as it is on each machine, in a round by its number with lots of its own."""
-    each = -(-PARTS_EACH // trials.runs)
+    each = min(-(-PARTS_EACH // trials.runs), MOST_LOTS)
     lots = lots_of(seed, LotUse.BASE, (number + 1) * each)[number * each :]
     seeds = [lot for lot in lots for _ in machines]
     if trials.simulation.job.parts:

@@ -146,7 +146,8 @@ class Trials:
         tail, draws = 100.0 * (1.0 - self.confidence), self.by_machine(values[None])[0]
         if draws.size == 1:
             draws = resampled_means(values[None])[:, 0]
-        return Interval(float(values.mean()), *np.percentile(draws, [tail, 100.0 - tail]).tolist())
+        (low, high), mean = np.percentile(draws, [tail, 100.0 - tail]).tolist(), float(values.mean())
+        return Interval(mean, min(low, mean), max(high, mean))  # the mean of a few bad ones may lie beyond
 
     def by_machine(self, values: Array) -> Array:
         """Means of each machine, shape (C, machines), of values of each lot, shape (C, lots)."""

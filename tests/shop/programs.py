@@ -8,6 +8,17 @@ EXAMPLES = Path(grind_env.__file__).parent / "examples"
 PLATE = (EXAMPLES / "plate_g82.nc").read_text(encoding="utf-8")
 JOB = (EXAMPLES / "plate_g82.toml").read_text(encoding="utf-8")
 
+KNOWN = "\n[catalogue.uncertainty]\nnames = []\nspread = []\ncorrelation = []\n"
+"""What a job says of a machine of which all is known: it is as the catalogue has it."""
+
+
+def known_job(folder: Path, name: str) -> Path:
+    """The job of an example on such a machine."""
+    job = folder / f"{name}.toml"
+    job.write_text((EXAMPLES / f"{name}.toml").read_text(encoding="utf-8") + KNOWN)
+    return job
+
+
 INCH = """%
 O77 (PLATE IN INCHES)
 N10 G70 G94 G90 G19 S1910 M03

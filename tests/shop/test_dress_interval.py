@@ -23,6 +23,7 @@ from grind_env.shop.optimise.variation import Variation, variation_of
 from grind_env.shop.optimise.wishes import Wishes, wishes_of
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 from tests.command import Grind
+from tests.shop.programs import known_job
 
 pytestmark = pytest.mark.usefixtures("few_lots")
 
@@ -114,13 +115,14 @@ def test_the_cheapest_of_each_time() -> None:
 QUICK = ("--parts", "4", "--budget", "1000s", "--vary", "E", "--round", "E=3000")
 
 
-def test_a_part_takes_what_is_asked_of_it_at_most(grind: Grind) -> None:
-    status, out, _ = grind("optimise", PLATE, *QUICK, "--for", "time", "--within", "cost=2.3", "--json")
+def test_a_part_takes_what_is_asked_of_it_at_most(tmp_path: Path, grind: Grind) -> None:
+    known = *QUICK, "--job", known_job(tmp_path, "plate_g82")
+    status, out, _ = grind("optimise", PLATE, *known, "--for", "time", "--within", "cost=2.3", "--json")
     told = json.loads(out)
     assert status == 0 and told["objective"] == "seconds"
     (wish,) = told["wishes"]
     assert wish["kept"] and wish["after"] <= 2.3 < wish["before"]
-    quickest = json.loads(grind("optimise", PLATE, *QUICK, "--for", "time", "--json")[1])
+    quickest = json.loads(grind("optimise", PLATE, *known, "--for", "time", "--json")[1])
     by_name = {each["name"]: each["after"]["value"] for each in quickest["quantities"]}
     within = {each["name"]: each["after"]["value"] for each in told["quantities"]}
     assert by_name["seconds"] <= within["seconds"]
@@ -164,7 +166,7 @@ def test_parts_that_are_alike_keep_alike_words_unless_they_are_free(tmp_path: Pa
 def test_sweep_writes_the_program_that_it_recommends(tmp_path: Path, grind: Grind) -> None:
     output = tmp_path / "better.nc"
     swept = ("--E", "12000..24000", "--dress-every", "1..4", "--parts", "8")
-    status, out, _ = grind("sweep", PLATE, *swept, "--json", "-o", output)
+    status, out, _ = grind("sweep", PLATE, *swept, "--job", known_job(tmp_path, "plate_g82"), "--json", "-o", output)
     best = json.loads(out)["best"]
     trials = trials_of(read_file(output), load_job(PLATE.with_suffix(".toml")), 8, lots_of(1, LotUse.SWEEP, 64))
     assert status == 0

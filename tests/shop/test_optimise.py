@@ -31,9 +31,11 @@ from grind_env.shop.optimise.wishes import wishes_of
 from grind_env.shop.sweep.study import sweep
 from grind_env.shop.trials import LotUse, Measures, Trials, lots_of, trials_of
 from tests.policies.optimum import exact_optimum
-from tests.shop.programs import EXAMPLES, write
+from tests.shop.programs import EXAMPLES, known_job, write
 
 PARTS = 4
+
+
 LONG = ("--budget", "1000s")
 """So that no search ends early on a busy machine."""
 FRESH = tuple((77, 4242, k) for k in range(2048))
@@ -53,8 +55,9 @@ def status(*arguments: object) -> int:
 
 
 @pytest.fixture(scope="module", params=["plate_g82", "rail_g83", "keyway_g81"])
-def found(request: pytest.FixtureRequest) -> Optimised:
-    return find_words(EXAMPLES / f"{request.param}.nc", None, wishes_of(steps={"E": 500}), parts=PARTS, seconds=1000.0)
+def found(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Optimised:
+    job = known_job(tmp_path_factory.mktemp("job"), request.param)
+    return find_words(EXAMPLES / f"{request.param}.nc", job, wishes_of(steps={"E": 500}), parts=PARTS, seconds=1000.0)
 
 
 def test_every_example_is_made_better(found: Optimised) -> None:
@@ -85,10 +88,10 @@ def test_the_gain_holds_on_lots_of_other_seeds(found: Optimised) -> None:
     assert new.ratios.max() < 1.1
 
 
-def test_optimise_is_never_behind_the_grid_of_sweep(found: Optimised) -> None:
+def test_optimise_is_never_behind_the_grid_of_sweep(found: Optimised, tmp_path: Path) -> None:
     """Both on the lots of the sweep, which the search has not seen."""
     path = EXAMPLES / found.program
-    grid = sweep(path, parts=PARTS)
+    grid = sweep(path, known_job(tmp_path, path.stem), parts=PARTS)
     job = load_job(path.with_suffix(".toml"))
     trials = trials_of(read(found.after), job, PARTS, lots_of(1, LotUse.SWEEP, grid.lots))
     cost = trials.measure(trials.own[None]).cost.mean()
@@ -128,7 +131,7 @@ def test_a_limit_that_forbids_all_is_named(tmp_path: Path, capsys: pytest.Captur
 
 @pytest.mark.parametrize("refused", [1, 2, 99])
 def test_the_next_best_is_judged_where_the_best_is_beyond_a_limit(
-    refused: int, monkeypatch: pytest.MonkeyPatch
+    refused: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     judge, words = finding._judge, list[tuple[WordChange, ...]]()
 
@@ -140,7 +143,7 @@ def test_the_next_best_is_judged_where_the_best_is_beyond_a_limit(
 
     monkeypatch.setattr(finding, "_judge", harsh)
     wishes = wishes_of(["E"], steps={"E": 1000})
-    found = find_words(EXAMPLES / "plate_g82.nc", None, wishes, parts=2, seconds=1000.0)
+    found = find_words(EXAMPLES / "plate_g82.nc", known_job(tmp_path, "plate_g82"), wishes, parts=2, seconds=1000.0)
     assert len(words) == len(set(words)) > 1
     if refused < len(words):
         assert len(words) == refused + 1 and found.verdict is Verdict.BETTER and found.words == words[-1]
@@ -335,9 +338,12 @@ def test_a_limit_binds_where_better_words_are_refused_because_of_it(found: Optim
     assert len(said) == sum(limit.binds for limit in found.limits)
 
 
-def test_a_limit_that_forbids_what_lies_beside_the_best_words_binds_and_one_that_is_far_does_not() -> None:
+def test_a_limit_that_forbids_what_lies_beside_the_best_words_binds_and_one_that_is_far_does_not(
+    tmp_path: Path,
+) -> None:
     wishes = wishes_of(("E",), {"E": (5000, 30_000)}, margins={"Ra": 0.68})
-    found = find_words(EXAMPLES / "plate_g82.nc", None, wishes, parts=PARTS, seconds=1000.0)
+    job = known_job(tmp_path, "plate_g82")
+    found = find_words(EXAMPLES / "plate_g82.nc", job, wishes, parts=PARTS, seconds=1000.0)
     limits = {limit.name: limit for limit in found.limits}
     assert [name for name, limit in limits.items() if limit.binds] == ["Ra"]
     assert 0.62 < limits["Ra"].after <= 0.68 < (limits["Ra"].without or 0.0) < 0.8

@@ -20,7 +20,7 @@ from grind_env.machine.script.settings import D, E
 from grind_env.shop.trials import trials_of
 from tests.command import Grind
 from tests.policies.optimum import exact_optimum
-from tests.shop.programs import EXAMPLES, PLATE
+from tests.shop.programs import EXAMPLES, KNOWN, PLATE
 
 JOB = load_job(EXAMPLES / "plate_g82.toml")
 OTHER = replace(JOB.part, stock=0.9 * JOB.part.stock, roughness_limit=0.3, tolerance=8.0, scrap_cost=90.0)
@@ -36,6 +36,8 @@ def oracle6(grind: Grind, tmp_path: Path) -> Path:
     """The task as the program and the job that `grind play` writes: plates and gauges."""
     program = tmp_path / "oracle6.nc"
     assert grind("play", "--task", "oracle6", "--policy", "E9D1", "--output", program)[0] == 0
+    job = program.with_suffix(".toml")
+    job.write_text(job.read_text(encoding="utf-8") + KNOWN)
     return program
 
 

@@ -15,15 +15,16 @@ from grind_env.shop.sweep.study import LOTS, Ranges, Sweep, SweepError, cheapest
 from grind_env.shop.sweep.table import sentences, tables_of
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 from tests.command import Grind
-from tests.shop.programs import EXAMPLES, PLATE
+from tests.shop.programs import EXAMPLES, PLATE, known_job
 
 PARTS = 6
 
 
 @pytest.fixture(scope="module")
-def found() -> Sweep:
+def found(tmp_path_factory: pytest.TempPathFactory) -> Sweep:
     ranges = Ranges(E=(12_000.0, 20_000.0), every=(1, 4), lead=(0.08, 0.16))
-    return sweep(EXAMPLES / "plate_g82.nc", None, ranges, parts=PARTS)
+    job = known_job(tmp_path_factory.mktemp("job"), "plate_g82")
+    return sweep(EXAMPLES / "plate_g82.nc", job, ranges, parts=PARTS)
 
 
 def test_a_dress_on_every_nth_part_costs_what_the_program_written_so_costs(found: Sweep) -> None:
@@ -44,12 +45,12 @@ def test_every_part_dressed_is_the_program_as_it_is() -> None:
     assert found.speeds[0].cost == found.own.cost
 
 
-def test_a_lead_costs_what_the_dress_program_written_so_costs(found: Sweep) -> None:
+def test_a_lead_costs_what_the_dress_program_written_so_costs(tmp_path: Path) -> None:
     job = load_job(EXAMPLES / "plate_g82.toml")
     turns = 60_000.0 * 30.0 / (3.141592653589793 * 300.0)
     feed = round(0.1 * turns)
     ranges = Ranges(lead=(feed / turns, feed / turns * 1.5))
-    point = sweep(EXAMPLES / "plate_g82.nc", None, ranges, parts=2).dresses[0]
+    point = sweep(EXAMPLES / "plate_g82.nc", known_job(tmp_path, "plate_g82"), ranges, parts=2).dresses[0]
     trials = trials_of(read(PLATE.replace("F191.", f"F{feed}.")), job, 2, lots_of(1, LotUse.SWEEP, LOTS))
     assert trials.measure(trials.own[None]).cost.mean() == pytest.approx(point.cost.value, rel=1e-6)
 

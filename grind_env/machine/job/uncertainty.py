@@ -68,6 +68,11 @@ class Uncertainty:
         return ("residual", self.residual), ("drift", self.drift)
 
     @property
+    def is_certain(self) -> bool:
+        """Whether the machine is known."""
+        return not any((*self.spread, self.residual, self.drift))
+
+    @property
     def root(self) -> Array:
         """What makes deviations, in units of the numbers' spreads, of as many standard normal numbers."""
         table = np.array(self.correlation, float).reshape(len(self.names), len(self.names))

@@ -18,12 +18,12 @@ from grind_env.machine.job.file import job_beside, load_job
 from grind_env.machine.script.settings import DRESS_SECONDS
 from grind_env.plants import find_plant
 from grind_env.plants.names import MODEL
-from grind_env.policies.statistics import Interval
 from grind_env.process.cost import NO_LIMIT
 from grind_env.shop.optimise.budget import ENOUGH_TRIALS, Budget, TimeUp, time_said
 from grind_env.shop.optimise.editing import ProgramText, text_of
 from grind_env.shop.optimise.judgement import (
     QUANTITIES,
+    Change,
     Freed,
     few,
     limits_of,
@@ -165,7 +165,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
         old = before.measure(before.own[None])
         chosen = _judge(variation, before, old, chosen.point, lots)
         kept = chosen.keeps(variation)
-    point, text, programs, after, new, wishes, difference = chosen
+    point, text, programs, after, new, wishes, change = chosen
     objective = variation.wishes.quantity
     beyond = new.violation(variation.margins)[0]
     sought = feasible and before.simulation.compiled and machine is None
@@ -174,7 +174,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
     limits = limits_of(variation, old, new, freed)
     on = lots_said(before.lots, "unseen lots")
     verdict, reason = verdict_of(
-        feasible or kept, QUANTITIES[objective], difference, limits, beyond, wishes, variation.wishes.confidence, on
+        feasible or kept, QUANTITIES[objective], change, limits, beyond, wishes, variation.wishes.confidence, on
     )
     if verdict is not Verdict.BETTER and search.ended_early and len(search.costs) == 1:
         enough = f"try some {ENOUGH_TRIALS} with --budget {time_said(ENOUGH_TRIALS * seconds)}"
@@ -267,13 +267,12 @@ class _Judged(NamedTuple):
     new: Measures
     wishes: tuple[WishUse, ...]
 
-    change: Interval
-    """Of what is to become less of a part, from the program as it was."""
+    change: Change
 
     def keeps(self, variation: Variation) -> bool:
         """Whether they keep limits and wishes, and are better or at least what was asked for."""
         asked = all(each.kept for each in self.wishes) and not self.new.violation(variation.margins).any()
-        return asked and (self.change.high < 0.0 or any(each.before > each.most for each in self.wishes))
+        return asked and (self.change.is_better or any(each.before > each.most for each in self.wishes))
 
 
 def _judged(variation: Variation, before: Trials, old: Measures, points: Sequence[Point], lots: int) -> list[_Judged]:
@@ -297,7 +296,8 @@ def _judge(variation: Variation, before: Trials, old: Measures, point: Point, lo
     said = _require_said(variation, before, after, point)
     new = old if same else after.measure(said[None])
     less = attrgetter(variation.wishes.quantity)
-    change = before.of_one(less(new)[0] - less(old)[0])
+    difference = less(new)[0] - less(old)[0]
+    change = Change(before.of_one(difference), paired(difference), float(variation.risk(before, new, old)[0]))
     return _Judged(point, text, programs, after, new, wishes_kept(variation.wishes, old, new), change)
 
 

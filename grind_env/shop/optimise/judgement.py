@@ -15,7 +15,7 @@ from grind_env.shop.optimise.outcome import LimitUse, Quantity, Verdict, WishUse
 from grind_env.shop.optimise.search import Point
 from grind_env.shop.optimise.spots import Spot
 from grind_env.shop.optimise.variables import Choices, Variable
-from grind_env.shop.optimise.variation import Variation
+from grind_env.shop.optimise.variation import MOST_RISK, Variation
 from grind_env.shop.optimise.wishes import INTERVAL, Wishes
 from grind_env.shop.trials import LIMITS, Measures, Trials
 
@@ -38,10 +38,26 @@ UNITS = {"power": "kW", "temp": "K", "Ra": "um", "size": "um"}
 LEAST = {"passes": 1}
 
 
+class Change(NamedTuple):
+    """How what is to become less of a part changes with other words."""
+
+    one: Interval
+    """On one machine."""
+    mean: Interval
+    """In the mean over all, as far as chance has it."""
+    risk: float
+    """As of `Variation.risk`."""
+
+    @property
+    def is_better(self) -> bool:
+        """Whether it becomes less beyond chance, and hardly more where the words are bad."""
+        return self.mean.high < 0.0 and self.risk <= MOST_RISK
+
+
 def verdict_of(
     feasible: bool,
     unit: str,
-    difference: Interval,
+    change: Change,
     limits: tuple[LimitUse, ...],
     beyond: Array,
     wishes: tuple[WishUse, ...],
@@ -53,7 +69,7 @@ def verdict_of(
     Args:
         feasible: whether any words tried keep limits and wishes.
         unit: of what is to become less.
-        difference: of that of a part to that with the words of before.
+        change: of that of a part from the words of before.
         limits: how near they come to each.
         beyond: by how much they are beyond each, as shares of them, shape (4,).
         wishes: what a part was to take at most.
@@ -82,13 +98,19 @@ def verdict_of(
         return Verdict.NOT_BETTER, (
             f"the best one takes {missed.after:.4g} {missed.unit} a part on {on}, and {missed.most:g} is asked"
         )
-    said = f"{difference.value:+.3f} {unit} a part ({difference.low:+.3f} to {difference.high:+.3f})"
+    one = change.one
+    said = f"{one.value:+.3f} {unit} a part ({one.low:+.3f} to {one.high:+.3f})"
     gained = [each for each in wishes if each.before > each.most]
     if gained:
         told = ", ".join(f"{each.before:.4g} to {each.after:.4g} {each.unit} a part" for each in gained)
         return Verdict.BETTER, f"{told}, as was asked; {said} on {on}, the same for both"
-    if difference.high >= 0.0:
+    if change.mean.high >= 0.0:
         return Verdict.NOT_BETTER, f"the best one takes {said} more than the program as it is"
+    if change.risk > MOST_RISK:
+        return Verdict.NOT_BETTER, (
+            f"the best one takes {said} more than the program as it is, and on {100.0 * (1.0 - confidence):.3g} of 100 "
+            f"machines {100.0 * change.risk - 100.0:.0f} % more or worse"
+        )
     return Verdict.BETTER, f"{said} on {on}, the same for both"
 
 
@@ -198,7 +220,12 @@ def few(judged: int, lots: int, most: int) -> list[str]:
 
 def on_machines(fleet: Fleet | None) -> list[str]:
     """On what machines a program was tried, where the program as it is has told which these may be."""
-    if fleet is None or not fleet.drawn:
+    if fleet is None:
+        return [
+            "the control executes this program, which is slow: it was tried on the machine of the catalogue alone; "
+            "calibrate, or keep a distance to the limits by --margin"
+        ]
+    if not fleet.drawn:
         return []
     return [
         f"of {fleet.drawn} machines that this may be, {len(fleet.numbers)} grind good parts with the program as it is, "

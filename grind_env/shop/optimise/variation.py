@@ -31,6 +31,10 @@ from grind_env.shop.trials import LIMITS, Between, LotUse, Measures, Trials, lot
 INFEASIBLE = 1e9
 """$; what a program that is beyond a limit costs in the search, times one and how far it is beyond."""
 
+LOOKING = 0.25
+"""Share of the budget up to which it is looked at what machines this may be."""
+MOST_RISK = 1.05
+"""What a part may take with other words at most, over what it takes, on a machine where they are bad."""
 USUAL_RUNS = 50
 """Of a batch; of shorter ones there are as many more."""
 MOST_MORE = 4
@@ -261,16 +265,21 @@ class Variation(NamedTuple):
     def shares(self, trials: Trials, found: Measures, old: Measures) -> Array:
         """What C candidates come to, as shares of what is asked, shape (C, limits, wishes, and one).
 
-        The last one is what is to become less over that of the program as it is, `old`, on a machine for which this is
-        as high as the confidence allows. It is 0 where that misses a wish, for which more may be paid.
+        The last one is that of `risk` in what may be risked, `MOST_RISK`.
         """
-        within, quantity = self.wishes.within, self.wishes.quantity
-        means = [getattr(found, name).mean(axis=1) / most for name, most in within.items()]
-        less, before = (trials.by_machine(getattr(each, quantity)) for each in (found, old))
-        dearer = np.quantile(less / before[0], trials.confidence, axis=1)
-        if any(getattr(old, name).mean() > most for name, most in within.items()):
-            dearer[:] = 0.0
-        return np.column_stack([found.ratios / self.margins, *means, dearer])
+        means = [getattr(found, name).mean(axis=1) / most for name, most in self.wishes.within.items()]
+        return np.column_stack([found.ratios / self.margins, *means, self.risk(trials, found, old) / MOST_RISK])
+
+    def risk(self, trials: Trials, found: Measures, old: Measures) -> Array:
+        """What is to become less over that of the program as it is, `old`, of C candidates, shape (C,).
+
+        On a machine for which this is as high as the confidence allows. It is 0 where the program as it is misses a
+        wish, for which more may be paid.
+        """
+        if any(getattr(old, name).mean() > most for name, most in self.wishes.within.items()):
+            return np.zeros(len(found.cost))
+        less, before = (trials.by_machine(getattr(each, self.wishes.quantity)) for each in (found, old))
+        return np.asarray(np.quantile(less / before[0], trials.confidence, axis=1))
 
     def worth(self, shares: Array, found: Measures) -> Array:
         """What is to become less of C candidates, shape (C,); `INFEASIBLE` and more beyond something that is asked."""
@@ -360,7 +369,7 @@ def variation_of(
         choices = _choices(seen, text, wishes, runs, of_all=True)
         ranges = _ranges(choices)
         base = _base(programs, job, runs, seed, ranges, budget.require_first)
-    fleet = fleet_of(base, seed, untried=wishes.untried)
+    fleet = fleet_of(base, seed, untried=wishes.untried, is_up=lambda: budget.spent > LOOKING * budget.seconds)
     variation = Variation(programs, text, job, runs, seed, wishes, choices, ranges, margins, once, base, budget, fleet)
     why = base.simulation.why
     if why is None or not any(ranges):

@@ -207,7 +207,8 @@ def sweep(
     held = replace(load_job(job), variables=variables)
     lots = lots_of(seed, LotUse.SWEEP, LOTS)
     trials = trials_of(read_file(program), held, parts, lots)
-    trials = fleet_of(trials, seed, untried=untried).under(trials, LotUse.SWEEP, lots)
+    fleet = fleet_of(trials, seed, untried=untried)
+    trials = trials if fleet is None else fleet.under(trials, LotUse.SWEEP, lots)
     study = _Study(trials, parts, progress)
     if ranges is None or not any(ranges):
         programmed = float(trials.own[0, E])

@@ -74,6 +74,8 @@ def print_sweep(found: Sweep, console: "Console") -> None:
 def sentences(found: Sweep) -> list[str]:
     """What is best, and how flat the valley is."""
     best, said = found.best, list(found.remarks)
+    if found.calibration is None:
+        said.append("not calibrated: costs and limits are those of machines that the catalogue allows")
     if any(point.every for point in found.speeds):
         point = min((each for each in found.intervals if each.keeps_limits), key=_cost, default=None)
         first, last = found.valley
@@ -94,8 +96,6 @@ def sentences(found: Sweep) -> list[str]:
         f"cheapest: {best.cost.value:.3f} $ a part ({best.cost.low:.3f} to {best.cost.high:.3f}), "
         f"{saved:.3f} $ less than the program as it is; {lots_said(found.lots)}, batches of {found.parts} runs"
     )
-    if found.calibration is None:
-        said.append("not calibrated: costs and limits are those of machines as far from it as the catalogue may be")
     return said
 
 

@@ -1,0 +1,153 @@
+"""What is not known of a machine: read from catalogue files, and drawn from."""
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from grind_env import examples
+from grind_env.errors import GrindError
+from grind_env.machine.job import Job, JobError
+from grind_env.machine.job.file import load_job
+from grind_env.machine.job.text import job_text
+from grind_env.machine.job.uncertainty import Uncertainty
+from grind_env.machine.job.worlds import USUAL_SPREADS, known_of, usual_uncertainty, worlds
+
+PLATE = examples.path("plate_g82.nc").with_suffix(".toml")
+TABLE = """
+[uncertainty]
+source = "calibrated from log.csv"
+names = ["material.ploughing_pressure", "wheel.roughness"]
+spread = [0.2, 0.1]
+correlation = [[1, 0.8], [0.8, 1]]
+residual = 0.04
+drift = 0.01
+"""
+FITTED = '[material.aisi_52100]\nbase = "aisi_52100"\nploughing_pressure = 0.7\n' + TABLE
+
+
+def job_with(folder: Path, fitted: str, *, material: str = "aisi_52100") -> Path:
+    """The plate's job with a catalogue file."""
+    (folder / "fitted.toml").write_text(fitted)
+    job = folder / "plate.toml"
+    text = PLATE.read_text(encoding="utf-8").replace('"aisi_52100"', f'"{material}"')
+    job.write_text(f'{text}\n[catalogue]\nfiles = ["fitted.toml"]\n')
+    return job
+
+
+def test_a_calibrated_file_says_what_it_leaves_open(tmp_path: Path) -> None:
+    job = load_job(job_with(tmp_path, FITTED))
+    assert job.uncertainty == Uncertainty(
+        names=("material.ploughing_pressure", "wheel.roughness"),
+        spread=(0.2, 0.1),
+        correlation=((1, 0.8), (0.8, 1)),
+        residual=0.04,
+        drift=0.01,
+        source="calibrated from log.csv",
+    )
+    assert job.part.material.ploughing_pressure == 0.7
+
+
+def test_a_machine_is_that_of_the_catalogue_without_its_calibration(tmp_path: Path) -> None:
+    job = load_job(job_with(tmp_path, FITTED), calibrated=False)
+    assert job.uncertainty is None and job.part.material == load_job(PLATE).part.material
+
+
+def test_a_calibration_of_another_material_tells_nothing(tmp_path: Path) -> None:
+    assert load_job(job_with(tmp_path, FITTED, material="aisi_1045")).uncertainty is None
+
+
+def test_the_job_as_text_keeps_it(tmp_path: Path) -> None:
+    job = load_job(job_with(tmp_path, FITTED))
+    path = tmp_path / "again.toml"
+    path.write_text(job_text(job))
+    assert load_job(path) == job
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ('ploughing_pressure", ', 'plouhging_pressure", ', "there is no number 'material.plouhging_pressure'.*did you"),
+        ("wheel.roughness", "wheel.abrasive", "there is no number"),
+        ("wheel.roughness", "material.ploughing_pressure", "named twice"),
+        ("[0.2, 0.1]", "[0.2]", "it has 1 numbers"),
+        ("[0.2, 0.1]", "[0.2, -0.1]", "uncertainty.spread: '?-0.1'? must be a number from 0 to 3"),
+        ("0.04", '"much"', "uncertainty.residual: 'much' must be a number from 0 to 3"),
+        ("[[1, 0.8], [0.8, 1]]", "[[1, 0.8]]", "2 rows of 2 numbers"),
+        ("[[1, 0.8], [0.8, 1]]", "[[1, 0.8], [0.7, 1]]", "symmetric"),
+        ("[[1, 0.8], [0.8, 1]]", "[[1, 1.8], [1.8, 1]]", "eigenvalue below 0"),
+        ("residual", "residuum", "there is no such key"),
+        ("[0.2, 0.1]", "0.2", "uncertainty.spread: it must be a list"),
+    ],
+)
+def test_what_is_wrong_in_the_table_is_told_with_its_file(tmp_path: Path, old: str, new: str, told: str) -> None:
+    with pytest.raises(JobError, match=f"fitted.toml.*{told}"):
+        load_job(job_with(tmp_path, FITTED.replace(old, new)))
+
+
+def test_a_table_that_is_none_is_told(tmp_path: Path) -> None:
+    with pytest.raises(GrindError, match="uncertainty: found 3 where a table"):
+        load_job(job_with(tmp_path, "uncertainty = 3"))
+
+
+def test_machines_scatter_as_they_are_said_to(tmp_path: Path) -> None:
+    """Against spreads and correlation of the table: 2000 of them, so that a standard deviation is within some 5 %."""
+    job = load_job(job_with(tmp_path, FITTED.replace("residual = 0.04", "residual = 0")))
+    drawn = worlds(job, known_of(job), 3, 2000)
+    logs = np.log([[each.part.material.ploughing_pressure, each.setup.wheel.roughness] for each in drawn])
+    assert logs.mean(axis=0) == pytest.approx(np.log([0.7, job.setup.wheel.roughness]), abs=0.015)
+    assert logs.std(axis=0) == pytest.approx([0.2, 0.1], rel=0.05)
+    assert np.corrcoef(logs.T)[0, 1] == pytest.approx(0.8, abs=0.03)
+    assert drawn[:3] == worlds(job, known_of(job), 3, 3) != worlds(job, known_of(job), 4, 3)
+
+
+def test_the_residual_scales_all_forces_alike() -> None:
+    job = load_job(PLATE)
+    only = Uncertainty(names=(), spread=(), correlation=(), residual=0.1)
+    drawn = worlds(job, only, 1, 500)
+    fields = job.parameters._fields
+    nominal = np.where(np.array(job.parameters) == 0.0, 1.0, job.parameters)
+    factors = np.array([np.array(each.parameters) / nominal for each in drawn])
+    force = [fields.index(name) for name in ("u_ch", "kp", "pa", "pb")]
+    assert np.ptp(factors[:, force], axis=1) == pytest.approx(0.0, abs=1e-12)
+    assert np.log(factors[:, force[0]]).std() == pytest.approx(0.1, rel=0.1)
+    others = [k for k in range(len(fields)) if k not in force and np.array(job.parameters)[k] != 0.0]
+    assert (factors[:, others] == 1.0).all()
+
+
+def test_what_would_be_beyond_a_legal_range_is_the_end_of_it() -> None:
+    job = load_job(PLATE)
+    wide = Uncertainty(names=("wheel.dressed_wear_flat",), spread=(3.0,), correlation=((1.0,),))
+    assert max(each.setup.wheel.dressed_wear_flat for each in worlds(job, wide, 1, 100)) == 0.1
+    low = replace(job, setup=replace(job.setup, wheel=replace(job.setup.wheel, wear_flat_limit=0.05)))
+    most = max(each.setup.wheel.dressed_wear_flat for each in worlds(low, wide, 1, 100))
+    assert most == pytest.approx(0.99 * 0.05)  # which must be more than it
+
+
+def test_without_a_calibration_machines_are_as_uncertain_as_the_catalogue() -> None:
+    job = load_job(PLATE)
+    usual = known_of(job)
+    assert usual == usual_uncertainty(job) and usual.source == ""
+    assert usual.names == tuple(USUAL_SPREADS) and usual.spread[1] == math.log(1.5)
+    soft = replace(job, part=replace(job.part, material=replace(job.part.material, loading_rate=0.0)))
+    assert "material.loading_rate" not in usual_uncertainty(soft).names
+
+
+def test_stations_of_the_same_material_get_it_too(tmp_path: Path) -> None:
+    text = PLATE.read_text(encoding="utf-8")
+    path = tmp_path / "two.toml"
+    path.write_text(f"{text}\n[[stations]]\nstart = 0\n[[stations]]\nstart = 500\nmaterial = 'aisi_1045'\n")
+    job = load_job(path)
+    machine: Job = worlds(job, known_of(job), 1, 1)[0]
+    first, second = (each.part.material for each in machine.stations)
+    assert first == machine.part.material != job.part.material
+    assert second == job.stations[1].part.material
+
+
+def test_a_table_of_json_numbers_is_that_of_floats() -> None:
+    """Whole numbers in a file are numbers."""
+    one = Uncertainty(names=("wheel.roughness",), spread=(1,), correlation=((1,),))
+    assert json.dumps(one.spread) == "[1]" and one.root.shape == (1, 1)

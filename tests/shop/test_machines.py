@@ -1,0 +1,212 @@
+"""Programs on machines that may be that of the job: in one replay as on each alone, and what is said of it."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from grind_env.cli import main
+from grind_env.control import read, read_file
+from grind_env.machine.job import Job, PartConditions
+from grind_env.machine.job.entries import with_entries
+from grind_env.machine.job.file import load_job
+from grind_env.machine.job.uncertainty import Uncertainty
+from grind_env.machine.job.worlds import known_of, worlds
+from grind_env.plants import find_plant
+from grind_env.policies.statistics import Interval
+from grind_env.process.state import FORCES
+from grind_env.shop.calls import optimise, sweep
+from grind_env.shop.machines import Fleet, fleet_of
+from grind_env.shop.optimise import table
+from grind_env.shop.optimise.wishes import WishError
+from grind_env.shop.trials import LotUse, Trials, lots_of, trials_of
+from tests.shop.programs import EXAMPLES, KNOWN, PLATE
+from tests.shop.promises import TABLE, Kept, said
+
+LOTS = lots_of(5, LotUse.JUDGEMENT, 6)
+FEW = {"vary": ["E"], "parts": 2, "bounds": {"E": (9000, 11000)}, "rounding": {"E": 500}, "budget": 60.0}
+
+
+def trials(name: str, job: Job, runs: int = 2) -> Trials:
+    return trials_of(read_file(EXAMPLES / f"{name}.nc"), job, runs, LOTS)
+
+
+@pytest.mark.parametrize("name", ["plate_g82", "rail_g83", "keyway_g81"])
+def test_machines_side_by_side_are_ground_as_each_alone(name: str) -> None:
+    """Their parameters, first wheels and limits of temperature, to the bit."""
+    job = load_job(EXAMPLES / f"{name}.toml")
+    machines = worlds(job, known_of(job), 1, 3)
+    together = trials(name, job).on(LOTS, machines)
+    found = together.measure(together.own[None])
+    for k, machine in enumerate(machines):
+        alone = trials(name, machine).on(LOTS[k::3])
+        other = alone.measure(alone.own[None])
+        for quantity in ("cost", "seconds", "Ra", "power", "rise", "size_error", "scrap"):
+            assert (getattr(found, quantity)[0, k::3] == getattr(other, quantity)[0]).all(), quantity
+    assert len({*found.cost[0].tolist()}) == len(LOTS)
+
+
+def test_a_machine_on_which_parts_temper_earlier_scraps_more() -> None:
+    job = load_job(EXAMPLES / "plate_g82.toml")
+    cold = replace(job, part=replace(job.part, material=replace(job.part.material, tempering_rise=90.0)))
+    both = trials("plate_g82", job).on(LOTS, [job, cold])
+    found = both.measure(both.own[None])
+    assert found.rise[0, 0::2].mean() == pytest.approx(found.rise[0, 1::2].mean(), rel=0.5)
+    assert found.scrap[0, 0::2].max() < 0.01 < 0.5 < found.scrap[0, 1::2].min()
+
+
+def test_the_drift_is_a_factor_on_the_forces_of_each_part() -> None:
+    """Against a machine whose numbers have that factor; the first part is as the machine is."""
+    job = load_job(EXAMPLES / "plate_g82.toml")
+    forces = replace(trials("plate_g82", job, 4), drift=0.2)._forces(LOTS).reshape(len(LOTS), 4, 2)
+    assert (forces[:, :, 0] == forces[:, :, 1]).all() and (forces[:, 0] == 1.0).all()
+    steps = np.diff(np.log(forces[:, :, 0]), axis=1)
+    assert len({*steps.ravel().tolist()}) == steps.size and steps.std() == pytest.approx(0.2, rel=0.5)
+    factor, material, wheel = 1.3, job.part.material, job.setup.wheel
+    stronger = with_entries(
+        job,
+        {
+            "material": {key: factor * getattr(material, key) for key in ("chip_energy", "ploughing_pressure")},
+            "wheel": {key: factor * getattr(wheel, key) for key in ("pressure_base", "pressure_slope")},
+        },
+    )
+    one, other = (trials("plate_g82", each, 1).simulation for each in (job, stronger))
+    rngs, machine = [np.random.default_rng(seed) for seed in LOTS], np.zeros(len(LOTS), np.int64)
+    forced = one.start_on(rngs, machine, np.full((len(LOTS), 1), factor))
+    plain = other.start([np.random.default_rng(seed) for seed in LOTS])
+    for block in other.blocks:
+        words = np.full(len(LOTS), block.plan.feed), np.full(len(LOTS), float(block.plan.dresses))
+        costs = [simulation.step(each, *words)[0][:, 0] for simulation, each in ((one, forced), (other, plain))]
+        assert costs[0] == pytest.approx(costs[1], rel=1e-9)
+
+
+def test_forces_are_added_to_factors_of_a_part() -> None:
+    part = PartConditions(factors={"kp": 2.0, "hf": 0.5}, new_wheel_factors={"hf": 3.0})
+    forced = part.forced(1.5)
+    assert forced.factors == {"kp": 3.0, "hf": 0.5, "u_ch": 1.5, "pa": 1.5, "pb": 1.5}
+    assert forced.new_wheel_factors == {"hf": 3.0, **dict.fromkeys(FORCES, 1.5)}
+
+
+@pytest.mark.parametrize("runs", [1, 3])
+def test_a_program_that_the_control_executes_is_ground_on_machines_too(runs: int) -> None:
+    job = load_job(EXAMPLES / "plate_g82.toml")
+    text = PLATE.replace("G94 G90", "G94 G90 G96", 1)
+    machines = worlds(job, known_of(job), 1, 2)
+    seeds = LOTS[:2]
+    executed = trials_of(read(text), job, runs, seeds).on(seeds, machines)
+    assert not executed.simulation.compiled
+    found = executed.measure(executed.own[None])
+    for k, machine in enumerate(machines):
+        alone = trials_of(read(text), machine, runs, seeds).on(seeds[k : k + 1])
+        assert found.cost[0, k] == pytest.approx(alone.measure(alone.own[None]).cost[0, 0], rel=1e-9)
+
+
+def test_the_interval_is_of_machines_and_not_of_the_mean() -> None:
+    job = load_job(EXAMPLES / "plate_g82.toml")
+    lots = lots_of(1, LotUse.JUDGEMENT, 400)
+    of_many = replace(trials("plate_g82", job).on(lots, [job] * 100), confidence=0.9)
+    values = np.tile(np.arange(100.0), 4)  # of machine k all lots come to k
+    found = of_many.of_one(values)
+    assert found.value == values.mean() and (found.low, found.high) == pytest.approx((9.9, 89.1))
+    known = trials("plate_g82", job).on(lots)
+    mean = known.of_one(values)
+    error = 1.645 * values.std() / 20.0
+    assert (mean.low, mean.high) == pytest.approx((49.5 - error, 49.5 + error), rel=0.03)
+    assert of_many.of_one(np.where(values == 99.0, 1e6, 0.0)).high == 1e4  # the mean of a few bad ones lies within
+
+
+def test_machines_are_those_on_which_the_program_grinds_good_parts() -> None:
+    job = load_job(EXAMPLES / "plate_g82.toml")
+    as_it_is = trials("plate_g82", job, 50)
+    fleet, every = (fleet_of(as_it_is, 1, untried=untried) for untried in (False, True))
+    assert fleet is not None and every is not None
+    assert 0 < len(fleet.numbers) < fleet.drawn and every.drawn == 0
+    lots = lots_of(9, LotUse.JUDGEMENT, 128)
+    scrap = []
+    for each in (fleet, every):
+        on = each.under(as_it_is, LotUse.JUDGEMENT, lots)
+        scrap.append(float(on.measure(on.own[None]).scrap.mean()))
+    assert scrap[0] < 0.01 < 0.03 < scrap[1]
+
+
+def test_a_program_that_the_model_condemns_does_not_make_the_model_unlikely() -> None:
+    """Fifty parts without a dress: most are scrap in the model, so that good ones say little of the machine."""
+    job = load_job(EXAMPLES / "keyway_g81.toml")
+    fleet = fleet_of(trials("keyway_g81", job, 50), 1, untried=False)
+    assert fleet is not None and len(fleet.numbers) > 0.3 * fleet.drawn
+
+
+def test_a_known_machine_is_the_only_one() -> None:
+    job = replace(load_job(EXAMPLES / "plate_g82.toml"), uncertainty=Uncertainty(names=(), spread=(), correlation=()))
+    as_it_is = trials("plate_g82", job)
+    fleet = fleet_of(as_it_is, 1, untried=False)
+    assert isinstance(fleet, Fleet)
+    on, alone = fleet.under(as_it_is, LotUse.JUDGEMENT, LOTS), as_it_is.on(LOTS)
+    assert (on.measure(on.own[None]).cost == alone.measure(alone.own[None]).cost).all()
+
+
+def test_the_first_line_says_whether_the_machine_is_calibrated(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    job, report = tmp_path / "job.toml", tmp_path / "found.html"
+    text = (EXAMPLES / "plate_g82.toml").read_text(encoding="utf-8")
+    words = ["--vary", "E", "--parts", "2", "--bounds", "E=9000..11000", "--round", "E=500", "--report", str(report)]
+    for more, first in (("", "not calibrated"), (f"\n[catalogue.uncertainty]\n{TABLE}", "calibrated")):
+        job.write_text(text + more)
+        for form in ([], ["--json"]):
+            with pytest.raises(SystemExit):
+                main(["optimise", str(EXAMPLES / "plate_g82.nc"), "--job", str(job), *words, *form])
+        shown, data = capsys.readouterr().out.strip().rsplit("\n", 1)
+        assert shown.startswith(f"plate_g82.nc, {first}, batches of 2 runs")
+        assert json.loads(data)["calibration"] == ("written by hand" if more else None)
+        assert f"plate_g82.nc, {first}, batches" in report.read_text(encoding="utf-8")
+
+
+def test_a_plant_is_the_machine_of_the_catalogue_and_the_promise_is_that_of_the_calibration(tmp_path: Path) -> None:
+    """What is true of a machine is not what was fitted: a wrong calibration must not make the machine like itself."""
+    job, text = tmp_path / "job.toml", (EXAMPLES / "plate_g82.toml").read_text(encoding="utf-8")
+    job.write_text(f'{text}\n[catalogue]\nfiles = ["wrong.toml"]\n')
+    wrong = '[wheel.a60j]\nbase = "a60j"\nroughness = 0.2\n'
+    (tmp_path / "wrong.toml").write_text(f"{wrong}\n[uncertainty]\n{TABLE}")
+    found = optimise(EXAMPLES / "plate_g82.nc", job, plant="drift:1", **FEW)
+    plain = optimise(EXAMPLES / "plate_g82.nc", plant="drift:1", **FEW)
+    on_plant, other = found.quantity("Ra").before, plain.quantity("Ra").before
+    assert on_plant.value == pytest.approx(other.value, rel=1e-9)
+    assert found.promised is not None and found.plant == "drift:1"
+    assert any(sentence.startswith("promised ") for sentence in table.sentences(found))
+    machine = load_job(EXAMPLES / "plate_g82.toml", plant=find_plant("drift:1"))
+    alone = trials("plate_g82", machine).on(lots_of(1, LotUse.JUDGEMENT, 16))
+    assert alone.measure(alone.own[None]).Ra.mean() == pytest.approx(on_plant.value, rel=0.05)
+
+
+def test_a_higher_confidence_asks_for_more() -> None:
+    job = load_job(EXAMPLES / "plate_g82.toml")
+    asked = [
+        replace(trials("plate_g82", job).on(LOTS, worlds(job, known_of(job), 1, 6)), confidence=c) for c in (0.6, 0.95)
+    ]
+    found = [each.measure(each.own[None]) for each in asked]
+    assert (found[0].ratios < found[1].ratios).all()
+    one, other = (each.of_one(measured.cost[0]) for each, measured in zip(asked, found, strict=True))
+    assert isinstance(one, Interval) and other.high - other.low > one.high - one.low
+
+
+@pytest.mark.parametrize("value", [0.3, 1.0, "much"])
+def test_what_is_no_confidence_is_refused(value: float) -> None:
+    with pytest.raises(WishError, match=r"--confidence: .* give a number from 0.5 to 0.999"):
+        optimise(EXAMPLES / "plate_g82.nc", confidence=value, **FEW)
+
+
+def test_a_sweep_is_on_machines_too(tmp_path: Path) -> None:
+    job, text = tmp_path / "job.toml", (EXAMPLES / "plate_g82.toml").read_text(encoding="utf-8")
+    job.write_text(text + KNOWN)
+    known, usual = (sweep(EXAMPLES / "plate_g82.nc", each, E=(15000, 15000), parts=4) for each in (job, None))
+    assert known.calibration == "" and usual.calibration is None
+    assert usual.own.cost.half_width > 5.0 * known.own.cost.half_width
+
+
+def test_a_row_of_the_campaign_says_whether_a_promise_was_kept() -> None:
+    row = Kept("soft:1", "plate_g82.nc", "better", 2.4, 1.4, 1.7, 1.5, 0.0, 0.2)
+    assert row.within and " yes " in said(row)
+    assert not row._replace(after=1.8).within
