@@ -16,14 +16,14 @@ from grind_env.files import shown
 from grind_env.machine.job import Job
 from grind_env.machine.job.file import load_job
 from grind_env.machine.record import GrindingRecord
-from grind_env.shop.calibrate.align import Alignment, align, shifted
+from grind_env.shop.calibrate.align import Alignment, shifted
 from grind_env.shop.calibrate.columns import read_map
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.fit import Fit, Problem, errors_of, fit
 from grind_env.shop.calibrate.forward import Forward, powers
 from grind_env.shop.calibrate.gauge import Gauge, read_gauge
 from grind_env.shop.calibrate.logs import Log, read_log
-from grind_env.shop.calibrate.meter import averaged, without_lag
+from grind_env.shop.calibrate.meter import averaged, find, without_lag
 from grind_env.shop.calibrate.observe import Observations, observe
 from grind_env.shop.calibrate.parameters import Parameter, chosen_parameters, free_parameters, with_entries
 from grind_env.shop.calibrate.pattern import Pattern, pattern_of
@@ -117,10 +117,10 @@ def calibrate(
     pattern = pattern_of(programs, settings)
     usual = _usual(programs, settings)
     told("looking for the program in the log")
-    found = align(rows, pattern, usual)
+    found, about = find(rows, pattern, usual)
     told("fitting")
     rows = averaged(rows, found.time_unit)
-    rows, found, lag = without_lag(rows, pattern, found, usual)
+    rows, found, lag = without_lag(rows, pattern, found, usual, about)
     found = _best_place(rows, pattern, usual, found, settings, programs, parameters).known
     model = _model(rows, pattern, found, gauged, settings, programs)
     seen, extra, data = model.seen, model.extra, model.data

@@ -6,7 +6,7 @@ import numpy as np
 
 from grind_env.errors import listed
 from grind_env.process.user_catalogue import OVERRIDES
-from grind_env.shop.calibrate.align import MARGIN, Alignment
+from grind_env.shop.calibrate.align import MARGIN, SAME_FEED, Alignment
 from grind_env.shop.calibrate.fit import Fit
 from grind_env.shop.calibrate.gauge import Gauge
 from grind_env.shop.calibrate.logs import Log
@@ -34,6 +34,12 @@ def log_remarks(log: Log, found: Alignment, seen: Observations, pattern: Pattern
     changed = [f"part {k}: {100.0 * each:.0f} %" for k, each in enumerate(found.overrides(pattern), 1) if each != 1.0]
     if changed:
         remarks.append(f"the feed was overridden, {listed(changed)}")
+    usual = found.usual_override(pattern)
+    if abs(np.log(usual)) > np.log(SAME_FEED):
+        remarks.append(
+            f"in all parts the table went at {100.0 * usual:.0f} % of its pace; what is found holds for the feeds as "
+            "they are programmed"
+        )
     left_out = np.argwhere(np.isfinite(found.correlation) & ~found.sure)
     if left_out.size:
         firsts = pattern.firsts[left_out[:, 1]]
