@@ -72,6 +72,10 @@ Entries = Mapping[tuple[str, str], Entry]
 """Entries by kind (a key of `KINDS`) and name."""
 
 
+UNCERTAINTY = "uncertainty"
+"""Heading of what a calibration leaves open."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Catalogue:
     """All known entries by name."""
@@ -158,6 +162,8 @@ def _read(path: Path, known: Entries) -> Entries:
 def _entries(document: Mapping[str, Any], known: Entries) -> Entries:
     entries = dict(known)
     for heading, tables in document.items():
+        if heading == UNCERTAINTY:
+            continue
         if heading not in KINDS:
             raise CatalogueError(
                 f"there is no kind of entry {quoted(heading)}{did_you_mean(heading.lower(), KINDS)}; "

@@ -81,4 +81,4 @@ def without_lag(
 
 def sharpened(log: Log, lag: float) -> Log:
     """A log as a meter without that lag, s, shows it."""
-    return replace(log, power=log.power + lag * np.gradient(log.power, log.time)) if lag else log
+    return replace(log, power=log.power + lag * np.gradient(log.power, log.time), lag=lag) if lag else log
