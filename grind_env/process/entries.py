@@ -238,6 +238,7 @@ class Machine(Entry):
     power_limit: Annotated[float, Quantity("Pmax", "W", 100, 500_000)]
     idle_power: Annotated[float, Quantity("P_idle", "W", 0, 100_000)]
     stall_speed: Annotated[float, Quantity("rs", "", 0.2, 0.98)] = 0.6  # share of wheel speed; slower, it stalls
+    meter_scale: Annotated[float, Quantity("cP", "", 0.1, 10)] = 1.0  # what its power meter shows over the power
     stall_time: Annotated[float, Quantity("t_stall", "s", 0, 86_400)] = 600.0  # lost when it has
     acceleration: Annotated[float, Quantity("acc", "mm/s2", 10, 100_000)]  # of the table
     reversal_dwell: Annotated[float, Quantity("t_rev", "s", 0, 10)]

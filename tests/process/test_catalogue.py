@@ -202,8 +202,9 @@ def test_every_number_of_an_entry_does_something(kind: str) -> None:
     entry, before = USUAL[kind], made()
     without_effect = []
     for key, quantity in quantities(type(entry)).items():
-        # what alumina wears does not depend on the factor of CBN; a maximum is told where a program exceeds it
-        elsewhere = key == "g_ratio_factor_cbn" or key.startswith("maximum_")
+        # what alumina wears does not depend on the factor of CBN; a maximum is told where a program exceeds it; the
+        # scale of a meter is for those who read it
+        elsewhere = key in ("g_ratio_factor_cbn", "meter_scale") or key.startswith("maximum_")
         if isinstance(quantity, Quantity) and not elsewhere:
             value = getattr(entry, key)
             other = 0.9 * value if value else -0.01 if quantity.low < 0.0 else 100.0

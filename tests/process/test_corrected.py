@@ -11,12 +11,12 @@ from grind_env.examples import FOLDER as EXAMPLES
 from grind_env.kernel import plain
 from grind_env.machine.grind import grind
 from grind_env.machine.job import JobError, PartConditions
+from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
 from grind_env.machine.job.text import job_text
 from grind_env.process.corrected import CORRECTED
 from grind_env.process.process import PROCESS
 from grind_env.process.stroke import dressed_wheel, grind_stroke, stroke_constants
-from grind_env.shop.calibrate.parameters import with_entries
 
 PLATE = "plate_g82"
 

@@ -94,7 +94,10 @@ class Adviser:
         block = self.simulation.blocks[self.advice.block]
         speed = self.advice.speed if readings.E is None else readings.E * (INCH if block.inch else 1.0)
         executions = self.advice.executions if readings.D is None else readings.D
-        self.episode.take(*self.episode.taken(speed, executions), readings.measured())
+        self.episode.take(
+            *self.episode.taken(speed, executions),
+            readings.measured(self.episode.simulation.job.setup.machine.meter_scale),
+        )
         self._decide()
 
     def forecast(self) -> Forecast | None:

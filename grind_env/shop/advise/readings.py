@@ -60,12 +60,12 @@ class Readings:
         """What is not missing, by name."""
         return {name: value for name, value in asdict(self).items() if value is not None}
 
-    def measured(self) -> Measured:
-        """As the episode takes it: a power that nobody read is 0."""
+    def measured(self, meter_scale: float = 1.0) -> Measured:
+        """As the episode takes it, of a meter that shows so many times the power: one that nobody read is 0."""
         return Measured(
-            mean_power=self.mean_power or 0.0,
-            first_power=self.first_power or 0.0,
-            peak_power=self.peak_power or 0.0,
+            mean_power=(self.mean_power or 0.0) / meter_scale,
+            first_power=(self.first_power or 0.0) / meter_scale,
+            peak_power=(self.peak_power or 0.0) / meter_scale,
             size_error=self.size_error,
             Ra=self.Ra,
             Ra_before=self.Ra_before,

@@ -32,6 +32,8 @@ USUAL_OVERRIDE = 0.2
 """Logarithmic spread of overrides: what else explains the log is preferred."""
 SAME_FEED = 1.04
 """An override by which a machine may differ from its model without one."""
+ENOUGH_PARTS, MOST_PARTS = 3, 0.75
+"""From which on, and share of them, a feed that they have in common is no override."""
 SHORTEST_PAUSE = 0.3
 """Of the pause that the program makes between two runs."""
 FEWEST = 5
@@ -109,37 +111,49 @@ class Alignment:
         return sure
 
     def overrides(self, pattern: Pattern) -> list[float]:
-        """Of each part; 1 where the feed is as programmed but for what the machine differs from its model."""
+        """Of each part; 1 where the feed is as programmed but for what the machine differs from its model.
+
+        What all parts are ground with is how the machine runs this program, and no override.
+        """
+        usual = self.usual_override(pattern)
+        found = [value / usual for value in self._medians(pattern)]
+        return [1.0 if abs(np.log(value)) < np.log(SAME_FEED) else value for value in found]
+
+    def usual_override(self, pattern: Pattern) -> float:
+        """The one of most parts, where there are enough, else 1."""
+        found = np.array(self._medians(pattern))
+        usual = float(np.median(found))
+        alike = np.mean(np.abs(np.log(found / usual)) < np.log(SAME_FEED)) >= MOST_PARTS
+        return usual if found.size >= ENOUGH_PARTS and alike else 1.0
+
+    def _medians(self, pattern: Pattern) -> list[float]:
         part = pattern.part[pattern.firsts]
         each = [(row, part == number) for row in range(self.executions) for number in range(pattern.parts)]
         found = [self.override[row, chosen & self.sure[row]] for row, chosen in each]
-        medians = [float(np.median(values)) if values.size else 1.0 for values in found]
-        return [1.0 if abs(np.log(value)) < np.log(SAME_FEED) else value for value in medians]
+        return [float(np.median(values)) if values.size else 1.0 for values in found]
 
 
 def align(log: Log, pattern: Pattern, expected: Floats) -> Alignment:
-    """Find the strokes of a program in a log.
+    """Find the strokes of a program in a log; without any execution where they are not in it.
 
     Args:
         log: the log.
         pattern: of the program.
         expected: power of each of its strokes above idle, W.
-
-    Raises:
-        CalibrationError: they are not in it.
     """
-    best = (
-        _aligned(log.time, log.power, pattern, expected, 1.0)
-        if log.sure_of_time
-        else _in_either_unit(log, pattern, expected)
-    )
-    if best.executions == 0 or best.quality < NEEDED:
-        reached = f"{best.quality:.3f}" if best.executions else "none worth naming"
+    if log.sure_of_time:
+        return _aligned(log.time, log.power, pattern, expected, 1.0)
+    return _in_either_unit(log, pattern, expected)
+
+
+def refuse_unlike(found: Alignment) -> None:
+    """Refuse a log that does not match the program; a `CalibrationError` says how far off it is."""
+    if found.executions == 0 or found.quality < NEEDED:
+        reached = f"{found.quality:.3f}" if found.executions else "none worth naming"
         raise CalibrationError(
             f"the log does not match the program: where they agree best the correlation is {reached}, and {NEEDED} is "
             "needed; check that it is the log of this program and job, and that the right column is taken for the power"
         )
-    return best
 
 
 def _in_either_unit(log: Log, pattern: Pattern, expected: Floats) -> Alignment:

@@ -1,13 +1,11 @@
 """`calibrate`: from the files of a shop to a calibration."""
 
-import itertools
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grind_env.arrays import Numbers
 from grind_env.control import Programs, read_file
@@ -16,65 +14,38 @@ from grind_env.files import shown
 from grind_env.machine.job import Job
 from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
-from grind_env.machine.record import GrindingRecord
-from grind_env.shop.calibrate.align import Alignment, align, shifted
+from grind_env.shop.calibrate.align import Alignment
 from grind_env.shop.calibrate.columns import read_map
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.fit import Fit, Problem, errors_of, fit
 from grind_env.shop.calibrate.forward import Forward, powers
 from grind_env.shop.calibrate.gauge import Gauge, read_gauge
+from grind_env.shop.calibrate.gauged import Gauged, gauges_of, measured_of, refuse_impossible
 from grind_env.shop.calibrate.logs import Log, read_log
-from grind_env.shop.calibrate.meter import averaged, without_lag
-from grind_env.shop.calibrate.observe import Observations, observe
-from grind_env.shop.calibrate.parameters import Parameter, chosen_parameters, free_parameters
+from grind_env.shop.calibrate.meter import averaged, find, without_lag
+from grind_env.shop.calibrate.observe import DISCREPANCY, DISCREPANCY_ACROSS, Observations, observe
+from grind_env.shop.calibrate.parameters import chosen_parameters, free_parameters
 from grind_env.shop.calibrate.pattern import Pattern, pattern_of
-from grind_env.shop.calibrate.remarks import fit_remarks, gauge_remarks, log_remarks, overridden
+from grind_env.shop.calibrate.place import best_place
+from grind_env.shop.calibrate.remarks import fit_remarks, gauge_remarks, log_remarks, overridden, verdict_remarks
 from grind_env.shop.calibrate.result import Calibration, HeldOut, Idle, estimates_of, scales_of
 from grind_env.shop.calibrate.sheet import Floats
-from grind_env.shop.calibrate.solver import YES_OR_NO, Changes, Data, changes_of
+from grind_env.shop.calibrate.solver import Changes, Data, changes_of
+from grind_env.shop.calibrate.uncertain import missed
 
-DISCREPANCY, DISCREPANCY_ACROSS = 0.01, 0.03
-"""Of the power of a stroke, and of a block of strokes that cross, than which no model of it does better."""
 LEAST_POWER = 0.002
 """The same, of the root mean square of all strokes."""
-SIZE_ERROR, ROUGHNESS_ERROR, DIAMETER_ERROR = 2.0, 0.05, 0.02
-"""Of touching off and gauging, um; of a roughness gauge, relative; of measuring a wheel, mm."""
-LEAST_WHEEL = 0.5
-"""Of the diameter of a new wheel, below which it is none of that wheel."""
-BURN_WIDTH = 0.05
-"""Of the step in temperature rise at which burn is seen, of the rise that tempers."""
-LINEAR_STEP = 0.5
-"""Spreads of the prior over which the effect of a constant is taken to be linear."""
 HOPELESS = 0.3
 """Error of the fitted power, over its root mean square, from which on log and job do not belong together."""
 FAR = 2.5
 """Factor between measured and modelled power that no job makes, but a unit does."""
 HOPELESS_ROUGHNESS = 1.0
 """Error of the logarithm of Ra from which on it is of another unit or part."""
-CLEARLY = 0.8
-"""Of the misfit of a place: what another one must have to be preferred."""
+LINES = 1_000_000
+"""More than a program has."""
 HELD_OUT = 4
 """One part in so many judges the fit, the last ones; from `ENOUGH_PARTS` on."""
 ENOUGH_PARTS = 3
-
-
-@dataclass(frozen=True, slots=True)
-class _Gauged:
-    """What was gauged, one value after the other.
-
-    Attributes:
-        value: as of `fit.Data`, like the next two.
-        error: see there.
-        kind: see there.
-        part: of each, from 1.
-        origin: part from whose wheel diameter that of the value is the difference; 0 of other kinds.
-    """
-
-    value: Floats
-    error: Floats
-    kind: NDArray[np.str_]
-    part: Numbers
-    origin: Numbers
 
 
 def calibrate(
@@ -114,19 +85,22 @@ def calibrate(
     rows = read_log(log, settings.setup.machine, said)
     gauged = None if gauge is None else read_gauge(gauge, said)
     if gauged is not None:
-        _refuse_impossible(gauged, settings)
+        refuse_impossible(gauged, settings)
     pattern = pattern_of(programs, settings)
     usual = _usual(programs, settings)
     told("looking for the program in the log")
-    found = align(rows, pattern, usual)
+    found, about = find(rows, pattern, usual)
     told("fitting")
     rows = averaged(rows, found.time_unit)
-    rows, found, lag = without_lag(rows, pattern, found, usual)
-    found = _best_place(rows, pattern, usual, found, settings, programs, parameters).known
+    rows, found, lag = without_lag(rows, pattern, found, usual, about)
+    found = best_place(rows, pattern, usual, found, settings, programs, parameters).known
     model = _model(rows, pattern, found, gauged, settings, programs)
     seen, extra, data = model.seen, model.extra, model.data
     parts = found.executions * pattern.parts
-    jumps, scales = bool(pattern.crosses.any()), {"power": rows.scale_spread}
+    jumps, scales = (
+        bool(pattern.crosses.any()),
+        {"power": rows.scale_spread} if rows.scale_spread else {},
+    )
     problem = Problem(parameters, scales, data, model.predict, free, jumps)
     fitted = fit(problem, told)
     _refuse_hopeless(fitted, data)
@@ -135,11 +109,17 @@ def calibrate(
         told("fitting without the last parts")
         others = fit(problem, held_out=data.held_out, start=fitted)
         held_out = HeldOut(_last(parts), errors_of(others, data, data.held_out))
+    block = np.zeros(data.value.size, np.int64)
+    block[: seen.stroke.size] = pattern.line[seen.stroke] + LINES * _parts(seen, pattern)
+    residual, drift = missed(fitted, data, block)
+    power_scale = math.exp(fitted.scales.get("power", 0.0))
+    in_the_end = with_entries(settings, changes_of(fitted.parameters, fitted.z))
+    record = model.forward.run(in_the_end)
     return Calibration(
         source=log.name,
         program=program.name,
         job=settings,
-        fitted=with_entries(settings, changes_of(fitted.parameters, fitted.z)),
+        fitted=in_the_end,
         estimates=estimates_of(fitted),
         scales=scales_of(fitted),
         data=data,
@@ -150,7 +130,10 @@ def calibrate(
         errors=errors_of(fitted, data, fitted.used),
         held_out=held_out,
         quality=found.quality,
-        idle=_idle(seen, math.exp(fitted.scales["power"]), rows.full) if rows.known_scale else None,
+        idle=_idle(seen, power_scale, rows.full) if rows.known_scale else None,
+        meter_scale=rows.scale * power_scale if rows.known_scale else None,
+        residual=residual,
+        drift=drift,
         by_stroke=seen.by_stroke,
         seen=seen,
         remarks=(
@@ -158,6 +141,7 @@ def calibrate(
             *(() if gauged is None else gauge_remarks(gauged, parts)),
             *log_remarks(rows, found, seen, pattern, lag),
             *fit_remarks(fitted),
+            *verdict_remarks(gauged, record, burn=gauged is not None and bool(np.isfinite(gauged.burn).any())),
             *overridden(job, fitted, idle=rows.known_scale),
         ),
     )
@@ -200,7 +184,7 @@ class _Model:
     """What was measured in a log that is aligned in some way, and the machine that predicts it."""
 
     seen: Observations
-    extra: _Gauged
+    extra: Gauged
     data: Data
     forward: Forward
     job: Job
@@ -209,60 +193,19 @@ class _Model:
         """What would be measured with other constants."""
         changed = with_entries(self.job, changes)
         record = self.forward.run(changed)
-        return np.concatenate([self.seen.weights @ powers(record), _predicted(record, changed, self.extra)])
+        return np.concatenate([self.seen.weights @ powers(record), gauges_of(record, changed, self.extra)])
 
 
 def _model(log: Log, pattern: Pattern, found: Alignment, gauge: Gauge | None, job: Job, programs: Programs) -> _Model:
     seen = observe(log, pattern, found)
     forward = Forward(programs, job, found.executions, found.overrides(pattern))
-    extra = _gauged(gauge, found.executions * pattern.parts, job)
+    extra = measured_of(gauge, found.executions * pattern.parts, job)
     nominal = seen.weights @ powers(forward.run(job))
     unit = 1.0 if log.known_scale else float(nominal @ seen.power / (nominal @ nominal))
     return _Model(seen, extra, _data(seen, pattern, unit, extra, found.executions), forward, job)
 
 
-def _best_place(
-    log: Log,
-    pattern: Pattern,
-    expected: Floats,
-    found: Alignment,
-    job: Job,
-    programs: Programs,
-    parameters: tuple[Parameter, ...],
-) -> Alignment:
-    """The alignment that the model can agree with best, among those in which a run begins a stroke sooner or later.
-
-    With constants of the catalogue a run may look more like the log one stroke beside its place. What other constants
-    do is taken to be linear.
-    """
-    forward = Forward(programs, job, found.executions, found.overrides(pattern))
-    nominal = powers(forward.run(job))
-    moved = [
-        powers(forward.run(with_entries(job, changes_of((each,), np.array([LINEAR_STEP]))))) for each in parameters
-    ]
-    slopes = np.column_stack([nominal, *((each - nominal) / LINEAR_STEP for each in moved)])
-
-    def misfit(place: Alignment) -> float:
-        seen = observe(log, pattern, place, found.sure)  # a place is no better because it has fewer runs
-        observed = seen.weights @ slopes
-        scale = float(observed[:, 0] @ seen.power / (observed[:, 0] @ observed[:, 0])) if not log.known_scale else 1.0
-        error = np.hypot(seen.error / scale, DISCREPANCY * np.abs(observed[:, 0]).max())[:, None]
-        columns = np.column_stack([log.scale_spread * observed[:, 0], observed[:, 1:]]) / error
-        rest = (seen.power / scale - observed[:, 0]) / error[:, 0]
-        count = columns.shape[1]
-        z = np.linalg.solve(columns.T @ columns + np.eye(count), columns.T @ rest)
-        return float((np.square(rest - columns @ z).sum() + z @ z) / rest.size)
-
-    best, least = found, misfit(found)
-    for run, strokes in itertools.product(range(pattern.runs), (-1, 1)):
-        other = shifted(found, log, pattern, expected, run, strokes)
-        value = math.inf if other is None else misfit(other)
-        if other is not None and value < CLEARLY * least:
-            best, least = other, value
-    return best
-
-
-def _data(seen: Observations, pattern: Pattern, unit: float, extra: _Gauged, executions: int) -> Data:
+def _data(seen: Observations, pattern: Pattern, unit: float, extra: Gauged, executions: int) -> Data:
     power = seen.power / unit
     discrepancy = np.where(pattern.crosses[seen.stroke], DISCREPANCY_ACROSS, DISCREPANCY)
     error = np.sqrt(
@@ -285,62 +228,6 @@ def _data(seen: Observations, pattern: Pattern, unit: float, extra: _Gauged, exe
 def _parts(seen: Observations, pattern: Pattern) -> Numbers:
     """Of each observation the part that it is of, from 1."""
     return seen.execution * pattern.parts + pattern.part[seen.stroke] + 1
-
-
-def _gauged(gauge: Gauge | None, parts: int, job: Job) -> _Gauged:
-    """What was gauged of the parts that are in the log."""
-    rows: list[tuple[float, float, str, int, int]] = []
-    if gauge is not None:
-        errors = {"size": SIZE_ERROR, "Ra": math.hypot(job.lots.roughness, ROUGHNESS_ERROR), YES_OR_NO: 1.0}
-        inside = gauge.part <= parts
-        for kind, error in errors.items():
-            values = getattr(gauge, kind)
-            rows += [(values[k], error, kind, gauge.part[k], 0) for k in np.flatnonzero(np.isfinite(values) & inside)]
-        wheels = np.flatnonzero(np.isfinite(gauge.diameter) & inside)
-        for k in wheels[1:]:
-            less = gauge.diameter[k] - gauge.diameter[wheels[0]]
-            rows.append((less, DIAMETER_ERROR * math.sqrt(2.0), "diameter", gauge.part[k], gauge.part[wheels[0]]))
-    value, error_, kind_, part, origin = zip(*rows, strict=True) if rows else ((), (), (), (), ())
-    return _Gauged(
-        np.array(value, np.float64),
-        np.array(error_, np.float64),
-        np.array(kind_, "U10"),
-        np.array(part, np.int64),
-        np.array(origin, np.int64),
-    )
-
-
-def _refuse_impossible(gauge: Gauge, job: Job) -> None:
-    most = max(part.stock for part in (job.part, *(each.part for each in job.stations)))
-    stock, wheel = 1e3 * most, job.setup.wheel.diameter
-    for part, size, diameter in zip(gauge.part.tolist(), gauge.size.tolist(), gauge.diameter.tolist(), strict=True):
-        if abs(size) > stock:
-            raise CalibrationError(
-                f"the size of part {part} is {size:g} um off, more than the stock of {stock:g} um that the job has; "
-                "check the unit of the sizes and the nominal one"
-            )
-        if diameter < LEAST_WHEEL * wheel or diameter > wheel / LEAST_WHEEL:
-            raise CalibrationError(
-                f"the wheel is {diameter:g} mm after part {part}, and {wheel:g} mm new in the job; check the unit of "
-                "its diameter, mm if none is said"
-            )
-
-
-def _predicted(record: GrindingRecord, job: Job, extra: _Gauged) -> Floats:
-    """What the gauges would show."""
-    parts, at = record.parts, extra.part - 1
-    if not extra.part.size:
-        return np.empty(0)
-    last = np.searchsorted(record.strokes["part"], np.arange(1, len(parts) + 1), side="right") - 1
-    diameter = record.strokes["ds"][last]
-    limit = job.limits.rise
-    values: Mapping[str, Floats] = {
-        "size": parts["size_error"][at],
-        "Ra": parts["Ra"][at],
-        YES_OR_NO: (parts["rise"][at] - limit) / (BURN_WIDTH * limit),
-        "diameter": diameter[at] - diameter[np.maximum(extra.origin - 1, 0)],
-    }
-    return np.select([extra.kind == kind for kind in values], list(values.values()))
 
 
 def _last(parts: int) -> str:

@@ -10,6 +10,7 @@ A map is a TOML text::
     rated_power = 7500      # W at 100 %
     volts = 400             # of a three-phase drive whose amperes are logged
     power_factor = 0.85
+    scale = 1.0             # what the meter shows over the power, where that is known and not to be fitted
 
     [gauge]                 # of the parts measured
     Ra = "Rauheit"
@@ -32,7 +33,7 @@ WORDS: Mapping[str, Mapping[str, Sequence[str]]] = read_toml(Path(__file__).with
 """By which columns are known, by the table of a map that may name them and by the name of the column."""
 
 MAP_VALUES: Mapping[str, tuple[str, ...]] = {
-    "log": ("power_unit", "time_unit", "rated_power", "volts", "power_factor"),
+    "log": ("power_unit", "time_unit", "rated_power", "volts", "power_factor", "scale"),
     "gauge": ("nominal_size", "size_unit"),
     "table": ("free_scale",),
 }

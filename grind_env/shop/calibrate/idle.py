@@ -1,12 +1,15 @@
 """Power of the idling spindle, which drifts as it warms up and as the coolant changes."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.sheet import Floats
 
 NEIGHBOURS = 40
 """Samples between strokes from which the idle power under a stroke is read."""
+HALF, ENOUGH = 20, 8
+"""Of them in pauses, on either side of it, and how many there must be."""
 FARTHEST = 120.0
 """s from a stroke at which its idle power may still be read."""
 TUKEY = 4.0
@@ -16,13 +19,18 @@ SCATTER = 1.4826
 """Standard deviation over the median deviation."""
 
 
-def idle_at(when: Floats, time: Floats, power: Floats) -> tuple[Floats, Floats]:
+def idle_at(
+    when: Floats, time: Floats, power: Floats, pausing: NDArray[np.bool_] | None = None
+) -> tuple[Floats, Floats]:
     """Idle power under each stroke: a straight line through the samples nearest to it, outliers weighing less.
+
+    Those of pauses alone where there are enough on both sides of a stroke.
 
     Args:
         when: middle of each stroke, s.
         time: of the samples between strokes, rising, s.
         power: of them, W.
+        pausing: which of them lie in pauses; None for none.
 
     Returns:
         Idle power and its standard error, W; NaN where no sample is near.
@@ -40,7 +48,12 @@ def idle_at(when: Floats, time: Floats, power: Floats) -> tuple[Floats, Floats]:
         low, high = np.searchsorted(time, (moment - FARTHEST, moment + FARTHEST))
         if high - low < 3:
             continue
-        near = low + np.argsort(np.abs(time[low:high] - moment), kind="stable")[:NEIGHBOURS]
+        span = np.arange(low, high)
+        quiet = span if pausing is None else span[pausing[low:high]]
+        before, after = quiet[time[quiet] < moment][-HALF:], quiet[time[quiet] >= moment][:HALF]
+        near = np.concatenate([before, after])
+        if pausing is None or min(before.size, after.size) < ENOUGH:
+            near = span[np.argsort(np.abs(time[span] - moment), kind="stable")[:NEIGHBOURS]]
         idle[k], error[k] = _line(time[near] - moment, power[near])
     return idle, error
 

@@ -36,7 +36,9 @@ class Log:
         time: of each row, s, rising; from any origin.
         power: of the spindle with its idling, W; if the scale of the meter is not known, in its unit.
         dressing: whether the wheel was being dressed.
-        scale_spread: logarithmic spread of the factor of the meter.
+        scale_spread: logarithmic spread of the factor of the meter; 0 where a map says it.
+        lag: time constant of the meter that was taken out of `power`, s.
+        scale: that factor where a map says it, else 1; `power` is without it.
         known_scale: whether `power` is in W.
         unit: of the power in the log.
         sure_of_time: whether the unit of time is stated, and not to be found out.
@@ -53,6 +55,8 @@ class Log:
     sure_of_time: bool
     remarks: tuple[str, ...]
     full: float | None = None
+    scale: float = 1.0
+    lag: float = 0.0
 
     @property
     def interval(self) -> float:
@@ -115,8 +119,18 @@ def read_log(path: Path, machine: Machine, said: Map) -> Log:
     if sure:
         remarks += _gaps(time)
     power, unit, spread, known = _watts(sheet, columns["power"], raw, machine, said, remarks)
-    full = (said.number("log", "rated_power") or machine.power_limit) if unit == "%" else None
-    return Log(time, power, dressing, spread, known, unit, sure, tuple(remarks), full)
+    scale = said.number("log", "scale")
+    if scale is not None and not known:
+        raise CalibrationError(
+            f"{said.file}: log.scale is {scale:g}, but the power is in {unit}, of which volts and power_factor are not "
+            "known; say them, too, or leave the scale out"
+        )
+    if scale is not None:
+        power, spread = power / scale, 0.0
+        remarks.append(f"the scale of the meter is {scale:g}, as the map says")
+    rated = said.number("log", "rated_power") or machine.power_limit
+    full = rated / (scale or 1.0) if unit == "%" else None
+    return Log(time, power, dressing, spread, known, unit, sure, tuple(remarks), full, scale or 1.0)
 
 
 def _times(sheet: Sheet, column: int, said: Map) -> tuple[Floats, bool]:

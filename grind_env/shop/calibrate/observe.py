@@ -14,12 +14,16 @@ from grind_env.shop.calibrate.logs import Log
 from grind_env.shop.calibrate.pattern import Pattern
 from grind_env.shop.calibrate.sheet import Floats
 
+DISCREPANCY, DISCREPANCY_ACROSS = 0.01, 0.03
+"""Of the power of a stroke, and of a block of strokes that cross, than which no model of it does better."""
 EDGE_IN, EDGE_OUT = 0.35, 0.1
 """Shares of the time on the part, and of that beside it, which are left out where it begins and where it ends: the
 wheel
 runs in and out, and meters lag."""
 ENOUGH = 5
 """Samples of a stroke from which it has a mean of its own; with fewer a run has one."""
+TURNS = 0.2
+"""s that a table takes to turn: where a meter lags by more, the idling spindle is seen in longer pauses."""
 ENOUGH_RESTS, FEW_RESTS = 20.0, 0.2
 """Rows between strokes, expected by those in them, from which on some must be there; and what share of them."""
 FEWEST = 2
@@ -86,7 +90,8 @@ def observe(log: Log, pattern: Pattern, found: Alignment, sure: NDArray[np.bool_
     _refuse_without_idle(time, starts, stops, of, idling)
     by_stroke = bool(np.median(np.diff(np.searchsorted(time, np.column_stack([starts, stops])), axis=1)) >= ENOUGH)
     middle = 0.5 * (starts + stops)
-    idle, idle_error = idle_at(middle, time[idling], power[idling])
+    pausing = _pausing(time, starts, stops)[idling] if log.lag > TURNS else None
+    idle, idle_error = idle_at(middle, time[idling], power[idling], pausing)
     samples = _Samples(
         of=of,
         above=np.where(of >= 0, power - idle[np.maximum(of, 0)], np.nan),
@@ -200,6 +205,16 @@ def _sorted_out(
     near = ((last >= 0) & (time <= stops[here] + usual)) | ((following > last) & (time >= starts[following] - usual))
     between = clear & near
     return np.where(within, last, -1), between
+
+
+def _pausing(time: Floats, starts: Floats, stops: Floats) -> NDArray[np.bool_]:
+    """Which samples lie in a pause, and not in the moment in which the table turns, of which meters show little."""
+    last = np.searchsorted(starts, time, side="right") - 1
+    inside = (last >= 0) & (last < starts.size - 1)
+    here = np.clip(last, 0, starts.size - 2) if starts.size > 1 else np.zeros(time.size, np.int64)
+    usual = float(np.median(np.diff(starts))) if starts.size > 1 else 0.0
+    gap = np.where(inside, starts[np.minimum(here + 1, starts.size - 1)] - stops[here], np.inf)
+    return np.asarray(gap > usual, np.bool_)
 
 
 def _noise(of: Numbers, power: Floats) -> float:

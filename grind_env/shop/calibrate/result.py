@@ -14,16 +14,19 @@ from grind_env.files import write_atomically
 from grind_env.machine.job import Job
 from grind_env.machine.job.entries import entries_of
 from grind_env.presenter import html, presenter
-from grind_env.shop.calibrate.errors import CalibrationError
+from grind_env.shop.calibrate.errors import CalibrationError, WorseFit
 from grind_env.shop.calibrate.fit import NORMAL_90, Fit
 from grind_env.shop.calibrate.observe import Observations
 from grind_env.shop.calibrate.parameters import Parameter
 from grind_env.shop.calibrate.sheet import Floats
-from grind_env.shop.calibrate.solver import Data
+from grind_env.shop.calibrate.solver import LINEAR, Data
+from grind_env.shop.calibrate.uncertain import uncertainty_lines
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+WORSE = 1.1
+"""Times the error of the catalogue, from which on a fit is worse beyond chance."""
 BARE_KEY = re.compile("[A-Za-z0-9_-]+")
 """A key that TOML takes without quotes."""
 
@@ -98,6 +101,9 @@ class Calibration:
         idle: power of the idling spindle in W; None for a table, and where the scale of the meter is not known.
         by_stroke: whether strokes have means of their own.
         seen: what the log says; None for a table.
+        meter_scale: what the power meter shows over the power; None where it is not known.
+        residual: logarithmic standard deviation of the power of a block that is not followed.
+        drift: the same of a step of its level from part to part.
         remarks: what was made of the files and what was left out, as sentences.
     """
 
@@ -118,6 +124,9 @@ class Calibration:
     idle: Idle | None = None
     by_stroke: bool = True
     seen: Observations | None = None
+    meter_scale: float | None = None
+    residual: float = 0.0
+    drift: float = 0.0
     remarks: tuple[str, ...] = field(default=())
 
     @property
@@ -130,9 +139,15 @@ class Calibration:
         """Whether a catalogue file would have nothing to say."""
         return self.idle is None and not any(each.told for each in self.estimates)
 
-    def write(self, path: str | Path) -> None:
+    @property
+    def is_worse(self) -> bool:
+        """Whether parts that took no part are predicted worse than by the catalogue as it was."""
+        errors = {} if self.held_out is None else self.held_out.errors
+        return any(after > WORSE * before for kind, (_, before, after) in errors.items() if kind in LINEAR)
+
+    def write(self, path: str | Path, *, force: bool = False) -> None:
         """Write the catalogue file, as `grind calibrate -o`; errors as of `write_catalogue`."""
-        write_catalogue(self, Path(path))
+        write_catalogue(self, Path(path), force=force)
 
     def plot(self) -> "Figure":
         """Measured over modelled values, before and after the fit, a panel for each kind of measurement.
@@ -197,15 +212,25 @@ def catalogue_text(found: Calibration) -> str:
         ]
         if kind == "machine" and found.idle is not None:
             rows += _idle_rows(found.job, found.idle)
+        if kind == "machine" and found.meter_scale is not None:
+            rows += [f"meter_scale = {found.meter_scale:.4g}  # what its power meter shows over the power"]
         if rows:
             lines += ["", f"[{kind}.{_key(entry.name)}]", f"base = {_string(entry.name)}", *rows]
+    source = _string(f"calibrated from {found.source}")
+    lines += ["", *uncertainty_lines(found.job, found.fit, source, found.residual, found.drift)]
     return "\n".join(lines) + "\n"
 
 
-def write_catalogue(found: Calibration, path: Path) -> None:
+def write_catalogue(found: Calibration, path: Path, *, force: bool = False) -> None:
     """Write the catalogue file.
 
+    Args:
+        found: what was found.
+        path: of the file.
+        force: whether it is written, too, where the catalogue as it was predicts parts better that took no part.
+
     Raises:
+        WorseFit: it does so.
         CalibrationError: nothing was found that could stand in it.
         FileError: the folder does not exist or cannot be written to.
     """
@@ -213,6 +238,12 @@ def write_catalogue(found: Calibration, path: Path) -> None:
         raise CalibrationError(
             f"{found.source} tells none of the constants beyond what the catalogue says, so that {path} was not "
             "written; log faster, or more parts, or give what was gauged"
+        )
+    if found.is_worse and not force:
+        held_out = found.held_out.what if found.held_out else "parts"
+        raise WorseFit(
+            f"the catalogue as it was predicts {held_out} better than a fit to the others, so that {path} was not "
+            "written; log more parts, check part and wheel of the job, or say --force"
         )
     write_atomically(path, lambda temporary: temporary.write_text(catalogue_text(found), encoding="utf-8"))
 

@@ -47,7 +47,8 @@ class Data:
 
     Attributes:
         value: measured.
-        error: standard error, in the unit of the value if its kind has additive errors, else relative.
+        error: standard error, in the unit of the value if its kind has additive errors, else relative; of yes or no
+            the share of yes that passes for no.
         kind: such as power or Ra.
         part: number of the part that it is of, from 1; the setting of a table.
         held_out: whether it is of the parts or settings that judge a fit to the others.
@@ -144,7 +145,10 @@ class Solver:
         for kind, chosen in self._of_kind.items():
             value, error, guess = data.value[chosen], data.error[chosen] * factors[kind], predicted[chosen]
             if kind == YES_OR_NO:
-                result[chosen] = np.sqrt(2.0 * np.logaddexp(0.0, np.where(value > 0.5, -guess, guess)))
+                with np.errstate(divide="ignore"):
+                    missed = np.where(value > 0.5, 0.0, np.logaddexp(0.0, guess + np.log(data.error[chosen])))
+                unlikely = np.logaddexp(0.0, np.where(value > 0.5, -guess, guess)) - missed
+                result[chosen] = np.sqrt(2.0 * np.maximum(unlikely, 0.0))
             elif kind in LINEAR or kind in ABSOLUTE:
                 result[chosen] = (value - guess) / error
             else:

@@ -29,6 +29,7 @@ from grind_env.shop.calibrate.remarks import fit_remarks, overridden
 from grind_env.shop.calibrate.result import Calibration, HeldOut, estimates_of, scales_of
 from grind_env.shop.calibrate.sheet import Floats, Sheet, plain, read_sheet
 from grind_env.shop.calibrate.solver import Changes, Data, changes_of
+from grind_env.shop.calibrate.uncertain import missed
 from grind_env.validation.rig import SHARP, Rig
 
 SETTINGS = ("wheel_speed", "table_speed", "downfeed", "width", "length", "lead", "depth", "volume")
@@ -160,6 +161,7 @@ def calibrate_table(
         time=np.full(value.size, np.nan),
         errors=errors_of(fitted, data, fitted.used),
         held_out=judged,
+        residual=missed(fitted, data, np.where(data.kind == "power", data.part, 0))[0] if "power" in measured else 0.0,
         remarks=(
             *(f"{name} is column {quoted(sheet.headings[column].name)}" for name, column in columns.items()),
             *(f"of {name} only ratios count" for name in free),

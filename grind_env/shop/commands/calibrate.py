@@ -1,6 +1,7 @@
 """Constants of the process from a log."""
 
 import json
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -9,6 +10,8 @@ import typer
 from grind_env.arguments import FILE, JOB, PROGRAM, Writes
 from grind_env.shop.commands.arguments import ReportFile
 from grind_env.terminal import table_console
+
+WORSE = 3
 
 
 def calibrate(
@@ -27,6 +30,9 @@ def calibrate(
     names: Annotated[
         str, typer.Option("--fit", help="Constants to fit, with commas between; auto: those that the log tells.")
     ] = "auto",
+    force: Annotated[
+        bool, typer.Option("--force", help="Write it, too, where the catalogue predicts parts held out better.")
+    ] = False,
     report: ReportFile = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
 ) -> None:
@@ -52,6 +58,7 @@ def calibrate(
     from rich.console import Console
 
     from grind_env.shop import calls
+    from grind_env.shop.calibrate.errors import WorseFit
     from grind_env.shop.calibrate.show import as_data, show
     from grind_env.shop.report.calibrated import calibrated_report
     from grind_env.shop.report.document import prepare_page, write_page
@@ -71,4 +78,8 @@ def calibrate(
         named = {"log" if program else "table": log, "program": program, "gauge file": gauge, "job": job}
         write_page(report, calibrated_report(found, {name: path for name, path in named.items() if path is not None}))
     if output is not None:
-        found.write(output)
+        try:
+            found.write(output, force=force)
+        except WorseFit as error:
+            print(error, file=sys.stderr)
+            raise typer.Exit(WORSE) from None

@@ -1,0 +1,79 @@
+"""What a calibration leaves open: the table `[uncertainty]` of its catalogue file."""
+
+import numpy as np
+
+from grind_env.arrays import Numbers
+from grind_env.machine.job import Job
+from grind_env.shop.calibrate.fit import Fit
+from grind_env.shop.calibrate.parameters import chosen_parameters
+from grind_env.shop.calibrate.sheet import Floats
+from grind_env.shop.calibrate.solver import Data
+
+ENOUGH_PARTS = 4
+"""From which on it can be told whether levels wander from part to part."""
+SINGULAR = 1e-6
+"""By which correlations are less than found, so that they may be rounded."""
+
+
+def missed(fitted: Fit, data: Data, block: Numbers) -> tuple[float, float]:
+    """Logarithmic standard deviation of the power of blocks that the model does not follow, and of a step of its level.
+
+    By parts that are predicted from all others, if there are several; the steps are those from part to part.
+
+    Args:
+        fitted: what was found.
+        data: the measurements.
+        block: number of that of each measurement, none of which is of two parts; 0 of what is no power.
+    """
+    rest = np.full(data.value.size, np.nan)
+    if fitted.in_turn is not None:
+        rest = fitted.in_turn.rest * data.loose_error
+    else:
+        rest[fitted.used] = (data.value - fitted.predicted)[fitted.used]
+    seen = np.isfinite(rest) & (block > 0)
+    of_block = _levels(rest[seen], data.value[seen], data.error[seen], block[seen])
+    of_part = _levels(rest[seen], data.value[seen], data.error[seen], data.part[seen])
+    apart = (
+        [float(np.mean(np.square(of_part[k:] - of_part[:-k]))) for k in (1, 2)] if of_part.size > ENOUGH_PARTS else []
+    )
+    return float(np.sqrt(np.mean(np.square(of_block)))), float(np.sqrt(max(apart[1] - apart[0], 0.0))) if apart else 0.0
+
+
+def _levels(rest: Floats, value: Floats, error: Floats, group: Numbers) -> Floats:
+    """Of each group, how much of its power is missed, as far as it is known."""
+    _, number = np.unique(group, return_inverse=True)
+    weight = value / np.square(error)
+    found: Floats = np.bincount(number, weight * rest) / np.bincount(number, weight * value)
+    return found
+
+
+def uncertainty_lines(job: Job, fitted: Fit, source: str, residual: float, drift: float) -> list[str]:
+    """The table as TOML.
+
+    Args:
+        job: as the catalogue had it.
+        fitted: what was found; what was not fitted is as uncertain as the catalogue.
+        source: from where, quoted as TOML.
+        residual: as of `missed`, like the next one.
+        drift: see there.
+    """
+    names = [each.name for each in fitted.parameters]
+    others = [each for each in chosen_parameters(job, None) if each.name not in names]
+    count, spread = len(names), fitted.spread * np.array([each.spread for each in fitted.parameters])
+    covariance = fitted.covariance[:count, :count]
+    scale = np.sqrt(np.diag(covariance))
+    correlation = np.eye(count + len(others))
+    correlation[:count, :count] = (1.0 - SINGULAR) * covariance / np.outer(scale, scale)
+    np.fill_diagonal(correlation, 1.0)
+    rows = ",\n".join("  [" + ", ".join(f"{each:.8g}" for each in row) + "]" for row in correlation.round(8).tolist())
+    return [
+        "# What is not known after it: standard deviations of logarithms, of exponents themselves, and how they hang",
+        "# together; of the power of a block that is not followed, and of a step of its level from part to part.",
+        "[uncertainty]",
+        f"source = {source}",
+        f"names = [{', '.join(f'{chr(34)}{each}{chr(34)}' for each in (*names, *(each.name for each in others)))}]",
+        f"spread = [{', '.join(f'{each:.4g}' for each in (*spread.tolist(), *(each.spread for each in others)))}]",
+        f"correlation = [\n{rows},\n]",
+        f"residual = {residual:.4g}",
+        f"drift = {drift:.4g}",
+    ]
