@@ -1,29 +1,71 @@
 """What a shop logs of a batch: the power of its spindle over time, as its meter shows it, and what was gauged."""
 
 import math
+import re
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from agents.plants.machines import Machine
+from agents.plants.variants import batch, write
 from grind_env.arrays import Array
+from grind_env.control import read_file
+from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
-from grind_env.plants import Plant
+from grind_env.plants import Plant, find_plant
 
 INTERVAL, MARGIN = 0.1, 15.0
 """s, between samples, and before and after the batch."""
 IDLE, SWING, SWINGS, NOISE = 600.0, 20.0, 700.0, 15.0
 """W of the idling spindle, W and s of a slow swing of it, W of a sample."""
+PAUSE, STOP = 8.0, re.compile(r"\bM0[01]\b")
+"""s that the operator takes at a stop, and what asks for one."""
+FEEDS = (1.0, 1.0, 0.8, 1.2, 1.0, 0.9, 1.1, 1.0)
+DRESSED = (True, False, False, True, False, False, True, False)
+"""E, over that of the program, and dresses of the parts."""
 SIZE_NOISE, ROUGHNESS_NOISE = 1.0, 0.05
 """um, and relative."""
 
 
-def write_log(path: Path, record: GrindingRecord, job: Job, plant: Plant, seed: int) -> None:
-    """Write the log of a run, in s and W, with what a meter of the family `meter` makes of it."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Logged:
+    """Files of a shop: a program of several parts, its job, the log of a run of it, and what was gauged.
+
+    `gain` is what the meter shows over the power.
+    """
+
+    program: Path
+    job: Path
+    log: Path
+    gauge: Path
+    gain: float
+
+
+def logged(machine: Machine, folder: Path) -> Logged:
+    """Grind the program on a machine, part by part with another E, and write the files."""
+    job, plant = machine.job(), find_plant(machine.plant)
+    text = batch(machine.path.read_text(encoding="utf-8"), FEEDS, DRESSED)
+    program = write(folder / "batch.nc", text)
+    record = grind(read_file(program), job)
+    files = folder / "log.csv", folder / "gauge.csv"
+    write_log(files[0], record, text, plant, 1)
+    write_gauge(files[1], record, job, 2)
+    gain = dict(zip(plant.remembers._fields, plant.own, strict=True)).get("meter_gain", 1.0)
+    return Logged(program=program, job=machine.path.with_suffix(".toml"), log=files[0], gauge=files[1], gain=gain)
+
+
+def write_log(path: Path, record: GrindingRecord, text: str, plant: Plant, seed: int) -> None:
+    """Write the log of a run of a program, in s and W, with what a meter of the family `meter` makes of it."""
     rng, own = np.random.default_rng(seed), dict(zip(plant.remembers._fields, plant.own, strict=True))
-    time = np.arange(-MARGIN, record.seconds + MARGIN, INTERVAL)
+    begins, ends = over_the_part(record, text)
+    time = np.arange(-MARGIN, ends[-1] + MARGIN, INTERVAL)
     idle = IDLE + SWING * np.sin(2.0 * math.pi * time / SWINGS)
-    shown = power_over(record, job, time) + idle
+    shown = np.zeros(time.size)
+    for begin, end, P in zip(begins.tolist(), ends.tolist(), record.strokes["power"].tolist(), strict=True):
+        shown[(time >= begin) & (time < end)] = P
+    shown += idle
     if "meter_gain" in own:
         warmed = 1.0 - np.exp(-np.maximum(time, 0.0) / own["meter_warms"])
         shown = own["meter_gain"] * (shown + own["meter_idle"] * own["meter_creeps"] * warmed)
@@ -32,14 +74,14 @@ def write_log(path: Path, record: GrindingRecord, job: Job, plant: Plant, seed: 
     path.write_text("\n".join(["time [s],power [W]", *rows]) + "\n", encoding="utf-8")
 
 
-def power_over(record: GrindingRecord, job: Job, time: Array) -> Array:
-    """Power above idle, W, at times of a run, s: that of a stroke while the wheel is over the part."""
-    power, strokes = np.zeros(time.size), record.strokes
+def over_the_part(record: GrindingRecord, text: str) -> tuple[Array, Array]:
+    """When the wheel is over the part in each stroke, from and to, s: at every stop the operator takes his time."""
+    strokes = record.strokes
+    stops = np.array([number for number, line in enumerate(text.splitlines(), 1) if STOP.search(line)])
+    stopped = np.diff(np.searchsorted(stops, strokes["line"]), prepend=0) != 0
     over = 60.0 * strokes["Lw"] / strokes["E"]
-    begins = strokes["time"] + 0.5 * (strokes["seconds"] - over)
-    for begin, end, P in zip(begins.tolist(), (begins + over).tolist(), strokes["power"].tolist(), strict=True):
-        power[(time >= begin) & (time < end)] = P
-    return power
+    begins = strokes["time"] + PAUSE * np.cumsum(stopped) + 0.5 * (strokes["seconds"] - over)
+    return begins, begins + over
 
 
 def write_gauge(path: Path, record: GrindingRecord, job: Job, seed: int) -> None:

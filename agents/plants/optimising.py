@@ -5,14 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.plants.log import write_gauge, write_log
+from agents.plants.log import logged
 from agents.plants.machines import Machine
-from agents.plants.variants import batch, write
+from agents.plants.variants import write
 from grind_env.control import Programs, read, read_file
 from grind_env.errors import GrindError
-from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
-from grind_env.plants import find_plant
 from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.outcome import Optimised
@@ -22,9 +20,6 @@ PARTS, LOTS, SECONDS = 30, 64, 10.0
 """Parts of a batch, lots that it is judged on, and s of a search."""
 JUDGES = 7
 """Seed of these lots, which no search has."""
-FEEDS = (1.0, 1.0, 0.8, 1.2, 1.0, 0.9, 1.1, 1.0)
-DRESSED = (True, False, False, True, False, False, True, False)
-"""E, over that of the program, and dresses of the parts in the log."""
 
 
 def real(programs: Programs, job: Job) -> tuple[float, float]:
@@ -49,17 +44,12 @@ def optimise_on(machine: Machine, seconds: float = SECONDS) -> dict[str, float]:
 
 def calibrated(machine: Machine, folder: Path) -> Path | None:
     """The job with what a calibration has found by a log of the machine; None if it refused."""
-    truth, job = machine.job(), machine.path.with_suffix(".toml")
-    program = write(folder / "batch.nc", batch(machine.path.read_text(encoding="utf-8"), FEEDS, DRESSED))
-    record = grind(read_file(program), truth)
-    log, gauge = folder / "log.csv", folder / "gauge.csv"
-    write_log(log, record, truth, find_plant(machine.plant), 1)
-    write_gauge(gauge, record, truth, 2)
+    files = logged(machine, folder)
     try:
-        calibrate(log, program, job, gauge=gauge).write(folder / "machine.toml")
+        calibrate(files.log, files.program, files.job, gauge=files.gauge).write(folder / "machine.toml")
     except GrindError:
         return None
-    text = job.read_text(encoding="utf-8") + '\n[catalogue]\nfiles = ["machine.toml"]\n'
+    text = files.job.read_text(encoding="utf-8") + '\n[catalogue]\nfiles = ["machine.toml"]\n'
     return write(folder / "job.toml", text)
 
 

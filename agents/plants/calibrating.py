@@ -1,0 +1,74 @@
+"""How far off the power of other cuts is after a calibration, after a regression, and by the catalogue."""
+
+import math
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from agents.plants.log import Logged, logged
+from agents.plants.machines import Machine
+from agents.plants.regression import Cuts, fitted, predicted
+from agents.plants.variants import scaled
+from grind_env.arrays import Array
+from grind_env.control import Programs, read, read_file
+from grind_env.errors import GrindError
+from grind_env.machine.grind import grind
+from grind_env.machine.job import Job
+from grind_env.machine.job.file import load_job
+from grind_env.shop.calibrate.calibration import calibrate
+from grind_env.shop.calibrate.result import Calibration
+
+OTHERS = ((1.0, 1.0, True), (0.6, 1.0, True), (1.5, 1.0, True), (1.0, 0.5, True), (1.0, 1.6, True), (1.3, 1.4, False))
+"""Factors on E and on picks of the cuts that are predicted, and whether there are dresses; the log has E from .8 to 1.2."""
+
+
+def calibrate_on(machine: Machine) -> dict[str, float]:
+    """Mean errors of the power of blocks; none of a calibration that was refused."""
+    with tempfile.TemporaryDirectory() as folder:
+        log = logged(machine, Path(folder))
+        try:
+            found = calibrate(log.log, log.program, log.job, gauge=log.gauge)
+        except GrindError:
+            return {"refused": 1.0}
+        return errors(machine, log, found)
+
+
+def errors(machine: Machine, log: Logged, found: Calibration) -> dict[str, float]:
+    """Mean of |log| of the power of the blocks of other programs over that of the machine, as its meter shows it."""
+    catalogue, truth, text = load_job(log.job), machine.job(), machine.path.read_text(encoding="utf-8")
+    coefficients = _regression(found, read_file(log.program), catalogue)
+    shown = math.exp(found.fit.scales.get("power", 0.0))
+    rows = []
+    for E, J, dressed in OTHERS:
+        programs = read(scaled(text, E, J, dressed=dressed), machine.path.name, machine.path.parent)
+        block, real = _strokes(programs, truth)
+        goal = log.gain * _means(block, real["power"])
+        plain, fit = _strokes(programs, catalogue)[1], _strokes(programs, found.fitted)[1]
+        guesses = shown * fit["power"], predicted(coefficients, _cuts(plain)), plain["power"]
+        rows.append([np.abs(np.log(np.maximum(_means(block, guess), 1.0) / goal)).mean() for guess in guesses])
+    return dict(zip(("error", "regression", "catalogue"), np.mean(rows, axis=0).tolist(), strict=True))
+
+
+def _regression(found: Calibration, programs: Programs, catalogue: Job) -> Array:
+    """The regression on the rows of the calibration."""
+    assert found.seen is not None
+    weights, nominal = found.seen.weights, _strokes(programs, catalogue)[1]
+    power = found.data.value[found.data.kind == "power"]
+    return fitted(Cuts(*(weights @ each for each in _cuts(nominal))), power)
+
+
+def _strokes(programs: Programs, job: Job) -> tuple[Any, Any]:
+    """Of each stroke the number of its block, and its row."""
+    strokes = grind(programs, job).strokes
+    _, block = np.unique(strokes["line"], return_inverse=True)
+    return block, strokes
+
+
+def _cuts(strokes: Any) -> Cuts:
+    return Cuts(strokes["ae"], strokes["E"] / 60.0, strokes["V"], strokes["b"])
+
+
+def _means(block: Any, power: Array) -> Array:
+    return np.asarray(np.bincount(block, power) / np.bincount(block))
