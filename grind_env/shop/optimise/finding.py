@@ -297,7 +297,8 @@ def _judge(variation: Variation, before: Trials, old: Measures, point: Point, lo
     new = old if same else after.measure(said[None])
     less = attrgetter(variation.wishes.quantity)
     difference = less(new)[0] - less(old)[0]
-    change = Change(before.of_one(difference), paired(difference), float(variation.risk(before, new, old)[0]))
+    risk = float(variation.risk(before, new, old)[0])
+    change = Change(before.of_one(difference), paired(difference), risk, variation.most_risk)
     return _Judged(point, text, programs, after, new, wishes_kept(variation.wishes, old, new), change)
 
 

@@ -15,7 +15,7 @@ from grind_env.shop.optimise.outcome import LimitUse, Quantity, Verdict, WishUse
 from grind_env.shop.optimise.search import Point
 from grind_env.shop.optimise.spots import Spot
 from grind_env.shop.optimise.variables import Choices, Variable
-from grind_env.shop.optimise.variation import MOST_RISK, Variation
+from grind_env.shop.optimise.variation import Variation
 from grind_env.shop.optimise.wishes import INTERVAL, Wishes
 from grind_env.shop.trials import LIMITS, Measures, Trials
 
@@ -47,11 +47,13 @@ class Change(NamedTuple):
     """In the mean over all, as far as chance has it."""
     risk: float
     """As of `Variation.risk`."""
+    most_risk: float
+    """As of `Variation.most_risk`."""
 
     @property
     def is_better(self) -> bool:
         """Whether it becomes less beyond chance, and hardly more where the words are bad."""
-        return self.mean.high < 0.0 and self.risk <= MOST_RISK
+        return self.mean.high < 0.0 and self.risk <= self.most_risk
 
 
 def verdict_of(
@@ -106,7 +108,7 @@ def verdict_of(
         return Verdict.BETTER, f"{told}, as was asked; {said} on {on}, the same for both"
     if change.mean.high >= 0.0:
         return Verdict.NOT_BETTER, f"the best one takes {said} more than the program as it is"
-    if change.risk > MOST_RISK:
+    if change.risk > change.most_risk:
         return Verdict.NOT_BETTER, (
             f"the best one takes {said} more than the program as it is, and on {100.0 * (1.0 - confidence):.3g} of 100 "
             f"machines {100.0 * change.risk - 100.0:.0f} % more or worse"

@@ -33,8 +33,9 @@ INFEASIBLE = 1e9
 
 LOOKING = 0.25
 """Share of the budget up to which it is looked at what machines this may be."""
-MOST_RISK = 1.05
-"""What a part may take with other words at most, over what it takes, on a machine where they are bad."""
+MOST_RISK, UNCALIBRATED_RISK = 1.05, 1.2
+"""What a part may take with other words at most, over what it takes, on a machine where they are bad; the second one
+without a calibration, when machines may be so unlike that hardly any words are no risk on one in twenty."""
 USUAL_RUNS = 50
 """Of a batch; of shorter ones there are as many more."""
 MOST_MORE = 4
@@ -265,10 +266,15 @@ class Variation(NamedTuple):
     def shares(self, trials: Trials, found: Measures, old: Measures) -> Array:
         """What C candidates come to, as shares of what is asked, shape (C, limits, wishes, and one).
 
-        The last one is that of `risk` in what may be risked, `MOST_RISK`.
+        The last one is that of `risk` in `most_risk`.
         """
         means = [getattr(found, name).mean(axis=1) / most for name, most in self.wishes.within.items()]
-        return np.column_stack([found.ratios / self.margins, *means, self.risk(trials, found, old) / MOST_RISK])
+        return np.column_stack([found.ratios / self.margins, *means, self.risk(trials, found, old) / self.most_risk])
+
+    @property
+    def most_risk(self) -> float:
+        """What may be risked."""
+        return UNCALIBRATED_RISK if self.job.uncertainty is None else MOST_RISK
 
     def risk(self, trials: Trials, found: Measures, old: Measures) -> Array:
         """What is to become less over that of the program as it is, `old`, of C candidates, shape (C,).
