@@ -18,6 +18,7 @@ from grind_env.policies.scripted.adaptive_dress import AdaptiveDress
 from grind_env.policies.scripted.adaptive_speed import AdaptiveSpeed
 from grind_env.policies.scripted.belief_rule import BeliefRule
 from grind_env.policies.scripted.burn_line import BurnLine
+from grind_env.policies.scripted.empirical_rule import EmpiricalRule
 from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.look_ahead import LookAhead
 from grind_env.policies.scripted.roughness_gauge import RoughnessGauge
@@ -32,7 +33,12 @@ several kinds of block."""
 REFERENCE = "hindsight"
 """Scores 100."""
 
-UNTUNED: dict[str, Callable[[], Policy]] = {"random": Random, "handbook": Handbook, REFERENCE: Hindsight}
+UNTUNED: dict[str, Callable[[], Policy]] = {
+    "random": Random,
+    "handbook": Handbook,
+    "empirical_rule": EmpiricalRule,
+    REFERENCE: Hindsight,
+}
 TUNED: dict[str, Callable[..., Policy]] = {
     "constant": partial(Fixed, name="constant"),
     "interval": partial(Fixed, name="interval"),
@@ -65,7 +71,7 @@ BRANCHING = ("belief_rule", "look_ahead", "mpc", REFERENCE)
 
 def policy_names(simulation: Simulation) -> list[str]:
     """Names of the policies of an environment, from those that know least to those that know most."""
-    names = ["random", "handbook", *TUNED, "mpc", REFERENCE]
+    names = ["random", "handbook", "empirical_rule", *TUNED, "mpc", REFERENCE]
     unfit = {
         *ABLATIONS,
         *(["constant_per_kind"] if len(simulation.task.kinds) == 1 else []),
