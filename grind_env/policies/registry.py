@@ -63,6 +63,8 @@ ABLATIONS = ("adaptive_speed", "adaptive_dress", "dullness_rule", "growth_rule",
 """The adaptive rule without one of its decisions, and the rule on the full state that knows the dullness of the wheel
 alone, or beside it how fast the lot dulls it, or which Ra wheel and part give. They can be named like all others, but
 stand in no list of policies: they are there to say what the other decision, and what that knowledge, is worth."""
+UNSCORED = ("empirical_rule",)
+"""Named like all others, too, but in no list: what others fall back to on a machine that is not the model."""
 BY_BLOCK = ("belief_rule", "look_ahead", "mpc")
 """Policies that think in blocks."""
 BRANCHING = ("belief_rule", "look_ahead", "mpc", REFERENCE)
@@ -71,7 +73,7 @@ BRANCHING = ("belief_rule", "look_ahead", "mpc", REFERENCE)
 
 def policy_names(simulation: Simulation) -> list[str]:
     """Names of the policies of an environment, from those that know least to those that know most."""
-    names = ["random", "handbook", "empirical_rule", *TUNED, "mpc", REFERENCE]
+    names = ["random", "handbook", *TUNED, "mpc", REFERENCE]
     unfit = {
         *ABLATIONS,
         *(["constant_per_kind"] if len(simulation.task.kinds) == 1 else []),
@@ -88,7 +90,7 @@ def check_names(simulation: Simulation, names: Sequence[str] | None) -> Sequence
         ConfigError: if one is no policy of it.
     """
     listed = policy_names(simulation)
-    known = [*listed, *ABLATIONS]
+    known = [*listed, *ABLATIONS, *UNSCORED]
     if unknown := set(names or ()) - set(known):
         raise ConfigError(
             f"there is no policy {quoted(min(unknown))} for {simulation.task.name}: choose from {', '.join(known)}"

@@ -1,129 +1,165 @@
 """The rule of a shop without a model of the process: it believes what it has read on this machine, and nothing else."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Array
+from grind_env.arrays import Array, Numbers
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
+from grind_env.envs.tables import KindRow
 from grind_env.envs.tasks import Task
 from grind_env.policies.choices import Decision, nearest_speed
 from grind_env.policies.policy import Sees
-from grind_env.policies.scripted.handbook import handbook_speeds
-from grind_env.policies.scripted.instruments import Instruments
-from grind_env.policies.scripted.power_law import PowerLaw
+from grind_env.policies.scripted.handbook import USUAL_SPEED, handbook_speeds
+from grind_env.policies.scripted.learned_laws import AIM, PartLaw, PowerLaw
+from grind_env.process.state import StrokeParameters
+
+SHARE = 0.88
+"""Of the power limit that is planned to be used."""
+INTERVAL = 4.0
+"""Usual volume between two dresses, mm3/mm, over the conductivity of the work, W/(m K): 140 mm3/mm in hardened bearing
+steel, 45 in a nickel alloy, which a dull wheel burns sooner."""
+REGAINED = 1.02
+"""Factor on the volume that was found too large, with every part that is good."""
+FAR = 1.2
+"""Times the power limit at which two executions are made."""
+SLOWING, FLOOR = 0.9, 0.75
+"""Of E, from block to block and at least of the first E, where two executions have not helped against power."""
+EFFUSIVITY, DIFFUSIVITY = (StrokeParameters._fields.index(name) for name in ("beta", "alpha"))
 
 
 @dataclass(kw_only=True)
 class EmpiricalRule:
-    """As fast as the power read on this machine allows; a dress where time or an alarm asks for it.
+    """As fast as the readings of this machine allow; a dress by the volume, by the time or on an alarm.
 
-    It begins at the E of the handbook. E then goes to where a power law of what was read expects `share` of the
-    spindle's limit at the peak of the coming block, and rises by at most the factor `step` from block to block of a
-    kind. A dress is due where the next block without one would take longer than the blocks since the last dress have
-    taken in the mean, that dress included: the interval at which the mean is least.
+    It begins at the E of the program, or else of the handbook. E then rises, by at most the factor `step` from block to
+    block of a kind, to where laws of what was read expect `SHARE` of the spindle's power, and parts that keep their Ra
+    and are not too thick. Power does not bring it below where it began, for slow tables burn, unless two executions
+    have not helped.
 
-    A power or a size error beyond its limit is an alarm: the wheel is dressed, twice where it is beyond `far` times the
-    limit. E is not lowered for it below that of the handbook, for slow tables burn; only where two executions have not
-    brought the power below `far` times the limit, it falls by `slowing` a block, down to `floor` of the handbook's. An Ra
-    beyond its limit is no alarm: a fresh wheel is no smoother than a worn one.
+    The wheel is dressed before a part that would take it beyond its usual volume, so often that no share of the part
+    does (not where it is late for a due date), or that would take longer than the blocks since the last dress have
+    taken in the mean, that dress included; and after a power beyond its limit, or a part that came out too thick, or
+    nearly too thin, for then it was hot. Parts like that make the usual volume smaller for a while.
 
     Attributes:
-        share: of the power limit that is planned to be used.
         step: most that E rises by.
-        far: times a limit.
-        slowing: of E, where nothing else helps.
-        floor: of the handbook's E.
+        interval: usual volume between two dresses over the conductivity of the work, mm3/mm over W/(m K).
     """
 
-    share: float = 0.88
-    step: float = 1.25
-    far: float = 1.2
-    slowing: float = 0.9
-    floor: float = 0.75
-    rise: float = 1.3
-    smooth: float = 0.9
-    up: float = 1.01
-    every: float = 1.0
+    step: float = 1.5
+    interval: float = INTERVAL
     name: ClassVar[str] = "empirical_rule"
     sees: ClassVar[Sees] = "measurements"
-    task: Task = field(init=False, repr=False)
-    instruments: Instruments = field(init=False, repr=False)
-    law: PowerLaw = field(init=False, repr=False)
-    usual: Array = field(init=False, repr=False)
-    """The handbook's E of each kind, mm/min, shape (kinds,)."""
-    last: Array = field(init=False, repr=False)
-    """That of the last block of each kind, shape (N, kinds)."""
-    tolerance: Array = field(init=False, repr=False)
-    """Of the part that the last block has ground, um, shape (N,)."""
-    volume: Array = field(init=False, repr=False)
-    """Most that a wheel had ground since its dress in the last block, if it has not been dressed in it, mm3/mm."""
-    taken: Array = field(init=False, repr=False)
-    """Time of the last dress and of the blocks since, s, shape (N,)."""
-    blocks: Array = field(init=False, repr=False)
-    """How many these are."""
+    simulation: Simulation = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         """Nothing has been read, and the wheel is freshly dressed."""
-        self.task, self.usual = simulation.task, handbook_speeds(simulation.task)
-        self.instruments, self.law = Instruments(simulation, episodes), PowerLaw(episodes)
-        self.last = np.tile(self.usual, (episodes, 1))
-        self.fresh = np.zeros(episodes)
-        self.ceiling = np.full(self.last.shape, np.inf)
-        self.tolerance = np.full(episodes, np.inf)
-        self.volume, self.blocks = np.zeros(episodes), np.zeros(episodes)
-        self.taken = self._dressing(np.ones(episodes))
+        self.simulation, self.first = simulation, first_speeds(simulation)
+        kinds, zero, none = len(self.first), np.zeros(episodes), np.zeros(episodes, np.int64)
+        # all kinds of block on a part share what it came out like
+        self.part_of_kind = np.zeros(kinds, np.int64) if simulation.task.orders is None else np.arange(kinds)
+        self.power, (Ra, size) = PowerLaw(episodes), np.zeros((2, kinds))
+        parts = self.part_of_kind[simulation.branches.kind_of_row]
+        row = KindRow(*simulation.kinds[: len(parts)].T)
+        np.maximum.at(Ra, parts, row.roughness)
+        np.maximum.at(size, parts, row.size)
+        self.roughness = PartLaw(episodes, Ra, exponent=0.5, usual=0.5, memory=8.0)
+        self.size = PartLaw(episodes, size, exponent=1.0, usual=0.25, memory=2.0)
+        self.rows, self.kind, self.speeds = none, none, np.tile(self.first, (episodes, 1))
+        self.part, self.made = none, zero + 1.0
+        self.dull, self.gauged, self.wanted, self.blocks = zero, zero, zero, zero
+        self.most = usual_volumes(simulation, self.interval)
+        np.minimum.at(self.most, self.part_of_kind, self.most.copy())
+        self.volumes = np.tile(self.most, (episodes, 1))
+        self.dressing = simulation.branches.dress_price / simulation.branches.second_price
+        self.taken = zero + self.dressing
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Learn from the last block, then decide on the coming one."""
-        limit, n = self.task.machine.power_limit, np.arange(len(observation))
-        seen, kind = self.instruments.read(observation), self.instruments.kind
-        executions = seen.get("last_executions", np.zeros(len(n)))
-        removal = seen["last_pick"] * seen["last_width"] * 1000.0 * seen["last_speed"] / 60.0
-        # executions stand evenly in the depth of a block: the wheel is dullest before the first one or after the last
-        dullest = np.maximum(self.volume / (executions + 1.0), seen["volume"])
-        self.law.learn(seen["peak_power"], removal, dullest, (seen["peak_power"] > 0.0) & (removal > 0.0))
-        beyond = np.maximum(seen["peak_power"] / limit, np.abs(seen["size_error"]) / self.tolerance)
-        self.tolerance = np.where(seen["tolerance"] > 0.0, seen["tolerance"], self.tolerance)
-
-        area = np.maximum(seen["pick"] * seen["width"], 1e-9)
-        stock = seen["stock"] * seen["length"] * np.array([each.stock for each in self.task.kinds])[kind]
-        last, usual = self.last[n, kind], self.usual[kind]
-        rough = seen["roughness"] > self.smooth
-        self.ceiling[rough] = np.minimum(self.ceiling[rough], self.last[rough]) * self.slowing
-        self.ceiling = np.where(rough[:,None], self.ceiling, self.ceiling * self.up)
-        helpless = (seen["peak_power"] > self.far * limit) & (executions >= 2.0)
-        least = np.where(helpless, np.maximum(self.slowing * last, self.floor * usual), np.minimum(last, usual))
-        least = np.minimum(least, np.maximum(self.ceiling[n, kind], self.floor * usual))
-        most = np.minimum(np.where(self.law.known, self.step * last, last), self.ceiling[n,kind])
-        most = np.maximum(most, least)
-        undressed, dressed = (
-            np.clip(60.0 * self.law.removal(self.share * limit, volume) / area, least, most)
-            for volume in (seen["volume"] + stock, seen["volume"] + 0.5 * stock)
-        )
-        longer = self._grinding(kind, undressed) * self.blocks > self.taken
-        energy = seen["mean_power"] / np.maximum(removal, 1e-9)
-        first = (executions > 0.0) | (self.fresh == 0.0)
-        self.fresh = np.where(first & (energy > 0.0), energy, self.fresh)
-        duller = (energy > self.rise * self.fresh) & (executions == 0.0)
-        due = (beyond > 1.0) | duller | (rough & (self.blocks > self.every)) | (longer & (self.blocks > 0.0))
-        D = np.minimum(np.where(beyond > self.far, 2.0, due), self.task.action.executions)
-        E = nearest_speed(self.task, np.where(D > 0.0, dressed, undressed))
-
-        self.last[n, kind], self.volume = E, seen["volume"] + stock
-        self.taken = np.where(D > 0.0, self._dressing(D), self.taken) + self._grinding(kind, E)
+        task, branches, n = self.simulation.task, self.simulation.branches, np.arange(len(observation))
+        seen = self.simulation.read(observation)
+        helpless = self._learn(seen, n)
+        self.rows = branches.coming_rows(seen)
+        row, kind = self._row(), branches.kind_of_row[self.rows]
+        part, last, first = self.part_of_kind[kind], self.speeds[n, kind], self.first[kind]
+        worn = seen["volume"] + row.length * seen.get("depth", row.stock * seen["stock"])
+        area = row.pick * engaged(task, row)
+        least = np.where(helpless, np.maximum(SLOWING * last, FLOOR * first), np.minimum(last, first))
+        # where the table is not what feeds, E does little to power, and a fast one keeps the part cool
+        feeds = (area > 0.0) & (task.infeed == 0.0)
+        rises = self.power.known & (feeds | (seen["peak_power"] < SHARE * row.power))
+        most = np.where(rises, self.step * last, last)
+        good = first * np.maximum(np.minimum(self.roughness.speed(part), self.size.speed(part)), FLOOR)
+        driven = [60.0 * self.power.removal(SHARE * np.asarray(row.power), volume) / np.maximum(area, 1e-9)
+                  for volume in (worn, 0.5 * (seen["volume"] + worn))]  # fmt: skip
+        undressed, dressed = (np.minimum(np.where(feeds, np.clip(E, least, most), most), good) for E in driven)
+        late = seen.get("slack", np.zeros(len(n))) < 0.0
+        due = np.where(late, 0.0, np.ceil(worn / self.volumes[n, part]) - 1.0)
+        longer = branches.seconds(self.rows, undressed) * self.blocks > self.taken
+        wanted = np.maximum(self.wanted, np.where(seen["volume"] > 0.0, np.maximum(due, longer), 0.0))
+        begins = seen.get("starts_part", row.starts_part) * seen.get("takes_dresses", np.ones(len(n))) > 0.5
+        D = np.where(begins, np.minimum(wanted, task.action.executions), 0.0)
+        E = nearest_speed(task, np.where(D > 0.0, dressed, undressed))
+        self.kind, self.speeds[n, kind], self.dull = kind, E, worn
+        self.wanted = np.where(D > 0.0, 0.0, self.wanted)
+        self.taken = np.where(D > 0.0, D * self.dressing, self.taken) + branches.seconds(self.rows, E)
         self.blocks = np.where(D > 0.0, 0.0, self.blocks) + 1.0
         return Decision(E, D)
 
-    def _grinding(self, kinds: NDArray[np.int64], speeds: Array) -> Array:
-        """Time of a block of nominal stock, s."""
-        task = self.task
-        return np.array([task.nominal_seconds(task.kinds[k], E / 1000.0) for k, E in zip(kinds, speeds, strict=True)])
+    def _learn(self, seen: Mapping[str, Array], n: Numbers) -> NDArray[np.bool_]:
+        """Take in what was read of the last block; whether two executions have not helped, shape (N,)."""
+        row, power, executions = self._row(), seen["peak_power"], np.round(seen.get("last_executions", 0.0 * n))
+        width = np.minimum(seen["last_width"], engaged(self.simulation.task, row))
+        removal = seen["last_pick"] * width * seen["last_speed"] / 0.06
+        # executions stand evenly in the depth of a block: the wheel is dullest before the first one or after the last
+        dullest = np.maximum(self.dull / (executions + 1.0), seen["volume"])
+        self.power.learn(power, removal, dullest, (power > 0.0) & (removal > 0.0))
+        # Ra is that of the part before
+        told = (seen["roughness"] != self.gauged) & (seen["roughness"] > 0.0)
+        self.roughness.learn(seen["roughness"], self.part, self.made, told)
+        ended = (seen["last_speed"] > 0.0) & (row.ends_part > 0.0)
+        self.gauged, self.part = seen["roughness"], np.where(ended, self.part_of_kind[self.kind], self.part)
+        self.made = np.where(ended, self.speeds[n, self.kind] / self.first[self.kind], self.made)
+        gauged = ended & (np.asarray(row.size) > 0.0)
+        size = np.where(gauged, seen["size_error"], 0.0) / np.maximum(row.size, 1e-9)
+        self.size.learn(size, self.part, self.made, gauged)
+        off = gauged & ((size > 1.0) | (size < -AIM))
+        self.volumes = np.minimum(np.where(ended & ~off, REGAINED, 1.0)[:, None] * self.volumes, self.most)
+        at = np.flatnonzero(off), self.part[off]
+        self.volumes[at] = np.minimum(self.volumes[at], AIM * np.maximum(seen["volume"][off], 1.0))
+        beyond = power / row.power
+        self.wanted = np.maximum(self.wanted, np.where(beyond > FAR, 2.0, (beyond > 1.0) | off))
+        return np.asarray((beyond > FAR) & (executions >= 2.0))
 
-    def _dressing(self, executions: Array) -> Array:
-        """Time of so many executions, s, with what else they cost in time of the machine."""
-        rates = self.task.rates
-        return executions * (self.task.dress_seconds + 3600.0 * rates.dress / rates.hourly)
+    def _row(self) -> KindRow:
+        """Numbers of the last block, or of the coming one as soon as that is known."""
+        return KindRow(*self.simulation.kinds[self.rows].T)
+
+
+def engaged(task: Task, row: KindRow) -> Array:
+    """Width that a stroke of each block grinds, mm, shape (N,)."""
+    return np.asarray(row.width if task.cross_pick == 0.0 else np.minimum(row.width, task.cross_pick))
+
+
+def usual_volumes(simulation: Simulation, interval: float) -> Array:
+    """Usual volume between two dresses in each kind of block, as it is booked, mm3/mm, shape (kinds,)."""
+    p, row = simulation.branches.nominal, KindRow(*simulation.kinds.T)
+    _, firsts = np.unique(simulation.branches.kind_of_row, return_index=True)
+    # the leading edge of a wheel that is fed across grinds the whole width
+    share = (engaged(simulation.task, row) / row.width)[firsts]
+    return np.asarray(interval * share * 1e-3 * p[:, EFFUSIVITY] * np.sqrt(p[:, DIFFUSIVITY]))
+
+
+def first_speeds(simulation: Simulation) -> Array:
+    """E of each kind before anything has been read, mm/min, shape (kinds,): of the program, or else of a handbook."""
+    task, own = simulation.task, simulation.branches.own_speeds
+    if own is not None:
+        return nearest_speed(task, own)
+    if task.infeed > 0.0 or task.cross_pick > 0.0:  # no stroke takes what the handbook asks the spindle for
+        return nearest_speed(task, np.full(len(task.kinds), 1000.0 * USUAL_SPEED))
+    return handbook_speeds(task)
