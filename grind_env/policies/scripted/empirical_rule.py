@@ -71,7 +71,7 @@ class EmpiricalRule:
         self.roughness = PartLaw(episodes, Ra, exponent=0.5, usual=0.5, memory=8.0)
         self.size = PartLaw(episodes, size, exponent=1.0, usual=0.25, memory=2.0)
         self.rows, self.kind, self.speeds = none, none, np.tile(self.first, (episodes, 1))
-        self.part, self.made = none, zero + 1.0
+        self.part, self.made, self.begun = none, zero + 1.0, False
         self.dull, self.gauged, self.wanted, self.blocks = zero, zero, zero, zero
         self.most = usual_volumes(simulation, self.interval)
         np.minimum.at(self.most, self.part_of_kind, self.most.copy())
@@ -83,7 +83,7 @@ class EmpiricalRule:
         """Learn from the last block, then decide on the coming one."""
         task, branches, n = self.simulation.task, self.simulation.branches, np.arange(len(observation))
         seen = self.simulation.read(observation)
-        helpless = self._learn(seen, n)
+        helpless = self._learn(seen, n) if self.begun else np.zeros(len(n), bool)
         self.rows = branches.coming_rows(seen)
         row, kind = self._row(), branches.kind_of_row[self.rows]
         part, last, first = self.part_of_kind[kind], self.speeds[n, kind], self.first[kind]
@@ -105,10 +105,7 @@ class EmpiricalRule:
         begins = seen.get("starts_part", row.starts_part) * seen.get("takes_dresses", np.ones(len(n))) > 0.5
         D = np.where(begins, np.minimum(wanted, task.action.executions), 0.0)
         E = nearest_speed(task, np.where(D > 0.0, dressed, undressed))
-        self.kind, self.speeds[n, kind], self.dull = kind, E, worn
-        self.wanted = np.where(D > 0.0, 0.0, self.wanted)
-        self.taken = np.where(D > 0.0, D * self.dressing, self.taken) + branches.seconds(self.rows, E)
-        self.blocks = np.where(D > 0.0, 0.0, self.blocks) + 1.0
+        self.kind, self.dull, self.begun = kind, worn, True
         return Decision(E, D)
 
     def _learn(self, seen: Mapping[str, Array], n: Numbers) -> NDArray[np.bool_]:
@@ -116,13 +113,20 @@ class EmpiricalRule:
         row, power, executions = self._row(), seen["peak_power"], np.round(seen.get("last_executions", 0.0 * n))
         width = np.minimum(seen["last_width"], engaged(self.simulation.task, row))
         removal = seen["last_pick"] * width * seen["last_speed"] / 0.06
+        # what was ground counts, whoever decided it
+        E, dressed = 1000.0 * seen["last_speed"], executions > 0.0
+        self.speeds[n, self.kind] = E
+        self.wanted = np.where(dressed, 0.0, self.wanted)
+        self.taken = np.where(dressed, executions * self.dressing, self.taken)
+        self.taken = self.taken + self.simulation.branches.seconds(self.rows, E)
+        self.blocks = np.where(dressed, 0.0, self.blocks) + 1.0
         # executions stand evenly in the depth of a block: the wheel is dullest before the first one or after the last
         dullest = np.maximum(self.dull / (executions + 1.0), seen["volume"])
         self.power.learn(power, removal, dullest, (power > 0.0) & (removal > 0.0))
         # Ra is that of the part before
         told = (seen["roughness"] != self.gauged) & (seen["roughness"] > 0.0)
         self.roughness.learn(seen["roughness"], self.part, self.made, told)
-        ended = (seen["last_speed"] > 0.0) & (row.ends_part > 0.0)
+        ended = np.asarray(row.ends_part) > 0.0
         self.gauged, self.part = seen["roughness"], np.where(ended, self.part_of_kind[self.kind], self.part)
         self.made = np.where(ended, self.speeds[n, self.kind] / self.first[self.kind], self.made)
         gauged = ended & (np.asarray(row.size) > 0.0)

@@ -29,11 +29,14 @@ class PowerLaw:
     Attributes:
         found: c, f and g, shape (N, 3).
         known: which of the machines have been read, shape (N,).
+        expected: of the last reading before it was learned, its logarithm, shape (N,).
+        spread: of that, likewise.
     """
 
     def __init__(self, machines: int) -> None:
         self.found = np.tile(FIRST, (machines, 1))
         self.known = np.zeros(machines, bool)
+        self.expected, self.spread = np.zeros(machines), np.ones(machines)
         self._covariance = np.tile(np.diag(SPREAD**2), (machines, 1, 1))
 
     def learn(self, power: Array, removal: Array, volume: Array, read: NDArray[np.bool_]) -> None:
@@ -41,8 +44,10 @@ class PowerLaw:
         x = np.stack([np.ones(len(removal)), np.log(np.maximum(removal, 1e-9)), np.log(volume + WORN_IN)], axis=1)
         covariance = self._covariance / FORGETTING
         along = np.einsum("nij,nj->ni", covariance, x)
-        gain = along / (SCATTER**2 + np.einsum("ni,ni->n", x, along))[:, None]
-        surprise = np.log(np.maximum(power, 1.0)) - np.einsum("ni,ni->n", x, self.found)
+        self.expected = np.einsum("ni,ni->n", x, self.found)
+        self.spread = np.sqrt(SCATTER**2 + np.einsum("ni,ni->n", x, along))
+        gain = along / self.spread[:, None] ** 2
+        surprise = np.log(np.maximum(power, 1.0)) - self.expected
         covariance = covariance - gain[:, :, None] * along[:, None, :]
         # what is never tried must not be forgotten beyond what was known before anything was read
         spread = np.sqrt(np.maximum(np.einsum("nii->ni", covariance), 1e-12))
