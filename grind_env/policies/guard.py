@@ -38,6 +38,7 @@ class Guarded:
     policy: Policy
     rule: EmpiricalRule = field(default_factory=EmpiricalRule)
     step: float = STEP
+    cautious: bool = False
     simulation: Simulation = field(init=False, repr=False)
     watch: Watch = field(init=False, repr=False)
     alarmed: NDArray[np.bool_] = field(init=False, repr=False)
@@ -72,17 +73,20 @@ class Guarded:
         """Let both decide, and take the one that is trusted."""
         own, safe = self.policy.act(observation, episodes), self.rule.act(observation, None)
         self.watch.update(observation, self.rule.power)
-        raised = self.watch.alarm & ~self.alarmed
+        alarm = self.watch.alarm | self.watch.beyond if self.cautious else self.watch.alarm
+        raised = alarm & ~self.alarmed
         self.left = np.where(raised, self.stay, np.maximum(self.left - 1.0, 0.0))
         self.stay = np.where(raised, LONGER * self.stay, self.stay)
         over = self.alarmed & (self.left == 0.0) & self.watch.holds
         self.alarmed = (self.alarmed | raised) & ~over
         most = nearest_speed(self.simulation.task, self.step * self.rule.speeds[np.arange(len(over)), self.rule.kind])
-        self.returning = (self.returning | over) & ~self.alarmed & (own.speeds > most)
+        self.returning = (self.returning | over | self.cautious) & ~self.alarmed & (own.speeds > most)
+        wary = self.cautious & (self.watch.doubt | (self.stay > SHORTEST))
         speeds = np.where(self.returning, most, own.speeds)
-        return Decision(
-            np.where(self.alarmed, safe.speeds, speeds), np.where(self.alarmed, safe.executions, own.executions)
-        )
+        good = nearest_speed(self.simulation.task, self.rule.good)
+        speeds = np.where(wary, np.minimum(speeds, good), speeds)
+        dresses = np.where(wary, np.maximum(own.executions, safe.executions), own.executions)
+        return Decision(np.where(self.alarmed, safe.speeds, speeds), np.where(self.alarmed, safe.executions, dresses))
 
 
 def guarded(policy: Policy) -> Guarded:

@@ -24,6 +24,9 @@ SLACK, BEARABLE, MOST = 1.0, 6.0, 4.0
 """Of the running sum of surprises (CUSUM: Page, Biometrika 41 (1954) 100), in standard deviations: what is taken off it
 at each reading, what it may be, and what one reading adds at most. Normal errors pass it once in some 100,000 readings;
 those of the ensemble, a few of which are larger, do so once in 3,000 blocks of PowerLimited."""
+DOUBTFUL, MOST_DOUBT, USUAL_SQUARE, LARGE_SQUARE = 15.0, 30.0, 2.0, 9.0
+"""The same sum of squares, either way: what it may be, what it is at most, and what is taken off it and counts at most at
+each reading. It tells that the machine is not the model, good as it may be."""
 UNLIKELY = 1.645
 """Standard deviations from the forecast to the limit where a reading beyond it was not expected: one in twenty."""
 HOLDS = 2.0
@@ -56,6 +59,8 @@ NAMES = ("peak power", "mean power", "size error", "Ra")
 UNITS = ("kW", "kW", "um", "of its limit")
 LEARNED = np.array([False, False, True, True])
 """Which forecasts are corrected by what they were off by."""
+LIMITED = np.array([True, False, True, True])
+"""What has a limit of its own."""
 PEAK, MEAN, SIZE, ROUGHNESS = range(len(NAMES))
 
 
@@ -68,11 +73,15 @@ class Watch:
 
     Attributes:
         alarm: whether the last block is an alarm, shape (N,).
+        beyond: whether it was read to be beyond a limit, expected or not, shape (N,).
+        doubt: whether the machine is in doubt to be the model, shape (N,).
         holds: whether its forecasts hold, shape (N,).
         seen: readings of the last block beside their forecasts, each of shape (N, readings).
     """
 
     alarm: NDArray[np.bool_]
+    beyond: NDArray[np.bool_]
+    doubt: NDArray[np.bool_]
     holds: NDArray[np.bool_]
 
     def __init__(self, simulation: Simulation, machines: int) -> None:
@@ -83,9 +92,10 @@ class Watch:
             self.belief.begin(machines)
         scatter = spread.wheel_roughness, spread.part_roughness, self.noise * ROUGHNESS_NOISE
         self.scatter = float(np.linalg.norm(scatter))
-        self.alarm, self.holds = np.zeros(machines, bool), np.ones(machines, bool)
+        self.alarm, self.beyond, self.doubt = np.zeros((3, machines), bool)
+        self.holds = np.ones(machines, bool)
         self._off, self._count, self._sum = np.zeros(shape), np.ones(shape), np.zeros(shape)
-        self._beyond, self._run = np.zeros(shape, bool), np.zeros(shape, bool)
+        self._beyond, self._run, self._squares = np.zeros(shape, bool), np.zeros(shape, bool), np.zeros(machines)
         self._gauged, self._part = np.zeros(machines), np.full((machines, 1), USUAL_RATIO)
         self._row: KindRow | None = None
         self.seen = Reading(*np.zeros((len(Reading._fields), *shape)))
@@ -116,7 +126,12 @@ class Watch:
 
     def _judge(self, seen: Reading) -> None:
         z = np.where(seen.new, (seen.read - seen.forecast) / seen.spread, 0.0)
-        self._beyond = seen.new & (seen.read > seen.limit) & (seen.limit - seen.forecast > UNLIKELY * seen.spread)
+        beyond = seen.new & (seen.read > seen.limit)
+        self._beyond = beyond & (seen.limit - seen.forecast > UNLIKELY * seen.spread)
+        self.beyond = np.asarray(beyond[:, LIMITED].any(axis=1))
+        squares = np.where(seen.new, np.minimum(z * z, LARGE_SQUARE) - USUAL_SQUARE, 0.0).sum(axis=1)
+        self._squares = np.clip(self._squares + squares, 0.0, MOST_DOUBT)
+        self.doubt = self._squares > DOUBTFUL
         surprise = np.where(seen.read > seen.near, np.minimum(z, MOST), 0.0) - SLACK
         total = np.maximum(self._sum + np.where(seen.new, surprise, 0.0), 0.0)
         self._run, self.holds = total > BEARABLE, np.asarray((np.abs(z) < HOLDS).all(axis=1))

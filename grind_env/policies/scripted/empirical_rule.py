@@ -72,6 +72,7 @@ class EmpiricalRule:
         self.size = PartLaw(episodes, size, exponent=1.0, usual=0.25, memory=2.0)
         self.rows, self.kind, self.speeds = none, none, np.tile(self.first, (episodes, 1))
         self.part, self.made, self.begun = none, zero + 1.0, False
+        self.hot = np.zeros(episodes, bool)
         self.dull, self.gauged, self.wanted, self.blocks = zero, zero, zero, zero
         self.most = usual_volumes(simulation, self.interval)
         np.minimum.at(self.most, self.part_of_kind, self.most.copy())
@@ -95,6 +96,8 @@ class EmpiricalRule:
         rises = self.power.known & (feeds | (seen["peak_power"] < SHARE * row.power))
         most = np.where(rises, self.step * last, last)
         good = first * np.maximum(np.minimum(self.roughness.speed(part), self.size.speed(part)), FLOOR)
+        # a slower table would make a hot part hotter
+        good = self.good = np.where(self.hot, np.maximum(good, last), good)
         driven = [60.0 * self.power.removal(SHARE * np.asarray(row.power), volume) / np.maximum(area, 1e-9)
                   for volume in (worn, 0.5 * (seen["volume"] + worn))]  # fmt: skip
         undressed, dressed = (np.minimum(np.where(feeds, np.clip(E, least, most), most), good) for E in driven)
@@ -132,6 +135,7 @@ class EmpiricalRule:
         gauged = ended & (np.asarray(row.size) > 0.0)
         size = np.where(gauged, seen["size_error"], 0.0) / np.maximum(row.size, 1e-9)
         self.size.learn(size, self.part, self.made, gauged)
+        self.hot = np.where(gauged, size < -AIM, self.hot)
         off = gauged & ((size > 1.0) | (size < -AIM))
         self.volumes = np.minimum(np.where(ended & ~off, REGAINED, 1.0)[:, None] * self.volumes, self.most)
         at = np.flatnonzero(off), self.part[off]
