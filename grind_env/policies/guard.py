@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from grind_env.arrays import Array
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
-from grind_env.policies.choices import Decision, nearest_speed
+from grind_env.policies.choices import Decision, nearest_speed, speed_bounds
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.scripted.empirical_rule import EmpiricalRule
 from grind_env.policies.watch import Watch
@@ -33,6 +33,10 @@ class Guarded:
         policy: is guarded.
         rule: decides in its place.
         step: most that E rises by when the policy comes back.
+        cautious: as at a machine of which nobody knows how far it is the model: E of the policy rises by such steps
+            from the beginning; any reading beyond its limit is an alarm, expected or not; and once there was one, or
+            while readings are off their forecasts either way, the wheel is dressed where policy or rule ask for it, and
+            E is no higher than the rule has found parts to be good at.
     """
 
     policy: Policy
@@ -67,6 +71,7 @@ class Guarded:
         self.policy.begin(simulation, episodes)
         self.rule.begin(simulation, episodes)
         self.alarmed, self.returning = np.zeros(episodes, bool), np.zeros(episodes, bool)
+        self.wary, self.slowest = np.zeros((2, episodes), bool)
         self.left, self.stay = np.zeros(episodes), np.full(episodes, SHORTEST)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
@@ -81,12 +86,31 @@ class Guarded:
         self.alarmed = (self.alarmed | raised) & ~over
         most = nearest_speed(self.simulation.task, self.step * self.rule.speeds[np.arange(len(over)), self.rule.kind])
         self.returning = (self.returning | over | self.cautious) & ~self.alarmed & (own.speeds > most)
-        wary = self.cautious & (self.watch.doubt | (self.stay > SHORTEST))
+        wary = self.wary = self.cautious & (self.watch.doubt | (self.stay > SHORTEST))
         speeds = np.where(self.returning, most, own.speeds)
         good = nearest_speed(self.simulation.task, self.rule.good)
         speeds = np.where(wary, np.minimum(speeds, good), speeds)
         dresses = np.where(wary, np.maximum(own.executions, safe.executions), own.executions)
-        return Decision(np.where(self.alarmed, safe.speeds, speeds), np.where(self.alarmed, safe.executions, dresses))
+        E, D = np.where(self.alarmed, safe.speeds, speeds), np.where(self.alarmed, safe.executions, dresses)
+        self.slowest = self.watch.beyond & (speed_bounds(self.simulation.task)[0] >= E) & (D > 0.0)
+        return Decision(E, D)
+
+    def said(self, machine: int) -> list[str]:
+        """What it notices of a machine and does for it, in sentences; nothing while the policy is trusted."""
+        found = [f"alarm: {each}" for each in self.watch.said(machine)]
+        if self.alarmed[machine]:
+            stays = f"{self.left[machine]:.0f} blocks at least, and until" if self.left[machine] > 0.0 else "until"
+            found.append(
+                f"{self.rule.name} decides in place of {self.policy.name}, on what was read here alone, for {stays} "
+                "forecasts hold again"
+            )
+        elif self.wary[machine]:
+            found.append("this machine is not as the model: no faster and no duller than what has worked on it")
+        elif self.returning[machine]:
+            found.append(f"{self.policy.name} would be faster, but E rises by {self.step:g} times a block at most")
+        if self.slowest[machine]:
+            found.append("it stands at the slowest E with dresses: more than that no E and D can do here")
+        return found
 
 
 def guarded(policy: Policy) -> Guarded:

@@ -25,8 +25,8 @@ SLACK, BEARABLE, MOST = 1.0, 6.0, 4.0
 at each reading, what it may be, and what one reading adds at most. Normal errors pass it once in some 100,000 readings;
 those of the ensemble, a few of which are larger, do so once in 3,000 blocks of PowerLimited."""
 DOUBTFUL, MOST_DOUBT, USUAL_SQUARE, LARGE_SQUARE = 15.0, 30.0, 2.0, 9.0
-"""The same sum of squares, either way: what it may be, what it is at most, and what is taken off it and counts at most at
-each reading. It tells that the machine is not the model, good as it may be."""
+"""The same sum of squares, either way: what it may be, what it is at most, and what is taken off it and counts at most
+at each reading. It tells that the machine is not the model, good as it may be."""
 UNLIKELY = 1.645
 """Standard deviations from the forecast to the limit where a reading beyond it was not expected: one in twenty."""
 HOLDS = 2.0
