@@ -27,6 +27,8 @@ REGAINED = 1.02
 """Factor on the volume that was found too large, with every part that is good."""
 FAR = 1.2
 """Times the power limit at which two executions are made."""
+SMOOTH = 0.8
+"""Of its limit, below which the last Ra is no reason against a faster table."""
 SLOWING, FLOOR = 0.9, 0.75
 """Of E, from block to block and at least of the first E, where two executions have not helped against power."""
 EFFUSIVITY, DIFFUSIVITY = (StrokeParameters._fields.index(name) for name in ("beta", "alpha"))
@@ -96,8 +98,9 @@ class EmpiricalRule:
         rises = self.power.known & (feeds | (seen["peak_power"] < SHARE * row.power))
         most = np.where(rises, self.step * last, last)
         good = first * np.maximum(np.minimum(self.roughness.speed(part), self.size.speed(part)), FLOOR)
-        # a slower table would make a hot part hotter
-        good = self.good = np.where(self.hot, np.maximum(good, last), good)
+        # a slower table would make a hot part hotter; a faster one is tried as long as Ra is in sight of its limit only
+        faster = np.where(seen["roughness"] < SMOOTH, self.step, 1.0) * last
+        good = self.good = np.where(self.hot, np.maximum(good, faster), good)
         driven = [60.0 * self.power.removal(SHARE * np.asarray(row.power), volume) / np.maximum(area, 1e-9)
                   for volume in (worn, 0.5 * (seen["volume"] + worn))]  # fmt: skip
         undressed, dressed = (np.minimum(np.where(feeds, np.clip(E, least, most), most), good) for E in driven)
