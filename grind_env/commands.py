@@ -25,7 +25,10 @@ JobFile = Annotated[str | None, typer.Option(help="Job file of a part program; i
 Parts = Annotated[int, typer.Option(min=1, help="How often a part program is run.")]
 NamedPolicy = Annotated[
     str | None,
-    typer.Option(help="A policy, the file of a trained agent, or a constant: E8D0; by default the shipped one."),
+    typer.Option(
+        help="A policy, the file of a trained agent, or a constant: E8D0; after guarded: with a guard; by default the "
+        "shipped one."
+    ),
     FILE,
 ]
 Configs = Annotated[

@@ -6,6 +6,7 @@ from agents.plants.plans import plans
 from agents.plants.shift import PARTS, Choice, Decide, Shift, ground
 from grind_env.envs.job.loading import load_simulation
 from grind_env.envs.job.simulation import JobSimulation
+from grind_env.policies.guard import Guarded
 from grind_env.policies.policy import Policy
 from grind_env.shop.advise.adviser import Adviser, policy_for
 from grind_env.shop.advise.readings import Readings
@@ -33,9 +34,15 @@ def advise_on(machine: Machine, parts: int = PARTS) -> dict[str, Shift]:
         "program": ground(simulation, lambda k, _: Choice(*own(simulation, k))),
         "plan": min(planned, key=lambda shift: shift.mean_cost),
         "floor": ground(simulation, Floor(model)),
-        "trusting": ground(simulation, advised(model, policy_for(None, model))),
+        "trusting": ground(simulation, advised(model, trusting(model))),
         "adviser": ground(simulation, advised(model, policy_for(None, model))),
     }
+
+
+def trusting(model: JobSimulation) -> Policy:
+    """The default policy without its guard."""
+    policy = policy_for(None, model)
+    return policy.policy if isinstance(policy, Guarded) else policy
 
 
 def own(simulation: JobSimulation, number: int) -> tuple[float, int]:

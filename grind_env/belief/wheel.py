@@ -14,7 +14,7 @@ Latin hypercube, so that the belief is a function of what was measured, and the 
 
 from collections.abc import Mapping, Sequence
 from statistics import NormalDist
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,9 @@ from grind_env.arrays import Numbers, Table
 from grind_env.belief.filter import DIAMETER, NEW_WHEEL, follow, write_factors
 from grind_env.belief.hidden import FACTORS, Belief, Hidden, Signals
 from grind_env.errors import GrindError
+from grind_env.machine.loops.tally import Tally
 
+MEAN_POWER = slice(Tally._fields.index("power_1"), Tally._fields.index("power_6") + 1)
 DRAWS = 64
 """Samples of the hypercube after which the filter begins again with the first."""
 
@@ -76,8 +78,24 @@ class Model(Protocol):
     def rest(self, members: Any, index: Numbers, rows: Numbers) -> None:
         """Let those at `index` wait for a new wheel after blocks of these rows."""
 
-    def grind(self, members: Any, choice: Sequence[Table], index: Numbers) -> Table:
-        """Let those at `index` grind it with E in mm/min, D and pre-dresses; shape (members, fields of `Tally`)."""
+    def grind(self, members: Any, choice: Sequence[Table], index: Numbers) -> tuple[Table, Table]:
+        """Let those at `index` grind it with E in mm/min, D and pre-dresses.
+
+        Returns:
+            Shape (members, fields of `Tally`), and the size error, um, and Ra over its limit, shape (members, 2).
+        """
+
+
+class Forecast(NamedTuple):
+    """What the members expected to be read of the last block, each shape (N, M)."""
+
+    mean_power: Any
+    """W, like the peak; 0 where there is nothing to read."""
+    peak_power: Any
+    size_error: Any
+    """um."""
+    roughness: Any
+    """Ra over its limit."""
 
 
 def hypercube(rows: int, members: int) -> Table:
@@ -118,6 +136,7 @@ class WheelBelief:
         self.rows = np.zeros(n, np.int64)
         self.members = self.model.room(n * self.size)
         self.hidden = np.empty((n, self.size, len(Hidden._fields)))
+        self.forecast = Forecast(*np.zeros((4, n, self.size)))
         self.beliefs = np.zeros((n, len(Belief._fields)))
 
     def restart(self, mask: NDArray[np.bool_]) -> None:
@@ -205,5 +224,8 @@ class WheelBelief:
         index = self._of(episodes)
         self.model.write_factors(self.members, index, self.factors().reshape(-1, len(FACTORS))[index])
         choice = [np.repeat(each, self.size) for each in (signals.speed, signals.executions, signals.pre_dress)]
-        found = self.model.grind(self.members, choice, index)
-        return found.reshape(len(self.fresh), self.size, -1)
+        found, made = self.model.grind(self.members, choice, index)
+        tally, shape = Tally(*found.T), self.hidden.shape[:2]
+        power = np.sum(tally[MEAN_POWER], axis=0) / np.maximum(tally.last_count, 1.0)
+        self.forecast = Forecast(*(each.reshape(shape) for each in (power, tally.peak_load, *made.T)))
+        return found.reshape(*shape, -1)

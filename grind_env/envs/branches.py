@@ -25,6 +25,13 @@ class Branches(Protocol):
     """Traverse feed of the diamond, mm/s, and depth of a pass, mm, with which a new wheel is dressed."""
     change_seconds: float
     """What a wheel change takes, s."""
+    second_price: float
+    """Of the machine, $/s."""
+    own_speeds: Table | None
+    """E that a program says in blocks of each kind, mm/min, shape (kinds,); None where nothing is said."""
+
+    def seconds(self, rows: Numbers, speeds: Table) -> Table:
+        """Nominal time of blocks of these rows at E in mm/min without a dress, s; all of shape (N,)."""
 
     def coming_rows(self, seen: Mapping[str, Table]) -> Numbers:
         """Row in `Simulation.kinds` of the coming block, from what was read; shape (N,)."""

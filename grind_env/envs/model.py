@@ -10,11 +10,12 @@ from grind_env.belief.hidden import FACTORS, Hidden, Judged
 from grind_env.belief.wheel import BeliefError
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tables import KindRow
+from grind_env.envs.tables import KindRow, Outcome
 from grind_env.envs.tape import TapeRow
 from grind_env.machine.loops.shift import entries_of
 
 JUDGED = [KindRow._fields.index(name) for name in Judged._fields]
+MADE = [Outcome._fields.index(name) for name in ("size_error", "roughness_ratio")]
 FACTOR_COLUMNS = [TapeRow._fields.index(name) for name in FACTORS]
 
 
@@ -91,6 +92,7 @@ class MemberModel:
         for k, i in enumerate(index):
             pass_time(members.wheels[i : i + 1], p[k : k + 1], 0, self.branches.change_seconds, False)
 
-    def grind(self, members: Episodes, choice: Sequence[Table], index: Numbers) -> Table:
+    def grind(self, members: Episodes, choice: Sequence[Table], index: Numbers) -> tuple[Table, Table]:
         """As `Model.grind`."""
-        return self.simulation.step(members, *choice, active=index)[1]
+        outcomes, tallies = self.simulation.step(members, *choice, active=index)
+        return tallies, outcomes[:, MADE]

@@ -1,1 +1,16 @@
 """What decides E and D, without torch: scripted rules, planners and trained agents, and how they are evaluated."""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from grind_env.policies.guard import guarded
+
+__all__ = ["guarded"]
+
+
+def __getattr__(name: str) -> Any:
+    """What is imported when it is asked for, because it takes long."""
+    if name in __all__:
+        return getattr(import_module("grind_env.policies.guard"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -8,6 +8,7 @@ from pathlib import Path
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError
 from grind_env.policies.choices import speed_bounds
+from grind_env.policies.guard import Guarded, guarded
 from grind_env.policies.learned.saved import SUFFIX, load_policy
 from grind_env.policies.policy import Policy
 from grind_env.policies.registry import make_policy
@@ -29,7 +30,8 @@ def named_policy(text: str, simulation: Simulation, configs: Path | None = None,
     """The policy that a text names.
 
     Args:
-        text: one of the registry, the file of a trained agent (.safetensors), or a constant such as `E12D0`.
+        text: one of the registry, the file of a trained agent (.safetensors), or a constant such as `E12D0`; with
+            `guarded:` before it, that policy with a guard.
         simulation: what it is to grind.
         configs: folder of the tuned parameters; by default that of `tuned_folder`.
         unzip: reads a .zip of Stable-Baselines3 that its user trusts; such a file can run code of its author.
@@ -37,6 +39,8 @@ def named_policy(text: str, simulation: Simulation, configs: Path | None = None,
     Raises:
         GrindError: if there is none, it has no parameters for the task, or the task does not have such an E or D.
     """
+    if text.startswith(Guarded.PREFIX):
+        return guarded(named_policy(text.removeprefix(Guarded.PREFIX), simulation, configs, unzip))
     if text.endswith(".zip") and unzip is not None:
         return unzip(Path(text), simulation)
     if text.endswith((SUFFIX, ".zip")):

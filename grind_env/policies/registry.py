@@ -18,6 +18,7 @@ from grind_env.policies.scripted.adaptive_dress import AdaptiveDress
 from grind_env.policies.scripted.adaptive_speed import AdaptiveSpeed
 from grind_env.policies.scripted.belief_rule import BeliefRule
 from grind_env.policies.scripted.burn_line import BurnLine
+from grind_env.policies.scripted.empirical_rule import EmpiricalRule
 from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.look_ahead import LookAhead
 from grind_env.policies.scripted.roughness_gauge import RoughnessGauge
@@ -32,7 +33,12 @@ several kinds of block."""
 REFERENCE = "hindsight"
 """Scores 100."""
 
-UNTUNED: dict[str, Callable[[], Policy]] = {"random": Random, "handbook": Handbook, REFERENCE: Hindsight}
+UNTUNED: dict[str, Callable[[], Policy]] = {
+    "random": Random,
+    "handbook": Handbook,
+    "empirical_rule": EmpiricalRule,
+    REFERENCE: Hindsight,
+}
 TUNED: dict[str, Callable[..., Policy]] = {
     "constant": partial(Fixed, name="constant"),
     "interval": partial(Fixed, name="interval"),
@@ -57,6 +63,8 @@ ABLATIONS = ("adaptive_speed", "adaptive_dress", "dullness_rule", "growth_rule",
 """The adaptive rule without one of its decisions, and the rule on the full state that knows the dullness of the wheel
 alone, or beside it how fast the lot dulls it, or which Ra wheel and part give. They can be named like all others, but
 stand in no list of policies: they are there to say what the other decision, and what that knowledge, is worth."""
+UNSCORED = ("empirical_rule",)
+"""Named like all others, too, but in no list: what others fall back to on a machine that is not the model."""
 BY_BLOCK = ("belief_rule", "look_ahead", "mpc")
 """Policies that think in blocks."""
 BRANCHING = ("belief_rule", "look_ahead", "mpc", REFERENCE)
@@ -82,7 +90,7 @@ def check_names(simulation: Simulation, names: Sequence[str] | None) -> Sequence
         ConfigError: if one is no policy of it.
     """
     listed = policy_names(simulation)
-    known = [*listed, *ABLATIONS]
+    known = [*listed, *ABLATIONS, *UNSCORED]
     if unknown := set(names or ()) - set(known):
         raise ConfigError(
             f"there is no policy {quoted(min(unknown))} for {simulation.task.name}: choose from {', '.join(known)}"

@@ -29,7 +29,15 @@ class BlockBranches:
         self.dress_price = running_cost(task.dress_seconds, volume, 1.0, task.rates)
         self.usual_dress = task.dress_feed, task.dress.depth
         self.change_seconds = task.wheel_change.seconds if task.wheel_change else 0.0
+        self.second_price: float = task.rates.hourly / 3600.0
+        self.own_speeds: Table | None = None
         self._stocks = kind_table(task)[:, STOCK]
+
+    def seconds(self, rows: Numbers, speeds: Table) -> Table:
+        """As `Branches.seconds`."""
+        task = self._task
+        kinds = self.kind_of_row[rows].tolist()
+        return np.array([task.nominal_seconds(task.kinds[k], E / 1000.0) for k, E in zip(kinds, speeds, strict=True)])
 
     def coming_rows(self, seen: Mapping[str, Table]) -> Numbers:
         """As `Branches.coming_rows`."""

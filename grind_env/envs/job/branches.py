@@ -6,6 +6,7 @@ from typing import cast
 import numpy as np
 
 from grind_env.arrays import Numbers, Table
+from grind_env.control.rules import motion_time
 from grind_env.envs.blocks.branches import KIND, TAPE_STOCK
 from grind_env.envs.episodes import Episodes, EpisodesT
 from grind_env.envs.job.episodes import JobEpisodes
@@ -24,7 +25,12 @@ class ProgramBranches:
         job: its job.
         kind_of_row: number of the kind of each block.
         revolutions: of the wheel, 1/s.
+
+    Attributes:
+        strokes: of each block on nominal parts, shape (blocks,); who has ground them sets it.
     """
+
+    strokes: Table
 
     def __init__(self, blocks: Sequence[BlockOutline], job: Job, kind_of_row: Numbers, revolutions: float) -> None:
         jobs = [job.of_part(block.part + 1) for block in blocks]
@@ -37,6 +43,10 @@ class ProgramBranches:
         self.wheel = np.array(first_wheel(job, blocks[0].dress, jobs[0].parameters))
         self.dress_price, self.usual_dress = 0.0, (USUAL_LEAD * revolutions, USUAL_DEPTH)
         self.change_seconds = job.times.wheel_change or 0.0
+        self.second_price: float = job.rates.hourly / 3600.0
+        self._control = job.control
+        self.own_speeds: Table | None = np.array([blocks[first].plan.feed for first in firsts])
+        self._lengths = np.array([abs(block.plan.primary - block.plan.secondary) for block in blocks])
         dress = next((block.dress for block in blocks if block.dress is not None), None)
         if dress is not None:
             wheel = job.setup.wheel
@@ -48,6 +58,13 @@ class ProgramBranches:
         """As `Branches.coming_rows`: from the share of the program that remains."""
         blocks = len(self._blocks)
         return np.clip(np.rint(blocks * (1.0 - seen["remaining"])), 0, blocks - 1).astype(np.int64)
+
+    def seconds(self, rows: Numbers, speeds: Table) -> Table:
+        """As `Branches.seconds`."""
+        control = self._control
+        strokes = [motion_time(length, E / 60.0, control.acceleration) + control.reversal_dwell
+                   for length, E in zip(self._lengths[rows].tolist(), speeds.tolist(), strict=True)]  # fmt: skip
+        return np.asarray(self.strokes[rows] * np.array(strokes))
 
     def rows_of(self, tape: Table) -> Numbers:
         """As `Branches.rows_of`."""

@@ -223,14 +223,15 @@ class JobSimulation:
     def _nominal_cost(self, between: Callable[[], object]) -> float:
         """Of the program with its own words on nominal parts, $ per cycle block."""
         episodes, total = self.start([np.random.default_rng(0)]), 0.0
-        strokes = 0.0
+        strokes = []
         for block in self.blocks:
             outcomes, tallies = self.step(episodes, np.array([block.plan.feed]), np.array([float(block.plan.dresses)]))
             total += float(outcomes[0, COST])
-            strokes += float(tallies[0, STROKES])
+            strokes.append(float(tallies[0, STROKES]))
             if self.script is None:
                 between()
-        if strokes == 0.0:
+        self.branches.strokes = np.array(strokes)
+        if not any(strokes):
             raise JobProgramError(f"{self.programs.name} makes no stroke: a G81 needs motions or dwells before its G80")
         return float(total / len(self.blocks))
 

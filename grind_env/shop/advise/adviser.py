@@ -1,14 +1,18 @@
 """The policy at the machine: advice before each block, from what was said of those before."""
 
-from dataclasses import dataclass
+import copy
+import math
+from dataclasses import dataclass, replace
 
 from grind_env.envs.job.measured import MeasuredEpisode
 from grind_env.envs.job.outline import INCH, Choice
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.program_episode import Words
 from grind_env.errors import GrindError
+from grind_env.policies.guard import STEP, Guarded
 from grind_env.policies.naming import named_policy
 from grind_env.policies.policy import Policy
+from grind_env.policies.scripted.empirical_rule import EmpiricalRule
 from grind_env.policies.scripted.look_ahead import LookAhead
 from grind_env.policies.tuned import read_tuned, tuned_folder
 from grind_env.shop.advise.forecast import Forecast, Forecaster
@@ -40,27 +44,51 @@ class Advice:
     words: Words
 
 
-def policy_for(text: str | None, simulation: JobSimulation) -> Policy:
-    """The policy that a text names; without one `look_ahead`, with usual prices where it has not been tuned.
+def policy_for(text: str | None, simulation: JobSimulation, step: float = STEP) -> Policy:
+    """The policy that a text names; without one `look_ahead` with a guard, with usual prices where it is not tuned.
+
+    A program that the control has to execute cannot be looked ahead in: without a text `empirical_rule` advises on it.
+
+    Args:
+        text: as for `named_policy`.
+        simulation: of the program.
+        step: most that E of a policy with a guard rises by from block to block of a kind.
 
     Raises:
-        GrindError: there is none, it does not fit the program, or it needs to see more than is measured.
+        GrindError: there is none, it does not fit the program, or it needs to see more than is measured, or the step is
+            no factor above 1.
     """
+    if not (math.isfinite(step) and step > 1.0):
+        raise AdviceError(f"--step is {step:g}, but must be a factor above 1, such as {STEP:g}")
+    rule = EmpiricalRule(step=step)
     if text is None and not simulation.compiled:
-        raise AdviceError(
-            f"{simulation.programs.name} cannot be looked ahead in, for the control has to execute it "
-            f"({simulation.why}): name another --policy, such as handbook or adaptive_rule"
-        )
+        return rule
     kinds = len(simulation.task.kinds)
     if text is None and DEFAULT not in read_tuned(simulation.task.name, tuned_folder(simulation.task)):
-        return LookAhead(price=(USUAL_PRICE,) * kinds, growth=(USUAL_GROWTH,) * kinds, caution=USUAL_CAUTION)
-    policy = named_policy(text or DEFAULT, simulation)
+        ahead = LookAhead(price=(USUAL_PRICE,) * kinds, growth=(USUAL_GROWTH,) * kinds, caution=USUAL_CAUTION)
+        return Guarded(ahead, rule, step, cautious=True)
+    policy = named_policy(text or f"{Guarded.PREFIX}{DEFAULT}", simulation)
     if policy.sees != "measurements":
         raise AdviceError(
             f"{policy.name} cannot advise at a machine, where nobody sees the {policy.sees} that it needs: "
             "choose one that sees measurements, such as look_ahead or belief_rule"
         )
-    return policy
+    return Guarded(policy.policy, rule, step, cautious=True) if isinstance(policy, Guarded) else policy
+
+
+def within(simulation: JobSimulation, bounds: tuple[float, float]) -> JobSimulation:
+    """The same for a policy that is to choose an E within bounds, m/min.
+
+    Raises:
+        AdviceError: these are no bounds within those of a program.
+    """
+    low, high = bounds
+    least, most = simulation.task.action.speed_ends
+    if not least <= low < high <= most:
+        raise AdviceError(f"--bounds are {low:g} {high:g}, but must lie between {least:g} and {most:g} m/min, in order")
+    twin = copy.copy(simulation)
+    twin.task = replace(twin.task, action=replace(twin.task.action, speed_range=bounds))
+    return twin
 
 
 class Adviser:
@@ -69,6 +97,8 @@ class Adviser:
     Args:
         simulation: of the program.
         policy: that sees measurements.
+        bounds: lowest and highest E that is advised, m/min; those of a program if None.
+        shadow: whether somebody else decides, by default what the program says.
 
     Attributes:
         advice: on the coming block; None after the last one.
@@ -76,11 +106,18 @@ class Adviser:
 
     advice: Advice | None
 
-    def __init__(self, simulation: JobSimulation, policy: Policy) -> None:
-        self.simulation, self.policy = simulation, policy
+    def __init__(
+        self,
+        simulation: JobSimulation,
+        policy: Policy,
+        *,
+        bounds: tuple[float, float] | None = None,
+        shadow: bool = False,
+    ) -> None:
+        self.simulation, self.policy, self.shadow = simulation, policy, shadow
         self.episode = MeasuredEpisode(simulation)
         self.forecaster = Forecaster(simulation) if simulation.compiled else None
-        policy.begin(simulation, 1)
+        policy.begin(simulation if bounds is None else within(simulation, bounds), 1)
         self._decide()
 
     def take(self, readings: Readings) -> None:
@@ -92,12 +129,13 @@ class Adviser:
         if self.advice is None:
             raise AdviceError("the last block of the batch has been ground: begin a new one with --restart")
         block = self.simulation.blocks[self.advice.block]
-        speed = self.advice.speed if readings.E is None else readings.E * (INCH if block.inch else 1.0)
-        executions = self.advice.executions if readings.D is None else readings.D
-        self.episode.take(
-            *self.episode.taken(speed, executions),
-            readings.measured(self.episode.simulation.job.setup.machine.meter_scale),
+        usual = (
+            (block.plan.feed, int(block.plan.dresses)) if self.shadow else (self.advice.speed, self.advice.executions)
         )
+        speed = usual[0] if readings.E is None else readings.E * (INCH if block.inch else 1.0)
+        executions = usual[1] if readings.D is None else readings.D
+        meter_scale = self.simulation.job.setup.machine.meter_scale
+        self.episode.take(*self.episode.taken(speed, executions), readings.measured(meter_scale))
         self._decide()
 
     def forecast(self) -> Forecast | None:
@@ -106,11 +144,18 @@ class Adviser:
             return None
         return self.forecaster.forecast(self.advice.block, self.advice.speed, self.advice.executions)
 
+    @property
+    def guard(self) -> Guarded | None:
+        """That of the policy, if it has one."""
+        return self.policy if isinstance(self.policy, Guarded) else None
+
     def _decide(self) -> None:
         self.advice = None
-        if self.episode.over:
-            return
         observation = self.episode.observation()
+        if self.episode.over:
+            if self.guard is not None:  # the last readings are compared, too
+                self.guard.watch.update(observation, self.guard.rule.power)
+            return
         if self.forecaster is not None:
             self.forecaster.update(observation)
         decision = self.policy.act(observation, None)

@@ -8,13 +8,15 @@ from grind_env.envs.job.loading import load_simulation
 from grind_env.errors import GrindError, printable, quoted
 from grind_env.files import beside
 from grind_env.machine.job.file import job_beside
+from grind_env.policies.guard import STEP, Guarded
 from grind_env.policies.learned.saved import SUFFIX
 from grind_env.policies.problem import find_problem
 from grind_env.shop.advise.adviser import Adviser, policy_for
 from grind_env.shop.advise.session import Files, Session
+from grind_env.shop.advise.shadow import Shadow
 from grind_env.shop.advise.sources import CsvSource, JsonLines, Prompt, Source
 from grind_env.shop.advise.state import origin_of
-from grind_env.shop.advise.values import check_variables
+from grind_env.shop.advise.values import check_free, check_variables
 
 BLOCK, PART = "block", "part"
 
@@ -36,6 +38,9 @@ def open_session(
     state: Path,
     values: Path | None,
     as_json: bool,
+    step: float = STEP,
+    bounds: tuple[float, float] | None = None,
+    shadow: bool = False,
 ) -> Session:
     """A session before its first block.
 
@@ -51,19 +56,26 @@ def open_session(
     simulation = load_simulation(given.get("program"), given["job"], parts, 1.0, "measured", variables)
     for sentence in simulation.unread:
         _tell(sentence)
-    chosen = policy_for(policy, simulation)
+    chosen = policy_for(policy, simulation, step)
+    if shadow and not isinstance(chosen, Guarded):
+        raise ArgumentError(
+            f"--shadow compares forecasts, and {chosen.name} has none: leave out --policy, or name a guarded:... one"
+        )
+    if values is not None:
+        check_free(simulation, values)
     if values is not None and by == PART:
         check_variables(simulation)
     saved = Path(policy) if policy is not None and policy.endswith(SUFFIX) else None
     source = _input() if measurements is None else CsvSource(measurements, follow=follow)
     return Session(
-        adviser=Adviser(simulation, chosen),
-        origin=origin_of(simulation, chosen, saved),
+        adviser=Adviser(simulation, chosen, bounds=bounds, shadow=shadow),
+        origin=origin_of(simulation, chosen, saved, f"{bounds}{shadow}" if bounds or shadow else ""),
         files=Files(state=state, log=beside(state, ".csv"), values=values),
         source=source,
         say=_say,
         by_part=by == PART,
         as_json=as_json,
+        shadow=Shadow() if shadow else None,
     )
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from grind_env.belief.wheel import WheelBelief
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.model import MemberModel
-from grind_env.envs.tables import ShopMemory
+from grind_env.envs.tables import KindRow, ShopMemory
 from grind_env.machine.loops.tally import Tally
 from grind_env.policies.columns import AREA, COST, LOADING
 from grind_env.policies.scripted.rules import LOADED_AREA, REFERENCE_AREA
@@ -19,6 +19,7 @@ SHARP, DULL = 0.8, 1.6
 """Wear-flat area over that of a wheel at which rules have their stated E."""
 LEAST_SAVING = 0.005
 """$; less is told as nothing."""
+POWER = KindRow._fields.index("power")
 PEAK = Tally._fields.index("peak_load")
 SURVIVAL = ShopMemory._fields.index("survival")
 
@@ -38,13 +39,13 @@ class Forecast(NamedTuple):
     """Highest load of the coming block at its E and D, W."""
     power_spread: float
     power_limit: float
-    """Of the spindle, W."""
+    """What the spindle has above idle, W."""
     dresses: int
     """Executions whose price and saving follow; 0 where the block can have none."""
     dress_cost: float
     """$."""
     dress_saving: float
-    """What the parts ahead cost less with it than without, its own price left out, at the same E, $."""
+    """What the parts ahead cost less with it now than with it one part later, or not at all after the last one, $."""
     parts: int
     """How many they are."""
 
@@ -76,9 +77,10 @@ class Forecaster:
         tried = max(executions, 1) if first.takes_dresses else 0
         saved, price = 0.0, tried * simulation.branches.dress_price
         if tried:
-            other = self._grind(ahead, speed, 0 if executions else tried)[1]
-            without, dressed = (other, cost) if executions else (cost, other)
-            saved = without - dressed + price
+            # what a policy weighs is when to dress, and not whether
+            later = next((k for k in ahead if outlines[k].part > first.part and outlines[k].takes_dresses), -1)
+            now = cost if executions else self._grind(ahead, speed, tried)[1]
+            saved = self._grind(ahead, speed, tried, later)[1] - now
         return Forecast(
             dullness=float(area.mean()),
             dullness_spread=float(area.std()),
@@ -86,35 +88,45 @@ class Forecaster:
             growth_spread=float(self._believed.growth_spread[0]),
             power=float(peak.mean()),
             power_spread=float(peak.std()),
-            power_limit=simulation.job.setup.machine.power_limit,
+            power_limit=float(simulation.kinds[block, POWER]),
             dresses=tried,
             dress_cost=price,
             dress_saving=saved,
             parts=last_part - first.part + 1,
         )
 
-    def _grind(self, blocks: list[int], speed: float, executions: int) -> tuple[NDArray[np.float64], float]:
-        """Highest load of each member in the first of these blocks, W, and mean cost of all, $; later D are 0."""
+    def _grind(
+        self, blocks: list[int], speed: float, executions: int, dressed: int | None = None
+    ) -> tuple[NDArray[np.float64], float]:
+        """Highest load of each member in the first of these blocks, W, and mean cost of all, $.
+
+        Args:
+            blocks: numbers.
+            speed: E of the first one and of those with the same text, mm/min.
+            executions: D of one block; that of all others is 0.
+            dressed: number of that block, the first one if None; -1 for none of them.
+        """
         belief, outlines = self.belief, self.simulation.blocks
         members = np.arange(belief.size)
         branches = belief.members.pick(members)
         self.model.write_factors(branches, members, belief.factors()[0])
         branches.memory[:] = 0.0
         branches.memory[:, SURVIVAL] = 1.0
+        dressed = blocks[0] if dressed is None else dressed
         total, peak = 0.0, np.zeros(belief.size)
         text = outlines[blocks[0]].block.source.text
         for number in blocks:
             first, outline = number == blocks[0], outlines[number]
             E = speed if outline.block.source.text == text else outline.plan.feed
-            choice = np.full(belief.size, E), np.full(belief.size, float(executions if first else 0))
+            choice = np.full(belief.size, E), np.full(belief.size, float(executions * (number == dressed)))
             outcomes, tallies = self.model.simulation.step(branches, *choice)
             total += float(outcomes[:, COST].mean())
             peak = tallies[:, PEAK].copy() if first else peak
         return peak, total
 
 
-def sentences(seen: Forecast) -> list[str]:
-    """A forecast as sentences."""
+def sentences(seen: Forecast, *, weighed: bool = True) -> list[str]:
+    """A forecast as sentences; `weighed` says whether what a dress saves by it is what the advice rests on."""
     relative = seen.dullness / REFERENCE_AREA
     state = "sharp" if relative < SHARP else "dull" if relative > DULL else "neither sharp nor dull"
     slow, fast = (seen.growth * np.exp(sign * seen.growth_spread) for sign in (-1.0, 1.0))
@@ -125,13 +137,12 @@ def sentences(seen: Forecast) -> list[str]:
         f"expected power {seen.power / 1000.0:.2f} kW +/- {seen.power_spread / 1000.0:.2f} at this E, "
         f"the spindle has {seen.power_limit / 1000.0:.2f} kW",
     ]
-    if seen.dresses:
+    if seen.dresses and weighed:
         times = "a dress" if seen.dresses == 1 else f"{seen.dresses} dress executions"
         parts = "this part" if seen.parts == 1 else f"these {seen.parts} parts"
-        saves = (
-            f"saves about {seen.dress_saving:.2f} $ over {parts}"
-            if seen.dress_saving >= LEAST_SAVING
-            else f"saves nothing over {parts}"
-        )
-        said.append(f"{times} now costs {seen.dress_cost:.2f} $ and {saves}, E being the same")
+        when = "now rather than one part later" if seen.parts > 1 else "now"
+        worth = f"{'saves' if seen.dress_saving > 0.0 else 'loses'} about {abs(seen.dress_saving):.2f} $"
+        if abs(seen.dress_saving) < LEAST_SAVING:
+            worth = "saves nothing"
+        said.append(f"{times} costs {seen.dress_cost:.2f} $, and {when} {worth} over {parts}, E being the same")
     return said

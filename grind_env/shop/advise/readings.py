@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from typing import Any
 
-from grind_env.belief.sensor import POWER_RANGE
+from grind_env.belief.sensor import POWER_NOISE, POWER_NOISE_FLOOR, POWER_RANGE
 from grind_env.envs.job.measured import Measured
 from grind_env.envs.job.outline import INCH, BlockOutline
 from grind_env.envs.job.simulation import JobSimulation
@@ -13,6 +13,10 @@ from grind_env.errors import GrindError, did_you_mean, quoted
 from grind_env.policies.choices import speed_bounds
 from grind_env.process.equations import LEAST_DIAMETER
 
+LEAST_POWER, LEAST_SIZE = POWER_NOISE_FLOOR, 0.05
+"""W and um: below them a number is one of kW or mm, for no meter or gauge tells so little."""
+SCATTER = 4.0 * POWER_NOISE
+"""Share of a mean by which noise may bring the peak below it."""
 MOST_RA = 50.0
 """um; no ground surface is rougher."""
 YES, NO = ("1", "yes", "true"), ("0", "no", "false")
@@ -77,6 +81,11 @@ class Readings:
 
 NAMES = tuple(each.name for each in fields(Readings))
 WHOLE, FLAGS = ("block", "part", "D"), ("new_wheel", "new_lot")
+SLIPS = (
+    *((name, LEAST_POWER, "W", "kW") for name in ("mean_power", "first_power", "peak_power")),
+    ("size_error", LEAST_SIZE, "um", "mm"),
+)
+"""Readings that were taken for another unit: names, what is less than can be read, its unit, and the other one."""
 OF_PART = ("size_error", "Ra", "Ra_before", "new_lot")
 """What can be said only of a block that finishes a part."""
 
@@ -152,6 +161,16 @@ def check_readings(readings: Readings, simulation: JobSimulation, number: int, p
         value = given.get(name)
         if value is not None and not low <= value <= high:
             raise ReadingError(f"{place}: {name} is {value:g}, but must lie between {low:g} and {high:g} {unit}")
+    for name, least, unit, other in SLIPS:
+        value = given.get(name)
+        if value is not None and 0.0 < abs(value) < least:
+            raise ReadingError(f"{place}: {name} is {value:g} {unit}: if that is {other}, write {1000.0 * value:g}")
+    means = [given[name] for name in ("mean_power", "first_power") if given.get(name)]
+    if given.get("peak_power") and means and given["peak_power"] < (1.0 - SCATTER) * max(means):
+        raise ReadingError(
+            f"{place}: peak_power is {given['peak_power']:g}, but a mean power {max(means):g} W: no mean is above the "
+            "highest load; read both again, or leave one out"
+        )
     if readings.D and not block.takes_dresses:
         raise ReadingError(f"{place}: D is {readings.D}, but block {number + 1} can have no D word: leave it out")
     if readings.new_wheel and job.times.wheel_change is None and readings.diameter is None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from grind_env.shop.advise.adviser import Advice, Adviser
 from grind_env.shop.advise.forecast import sentences
 from grind_env.shop.advise.readings import ReadingError, Readings, check_readings, readings_of
+from grind_env.shop.advise.shadow import Shadow
 from grind_env.shop.advise.sources import Row, Source
 from grind_env.shop.advise.state import ANEW, Origin, StateError, Step, read_state, write_log, write_state
 from grind_env.shop.advise.values import write_values
@@ -42,6 +43,7 @@ class Session:
         by_part: whether a row is of a part, and not of a block: all blocks of a part are then advised on before it, and
             nothing is read of those that do not finish it.
         as_json: print advice as JSON objects, one a line.
+        shadow: what is compared while somebody else decides; None for an adviser that is followed.
     """
 
     adviser: Adviser
@@ -51,6 +53,7 @@ class Session:
     say: Callable[[str], None]
     by_part: bool = False
     as_json: bool = False
+    shadow: Shadow | None = None
     steps: list[Step] = field(default_factory=list)
     given: list[Advice] = field(default_factory=list)
 
@@ -90,10 +93,18 @@ class Session:
                 continue
             readings = self._read(advice)
             if readings is None:
+                self._compared()
                 return
             self._keep(advice, readings)
+        self._compared()
         if not self.as_json:
             self.say(f"the batch is finished: {len(self.steps)} blocks, log in {self.files.log}")
+
+    def _compared(self) -> None:
+        """Of a shadow: forecasts beside readings."""
+        if self.shadow is not None and not self.as_json:
+            for line in self.shadow.lines():
+                self.say(line)
 
     def _read(self, advice: Advice) -> Readings | None:
         """Readings of the block; None if there are no more."""
@@ -104,7 +115,8 @@ class Session:
             except ReadingError as error:
                 if not self.source.patient:
                     raise
-                self.say(str(error))
+                self.source.refused()
+                self.say(json.dumps({"refused": str(error)}) if self.as_json else str(error))
 
     def _checked(self, row: Row, number: int) -> Readings:
         readings = readings_of(row.table, row.place)
@@ -145,19 +157,26 @@ class Session:
     def _told(self, advice: Advice, readings: Readings) -> None:
         self.adviser.take(readings)
         self.given.append(advice)
+        if self.shadow is not None and self.adviser.guard is not None:
+            self.shadow.add(self.adviser.guard.watch, self.adviser.simulation.blocks[advice.block].part)
 
     def _show(self, advice: Advice) -> None:
         simulation = self.adviser.simulation
-        block, forecast = simulation.blocks[advice.block], self.adviser.forecast()
+        block, forecast, guard = simulation.blocks[advice.block], self.adviser.forecast(), self.adviser.guard
+        noticed = [] if guard is None else guard.said(0)
         if self.files.values is not None:
             write_values(self.files.values, simulation, [*self.given, advice])
         if self.as_json:
             reasons = None if forecast is None else forecast._asdict()
-            said = {"block": advice.block + 1, "part": block.part + 1, **advice.words, "reason": reasons}
+            place = {"block": advice.block + 1, "part": block.part + 1}
+            said = {**place, **advice.words, "reason": reasons, "noticed": noticed}
             self.say(json.dumps(said))
             return
         words = " ".join(f"{letter}{value}" for letter, value in advice.words.items())
-        self.say(f"block {advice.block + 1} of {len(simulation.blocks)}, part {block.part + 1}: {words}")
+        mine = "" if self.shadow is None else "would be "
+        self.say(f"block {advice.block + 1} of {len(simulation.blocks)}, part {block.part + 1}: {mine}{words}")
+        for sentence in noticed:
+            self.say(f"  {sentence}")
         if self.steps and self.steps[-1].readings.mean_power is None and (block.starts_part or not self.by_part):
             self.say(
                 f"  no mean_power was read before: {self.adviser.policy.name} sees 0 W, the belief follows the model"
@@ -165,5 +184,6 @@ class Session:
         if forecast is None:
             self.say(f"  nothing is believed of the wheel: {simulation.why}")
         else:
-            for sentence in sentences(forecast):
+            trusted = guard is None or not (guard.alarmed[0] or guard.wary[0])
+            for sentence in sentences(forecast, weighed=trusted):
                 self.say(f"  {sentence}")

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple, Protocol
 
-from grind_env.errors import quoted, reason
+from grind_env.errors import GrindError, quoted, reason
 from grind_env.files import read_text, shown
 from grind_env.shop.advise.readings import ReadingError
 
@@ -16,6 +16,10 @@ POLL = 0.5
 """s between two looks at a file that grows."""
 LONGEST_LINE = 1_000_000
 """Bytes of a JSON object."""
+
+
+class InputError(GrindError):
+    """Input that cannot be read any more."""
 
 
 class Row(NamedTuple):
@@ -32,10 +36,13 @@ class Source(Protocol):
     retold: bool
     """Whether it begins with what earlier sessions were told, as a file does that is read anew."""
     patient: bool
-    """Whether somebody is there to correct a row that is refused."""
+    """Whether a row that is refused may come corrected."""
 
     def next(self, asked: str) -> Row | None:
         """The next row; None if there is no more. `asked` says what is awaited."""
+
+    def refused(self) -> None:
+        """The last row is not taken: the next one is to be of the same block."""
 
 
 class CsvSource:
@@ -47,10 +54,15 @@ class CsvSource:
         wait: waits for a while.
     """
 
-    retold, patient = True, False
+    retold = True
 
     def __init__(self, path: Path, *, follow: bool, wait: Callable[[float], None] = time.sleep) -> None:
         self.path, self.follow, self.wait, self.taken = path, follow, wait, 0
+        self.patient, self.before, self.faulty = follow, 0, ""
+
+    def refused(self) -> None:
+        """As `Source.refused`: the row is awaited in the file as it will have been corrected."""
+        self.taken, self.faulty = self.before, self._text()
 
     def next(self, asked: str) -> Row | None:
         """As `Source.next`.
@@ -59,8 +71,10 @@ class CsvSource:
             ReadError: the file cannot be read.
             ReadingError: it has no header or is no table, or a row has more cells than that.
         """
+        self.before = self.taken
         while True:
-            rows = self._rows()
+            text = self._text()
+            rows = [] if self.faulty and text == self.faulty else self._rows(text)
             if self.taken < len(rows):
                 self.taken += 1
                 return rows[self.taken - 1]
@@ -68,10 +82,11 @@ class CsvSource:
                 return None
             self.wait(POLL)
 
-    def _rows(self) -> list[Row]:
+    def _text(self) -> str:
         text = read_text(self.path)
-        if self.follow:
-            text = text[: text.rfind("\n") + 1]
+        return text[: text.rfind("\n") + 1] if self.follow else text
+
+    def _rows(self, text: str) -> list[Row]:
         semicolons = ";" in text.partition("\n")[0]
         try:
             lines = list(csv.reader(io.StringIO(text), delimiter=";" if semicolons else ","))
@@ -96,7 +111,7 @@ class CsvSource:
 class JsonLines:
     """One JSON object a line, such as `{"peak_power": 2400, "size_error": 3}`; `{}` if nothing was measured."""
 
-    retold, patient = False, False
+    retold, patient = False, True
 
     def __init__(self, stream: BinaryIO) -> None:
         self.stream, self.line = stream, 0
@@ -124,6 +139,9 @@ class JsonLines:
             return Row(table, place)
         return None
 
+    def refused(self) -> None:
+        """As `Source.refused`."""
+
     def _read(self) -> bytes:
         """The next line; nothing at the end."""
         self.line += 1
@@ -131,7 +149,7 @@ class JsonLines:
             data = self.stream.readline(LONGEST_LINE)
         except OSError as error:
             why = error.strerror or "not readable"
-            raise ReadingError(f"standard input cannot be read ({why}): name a file with --measurements") from None
+            raise InputError(f"standard input cannot be read ({why}): name a file with --measurements") from None
         if len(data) == LONGEST_LINE:
             raise ReadingError(f"line {self.line} of the input has no end: write one JSON object a line")
         return data
@@ -144,6 +162,9 @@ class Prompt:
 
     def __init__(self, ask: Callable[[str], str] = input) -> None:
         self.ask = ask
+
+    def refused(self) -> None:
+        """As `Source.refused`."""
 
     def next(self, asked: str) -> Row | None:
         """As `Source.next`; None at the end of the input or for `stop`.

@@ -59,13 +59,14 @@ class Step:
     readings: Readings
 
 
-def origin_of(simulation: JobSimulation, policy: Policy, file: Path | None) -> Origin:
+def origin_of(simulation: JobSimulation, policy: Policy, file: Path | None, how: str = "") -> Origin:
     """What advice rests on.
 
     Args:
         simulation: of the program.
         policy: that advises.
         file: that it is saved in; None for one with a name.
+        how: it is asked, beyond what is usual.
     """
     texts = [block.block.source.text for block in simulation.blocks]
     shops = simulation.shops.copy()
@@ -74,7 +75,7 @@ def origin_of(simulation: JobSimulation, policy: Policy, file: Path | None) -> O
     tables = [table.tolist() for table in numbers]
     job = [tables, asdict(simulation.task.spread), asdict(simulation.job.lots)]
     job += [sorted(simulation.job.variables.items())] if simulation.job.variables else []
-    rule = _hash(read_bytes(file)) if file is not None else _hash(repr(policy))
+    rule = _hash((read_bytes(file) if file is not None else repr(policy).encode()) + how.encode())
     return Origin(
         parts=simulation.parts,
         program=_hash(json.dumps(texts)),

@@ -53,6 +53,36 @@ def variables_of(block: BlockOutline, place: int) -> Variables:
     return Variables(*found)
 
 
+def check_free(simulation: JobSimulation, path: Path) -> None:
+    """Refuse to write variables to a file that the program sets itself, or uses for something else.
+
+    Raises:
+        ValuesError: it does.
+    """
+    called = _PROGRAM.fullmatch(path.stem)
+    written = int(called[1]) if called else -1
+    programs = simulation.programs
+    others = [each for each in programs if each is not programs.find(written)]
+    lines = [source for each in others for source in each.blocks]
+    for number, block in enumerate(simulation.blocks):
+        if block.part != simulation.blocks[0].part:
+            return
+        # each block may stand alone: with --by block the numbers of the first one are written
+        for letter, variable in zip((speed_word(block.plan), "D"), variables_of(block, number), strict=True):
+            own = re.compile(rf"(?<![A-Z]){letter}\s*#\s*{variable}(?!\d)")
+            said = own.search(block.block.source.text.upper()) is not None
+            for source in lines:
+                text = re.sub(r"\([^()]*\)", "", source.text.upper())
+                sets = re.search(rf"#\s*{variable}\s*=", text)
+                uses = re.search(rf"#\s*{variable}(?!\d)", own.sub("", text))
+                if sets or (uses and not said):
+                    raise ValuesError(
+                        f"line {source.line}: the program {'sets' if sets else 'uses'} #{variable} itself, which would "
+                        f"be written for {letter} of its line {block.block.source.line}: let that say {letter}# with a "
+                        "number that is free"
+                    )
+
+
 def check_variables(simulation: JobSimulation) -> None:
     """Refuse to write the values of several blocks at once, unless each has its own variables.
 

@@ -15,7 +15,10 @@ def advise(
     job: JobFile = None,
     policy: Annotated[
         str | None,
-        typer.Option(help="By name, a constant such as E12D0, or a .safetensors file; look_ahead if not given."),
+        typer.Option(
+            help="By name, a constant such as E12D0, or a .safetensors file; after guarded: with the guard; "
+            "guarded:look_ahead if not given."
+        ),
         FILE,
     ] = None,
     parts: Annotated[int, typer.Option(help="Parts of the batch.")] = 30,
@@ -36,6 +39,20 @@ def advise(
         ),
         Writes(own=VALUES, always=True, called=True),
     ] = None,
+    step: Annotated[
+        float, typer.Option(help="Most that E rises by from block to block, as a factor, of a policy with the guard.")
+    ] = 1.25,
+    bounds: Annotated[
+        tuple[float, float] | None, typer.Option(metavar="LOW HIGH", help="Lowest and highest E to advise, m/min.")
+    ] = None,
+    shadow: Annotated[
+        bool,
+        typer.Option(
+            "--shadow",
+            help="Look on: E and D are those of the program, or of the readings; in the end forecasts are printed "
+            "beside readings.",
+        ),
+    ] = False,
     restart: Annotated[bool, typer.Option("--restart", help="Forget what the state has kept, and begin anew.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print advice as JSON objects, one a line.")] = False,
 ) -> None:
@@ -45,6 +62,10 @@ def advise(
     mean_power, first_power, peak_power (W above idle), and of a finished part size_error, Ra, Ra_before (um), diameter
     (mm), new_lot, new_wheel (1 or 0); E and D where they were not the advised ones. It goes on where it was stopped,
     and logs everything into a CSV beside its state, with which one adviser at a time works.
+
+    Readings that are not as they were forecast are an alarm, in words: until forecasts hold again, it advises what has
+    worked on this machine. It begins at the words of the program, and E rises step by step. A reading that cannot be,
+    such as 2.6 W for 2.6 kW, is refused with a sentence; the session goes on.
     """
     from grind_env.control.options import variables_of
     from grind_env.shop.advise.command import open_session
@@ -64,6 +85,9 @@ def advise(
             state=state,
             values=write,
             as_json=as_json,
+            step=step,
+            bounds=bounds,
+            shadow=shadow,
         )
         if restart:
             session.begin()

@@ -1,0 +1,176 @@
+"""The rule of a shop without a model of the process: it believes what it has read on this machine, and nothing else."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.arrays import Array, Numbers
+from grind_env.envs.episodes import Episodes
+from grind_env.envs.simulation import Simulation
+from grind_env.envs.tables import KindRow
+from grind_env.envs.tasks import Task
+from grind_env.policies.choices import Decision, nearest_speed
+from grind_env.policies.policy import Sees
+from grind_env.policies.scripted.handbook import USUAL_SPEED, handbook_speeds
+from grind_env.policies.scripted.learned_laws import AIM, PartLaw, PowerLaw
+from grind_env.process.state import StrokeParameters
+
+SHARE = 0.88
+"""Of the power limit that is planned to be used."""
+INTERVAL = 4.0
+"""Usual volume between two dresses, mm3/mm, over the conductivity of the work, W/(m K): 140 mm3/mm in hardened bearing
+steel, 45 in a nickel alloy, which a dull wheel burns sooner."""
+REGAINED = 1.02
+"""Factor on the volume that was found too large, with every part that is good."""
+FAR = 1.2
+"""Times the power limit at which two executions are made."""
+SMOOTH = 0.8
+"""Of its limit, below which the last Ra is no reason against a faster table."""
+SLOWING, FLOOR = 0.9, 0.75
+"""Of E, from block to block and at least of the first E, where two executions have not helped against power."""
+EFFUSIVITY, DIFFUSIVITY = (StrokeParameters._fields.index(name) for name in ("beta", "alpha"))
+
+
+@dataclass(kw_only=True)
+class EmpiricalRule:
+    """As fast as the readings of this machine allow; a dress by the volume, by the time or on an alarm.
+
+    It begins at the E of the program, or else of the handbook. E then rises, by at most the factor `step` from block to
+    block of a kind, to where laws of what was read expect `SHARE` of the spindle's power, and parts that keep their Ra
+    and are not too thick. Power does not bring it below where it began, for slow tables burn, unless two executions
+    have not helped.
+
+    The wheel is dressed before a part that would take it beyond its usual volume, so often that no share of the part
+    does (not where it is late for a due date), or that would take longer than the blocks since the last dress have
+    taken in the mean, that dress included; and after a power beyond its limit, or a part that came out too thick, or
+    nearly too thin, for then it was hot. Parts like that make the usual volume smaller for a while.
+
+    Attributes:
+        step: most that E rises by.
+        interval: usual volume between two dresses over the conductivity of the work, mm3/mm over W/(m K).
+    """
+
+    step: float = 1.5
+    interval: float = INTERVAL
+    name: ClassVar[str] = "empirical_rule"
+    sees: ClassVar[Sees] = "measurements"
+    simulation: Simulation = field(init=False, repr=False)
+
+    def begin(self, simulation: Simulation, episodes: int) -> None:
+        """Nothing has been read, and the wheel is freshly dressed."""
+        self.simulation, self.first = simulation, first_speeds(simulation)
+        kinds, zero, none = len(self.first), np.zeros(episodes), np.zeros(episodes, np.int64)
+        # all kinds of block on a part share what it came out like
+        self.part_of_kind = np.zeros(kinds, np.int64) if simulation.task.orders is None else np.arange(kinds)
+        self.power, (Ra, size) = PowerLaw(episodes), np.zeros((2, kinds))
+        parts = self.part_of_kind[simulation.branches.kind_of_row]
+        row = KindRow(*simulation.kinds[: len(parts)].T)
+        np.maximum.at(Ra, parts, row.roughness)
+        np.maximum.at(size, parts, row.size)
+        self.roughness = PartLaw(episodes, Ra, exponent=0.5, usual=0.5, memory=8.0)
+        self.size = PartLaw(episodes, size, exponent=1.0, usual=0.25, memory=2.0)
+        self.rows, self.kind, self.speeds = none, none, np.tile(self.first, (episodes, 1))
+        self.part, self.made, self.begun = none, zero + 1.0, False
+        self.hot = np.zeros(episodes, bool)
+        self.dull, self.gauged, self.wanted, self.blocks = zero, zero, zero, zero
+        self.most = usual_volumes(simulation, self.interval)
+        np.minimum.at(self.most, self.part_of_kind, self.most.copy())
+        self.volumes = np.tile(self.most, (episodes, 1))
+        self.dressing = simulation.branches.dress_price / simulation.branches.second_price
+        self.taken = zero + self.dressing
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        """Learn from the last block, then decide on the coming one."""
+        task, branches, n = self.simulation.task, self.simulation.branches, np.arange(len(observation))
+        seen = self.simulation.read(observation)
+        helpless = self._learn(seen, n) if self.begun else np.zeros(len(n), bool)
+        self.rows = branches.coming_rows(seen)
+        row, kind = self._row(), branches.kind_of_row[self.rows]
+        part, last, first = self.part_of_kind[kind], self.speeds[n, kind], self.first[kind]
+        worn = seen["volume"] + row.length * seen.get("depth", row.stock * seen["stock"])
+        area = row.pick * engaged(task, row)
+        least = np.where(helpless, np.maximum(SLOWING * last, FLOOR * first), np.minimum(last, first))
+        # where the table is not what feeds, E does little to power, and a fast one keeps the part cool
+        feeds = (area > 0.0) & (task.infeed == 0.0)
+        rises = self.power.known & (feeds | (seen["peak_power"] < SHARE * row.power))
+        most = np.where(rises, self.step * last, last)
+        good = first * np.maximum(np.minimum(self.roughness.speed(part), self.size.speed(part)), FLOOR)
+        # a slower table would make a hot part hotter; a faster one is tried as long as Ra is in sight of its limit only
+        faster = np.where(seen["roughness"] < SMOOTH, self.step, 1.0) * last
+        good = self.good = np.where(self.hot, np.maximum(good, faster), good)
+        driven = [60.0 * self.power.removal(SHARE * np.asarray(row.power), volume) / np.maximum(area, 1e-9)
+                  for volume in (worn, 0.5 * (seen["volume"] + worn))]  # fmt: skip
+        undressed, dressed = (np.minimum(np.where(feeds, np.clip(E, least, most), most), good) for E in driven)
+        late = seen.get("slack", np.zeros(len(n))) < 0.0
+        due = np.where(late, 0.0, np.ceil(worn / self.volumes[n, part]) - 1.0)
+        longer = branches.seconds(self.rows, undressed) * self.blocks > self.taken
+        wanted = np.maximum(self.wanted, np.where(seen["volume"] > 0.0, np.maximum(due, longer), 0.0))
+        begins = seen.get("starts_part", row.starts_part) * seen.get("takes_dresses", np.ones(len(n))) > 0.5
+        D = np.where(begins, np.minimum(wanted, task.action.executions), 0.0)
+        E = nearest_speed(task, np.where(D > 0.0, dressed, undressed))
+        self.kind, self.dull, self.begun = kind, worn, True
+        return Decision(E, D)
+
+    def _learn(self, seen: Mapping[str, Array], n: Numbers) -> NDArray[np.bool_]:
+        """Take in what was read of the last block; whether two executions have not helped, shape (N,)."""
+        row, power, executions = self._row(), seen["peak_power"], np.round(seen.get("last_executions", 0.0 * n))
+        width = np.minimum(seen["last_width"], engaged(self.simulation.task, row))
+        removal = seen["last_pick"] * width * seen["last_speed"] / 0.06
+        # what was ground counts, whoever decided it
+        E, dressed = 1000.0 * seen["last_speed"], executions > 0.0
+        self.speeds[n, self.kind] = E
+        self.wanted = np.where(dressed, 0.0, self.wanted)
+        self.taken = np.where(dressed, executions * self.dressing, self.taken)
+        self.taken = self.taken + self.simulation.branches.seconds(self.rows, E)
+        self.blocks = np.where(dressed, 0.0, self.blocks) + 1.0
+        # executions stand evenly in the depth of a block: the wheel is dullest before the first one or after the last
+        dullest = np.maximum(self.dull / (executions + 1.0), seen["volume"])
+        self.power.learn(power, removal, dullest, (power > 0.0) & (removal > 0.0))
+        # Ra is that of the part before
+        told = (seen["roughness"] != self.gauged) & (seen["roughness"] > 0.0)
+        self.roughness.learn(seen["roughness"], self.part, self.made, told)
+        ended = np.asarray(row.ends_part) > 0.0
+        self.gauged, self.part = seen["roughness"], np.where(ended, self.part_of_kind[self.kind], self.part)
+        self.made = np.where(ended, self.speeds[n, self.kind] / self.first[self.kind], self.made)
+        gauged = ended & (np.asarray(row.size) > 0.0)
+        size = np.where(gauged, seen["size_error"], 0.0) / np.maximum(row.size, 1e-9)
+        self.size.learn(size, self.part, self.made, gauged)
+        self.hot = np.where(gauged, size < -AIM, self.hot)
+        off = gauged & ((size > 1.0) | (size < -AIM))
+        self.volumes = np.minimum(np.where(ended & ~off, REGAINED, 1.0)[:, None] * self.volumes, self.most)
+        at = np.flatnonzero(off), self.part[off]
+        self.volumes[at] = np.minimum(self.volumes[at], AIM * np.maximum(seen["volume"][off], 1.0))
+        beyond = power / row.power
+        self.wanted = np.maximum(self.wanted, np.where(beyond > FAR, 2.0, (beyond > 1.0) | off))
+        return np.asarray((beyond > FAR) & (executions >= 2.0))
+
+    def _row(self) -> KindRow:
+        """Numbers of the last block, or of the coming one as soon as that is known."""
+        return KindRow(*self.simulation.kinds[self.rows].T)
+
+
+def engaged(task: Task, row: KindRow) -> Array:
+    """Width that a stroke of each block grinds, mm, shape (N,)."""
+    return np.asarray(row.width if task.cross_pick == 0.0 else np.minimum(row.width, task.cross_pick))
+
+
+def usual_volumes(simulation: Simulation, interval: float) -> Array:
+    """Usual volume between two dresses in each kind of block, as it is booked, mm3/mm, shape (kinds,)."""
+    p, row = simulation.branches.nominal, KindRow(*simulation.kinds.T)
+    _, firsts = np.unique(simulation.branches.kind_of_row, return_index=True)
+    # the leading edge of a wheel that is fed across grinds the whole width
+    share = (engaged(simulation.task, row) / row.width)[firsts]
+    return np.asarray(interval * share * 1e-3 * p[:, EFFUSIVITY] * np.sqrt(p[:, DIFFUSIVITY]))
+
+
+def first_speeds(simulation: Simulation) -> Array:
+    """E of each kind before anything has been read, mm/min, shape (kinds,): of the program, or else of a handbook."""
+    task, own = simulation.task, simulation.branches.own_speeds
+    if own is not None:
+        return nearest_speed(task, own)
+    if task.infeed > 0.0 or task.cross_pick > 0.0:  # no stroke takes what the handbook asks the spindle for
+        return nearest_speed(task, np.full(len(task.kinds), 1000.0 * USUAL_SPEED))
+    return handbook_speeds(task)

@@ -1,0 +1,93 @@
+"""What a shop learns of power and roughness from its readings alone: power laws, updated as they come."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.arrays import Array, Numbers
+
+FIRST, SPREAD = np.array([0.0, 0.7, 0.15]), np.array([30.0, 0.2, 0.15])
+"""Level and exponents of power before anything has been read, and how well they are known: the level not at all."""
+SCATTER = 0.05
+"""Of a reading about the law, in logarithms."""
+FORGETTING = 0.97
+"""Weight of a reading when the next one has come."""
+WORN_IN = 10.0
+"""mm3/mm; a freshly dressed wheel is as dull as one that has ground so much."""
+LEAST_EXPONENT = 0.2
+"""Of the removal rate, when it is asked for."""
+AIM = 0.65
+"""Of a limit of the part, in the mean: two and a half standard deviations of the 17 % that Ra scatters."""
+
+
+class PowerLaw:
+    """Peak power P of N machines over their removal rates Q and the volume V' ground since the dress.
+
+        ln P = c + f ln Q + g ln(V' + 10 mm3/mm)
+
+    Recursive least squares with exponential forgetting (Astrom and Wittenmark, Adaptive Control, section 2.2).
+
+    Attributes:
+        found: c, f and g, shape (N, 3).
+        known: which of the machines have been read, shape (N,).
+        expected: of the last reading before it was learned, its logarithm, shape (N,).
+        spread: of that, likewise.
+    """
+
+    def __init__(self, machines: int) -> None:
+        self.found = np.tile(FIRST, (machines, 1))
+        self.known = np.zeros(machines, bool)
+        self.expected, self.spread = np.zeros(machines), np.ones(machines)
+        self._covariance = np.tile(np.diag(SPREAD**2), (machines, 1, 1))
+
+    def learn(self, power: Array, removal: Array, volume: Array, read: NDArray[np.bool_]) -> None:
+        """Take readings of the machines in `read`: W, mm3/s and mm3/mm, each shape (N,)."""
+        x = np.stack([np.ones(len(removal)), np.log(np.maximum(removal, 1e-9)), np.log(volume + WORN_IN)], axis=1)
+        covariance = self._covariance / FORGETTING
+        along = np.einsum("nij,nj->ni", covariance, x)
+        self.expected = np.einsum("ni,ni->n", x, self.found)
+        self.spread = np.sqrt(SCATTER**2 + np.einsum("ni,ni->n", x, along))
+        gain = along / self.spread[:, None] ** 2
+        surprise = np.log(np.maximum(power, 1.0)) - self.expected
+        covariance = covariance - gain[:, :, None] * along[:, None, :]
+        # what is never tried must not be forgotten beyond what was known before anything was read
+        spread = np.sqrt(np.maximum(np.einsum("nii->ni", covariance), 1e-12))
+        least = np.minimum(1.0, SPREAD / spread)
+        covariance *= least[:, :, None] * least[:, None, :]
+        self.found = np.where(read[:, None], self.found + gain * surprise[:, None], self.found)
+        self._covariance = np.where(read[:, None, None], covariance, self._covariance)
+        self.known = self.known | read
+
+    def removal(self, power: Array, volume: Array) -> Array:
+        """The removal rate, mm3/s, at which a wheel that has ground `volume` takes `power`, W; each shape (N,)."""
+        level, rate, dulling = self.found.T
+        wanted = (np.log(power) - level - dulling * np.log(volume + WORN_IN)) / np.maximum(rate, LEAST_EXPONENT)
+        return np.asarray(np.exp(np.clip(wanted, -50.0, 50.0)))
+
+
+class PartLaw:
+    """What a part is gauged for over its limit, of N machines and kinds of part: c E^x, E in units of a usual one.
+
+    Args:
+        machines: N.
+        limits: of each kind of part, 0 for none, shape (kinds,).
+        exponent: x.
+        usual: c before anything has been read.
+        memory: parts of which it is then a running mean.
+    """
+
+    def __init__(self, machines: int, limits: Array, *, exponent: float, usual: float, memory: float) -> None:
+        self._exponent, self._least, self._memory = exponent, 0.1 * usual, memory
+        self._level = np.tile(np.where(limits > 0.0, np.log(usual), -np.inf), (machines, 1))
+        self._parts = np.ones(self._level.shape)
+
+    def learn(self, ratio: Array, kinds: Numbers, speeds: Array, read: NDArray[np.bool_]) -> None:
+        """Take what parts of these kinds, ground with these E, were gauged for; each shape (N,)."""
+        at = np.flatnonzero(read), kinds[read]
+        self._parts[at] = np.minimum(self._parts[at] + 1.0, self._memory)
+        level = np.log(np.maximum(ratio[read], self._least)) - self._exponent * np.log(speeds[read])
+        self._level[at] += (level - self._level[at]) / self._parts[at]
+
+    def speed(self, kinds: Numbers) -> Array:
+        """The E at which parts of these kinds come as near their limit as they may, shape (N,); without one any."""
+        level = self._level[np.arange(len(kinds)), kinds]
+        return np.asarray(np.exp((np.log(AIM) - level) / self._exponent))

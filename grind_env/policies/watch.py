@@ -1,0 +1,181 @@
+"""What is read of a machine beside what was forecast: surprises, and when they are an alarm.
+
+The forecast is that of the ensemble that follows the wheel on the model (`grind_env.belief`), whose members have ground
+the block with the E and D with which it was ground. Where no ensemble can (steps that are no blocks, programs that the
+control executes), it is that of the empirical law of the machine.
+"""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.arrays import Array
+from grind_env.belief.sensor import POWER_NOISE, POWER_NOISE_FLOOR
+from grind_env.belief.wheel import WheelBelief
+from grind_env.envs.model import MemberModel
+from grind_env.envs.observations import ROUGHNESS_NOISE, SIZE_NOISE
+from grind_env.envs.simulation import Simulation
+from grind_env.envs.tables import KindRow
+from grind_env.policies.scripted.learned_laws import AIM, PowerLaw
+
+SLACK, BEARABLE, MOST = 1.0, 6.0, 4.0
+"""Of the running sum of surprises (CUSUM: Page, Biometrika 41 (1954) 100), in standard deviations: what is taken off it
+at each reading, what it may be, and what one reading adds at most. Normal errors pass it once in some 100,000 readings;
+those of the ensemble, a few of which are larger, do so once in 3,000 blocks of PowerLimited."""
+DOUBTFUL, MOST_DOUBT, USUAL_SQUARE, LARGE_SQUARE = 15.0, 30.0, 2.0, 9.0
+"""The same sum of squares, either way: what it may be, what it is at most, and what is taken off it and counts at most
+at each reading. It tells that the machine is not the model, good as it may be."""
+UNLIKELY = 1.645
+"""Standard deviations from the forecast to the limit where a reading beyond it was not expected: one in twenty."""
+HOLDS = 2.0
+"""Standard deviations within which a forecast holds."""
+ROUNDING = 0.5
+"""um of a size, which no forecast knows better."""
+USUAL_RATIO, RATIO_SPREAD = 0.5, 0.35
+"""Ra over its limit, and its logarithmic spread, of which no model tells anything."""
+MEMORY = 8.0
+"""Readings of which what forecasts of size and Ra are off by is a running mean. That of power learns by itself."""
+
+
+class Reading(NamedTuple):
+    """Of the last block, beside its forecast; each of shape (N,), powers and Ra as logarithms, sizes outward."""
+
+    read: Any
+    forecast: Any
+    spread: Any
+    limit: Any
+    """What it must not come beyond."""
+    near: Any
+    """From where on a surprise matters."""
+    sign: Any
+    """-1 where outward is downward."""
+    new: Any
+    """Whether it was read of this block."""
+
+
+NAMES = ("peak power", "mean power", "size error", "Ra")
+UNITS = ("kW", "kW", "um", "of its limit")
+LEARNED = np.array([False, False, True, True])
+"""Which forecasts are corrected by what they were off by."""
+LIMITED = np.array([True, False, True, True])
+"""What has a limit of its own."""
+PEAK, MEAN, SIZE, ROUGHNESS = range(len(NAMES))
+
+
+class Watch:
+    """Compares block by block, for N machines.
+
+    Args:
+        simulation: of the model.
+        machines: N.
+
+    Attributes:
+        alarm: whether the last block is an alarm, shape (N,).
+        beyond: whether it was read to be beyond a limit, expected or not, shape (N,).
+        doubt: whether the machine is in doubt to be the model, shape (N,).
+        holds: whether its forecasts hold, shape (N,).
+        seen: readings of the last block beside their forecasts, each of shape (N, readings).
+    """
+
+    alarm: NDArray[np.bool_]
+    beyond: NDArray[np.bool_]
+    doubt: NDArray[np.bool_]
+    holds: NDArray[np.bool_]
+
+    def __init__(self, simulation: Simulation, machines: int) -> None:
+        task, shape = simulation.task, (machines, len(NAMES))
+        self.simulation, self.noise, spread = simulation, task.spread.measurement, task.spread
+        self.belief = WheelBelief(MemberModel(simulation)) if simulation.by_block and simulation.compiled else None
+        if self.belief is not None:
+            self.belief.begin(machines)
+        scatter = spread.wheel_roughness, spread.part_roughness, self.noise * ROUGHNESS_NOISE
+        self.scatter = float(np.linalg.norm(scatter))
+        self.alarm, self.beyond, self.doubt = np.zeros((3, machines), bool)
+        self.holds = np.ones(machines, bool)
+        self._off, self._count, self._sum = np.zeros(shape), np.ones(shape), np.zeros(shape)
+        self._beyond, self._run, self._squares = np.zeros(shape, bool), np.zeros(shape, bool), np.zeros(machines)
+        self._gauged, self._part = np.zeros(machines), np.full((machines, 1), USUAL_RATIO)
+        self._row: KindRow | None = None
+        self.seen = Reading(*np.zeros((len(Reading._fields), *shape)))
+
+    def update(self, observation: NDArray[np.float32], law: PowerLaw) -> None:
+        """Take in the observation before a block; `law` has learned from it, and its forecast is that before."""
+        read = self.simulation.read(observation)
+        if self.belief is not None:
+            self.belief.update(observation)
+        if self._row is not None:
+            self._judge(self._compare(read, self._row, law))
+        rows = self.simulation.branches.coming_rows(read)
+        self._row = KindRow(*self.simulation.kinds[rows].T)
+
+    def said(self, machine: int) -> list[str]:
+        """The alarm of a machine in words; nothing where there is none."""
+        found = []
+        for k, (name, unit) in enumerate(zip(NAMES, UNITS, strict=True)):
+            if not (self._beyond | self._run)[machine, k]:
+                continue
+            seen = Reading(*(values[machine, k] for values in self.seen))
+            numbers = np.array([seen.read, seen.forecast - seen.spread, seen.forecast + seen.spread, seen.limit])
+            numbers = seen.sign * numbers if k == SIZE else np.exp(numbers) / (1.0 if k == ROUGHNESS else 1000.0)
+            read, (low, high), limit = numbers[0], sorted(numbers[1:3]), numbers[3]
+            why = f"the limit is {limit:.2f}" if self._beyond[machine, k] else "it has been above its forecast before"
+            found.append(f"{name} {read:.2f} {unit}, where {low:.2f} to {high:.2f} was forecast; {why}")
+        return found
+
+    def _judge(self, seen: Reading) -> None:
+        z = np.where(seen.new, (seen.read - seen.forecast) / seen.spread, 0.0)
+        beyond = seen.new & (seen.read > seen.limit)
+        self._beyond = beyond & (seen.limit - seen.forecast > UNLIKELY * seen.spread)
+        self.beyond = np.asarray(beyond[:, LIMITED].any(axis=1))
+        squares = np.where(seen.new, np.minimum(z * z, LARGE_SQUARE) - USUAL_SQUARE, 0.0).sum(axis=1)
+        self._squares = np.clip(self._squares + squares, 0.0, MOST_DOUBT)
+        self.doubt = self._squares > DOUBTFUL
+        surprise = np.where(seen.read > seen.near, np.minimum(z, MOST), 0.0) - SLACK
+        total = np.maximum(self._sum + np.where(seen.new, surprise, 0.0), 0.0)
+        self._run, self.holds = total > BEARABLE, np.asarray((np.abs(z) < HOLDS).all(axis=1))
+        self.alarm = np.asarray((self._beyond | self._run).any(axis=1))
+        self._sum = np.where(self.alarm[:, None], 0.0, total)
+        learned = seen.new & LEARNED
+        self._count = np.where(learned, np.minimum(self._count + 1.0, MEMORY), self._count)
+        self._off = self._off + np.where(learned, seen.sign * (seen.read - seen.forecast) / self._count, 0.0)
+        self.seen = seen
+
+    def _compare(self, read: Mapping[str, Array], row: KindRow, law: PowerLaw) -> Reading:
+        limit, tolerance, ends = np.asarray(row.power), np.asarray(row.size), np.asarray(row.ends_part) > 0.0
+        told = (read["roughness"] != self._gauged) & (read["roughness"] > 0.0)
+        outward, ratio = np.where(read["size_error"] < 0.0, -1.0, 1.0), np.log(np.maximum(read["roughness"], 1e-3))
+        size, zero, one = outward * read["size_error"], np.zeros(len(outward)), np.ones(len(outward))
+        if self.belief is None:
+            peak = law.expected, law.spread, read["peak_power"] > 0.0
+            mean = zero, one, zero > 0.0
+            expected = zero, 0.5 * np.maximum(tolerance, ROUNDING)
+            rough = zero + np.log(USUAL_RATIO), zero + RATIO_SPREAD
+        else:
+            made = self.belief.forecast
+            peak = self._power(read["peak_power"], made.peak_power)
+            mean = self._power(read["mean_power"], made.mean_power)
+            known = np.hypot(self.noise * SIZE_NOISE, ROUNDING)
+            expected = outward * made.size_error.mean(axis=1), np.hypot(made.size_error.std(axis=1), known)
+            # Ra comes when the next part has been ground
+            before = np.log(np.maximum(self._part, 1e-3))
+            rough = before.mean(axis=1), np.hypot(before.std(axis=1), self.scatter)
+            self._part = np.where(ends[:, None], made.roughness, self._part)
+        self._gauged = read["roughness"]
+        powers = [np.log(np.maximum(read[name], 1.0)) for name in ("peak_power", "mean_power")]
+        columns = (
+            Reading(powers[0], *peak[:2], np.log(limit), np.log(limit), one, peak[2]),
+            Reading(powers[1], *mean[:2], np.log(limit), np.log(limit), one, mean[2]),
+            Reading(size, *expected, tolerance, AIM * tolerance, outward, ends & (tolerance > 0.0)),
+            Reading(ratio, *rough, zero, zero + np.log(AIM), one, told),
+        )
+        seen = Reading(*(np.stack(each, axis=1) for each in zip(*columns, strict=True)))
+        return seen._replace(forecast=seen.forecast + seen.sign * self._off)
+
+    def _power(self, read: Array, members: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+        """Forecast of a power from that of the members, its spread, and whether there is one."""
+        forecast = np.log(np.maximum(members, 1.0))
+        mean = forecast.mean(axis=1)
+        noise = self.noise * (POWER_NOISE + POWER_NOISE_FLOOR / np.exp(mean))
+        return mean, np.hypot(forecast.std(axis=1), noise), (read > 0.0) & (members > 0.0).all(axis=1)

@@ -1,0 +1,76 @@
+"""An adviser that looks on: what it forecast beside what was read, and from when on it would have been right."""
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from grind_env.policies.watch import HOLDS, NAMES, SIZE, UNITS, Watch
+
+LAST = 10
+"""Parts that are shown, the last ones."""
+RIGHT = 0.9
+"""Share of forecasts that hold, of an adviser that is right: of normal errors 95 % do."""
+
+
+class Beside(NamedTuple):
+    """A reading of a part beside its forecast, in units that are told."""
+
+    part: int
+    name: str
+    unit: str
+    read: float
+    forecast: float
+    spread: float
+    """Standard deviation."""
+
+    @property
+    def holds(self) -> bool:
+        """Whether the forecast held."""
+        return abs(self.read - self.forecast) <= HOLDS * self.spread
+
+    def told(self) -> str:
+        """As a line."""
+        read, forecast = f"{self.read:.2f} {self.unit}", f"{self.forecast:.2f} +/- {self.spread:.2f}"
+        return f"part {self.part + 1}: {self.name} {read}, forecast {forecast}{'' if self.holds else ', off'}"
+
+
+@dataclass
+class Shadow:
+    """What has been compared so far."""
+
+    rows: list[Beside] = field(default_factory=list)
+
+    def add(self, watch: Watch, part: int) -> None:
+        """Take what was compared of a block, of a part from 0; Ra is that of the part before."""
+        seen = watch.seen
+        for k, (name, unit) in enumerate(zip(NAMES, UNITS, strict=True)):
+            if not seen.new[0, k]:
+                continue
+            read, forecast, spread = (float(values[0, k]) for values in (seen.read, seen.forecast, seen.spread))
+            if k == SIZE:
+                sign = float(seen.sign[0, k])
+                row = sign * read, sign * forecast, spread
+            else:
+                scale = 1.0 if unit.startswith("of") else 0.001
+                middle = float(np.exp(forecast)) * scale
+                row = float(np.exp(read)) * scale, middle, middle * spread
+            self.rows.append(Beside(part if name != "Ra" else part - 1, name, unit, *row))
+
+    def right_from(self) -> int | None:
+        """The first part, from 0, from which on forecasts have held as they should; None if they do not yet."""
+        for part in sorted({row.part for row in self.rows}):
+            later = [row.holds for row in self.rows if row.part >= part]
+            if np.mean(later) >= RIGHT and all(row.holds for row in self.rows if row.part == part):
+                return part
+        return None
+
+    def lines(self) -> list[str]:
+        """Forecasts beside readings of the last parts, and from when on they were right."""
+        if not self.rows:
+            return ["nothing was read that could be compared with a forecast"]
+        last = max(row.part for row in self.rows) - LAST
+        table = [f"  {row.told()}" for row in self.rows if row.part > last]
+        right, held = self.right_from(), np.mean([row.holds for row in self.rows])
+        verdict = "they are not right yet" if right is None else f"they are right from part {right + 1} on"
+        return ["forecasts beside readings:", *table, f"{100.0 * held:.0f} % of the forecasts held; {verdict}"]

@@ -1,0 +1,174 @@
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+
+from grind_env.belief.wheel import Forecast
+from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.tasks import load_task
+from grind_env.policies import guarded
+from grind_env.policies.choices import Decision
+from grind_env.policies.evaluation import cost_per_good_part, episode_seeds, roll_out, run_seeds, start_episodes
+from grind_env.policies.guard import Guarded
+from grind_env.policies.naming import named_policy
+from grind_env.policies.problem import find_problem
+from grind_env.policies.registry import ConfigError
+from grind_env.policies.scripted.learned_laws import PowerLaw
+from grind_env.policies.scripted.rules import Fixed
+from grind_env.policies.watch import Watch
+from tests.policies.harness import observation, shortened, simulated
+
+PLATES = simulated("power_limited")
+USUAL = {"mean_power": 4000.0, "peak_power": 4500.0, "size_error": 5.0, "roughness": 0.5}
+
+
+def watched(
+    *read: dict[str, float], peak: float = 4500.0, size: float = 5.0, spread: float = 0.0
+) -> tuple[Watch, list[bool]]:
+    """A watch after these readings, of which the members forecast always the same, and where it was alarmed."""
+    watch, law = Watch(PLATES, 1), PowerLaw(1)
+    members = np.array([[-1.0, 1.0]]) * spread
+    made = Forecast(4000.0 * np.exp(members), peak * np.exp(members), size + 10.0 * members, np.full((1, 2), 0.5))
+    watch.belief = SimpleNamespace(update=lambda seen: None, forecast=made)  # type: ignore[assignment]
+    watch.update(observation(PLATES), law)
+    alarms = []
+    for each in read:
+        watch.update(observation(PLATES, **(USUAL | each)), law)
+        alarms.append(bool(watch.alarm[0]))
+    return watch, alarms
+
+
+def test_readings_as_they_were_forecast_are_no_alarm() -> None:
+    watch, alarms = watched(*[{}] * 50)
+    assert not any(alarms)
+    assert watch.holds.tolist() == [True]
+    assert watch.said(0) == []
+
+
+def test_one_reading_beyond_a_limit_that_was_not_to_be_expected_is_an_alarm_in_words() -> None:
+    watch, alarms = watched({}, {"size_error": -21.0}, size=-5.0)
+    assert alarms == [False, True]
+    # a forecast of -5 um, and a spread of hypot(0.7, 0.5) = 0.86 um; the first reading was off by 10 outward
+    assert watch.said(0) == ["size error -21.00 um, where -0.86 to 0.86 was forecast; the limit is -20.00"]
+    assert watched({"peak_power": 6000.0})[1] == [True]
+
+
+def test_one_reading_beyond_a_limit_that_was_expected_is_none() -> None:
+    # 4.9 kW are a standard deviation of 3 % below the limit of 5 kW
+    assert watched({"peak_power": 5050.0}, peak=4900.0)[1] == [False]
+    # nor where the members do not agree
+    assert watched({"size_error": 21.0}, size=10.0, spread=1.0)[1] == [False]
+
+
+def test_a_run_of_surprises_is_an_alarm_where_they_come_near_a_limit() -> None:
+    near = {"peak_power": 5600.0, "mean_power": 4000.0}
+    # ln(5600 / 5200) over 3.4 % is 2.2, of which 1.2 count
+    watch, alarms = watched(*[near] * 6, peak=5200.0)
+    assert alarms == [False] * 5 + [True]
+    assert watch.said(0) == [
+        "peak power 5.60 kW, where 5.03 to 5.38 was forecast; it has been above its forecast before"
+    ]
+    # as far off, but far from the limit; or on the good side
+    assert not any(watched(*[{"peak_power": 3200.0}] * 20, peak=2970.0)[1])
+    assert not any(watched(*[{"peak_power": 5200.0}] * 20, peak=5600.0)[1])
+
+
+def test_a_size_that_is_always_as_much_off_is_soon_forecast() -> None:
+    watch, _ = watched(*[{"size_error": 12.0}] * 12)
+    assert watch.seen.forecast[0, 2] == pytest.approx(12.0, abs=1.0)
+    assert watched(*[{"size_error": 12.0}] * 12)[1] == [False] * 12
+
+
+def test_without_an_ensemble_the_law_of_the_machine_forecasts() -> None:
+    watch, law = Watch(shortened("stroke", 2), 1), PowerLaw(1)
+    assert watch.belief is None
+    watch.update(observation(watch.simulation), law)  # type: ignore[arg-type]
+    for power in (*[2000.0] * 30, 5200.0):
+        law.learn(np.array([power]), np.array([100.0]), np.array([50.0]), np.ones(1, bool))
+        watch.update(observation(watch.simulation, peak_power=power), law)  # type: ignore[arg-type]
+    assert np.exp(watch.seen.forecast[0, 0]) == pytest.approx(2000.0, rel=0.05)
+    assert watch.alarm.tolist() == [True]
+
+
+@dataclass
+class Fast:
+    """Always the same E and D."""
+
+    speed: float
+    name: ClassVar[str] = "fast"
+    sees: ClassVar[Any] = "measurements"
+
+    def begin(self, simulation: Any, episodes: int) -> None:
+        """Nothing."""
+
+    def act(self, seen: Any, episodes: Any) -> Decision:
+        """The same."""
+        return Decision(np.full(len(seen), self.speed), np.full(len(seen), 1.0))
+
+
+def test_it_comes_back_when_forecasts_hold_and_then_step_by_step_and_stays_away_longer_each_time() -> None:
+    policy = Guarded(Fast(20_000.0))
+    policy.begin(PLATES, 1)
+    alarm = iter([0, 1] + [0] * 13 + [1] + [0] * 30)
+
+    def update(seen: Any, law: Any) -> None:
+        policy.watch.alarm, policy.watch.holds = np.array([bool(next(alarm))]), np.array([True])
+
+    policy.watch.update = update  # type: ignore[method-assign]
+    speeds, last = [], 6.0
+    for _ in range(26):
+        decision = policy.act(observation(PLATES, last_speed=last, peak_power=4000.0, **GROUND), None)
+        last = float(decision.speeds[0]) / 1000.0
+        speeds.append(last)
+    assert speeds[0] == 20.0
+    # four blocks of the rule, then up by a quarter from block to block
+    assert max(speeds[1:5]) < 15.0
+    for k in (*range(5, 10), 23, 24):
+        assert speeds[k] == pytest.approx(min(1.25 * speeds[k - 1], 20.0), abs=1e-3)
+    # the second alarm, after block 14, lasts twice as long
+    assert speeds[14] == 20.0
+    assert max(speeds[15:23]) < speeds[23] < 20.0
+
+
+GROUND = {"last_pick": 0.02, "last_width": 50.0, "pick": 0.02, "width": 50.0, "length": 300.0, "stock": 1.0}
+
+
+def test_the_guard_has_the_better_of_both() -> None:
+    task = load_task("power_limited")
+    hard = BlockSimulation(replace(task, factors={**task.factors, "u_ch": 1.35, "kp": 1.35, "kc": 1.35, "pm": 1.35}))
+    seeds, plan = episode_seeds("validation", 8), Fixed(8.0, 1, 2)
+
+    def cost(policy: Any, machine: BlockSimulation) -> float:
+        run = roll_out(policy, machine, start_episodes(machine, seeds), PLATES)
+        return float(cost_per_good_part(run.cost, run.good))
+
+    assert cost(guarded(plan), hard) < 0.2 * cost(plan, hard)
+    rule = named_policy("empirical_rule", PLATES)
+    assert cost(guarded(plan), hard) < 1.5 * cost(rule, hard)
+
+
+def test_on_the_model_the_policy_decides() -> None:
+    seeds = episode_seeds("validation", 8)
+    plan = run_seeds(Fixed(6.0, 1, 1), PLATES, seeds)
+    held = run_seeds(guarded(Fixed(6.0, 1, 1)), PLATES, seeds)
+    assert np.mean(plan.speeds == held.speeds) > 0.95
+
+
+@pytest.mark.parametrize("env", ["reciprocation", "stroke", "job_shop"])
+def test_it_guards_in_every_form_of_environment(env: str) -> None:
+    simulation = shortened(env, 2)
+    run = run_seeds(guarded(named_policy("handbook", simulation)), simulation, range(2))
+    assert run.finished.tolist() == [2.0, 2.0]
+
+
+def test_any_policy_is_guarded_by_its_name() -> None:
+    simulation = find_problem("power_limited").simulation()
+    assert named_policy("guarded:E6D1", simulation).name == "guarded:constant E 6 m/min, D 1"
+    agent = "grind_env/policies/shipped/power_limited.safetensors"
+    assert named_policy(f"guarded:{agent}", simulation).name.startswith("guarded:")
+    planner = named_policy("guarded:hindsight", simulation)
+    assert planner.sees == "future"
+    with pytest.raises(ConfigError, match="no policy 'nobody'"):
+        named_policy("guarded:nobody", simulation)
