@@ -103,6 +103,7 @@ class Calibration:
         meter_scale: what the power meter shows over the power; None where it is not known.
         residual: logarithmic standard deviation of the power of a block that is not followed.
         drift: the same of a step of its level from part to part.
+        next_cut: what to log next, as a sentence; None where nothing would tell much.
         remarks: what was made of the files and what was left out, as sentences.
     """
 
@@ -126,6 +127,7 @@ class Calibration:
     meter_scale: float | None = None
     residual: float = 0.0
     drift: float = 0.0
+    next_cut: str | None = None
     remarks: tuple[str, ...] = field(default=())
 
     @property

@@ -10,8 +10,6 @@ from grind_env.shop.calibrate.solver import Data
 
 WIDTHS = (0.25, 0.5, 1.0)
 """Shares of its full width that are tried."""
-CLEARLY = 0.8
-"""Of the mean square error on parts held out without it, below which the free term is worth it."""
 FOLLOWED = 1.0
 """Mean square error on them, in loose errors, up to which the model needs no free term."""
 ALIKE = 1.05
@@ -38,6 +36,11 @@ class Linear:
     used: NDArray[np.bool_]
     enlarged: Floats
     fixed: NDArray[np.bool_]
+
+    def covariance(self, width: float) -> Floats:
+        """Of the variables, with so much of the free term; in spreads of the prior at its full width."""
+        prior = np.where(self.fixed, 1.0, width**-2.0)
+        return np.asarray(np.linalg.inv(self.slopes.T @ self.slopes + np.diag(prior)), np.float64)
 
     def without(self, rows: NDArray[np.bool_], width: float) -> Floats:
         """Residuals of measurements of the power, in loose errors, that a fit to all other rows predicts."""
@@ -75,8 +78,7 @@ def best_width(plain: Linear, wide: Linear, data: Data) -> tuple[float, InTurn |
     errors = {width: float(np.nanmean(np.square(each))) for width, each in found.items()}
     least = min(errors.values())
     width = next(each for each, error in errors.items() if error <= ALIKE * least)
-    if errors[0.0] < FOLLOWED or errors[width] > CLEARLY * errors[0.0]:
-        width = 0.0
+    width = 0.0 if errors[0.0] < FOLLOWED else width
     return width, InTurn(found[width], errors[width] / errors[0.0])
 
 
