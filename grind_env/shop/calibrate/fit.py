@@ -214,13 +214,14 @@ def _linear(problem: Problem, place: _Place, of_prior: NDArray[np.bool_] | None 
     """A fit as far as it is linear around its place."""
     solver, x, used, factors = place.solver, place.x, place.used, place.factors
     every = np.ones(solver.size, np.bool_)
-    enlarged = np.array([factors[kind] for kind in solver.data.kind.tolist()])
+    enlarged = np.array([factors[kind] for kind in solver.data.kind.tolist()]) * solver.data.error
+    loose = problem.data.loose_error
     return Linear(
         x=x,
         rest=solver.residuals(solver.predicted(x), used, factors),
         slopes=solver.slopes(x, used, factors, every),
         used=used,
-        enlarged=(enlarged * solver.data.error / problem.data.loose_error)[used],
+        enlarged=np.divide(enlarged, loose, out=np.ones(loose.size), where=loose > 0.0)[used],
         fixed=every if of_prior is None else of_prior,
     )
 

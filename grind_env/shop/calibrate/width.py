@@ -10,6 +10,8 @@ from grind_env.shop.calibrate.solver import Data
 
 WIDTHS = (0.25, 0.5, 1.0)
 """Shares of its full width that are tried."""
+CLEARLY = 0.8
+"""Of the mean square error on parts held out without it, below which the free term is worth it."""
 FOLLOWED = 1.0
 """Mean square error on them, in loose errors, up to which the model needs no free term."""
 ALIKE = 1.05
@@ -78,7 +80,8 @@ def best_width(plain: Linear, wide: Linear, data: Data) -> tuple[float, InTurn |
     errors = {width: float(np.nanmean(np.square(each))) for width, each in found.items()}
     least = min(errors.values())
     width = next(each for each, error in errors.items() if error <= ALIKE * least)
-    width = 0.0 if errors[0.0] < FOLLOWED else width
+    if errors[0.0] < FOLLOWED or errors[width] > CLEARLY * errors[0.0]:
+        width = 0.0
     return width, InTurn(found[width], errors[width] / errors[0.0])
 
 
