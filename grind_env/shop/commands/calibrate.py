@@ -51,12 +51,18 @@ def calibrate(
     or no), wheel diameter; cells may be empty.
 
     Columns are known by their names in the usual languages. Where they are not, a map says it, by heading or number:
-    tables [log] with time, power, dress, power_unit, time_unit, rated_power (W), volts, power_factor; [gauge] with
-    part, size, Ra, burn, diameter, nominal_size (mm), size_unit.
+    tables [log] with time, power, dress, power_unit, time_unit, rated_power (W), volts, power_factor, scale
+    (what the meter shows over the power, which is then not fitted); [gauge] with part, size, Ra, burn, diameter,
+    nominal_size (mm), size_unit.
 
     What is found is written as a catalogue file, which a job takes up by [catalogue] files = ["shop.toml"]. Each
     constant has an interval that holds it with 90 %; what the measurements do not tell is kept as the catalogue has it,
-    and named.
+    and named. What the model does not follow is left to a factor and exponents of the power, as far as parts that are
+    held out in turn say so. A fit that predicts the last parts worse than the catalogue is not written without --force
+    (exit status 3).
+
+    Without LOG, --plan writes what to log: the program with a few E and picks and one dress in place of its first
+    cycle, within the limits of the job.
 
     A table of settings has a row for each, ground with a freshly dressed wheel: wheel_speed, table_speed, downfeed,
     width, length, lead, dress_depth, volume (mm3 per mm of width), and what was measured: power, Ft, Fn, Ra, wear, G.
