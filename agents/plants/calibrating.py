@@ -21,7 +21,7 @@ from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.result import Calibration
 
 OTHERS = ((1.0, 1.0, True), (0.6, 1.0, True), (1.5, 1.0, True), (1.0, 0.5, True), (1.0, 1.6, True), (1.3, 1.4, False))
-"""Factors on E and on picks of the cuts that are predicted, and whether there are dresses; the log has E from .8 to 1.2."""
+"""Factors on E and on picks of the cuts that are predicted, and whether there are dresses; logs have E x .8 to 1.2."""
 
 
 def calibrate_on(machine: Machine) -> dict[str, float]:

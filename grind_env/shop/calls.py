@@ -235,6 +235,25 @@ def calibrate(
     return from_log(Path(log), Path(program), Path(job), gauge=gauged, map_file=mapped, names=fit, told=told)
 
 
+def plan(program: File, job: File, output: File) -> str:
+    """Write a program of a few E and depths and one dress, whose log tells the constants; says what it does.
+
+    Args:
+        program: of which it is made.
+        job: its job file.
+        output: the file to be written.
+
+    Raises:
+        CalibrationError: no plan can be made of it.
+        GrindError: program or job cannot be used, or the file cannot be written.
+    """
+    from grind_env.shop.calibrate.plan import plan_of
+
+    made = plan_of(read_file(Path(program)), load_job(Path(job)))
+    made.write(Path(output))
+    return str(made)
+
+
 def _ends(name: str, asked: Ends | None) -> tuple[float, float] | None:
     if asked is None:
         return None

@@ -124,6 +124,13 @@ def test_a_copy_of_a_shipped_file_gives_the_episodes_of_its_id(name: str, tmp_pa
     assert mine.unwrapped.part_program() == theirs.unwrapped.part_program()
 
 
+def test_a_material_with_a_free_term_is_for_jobs(tmp_path: Path) -> None:
+    own = '\n[material.aisi_52100]\nbase = "aisi_52100"\npower_speed_exponent = 0.1\n'
+    path = written(tmp_path, MINIMAL + own)
+    with pytest.raises(TaskError, match="use it in a job"):
+        load_task(path)
+
+
 def test_a_file_that_changes_is_read_anew(tmp_path: Path) -> None:
     path = written(tmp_path, MINIMAL)
     assert load_task(path).blocks == 30

@@ -8,6 +8,7 @@ from grind_env.envs.tasks.numbers import TaskNumbers
 from grind_env.envs.tasks.tables import Kind, TaskError
 from grind_env.errors import GrindError, quoted, shortened
 from grind_env.machine.dress.wheel_body import half_chord
+from grind_env.process.corrected import exponents_of
 from grind_env.process.state import StrokeParameters
 from grind_env.process.tables import refuse_unknown, wrong
 from grind_env.process.user_catalogue import entry_of
@@ -41,7 +42,14 @@ def check_whole(task: TaskNumbers) -> None:
     task.numbers(task.nominal_sequence, "sequence")
     refuse_unknown(task.factors, StrokeParameters._fields, TaskError, "factors.")
     for kind in task.kinds:
-        entry_of(task.catalogue, "kind.material", kind.material, {}, TaskError)
+        material = entry_of(task.catalogue, "kind.material", kind.material, {}, TaskError)
+        if any(exponents_of(material)):
+            raise TaskError(
+                f"kind.material: {material} has exponents of the power, by which only jobs grind: use it in a job "
+                "(grind/Job-v0), or set them to 0",
+                "kind.material",
+                kind.material,
+            )
         _check_wheel_covers(task, kind)
     if task.infeed > 0.0:
         _refuse_pieces(task, "infeed")

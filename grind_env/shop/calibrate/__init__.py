@@ -11,8 +11,12 @@ From a log of the spindle's power beside its part program, or from a table of se
 | `idle.py`, `meter.py` | power of the idling spindle under each stroke; what the meter makes of the power |
 | `observe.py` | mean power of strokes or blocks |
 | `table.py` | settings instead of a log |
+| `place.py` | which alignment the model agrees with best |
+| `gauged.py` | what was gauged as measurements, and what gauges would show of a run |
 | `parameters.py` | what may be fitted, with its prior |
-| `forward.py`, `fit.py` | the machine under the program, run again; the most probable values and their intervals |
+| `forward.py` | the machine under the program, run again |
+| `solver.py`, `fit.py`, `width.py` | the most probable values, their intervals, and how much of the free term is used |
 | `calibration.py` | `calibrate`, from files to the result |
+| `uncertain.py`, `plan.py` | what is left open, and what to grind next |
 | `result.py`, `show.py`, `remarks.py` | the result as a catalogue file, on the screen, and what is to be known of it |
 """

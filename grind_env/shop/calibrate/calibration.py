@@ -27,6 +27,7 @@ from grind_env.shop.calibrate.observe import DISCREPANCY, DISCREPANCY_ACROSS, Ob
 from grind_env.shop.calibrate.parameters import chosen_parameters, free_parameters
 from grind_env.shop.calibrate.pattern import Pattern, pattern_of
 from grind_env.shop.calibrate.place import best_place
+from grind_env.shop.calibrate.plan import next_cut
 from grind_env.shop.calibrate.remarks import fit_remarks, gauge_remarks, log_remarks, overridden, verdict_remarks
 from grind_env.shop.calibrate.result import Calibration, HeldOut, Idle, estimates_of, scales_of
 from grind_env.shop.calibrate.sheet import Floats
@@ -134,6 +135,7 @@ def calibrate(
         meter_scale=rows.scale * power_scale if rows.known_scale else None,
         residual=residual,
         drift=drift,
+        next_cut=next_cut(programs, settings, fitted, residual),
         by_stroke=seen.by_stroke,
         seen=seen,
         remarks=(

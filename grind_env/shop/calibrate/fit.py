@@ -17,7 +17,7 @@ from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.parameters import Parameter
 from grind_env.shop.calibrate.sheet import Floats
 from grind_env.shop.calibrate.solver import ABSOLUTE, LINEAR, YES_OR_NO, Data, Nuisance, Predict, Solver
-from grind_env.shop.calibrate.width import InTurn, Linear, best_width
+from grind_env.shop.calibrate.width import WIDTHS, InTurn, Linear, best_width
 
 NORMAL_90 = 1.6449
 """Standard deviations on either side in which a normal variable lies with 90 %."""
@@ -27,6 +27,25 @@ ROUNDS = 2
 """Of enlarging errors."""
 DRIFT = 0.05
 """Logarithmic spread of how much the level of the power drifts over a log, at the full width of the free term."""
+
+
+@dataclass(frozen=True, slots=True)
+class Left:
+    """What a fit leaves open: constants, the free term among them even where none of it was used.
+
+    That a model agrees with a log does not say that it does so at other speeds and depths.
+
+    Attributes:
+        parameters: these.
+        z: of each, in prior spreads from its prior.
+        spread: posterior spread of each over that of the prior.
+        covariance: of `z`.
+    """
+
+    parameters: tuple[Parameter, ...]
+    z: Floats
+    spread: Floats
+    covariance: Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +69,7 @@ class Fit:
         predicted: of all measurements, with the scales.
         nominal: the same with the catalogue as it was, and the scales that fit it best.
         in_turn: the power of each part, predicted without it; None where there are too few.
+        left: what it leaves open.
     """
 
     parameters: tuple[Parameter, ...]
@@ -66,6 +86,7 @@ class Fit:
     predicted: Floats
     nominal: Floats
     in_turn: InTurn | None
+    left: Left
 
     @property
     def z(self) -> Floats:
@@ -161,7 +182,7 @@ def fit(
         return _finished(
             problem, start.width, _settled(problem.solver(start.width, plain), start.x, used, told), nominal, told
         )
-    place, width, in_turn = _settled(plain, x, used, told), 0.0, None
+    place, width, in_turn, wider = _settled(plain, x, used, told), 0.0, None, None
     if problem.free:
         told("holding parts out in turn")
         at_most = problem.solver(1.0, plain)
@@ -172,7 +193,10 @@ def fit(
         elif width:
             at_most = problem.solver(width, plain)
             place = _settled(at_most, wide.x / np.where(problem.unfree, 1.0, width), used, told)
-    return _finished(problem, width, place, nominal, told, in_turn)
+        else:
+            there = _Place(at_most, problem.widened(place.x), place.used, wide.factors)
+            wider = at_most.parameters, _linear(problem, there, problem.unfree).covariance(WIDTHS[0])
+    return _finished(problem, width, place, nominal, told, in_turn, wider)
 
 
 def _settled(solver: Solver, x: Floats, used: NDArray[np.bool_], told: Callable[[str], None]) -> _Place:
@@ -190,13 +214,14 @@ def _linear(problem: Problem, place: _Place, of_prior: NDArray[np.bool_] | None 
     """A fit as far as it is linear around its place."""
     solver, x, used, factors = place.solver, place.x, place.used, place.factors
     every = np.ones(solver.size, np.bool_)
-    enlarged = np.array([factors[kind] for kind in solver.data.kind.tolist()])
+    enlarged = np.array([factors[kind] for kind in solver.data.kind.tolist()]) * solver.data.error
+    loose = problem.data.loose_error
     return Linear(
         x=x,
         rest=solver.residuals(solver.predicted(x), used, factors),
         slopes=solver.slopes(x, used, factors, every),
         used=used,
-        enlarged=(enlarged * solver.data.error / problem.data.loose_error)[used],
+        enlarged=np.divide(enlarged, loose, out=np.ones(loose.size), where=loose > 0.0)[used],
         fixed=every if of_prior is None else of_prior,
     )
 
@@ -208,8 +233,12 @@ def _finished(
     nominal: Floats,
     told: Callable[[str], None],
     in_turn: InTurn | None = None,
+    wider: tuple[tuple[Parameter, ...], Floats] | None = None,
 ) -> Fit:
-    """What was found, with what the measurements do not tell put back to the catalogue."""
+    """What was found, with what the measurements do not tell put back to the catalogue.
+
+    `wider` are constants and covariance with a free term where none was used.
+    """
     solver, used, factors, joint = place.solver, place.used, place.factors, place.x
     count, scales = len(solver.parameters), problem.scales
     covariance = solver.covariance(joint, used, factors)
@@ -219,7 +248,12 @@ def _finished(
     free[:count] = known
     x = solver.solve(np.where(free, joint, 0.0), used, factors, free)
     spread = np.where(free, np.hypot(spread, x - joint), spread)
+    parameters, open_ = (solver.parameters, covariance) if wider is None else wider
+    open_ = open_[: len(parameters), : len(parameters)]
+    of_left = np.sqrt(np.diag(open_))
+    of_left[:count] = np.maximum(of_left[:count], spread[:count])
     return Fit(
+        left=Left(parameters, np.append(x[:count], np.zeros(len(parameters) - count)), of_left, open_),
         parameters=solver.parameters,
         x=x,
         spread=spread[:count],

@@ -122,8 +122,8 @@ def verdict_remarks(gauge: Gauge | None, record: GrindingRecord, *, burn: bool) 
         found_good, expected = int((mine & ~bad).sum()), float(rows["survival"][gauge.part[mine & ~bad] - 1].sum())
         if expected < CONDEMNED * found_good:
             said.append(
-                f"the gauge found {found_good} parts good, of which the fit expects {expected:.1f} to be so; constants that "
-                "it keeps from the catalogue are not those of this machine, so give size, Ra and burn of more parts"
+                f"the gauge found {found_good} parts good, of which the fit expects {expected:.1f} to be so; constants "
+                "that it keeps from the catalogue are not those of this machine: give size, Ra, burn of more parts"
             )
     return said
 

@@ -101,9 +101,10 @@ class Calibration:
         idle: power of the idling spindle in W; None for a table, and where the scale of the meter is not known.
         by_stroke: whether strokes have means of their own.
         seen: what the log says; None for a table.
-        meter_scale: what the power meter shows over the power; None where it is not known.
-        residual: logarithmic standard deviation of the power of a block that is not followed.
-        drift: the same of a step of its level from part to part.
+        meter_scale: what the power meter shows over the power, a ratio; None where it is not known.
+        residual: logarithmic standard deviation, no unit, of the power of a block that is not followed.
+        drift: the same, no unit, of a step of its level from part to part.
+        next_cut: what to log next, as a sentence; None where nothing would tell much.
         remarks: what was made of the files and what was left out, as sentences.
     """
 
@@ -127,6 +128,7 @@ class Calibration:
     meter_scale: float | None = None
     residual: float = 0.0
     drift: float = 0.0
+    next_cut: str | None = None
     remarks: tuple[str, ...] = field(default=())
 
     @property

@@ -24,7 +24,8 @@ def said_sentences(found: Calibration) -> list[str]:
     nothing = (
         [] if told_rows(found) else [f"{found.source} tells none of the constants beyond what the catalogue says."]
     )
-    return [*nothing, *meter_sentences(found), *kept_sentences(found), *error_sentences(found)]
+    next_cut = [] if found.next_cut is None else [found.next_cut]
+    return [*nothing, *meter_sentences(found), *kept_sentences(found), *error_sentences(found), *next_cut]
 
 
 def show(found: Calibration, console: Console) -> None:
@@ -112,6 +113,11 @@ def as_data(found: Calibration) -> dict[str, Any]:
         "held_out": None
         if found.held_out is None
         else {"what": found.held_out.what, "errors": _errors(found.held_out.errors)},
+        "width": found.fit.width,
+        "residual": found.residual,
+        "drift": found.drift,
+        "meter_scale": found.meter_scale,
+        "next_cut": found.next_cut,
         "correlation": None if math.isnan(found.quality) else found.quality,
         "by_stroke": found.by_stroke,
         "remarks": list(found.remarks),

@@ -57,13 +57,13 @@ def uncertainty_lines(job: Job, fitted: Fit, source: str, residual: float, drift
         residual: as of `missed`, like the next one.
         drift: see there.
     """
-    names = [each.name for each in fitted.parameters]
+    left = fitted.left
+    names = [each.name for each in left.parameters]
     others = [each for each in chosen_parameters(job, None) if each.name not in names]
-    count, spread = len(names), fitted.spread * np.array([each.spread for each in fitted.parameters])
-    covariance = fitted.covariance[:count, :count]
-    scale = np.sqrt(np.diag(covariance))
+    count, spread = len(names), left.spread * np.array([each.spread for each in left.parameters])
+    scale = np.sqrt(np.diag(left.covariance))
     correlation = np.eye(count + len(others))
-    correlation[:count, :count] = (1.0 - SINGULAR) * covariance / np.outer(scale, scale)
+    correlation[:count, :count] = (1.0 - SINGULAR) * left.covariance / np.outer(scale, scale)
     np.fill_diagonal(correlation, 1.0)
     rows = ",\n".join("  [" + ", ".join(f"{each:.8g}" for each in row) + "]" for row in correlation.round(8).tolist())
     return [

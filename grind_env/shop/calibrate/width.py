@@ -39,6 +39,11 @@ class Linear:
     enlarged: Floats
     fixed: NDArray[np.bool_]
 
+    def covariance(self, width: float) -> Floats:
+        """Of the variables, with so much of the free term; in spreads of the prior at its full width."""
+        prior = np.where(self.fixed, 1.0, width**-2.0)
+        return np.asarray(np.linalg.inv(self.slopes.T @ self.slopes + np.diag(prior)), np.float64)
+
     def without(self, rows: NDArray[np.bool_], width: float) -> Floats:
         """Residuals of measurements of the power, in loose errors, that a fit to all other rows predicts."""
         prior = np.where(self.fixed, 1.0, width**-2.0)

@@ -1,0 +1,195 @@
+"""What to grind so that a log of it tells the constants: a program of a few E and depths, and the next best cut."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from grind_env.control import CycleStart, Programs, execute, read
+from grind_env.control.motions import CyclePlan
+from grind_env.control.rewriting import with_words
+from grind_env.control.words import Block, read_block
+from grind_env.machine.grind import grind
+from grind_env.machine.job import Job
+from grind_env.machine.job.entries import with_entries
+from grind_env.machine.record import GrindingRecord
+from grind_env.shop.calibrate.errors import CalibrationError
+from grind_env.shop.calibrate.fit import NORMAL_90, Fit
+from grind_env.shop.calibrate.forward import Forward
+from grind_env.shop.calibrate.sheet import Floats
+from grind_env.shop.calibrate.solver import changes_of
+
+CUTS = ((1.0, 1.0, False), (1.5, 0.6, False), (0.6, 1.5, True), (1.0, 1.0, False))
+"""Factors on E and pick of the blocks in place of the first one, and before which the wheel is dressed: the same words
+with a worn and a fresh wheel, and E and depth the one against the other, since together they tell one thing."""
+SAFE_POWER, SAFE_RISE = 0.6, 0.8
+"""Shares of the limits that it keeps with a wheel that ploughs as hard as the catalogue may be wrong by; it may come as
+far as the program itself does then, which the shop knows."""
+HARDER = 1.5
+"""Times the ploughing pressure."""
+SPANS = (1.0, 0.75, 0.5, 0.3)
+"""Exponents of all factors, from the widest to the first one with which it is safe."""
+MM, INCH = 3, 4
+"""Decimals that the control reads."""
+LETTERS = "XYZ"
+STEP = 0.3
+"""Spreads of the prior over which the effect of a constant on a block is taken to be linear."""
+EXACT = 0.01
+"""Logarithmic error of the measured power of a block."""
+LITTLE = 0.05
+"""By which an interval must shrink for a cut to be worth naming."""
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """A program whose log tells much.
+
+    Attributes:
+        text: of it.
+        blocks: what it varies, E in mm/min and pick in mm.
+        power: highest share of the limit of the power that is expected of it.
+        rise: the same of the temperature.
+    """
+
+    text: str
+    blocks: tuple[tuple[float, float], ...]
+    power: float
+    rise: float
+
+    def write(self, path: Path) -> None:
+        """Write the program; a `FileError` says why it cannot be."""
+        from grind_env.files import write_atomically
+
+        write_atomically(path, lambda temporary: temporary.write_text(self.text, encoding="utf-8"))
+
+    def __str__(self) -> str:
+        """What it does, in a sentence."""
+        cuts = ", ".join(f"E{feed:.0f} with picks of {pick:.3f} mm" for feed, pick in self.blocks)
+        return (
+            f"It grinds one part, at {cuts}, with one dress between, and goes on as the program does; at most "
+            f"{100.0 * self.power:.0f} % of the power and {100.0 * self.rise:.0f} % of the temperature rise that are "
+            f"allowed, if the wheel ploughs {HARDER:g} times as hard as the catalogue says. Log it two or three times, "
+            "and give what was gauged."
+        )
+
+
+def plan_of(programs: Programs, job: Job) -> Plan:
+    """The program with blocks of other words in place of its first one that plunges.
+
+    Raises:
+        CalibrationError: it has no such block with plain numbers, or none of it is safe.
+        ControlError: the program is faulty.
+    """
+    first = next((event.plan for event in execute(programs, job.control) if isinstance(event, CycleStart)), None)
+    block = None if first is None else _block(programs, first)
+    if first is None or block is None or not first.plunges:
+        raise CalibrationError(
+            f"{programs.name}: its first cycle is no G82 or G83 with plain numbers, so that no plan can be made of it; "
+            "vary E and the feed of its infeed by hand, from part to part of one log"
+        )
+    hard = with_entries(job, {"material": {"ploughing_pressure": HARDER * job.part.material.ploughing_pressure}})
+    allowed = [max(each) for each in zip(_shares(grind(programs, hard), job), (SAFE_POWER, SAFE_RISE), strict=True)]
+    for span in SPANS:
+        text, blocks = _text(programs, block, first, span, job.setup.machine.maximum_table_speed)
+        power, rise = _shares(grind(read(text, programs.name), hard), job)
+        if power <= allowed[0] and rise <= allowed[1]:
+            return Plan(text, blocks, power, rise)
+    raise CalibrationError(
+        f"{programs.name}: with other words it would come to {100.0 * power:.0f} % of the power and {100.0 * rise:.0f} "
+        "% of the temperature rise that are allowed; log the program as it is"
+    )
+
+
+def _shares(record: GrindingRecord, job: Job) -> tuple[float, float]:
+    """Highest power and temperature rise of a run over what is allowed."""
+    power, rise = (float(record.parts[name].max()) for name in ("peak_power", "rise"))
+    return power / job.limits.power, rise / job.limits.rise
+
+
+def _block(programs: Programs, plan: CyclePlan) -> Block | None:
+    """The block of a cycle, if its numbers stand in it."""
+    sources = [each for each in programs.main.blocks if each.line == plan.line]
+    found = read_block(sources[0]) if len(sources) == 1 else None
+    return found if found is not None and found.is_plain else None
+
+
+def _number(block: Block, letter: str) -> float | None:
+    return next((float(str(word)[1:]) for word in block.words if word.letter == letter), None)
+
+
+def _text(
+    programs: Programs, block: Block, plan: CyclePlan, span: float, fastest: float
+) -> tuple[str, tuple[tuple[float, float], ...]]:
+    """Its text, and E and pick of the blocks that it varies."""
+    assert plan.plunge_axis is not None
+    depth, cross = LETTERS[plan.plunge_axis], plan.cross_axis
+    target, pick, feed = (_number(block, letter) for letter in (depth, "J", "E"))
+    if target is None or pick is None or feed is None:
+        raise CalibrationError(f"{block.source.text}: it needs {depth}, J and E of its own for a plan")
+    unit = abs(pick) / plan.primary_pick  # of the program, over mm
+    digits, begin = MM if unit > 0.5 else INCH, unit * plan.plunge_start
+    cuts = [(faster**span, deeper**span, dresses) for faster, deeper, dresses in CUTS]
+    share = np.cumsum([deeper for _, deeper, _ in cuts]) / sum(deeper for _, deeper, _ in cuts)
+    lines, words = list[str](), list[tuple[float, float]]()
+    for number, ((faster, deeper, dresses), done) in enumerate(zip(cuts, share.tolist(), strict=True)):
+        to = begin + done * (target - begin)
+        E, J = min(faster * plan.feed, fastest), round(deeper * pick, digits)
+        values = {depth: f"{to:.{digits}f}", "J": f"{J:.{digits}f}", "E": f"{E / plan.feed * feed:.0f}."}
+        if plan.program is not None:
+            values["D"] = str(int(dresses))
+        if number and cross is not None:
+            lines.append(f"G01 {LETTERS[cross]}{unit * plan.cross_start:.{digits}f} F{unit * plan.pick_feed:.0f}.")
+        lines.append(re.sub(r"^\s*N\d+\s*", "", with_words(block, values).source.text))
+        words.append((E, abs(J) / unit))
+    with programs.main.blocks.text.open() as handle:
+        whole = handle.read().decode("utf-8-sig", "surrogateescape").splitlines()
+    at = block.source.line - 1
+    remark = "(A LOG OF THIS TELLS THE CONSTANTS OF WHEEL AND MATERIAL)"
+    return "\n".join([*whole[:at], remark, *lines, *whole[at + 1 :]]) + "\n", tuple(words)
+
+
+def next_cut(programs: Programs, job: Job, fitted: Fit, residual: float) -> str | None:
+    """Which cut of a plan would tell most after a fit, and by how much intervals would shrink, in a sentence.
+
+    None where no plan can be made of the program, or no cut would tell much.
+
+    Args:
+        programs: that was logged.
+        job: as the catalogue had it.
+        fitted: what was found.
+        residual: logarithmic standard deviation of the power of a block that is not followed.
+    """
+    try:
+        plan = plan_of(programs, with_entries(job, changes_of(fitted.parameters, fitted.z)))
+    except CalibrationError:
+        return None
+    left = fitted.left
+    forward = Forward(read(plan.text, programs.name), job)
+
+    def powers(z: Floats) -> Floats:
+        return _of_blocks(forward.run(with_entries(job, changes_of(left.parameters, z))))[: len(plan.blocks)]
+
+    ends = [(powers(left.z + STEP * each), powers(left.z - STEP * each)) for each in np.eye(left.z.size)]
+    slopes = np.column_stack([np.log(high / low) / (2.0 * STEP) for high, low in ends])
+    covariance = slopes @ left.covariance @ slopes.T
+    variance = np.diag(covariance)
+    then = variance[:, None] - np.square(covariance) / (variance + residual**2 + EXACT**2)
+    best = int(np.argmin(then.mean(axis=0)))
+    before, after = (NORMAL_90 * float(np.sqrt(each.mean())) for each in (variance, then[:, best]))
+    if after > (1.0 - LITTLE) * before:
+        return None
+    feed, pick = plan.blocks[best]
+    return (
+        f"The cut that would tell most is at E{feed:.0f} with picks of {pick:.3f} mm: logged, it would narrow the 90 % "
+        f"interval of the power of such cuts from +-{100.0 * before:.1f} to +-{100.0 * after:.1f} %; --plan writes a "
+        "program with it."
+    )
+
+
+def _of_blocks(record: GrindingRecord) -> Floats:
+    """Mean power of each cycle block, W, in the order in which they were ground."""
+    strokes = record.strokes[record.strokes["groove"] == 0]
+    lines, where = np.unique(strokes["line"], return_inverse=True)
+    found: Floats = np.bincount(where, strokes["power"]) / np.bincount(where)
+    return found[np.argsort(lines)]

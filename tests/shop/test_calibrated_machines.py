@@ -1,0 +1,199 @@
+"""What a calibration promises on machines that are not the model; the table is `python -m tests.shop.machines`."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+import tomllib
+from typer.testing import CliRunner
+
+from grind_env.cli import app
+from grind_env.control import read, read_file
+from grind_env.machine.grind import grind
+from grind_env.machine.job.entries import with_entries
+from grind_env.machine.job.file import load_job
+from grind_env.process.catalogue import load_catalogue
+from grind_env.shop.calibrate.calibration import calibrate
+from grind_env.shop.calibrate.errors import CalibrationError, WorseFit
+from grind_env.shop.calibrate.plan import plan_of
+from grind_env.shop.calibrate.result import HeldOut
+from grind_env.shop.calibrate.solver import Data, Solver
+from tests.shop.blemished import Style, write_log
+from tests.shop.coverage import EXAMPLES
+from tests.shop.machines import trial
+
+PROGRAM, JOB = EXAMPLES / "plate_g82.nc", EXAMPLES / "plate_g82.toml"
+QUICK = Style(rate=10.0, unit="W", comma=False, separator=",", clock="s", headings=("time [s]", "power [W]"), scale=0.0)
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory):
+    """A calibration of the machine that is the model, and errors of it, the catalogue and two regressions."""
+    return trial("model", "plate_g82", tmp_path_factory.mktemp("model"), 3)
+
+
+@pytest.fixture(scope="module")
+def foreign(tmp_path_factory):
+    """The same of one with other laws, logged with several E and depths."""
+    return trial("foreign:1", "plate_g82", tmp_path_factory.mktemp("foreign"), 6, varies=True)
+
+
+def test_where_the_machine_is_the_model_there_is_no_free_term_and_half_the_error_of_a_regression(model):
+    found, errors = model
+    assert found.fit.width == 0.0
+    assert errors[:, 0].mean() <= 0.5 * errors[:, 2:].mean(axis=0).min()
+
+
+def test_what_the_model_does_not_follow_is_followed_by_the_free_term(foreign):
+    """Its force grows with the table speed as with the depth; ours, where it rubs, with the depth alone."""
+    found, errors = foreign
+    assert found.fit.width > 0.0
+    assert found.fitted.part.material.power_speed_exponent > 0.15
+    assert errors[:, 0].mean() <= 0.3 * errors[:, 1].mean()
+    assert found.fit.in_turn.gain < 0.5
+
+
+def test_a_machine_with_other_laws_is_no_worse_predicted_than_by_a_regression(tmp_path):
+    _, errors = trial("foreign:2", "keyway_g81", tmp_path, 3, varies=True)
+    assert errors[:, 0].mean() <= 0.5 * errors[:, 2:].mean(axis=0).min()
+
+
+@pytest.mark.parametrize("name", ["table:1", "meter:4"])
+def test_slow_tables_and_lagging_meters_are_no_worse_predicted_than_by_a_regression(name, tmp_path):
+    found, errors = trial(name, "plate_g82", tmp_path, 4)
+    assert errors[:, 0].mean() <= 0.5 * errors[:, 2:].mean(axis=0).min()
+    if name == "table:1":
+        assert any("of its pace" in remark for remark in found.remarks)
+    else:
+        lag = next(remark for remark in found.remarks if "lags" in remark)
+        assert 1.0 <= float(lag.split("about ")[1].split(" s")[0]) <= 2.0  # it is 1.5 s
+
+
+def test_the_idle_power_is_that_of_the_pauses_where_the_meter_lags(tmp_path):
+    style = dataclasses.replace(QUICK, idle=630.0, warm_up=0.0, coolant=0.0, lag=1.0)
+    write_log(tmp_path / "log.csv", read_file(PROGRAM), load_job(JOB), 3, style, np.random.default_rng(2))
+    found = calibrate(tmp_path / "log.csv", PROGRAM, JOB, names=["ploughing_pressure"])
+    assert found.idle.mean == pytest.approx(630.0, rel=0.06)
+    assert 0.85 * 630.0 < found.idle.low < found.idle.high < 1.15 * 630.0
+
+
+def test_a_scale_that_is_said_is_not_fitted_but_written(tmp_path):
+    write_log(tmp_path / "log.csv", read_file(PROGRAM), load_job(JOB), 2, dataclasses.replace(QUICK, gain=1.17), RNG())
+    (tmp_path / "map.toml").write_text("[log]\nscale = 1.17\n", encoding="utf-8")
+    found = calibrate(tmp_path / "log.csv", PROGRAM, JOB, map_file=tmp_path / "map.toml")
+    assert found.scales == {}
+    values = {each.parameter.key: each for each in found.estimates}
+    assert values["ploughing_pressure"].low < 0.62 < values["ploughing_pressure"].high
+    found.write(tmp_path / "shop.toml")
+    assert load_catalogue(tmp_path / "shop.toml").machine("default").meter_scale == pytest.approx(1.17)
+
+
+def RNG():
+    return np.random.default_rng(5)
+
+
+def test_a_scale_of_amperes_without_volts_is_refused(tmp_path):
+    style = dataclasses.replace(QUICK, unit="A", headings=("time [s]", "current [A]"))
+    write_log(tmp_path / "log.csv", read_file(PROGRAM), load_job(JOB), 1, style, RNG())
+    (tmp_path / "map.toml").write_text("[log]\nscale = 1.0\n", encoding="utf-8")
+    with pytest.raises(CalibrationError, match=r"log\.scale is 1"):
+        calibrate(tmp_path / "log.csv", PROGRAM, JOB, map_file=tmp_path / "map.toml")
+
+
+@pytest.mark.parametrize("which", ["model", "foreign"])
+def test_what_is_left_open_stands_in_the_file(which, request, tmp_path):
+    found, _ = request.getfixturevalue(which)
+    found.write(tmp_path / "shop.toml", force=True)
+    table = tomllib.loads((tmp_path / "shop.toml").read_text())["uncertainty"]
+    assert "material.power_speed_exponent" in table["names"]
+    assert "material.tempering_rise" in table["names"]
+    correlation = np.array(table["correlation"])
+    assert correlation.shape == (len(table["names"]), len(table["spread"]))
+    assert np.allclose(correlation, correlation.T)
+    assert np.all(np.diag(correlation) == 1.0)
+    assert np.linalg.eigvalsh(correlation)[0] > -1e-6
+    spread = dict(zip(table["names"], table["spread"], strict=True))
+    assert spread["material.tempering_rise"] == pytest.approx(0.18, rel=0.01)  # a power says nothing of it
+    assert spread["machine.stiffness"] < 0.2
+    assert 0.0 <= table["residual"] < 0.05
+    assert load_catalogue(tmp_path / "shop.toml").machine("default").stiffness > 0.0
+
+
+def test_more_is_left_open_where_the_model_is_not_followed(model, foreign):
+    assert foreign[0].residual > 2.0 * model[0].residual
+
+
+def test_a_fit_worse_than_the_catalogue_is_written_with_force_only(model, tmp_path, monkeypatch):
+    worse = dataclasses.replace(model[0], held_out=HeldOut("the last part", {"power": (9, 0.02, 0.03)}))
+    path = tmp_path / "shop.toml"
+    with pytest.raises(WorseFit, match="--force"):
+        worse.write(path)
+    monkeypatch.setattr("grind_env.shop.calls.calibrate", lambda *_, **__: worse)
+    words = ["calibrate", str(PROGRAM), "--program", str(PROGRAM), "--job", str(JOB), "-o", str(path)]
+    result = CliRunner().invoke(app, words)
+    assert result.exit_code == 3
+    assert "predicts the last part better" in result.stderr
+    assert not path.exists()
+    assert CliRunner().invoke(app, [*words, "--force"]).exit_code == 0
+    assert path.exists()
+
+
+def test_parts_in_which_nobody_saw_burn_say_so_with_what_they_may_miss():
+    """By hand: of burnt parts a tenth pass for good where nobody has looked."""
+    data = Data(*(np.array(each) for each in ([0.0, 0.0, 1.0], [0.0, 0.1, 0.0], ["burn"] * 3, [1, 2, 3], [False] * 3)))
+    solver = Solver((), [], data, lambda _: np.array([2.0, 2.0, 2.0]))
+    burnt = 1.0 / (1.0 + math.exp(-2.0))
+    chances = [1.0 - burnt, 1.0 - burnt + 0.1 * burnt, burnt]
+    rest = solver.residuals(solver.predicted(np.empty(0)), np.ones(3, bool), {"burn": 1.0})
+    np.testing.assert_allclose(0.5 * rest**2, [-math.log(each) for each in chances])
+
+
+def test_parts_that_the_gauge_found_good_are_not_condemned(tmp_path):
+    """A material that burns later than the catalogue says, ground hotter than that allows."""
+    job, text = tmp_path / "plate.toml", JOB.read_text()
+    own = '[catalogue.material.soft]\nbase = "aisi_52100"\ntempering_rise = 80\n'
+    words = 'material = "soft"\nrise_allowance = 0'
+    job.write_text(text.replace('material = "aisi_52100"', words) + own, encoding="utf-8")
+    truth = with_entries(load_job(job), {"material": {"tempering_rise": 200.0}})
+    write_log(tmp_path / "log.csv", read_file(PROGRAM), truth, 3, QUICK, RNG())
+    (tmp_path / "parts.csv").write_text("part;Ra [um];size [um]\n1;0.23;1\n2;0.24;2\n3;0.23;1\n", encoding="utf-8")
+    alone = calibrate(tmp_path / "log.csv", PROGRAM, job)
+    gauged = calibrate(tmp_path / "log.csv", PROGRAM, job, gauge=tmp_path / "parts.csv")
+    assert any("say in a column burn" in remark for remark in alone.remarks)
+    good = [grind(read_file(PROGRAM), each.fitted).parts["survival"][0] for each in (alone, gauged)]
+    assert good[0] < 0.2 < 0.5 < good[1]
+
+
+def test_a_plan_is_safe_varies_what_must_be_and_tells_more(model, tmp_path):
+    programs, job = read_file(PROGRAM), load_job(JOB)
+    plan = plan_of(programs, job)
+    record = grind(read(plan.text, "plan.nc"), job)
+    assert not record.warnings
+    assert record.parts["survival"][0] > 0.95
+    assert record.parts["peak_power"][0] < 0.6 * job.limits.power
+    assert len(record.dresses) == 1
+    assert len({feed for feed, _ in plan.blocks}) >= 3
+    assert len({pick for _, pick in plan.blocks}) >= 3
+    plan.write(tmp_path / "plan.nc")
+    write_log(tmp_path / "log.csv", read_file(tmp_path / "plan.nc"), job, 3, QUICK, RNG())
+    found = calibrate(tmp_path / "log.csv", tmp_path / "plan.nc", JOB)
+    before, after = ({each.parameter.key: each.share for each in fit.estimates} for fit in (model[0], found))
+    assert after["ploughing_pressure"] < 0.6 * before["ploughing_pressure"]
+    assert after["chip_energy"] < 0.8 * before["chip_energy"]
+    assert "would narrow the 90 % interval" in model[0].next_cut
+
+
+def test_the_command_writes_a_plan_without_a_log(tmp_path):
+    path = tmp_path / "plan.nc"
+    words = ["calibrate", "--plan", str(path), "--program", str(PROGRAM), "--job", str(JOB)]
+    result = CliRunner().invoke(app, words)
+    assert result.exit_code == 0, result.output
+    assert "with one dress" in result.output
+    assert "E22500." in path.read_text()
+
+
+@pytest.mark.parametrize("program", ["keyway_g81"])
+def test_no_plan_of_a_program_whose_cycle_does_not_plunge(program):
+    with pytest.raises(CalibrationError, match="no G82 or G83"):
+        plan_of(read_file(EXAMPLES / f"{program}.nc"), load_job(EXAMPLES / f"{program}.toml"))
