@@ -60,7 +60,8 @@ def policy_for(text: str | None, simulation: JobSimulation, step: float = STEP) 
     """
     if not (math.isfinite(step) and step > 1.0):
         raise AdviceError(f"--step is {step:g}, but must be a factor above 1, such as {STEP:g}")
-    rule = EmpiricalRule(step=step)
+    # how long a wheel lasts here its readings say, and not a handbook
+    rule = EmpiricalRule(step=step, interval=math.inf)
     if text is None and not simulation.compiled:
         return rule
     kinds = len(simulation.task.kinds)
