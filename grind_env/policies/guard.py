@@ -105,7 +105,8 @@ class Guarded:
                 "forecasts hold again"
             )
         elif self.wary[machine]:
-            found.append("this machine is not as the model: no faster and no duller than what has worked on it")
+            error = f"readings are {self.watch.error[machine]:.1f} standard deviations off their forecasts"
+            found.append(f"{error} or have been beyond a limit: no faster and no duller than what has worked here")
         elif self.returning[machine]:
             found.append(f"{self.policy.name} would be faster, but E rises by {self.step:g} times a block at most")
         if self.slowest[machine]:

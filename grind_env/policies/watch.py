@@ -75,6 +75,7 @@ class Watch:
         alarm: whether the last block is an alarm, shape (N,).
         beyond: whether it was read to be beyond a limit, expected or not, shape (N,).
         doubt: whether the machine is in doubt to be the model, shape (N,).
+        error: of forecasts in the mean of the last readings, in standard deviations, shape (N,).
         holds: whether its forecasts hold, shape (N,).
         seen: readings of the last block beside their forecasts, each of shape (N, readings).
     """
@@ -93,10 +94,14 @@ class Watch:
         scatter = spread.wheel_roughness, spread.part_roughness, self.noise * ROUGHNESS_NOISE
         self.scatter = float(np.linalg.norm(scatter))
         self.alarm, self.beyond, self.doubt = np.zeros((3, machines), bool)
-        self.holds = np.ones(machines, bool)
+        self.holds, self.error = np.ones(machines, bool), np.ones(machines)
         self._off, self._count, self._sum = np.zeros(shape), np.ones(shape), np.zeros(shape)
         self._beyond, self._run, self._squares = np.zeros(shape, bool), np.zeros(shape, bool), np.zeros(machines)
-        self._gauged, self._part = np.zeros(machines), np.full((machines, 1), USUAL_RATIO)
+        self._gauged, self._sized, self._part = (
+            np.zeros(machines),
+            np.zeros(machines),
+            np.full((machines, 1), USUAL_RATIO),
+        )
         self._row: KindRow | None = None
         self.seen = Reading(*np.zeros((len(Reading._fields), *shape)))
 
@@ -132,6 +137,9 @@ class Watch:
         squares = np.where(seen.new, np.minimum(z * z, LARGE_SQUARE) - USUAL_SQUARE, 0.0).sum(axis=1)
         self._squares = np.clip(self._squares + squares, 0.0, MOST_DOUBT)
         self.doubt = self._squares > DOUBTFUL
+        told = seen.new.sum(axis=1)
+        mean = (z * z).sum(axis=1) / np.maximum(told, 1)
+        self.error = np.sqrt(self.error**2 + (mean - self.error**2) * np.minimum(told / MEMORY, 1.0))
         surprise = np.where(seen.read > seen.near, np.minimum(z, MOST), 0.0) - SLACK
         total = np.maximum(self._sum + np.where(seen.new, surprise, 0.0), 0.0)
         self._run, self.holds = total > BEARABLE, np.asarray((np.abs(z) < HOLDS).all(axis=1))
@@ -146,6 +154,9 @@ class Watch:
         limit, tolerance, ends = np.asarray(row.power), np.asarray(row.size), np.asarray(row.ends_part) > 0.0
         told = (read["roughness"] != self._gauged) & (read["roughness"] > 0.0)
         outward, ratio = np.where(read["size_error"] < 0.0, -1.0, 1.0), np.log(np.maximum(read["roughness"], 1e-3))
+        # of a part that nobody has gauged the last size is shown again; beyond its range a gauge shows the same, too
+        gauged = (read["size_error"] != self._sized) | (np.abs(read["size_error"]) > tolerance)
+        self._sized = read["size_error"]
         size, zero, one = outward * read["size_error"], np.zeros(len(outward)), np.ones(len(outward))
         if self.belief is None:
             peak = law.expected, law.spread, read["peak_power"] > 0.0
@@ -167,7 +178,7 @@ class Watch:
         columns = (
             Reading(powers[0], *peak[:2], np.log(limit), np.log(limit), one, peak[2]),
             Reading(powers[1], *mean[:2], np.log(limit), np.log(limit), one, mean[2]),
-            Reading(size, *expected, tolerance, AIM * tolerance, outward, ends & (tolerance > 0.0)),
+            Reading(size, *expected, tolerance, AIM * tolerance, outward, ends & gauged & (tolerance > 0.0)),
             Reading(ratio, *rough, zero, zero + np.log(AIM), one, told),
         )
         seen = Reading(*(np.stack(each, axis=1) for each in zip(*columns, strict=True)))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.tables import Outcome
 from grind_env.envs.tasks import Task, load_task
 from grind_env.policies.evaluation import cost_per_good_part, episode_seeds, run_seeds
 from grind_env.policies.problem import find_problem
@@ -132,3 +133,13 @@ def test_a_part_without_limits_is_no_matter_of_size() -> None:
     first = observation(free, **GROUND)
     # and a step is one from what was ground, whoever has decided it
     assert decide(EmpiricalRule(step=1.25), free, first, *[observation(free, **ground)] * 4)[-1] == (7500.0, 0.0)
+
+
+def test_a_block_of_a_program_takes_the_strokes_that_it_has() -> None:
+    rows, speeds = np.array([0, 1]), np.array([15_000.0, 9000.0])
+    seconds = PLATE.branches.seconds(rows, speeds)
+    episodes = PLATE.without_spread().start([np.random.default_rng(0)])  # type: ignore[attr-defined]
+    for k in rows:
+        outcomes, _ = PLATE.step(episodes, speeds[k : k + 1], np.zeros(1))
+        # beside them there are loading, gauging and the ways between
+        assert 0.0 < outcomes[0, Outcome._fields.index("seconds")] - seconds[k] < 40.0

@@ -34,8 +34,10 @@ def watched(
     watch.belief = SimpleNamespace(update=lambda seen: None, forecast=made)  # type: ignore[assignment]
     watch.update(observation(PLATES), law)
     alarms = []
-    for each in read:
-        watch.update(observation(PLATES, **(USUAL | each)), law)
+    for k, each in enumerate(read):
+        row = USUAL | each
+        # no part is gauged for exactly the same
+        watch.update(observation(PLATES, **(row | {"size_error": row["size_error"] + 1e-3 * (k % 2)})), law)
         alarms.append(bool(watch.alarm[0]))
     return watch, alarms
 
@@ -79,6 +81,39 @@ def test_a_size_that_is_always_as_much_off_is_soon_forecast() -> None:
     watch, _ = watched(*[{"size_error": 12.0}] * 12)
     assert watch.seen.forecast[0, 2] == pytest.approx(12.0, abs=1.0)
     assert watched(*[{"size_error": 12.0}] * 12)[1] == [False] * 12
+
+
+def test_a_size_that_is_shown_again_is_no_reading() -> None:
+    watch, _ = watched({"size_error": 12.0})
+    assert watch.seen.new[0].tolist() == [True, True, True, True]
+    watch.update(observation(PLATES, **(USUAL | {"size_error": 12.0})), PowerLaw(1))
+    assert watch.seen.new[0].tolist() == [True, True, False, False]
+
+
+def test_readings_off_their_forecasts_either_way_are_a_doubt() -> None:
+    assert not watched(*[{}] * 50)[0].doubt[0]
+    # a meter that shows 20 % too little is on the good side of every limit
+    watch, alarms = watched(*[{"peak_power": 3700.0, "mean_power": 3300.0}] * 4)
+    assert watch.doubt[0] and not any(alarms)
+    assert watch.error[0] > 3.0
+
+
+def test_a_cautious_guard_rises_step_by_step_and_dresses_as_the_rule_does_while_in_doubt() -> None:
+    policy = Guarded(Fast(20_000.0), cautious=True)
+    policy.begin(PLATES, 1)
+
+    def update(seen: Any, law: Any) -> None:
+        policy.watch.doubt, policy.watch.error = np.array([doubt]), np.array([3.0])
+
+    doubt = False
+    policy.watch.update = update  # type: ignore[method-assign]
+    first = policy.act(observation(PLATES, **GROUND), None)
+    assert first.speeds[0] == 7500.0
+    ground = GROUND | {"last_speed": 7.5, "volume": 300.0, "peak_power": 2000.0}
+    assert policy.act(observation(PLATES, **ground), None).executions[0] == 1.0
+    doubt = True
+    assert policy.act(observation(PLATES, **ground), None).executions[0] > 1.0
+    assert policy.said(0)[0].startswith("readings are 3.0 standard deviations off their forecasts")
 
 
 def test_without_an_ensemble_the_law_of_the_machine_forecasts() -> None:

@@ -58,6 +58,19 @@ class EmpiricalRule:
     name: ClassVar[str] = "empirical_rule"
     sees: ClassVar[Sees] = "measurements"
     simulation: Simulation = field(init=False, repr=False)
+    power: PowerLaw = field(init=False, repr=False)
+    roughness: PartLaw = field(init=False, repr=False)
+    size: PartLaw = field(init=False, repr=False)
+    first: Array = field(init=False, repr=False)
+    """E of each kind before anything was read, mm/min, shape (kinds,)."""
+    speeds: Array = field(init=False, repr=False)
+    """E of the last block of each kind, whoever has decided it, mm/min, shape (N, kinds)."""
+    kind: Numbers = field(init=False, repr=False)
+    """Of the coming block, shape (N,)."""
+    good: Array = field(init=False, repr=False)
+    """Highest E of it at which parts are expected to be good, mm/min, shape (N,)."""
+    volumes: Array = field(init=False, repr=False)
+    """Usual volume between two dresses, by kind of part, mm3/mm, shape (N, kinds)."""
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         """Nothing has been read, and the wheel is freshly dressed."""
@@ -75,7 +88,7 @@ class EmpiricalRule:
         self.rows, self.kind, self.speeds = none, none, np.tile(self.first, (episodes, 1))
         self.part, self.made, self.begun = none, zero + 1.0, False
         self.hot = np.zeros(episodes, bool)
-        self.dull, self.gauged, self.wanted, self.blocks = zero, zero, zero, zero
+        self.dull, self.gauged, self.sized, self.wanted, self.blocks = zero, zero, zero, zero, zero
         self.most = usual_volumes(simulation, self.interval)
         np.minimum.at(self.most, self.part_of_kind, self.most.copy())
         self.volumes = np.tile(self.most, (episodes, 1))
@@ -98,7 +111,7 @@ class EmpiricalRule:
         rises = self.power.known & (feeds | (seen["peak_power"] < SHARE * row.power))
         most = np.where(rises, self.step * last, last)
         good = first * np.maximum(np.minimum(self.roughness.speed(part), self.size.speed(part)), FLOOR)
-        # a slower table would make a hot part hotter; a faster one is tried as long as Ra is in sight of its limit only
+        # a slower table would make a hot part hotter; a faster one is tried where Ra is well below its limit
         faster = np.where(seen["roughness"] < SMOOTH, self.step, 1.0) * last
         good = self.good = np.where(self.hot, np.maximum(good, faster), good)
         driven = [60.0 * self.power.removal(SHARE * np.asarray(row.power), volume) / np.maximum(area, 1e-9)
@@ -135,7 +148,9 @@ class EmpiricalRule:
         ended = np.asarray(row.ends_part) > 0.0
         self.gauged, self.part = seen["roughness"], np.where(ended, self.part_of_kind[self.kind], self.part)
         self.made = np.where(ended, self.speeds[n, self.kind] / self.first[self.kind], self.made)
-        gauged = ended & (np.asarray(row.size) > 0.0)
+        # of a part that nobody has gauged the last size is shown again; beyond its range a gauge shows the same, too
+        told = (seen["size_error"] != self.sized) | (np.abs(seen["size_error"]) > row.size)
+        gauged, self.sized = ended & (np.asarray(row.size) > 0.0) & told, seen["size_error"]
         size = np.where(gauged, seen["size_error"], 0.0) / np.maximum(row.size, 1e-9)
         self.size.learn(size, self.part, self.made, gauged)
         self.hot = np.where(gauged, size < -AIM, self.hot)

@@ -12,7 +12,7 @@ from grind_env.errors import GrindError
 from grind_env.policies.guard import STEP, Guarded
 from grind_env.policies.naming import named_policy
 from grind_env.policies.policy import Policy
-from grind_env.policies.scripted.empirical_rule import EmpiricalRule
+from grind_env.policies.scripted.empirical_rule import INTERVAL, EmpiricalRule
 from grind_env.policies.scripted.look_ahead import LookAhead
 from grind_env.policies.tuned import read_tuned, tuned_folder
 from grind_env.shop.advise.forecast import Forecast, Forecaster
@@ -60,7 +60,8 @@ def policy_for(text: str | None, simulation: JobSimulation, step: float = STEP) 
     """
     if not (math.isfinite(step) and step > 1.0):
         raise AdviceError(f"--step is {step:g}, but must be a factor above 1, such as {STEP:g}")
-    rule = EmpiricalRule(step=step)
+    # readings of every part are at hand: a wheel may last half as long again as it usually does
+    rule = EmpiricalRule(step=step, interval=1.5 * INTERVAL)
     if text is None and not simulation.compiled:
         return rule
     kinds = len(simulation.task.kinds)
