@@ -52,19 +52,31 @@ def _stroke(
 CORRECTED = PROCESS._replace(own=joined(PROCESS.own, CorrectedOwn), stroke=_stroke)
 
 
+EXPONENTS = ("power_depth_exponent", "power_speed_exponent", "power_volume_exponent")
+"""Fields of a material."""
+
+
 def exponents_of(material: Material) -> tuple[float, ...]:
     """The exponents of a material, as the process remembers them."""
-    return material.power_depth_exponent, material.power_speed_exponent, material.power_volume_exponent
+    return tuple(float(getattr(material, name)) for name in EXPONENTS)
 
 
-def corrected_by(material: Material, process: Process, own: tuple[float, ...]) -> tuple[Process, tuple[float, ...]]:
+def corrected_by(
+    material: Material, process: Process, own: tuple[float, ...], *, open_: bool = False
+) -> tuple[Process, tuple[float, ...]]:
     """What grinds a material, and what it remembers as a shift begins: without exponents the process of the package.
 
     Any other process stays as it is.
+
+    Args:
+        material: with its exponents.
+        process: of the job.
+        own: what it remembers.
+        open_: whether it is not known that there are none, so that machines that this may be have some.
     """
     if process not in (PROCESS, CORRECTED):
         return process, own
     own, exponents = own[: len(PROCESS.own._fields)], exponents_of(material)
-    if not any(exponents):
+    if not (open_ or any(exponents)):
         return PROCESS, own
     return CORRECTED, (*(own or PROCESS.own()), *exponents)

@@ -14,7 +14,9 @@ from grind_env.machine.job import JobError, PartConditions
 from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
 from grind_env.machine.job.text import job_text
-from grind_env.process.corrected import CORRECTED
+from grind_env.machine.job.uncertainty import Uncertainty
+from grind_env.machine.job.worlds import worlds
+from grind_env.process.corrected import CORRECTED, exponents_of
 from grind_env.process.process import PROCESS
 from grind_env.process.stroke import dressed_wheel, grind_stroke, stroke_constants
 
@@ -82,3 +84,15 @@ def test_parts_of_one_job_have_the_same_exponents():
     other = job_of(PLATE, power_depth_exponent=0.1).part
     with pytest.raises(JobError, match="give both the same"):
         replace(plain, parts=(PartConditions(part=other),))
+
+
+def test_machines_of_which_exponents_are_open_share_the_process_that_has_them():
+    """Also where the fit itself has none: a search tries all of them in one kernel."""
+    job = load_job(EXAMPLES / "plate_g82.toml")
+    names = ("material.power_depth_exponent", "machine.stiffness")
+    left = Uncertainty(names=names, spread=(0.1, 0.2), correlation=((1.0, 0.0), (0.0, 1.0)))
+    held = replace(job, uncertainty=left)
+    assert job.process is PROCESS and held.process is CORRECTED and not any(exponents_of(held.part.material))
+    some = worlds(held, left, 1, 4)
+    assert {each.process for each in some} == {CORRECTED} and len({each.own for each in some}) == 4
+    assert replace(held, uncertainty=None).process is PROCESS

@@ -22,6 +22,7 @@ from grind_env.shop.calls import optimise, sweep
 from grind_env.shop.optimise import variation
 from grind_env.shop.optimise.outcome import Verdict
 from tests.command import Grind
+from tests.shop.programs import KNOWN
 
 pytestmark = pytest.mark.usefixtures("few_lots")
 
@@ -83,11 +84,15 @@ def test_an_infeed_beside_a_table_that_reciprocates_grinds_the_stock() -> None:
 
 
 @pytest.mark.parametrize("name", MADE_BETTER)
-def test_what_is_promised_of_better_words_is_what_they_grind(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_promised_of_better_words_is_what_they_grind(
+    name: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     path, job = held(name)
+    known = tmp_path / path.with_suffix(".toml").name
+    known.write_text(path.with_suffix(".toml").read_text(encoding="utf-8") + KNOWN, encoding="utf-8")
     if name == "maschinenmesser":  # Ra is so near its limit that as many lots as a shop's own tell what keeps it
         monkeypatch.setattr(variation, "USUAL_RUNS", 50)
-    found = optimise(path, parts=4, budget=6.0, variables=job.variables)
+    found = optimise(path, known, parts=4, budget=6.0, variables=job.variables)
     assert found.verdict is Verdict.BETTER
     record = grind(read(found.after, path.name, path.parent), replace(job, variables=SHOPS[name].given))
     for quantity, column in (("cost", "total_cost"), ("seconds", "seconds"), ("Ra", "Ra")):

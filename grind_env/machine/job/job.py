@@ -18,7 +18,7 @@ from grind_env.control.paths import displaced
 from grind_env.errors import did_you_mean, quoted
 from grind_env.machine.axes import cross_axis, plunge_axis
 from grind_env.process import tables
-from grind_env.process.corrected import corrected_by, exponents_of
+from grind_env.process.corrected import EXPONENTS, corrected_by, exponents_of
 from grind_env.process.cost import NO_LIMIT, Limits, Rates
 from grind_env.process.entries import Dresser, Fluid, Machine, Material, Quantity, Wheel
 from grind_env.process.parameters import USUAL_HEIGHT, limits_of, rates_of, stroke_parameters
@@ -395,7 +395,9 @@ class Job:
                     "but they have different ones; give both the same",
                     "part.material",
                 )
-        process, own = corrected_by(self.part.material, self.process, self.own)
+        left_open = () if self.uncertainty is None else self.uncertainty.names
+        open_ = any(f"material.{each}" in left_open for each in EXPONENTS)
+        process, own = corrected_by(self.part.material, self.process, self.own, open_=open_)
         object.__setattr__(self, "process", process)
         object.__setattr__(self, "own", own)
 
