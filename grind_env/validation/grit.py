@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
+from grind_env.process.corrected import EXPONENTS
 from grind_env.process.entries import Entry, quantities
 from grind_env.validation.check import FALLS, RISES, Check, at_most
 from grind_env.validation.rig import USUAL, Grinder, Rig
@@ -26,16 +27,16 @@ ENTRIES = {
 """What a shop looks for in the catalogue, by kind of entry."""
 
 ELSEWHERE = {
-    "material": ("tempering_rise",),
+    "material": ("tempering_rise", *EXPONENTS),
     "wheel": ("minimum_diameter", "maximum_speed", "price"),
     "dresser": ("cost_per_dress",),
     "fluid": (),
     "machine": (
-        *("acceleration", "reversal_dwell", "rapid_feed", "hourly_rate", "stall_time"),
+        *("acceleration", "reversal_dwell", "rapid_feed", "hourly_rate", "stall_time", "meter_scale"),
         *("maximum_table_speed", "maximum_plunge_feed", "maximum_cross_feed", "maximum_spindle_speed"),
     ),
 }
-"""Fields that act outside of the strokes: on limits, times and prices."""
+"""Fields that act outside of the strokes: on limits, times, prices and readings; exponents make a process of its own."""
 
 
 TRIED: tuple[Mapping[str, str], ...] = tuple(

@@ -188,7 +188,7 @@ class Optimised:
         ended_early: whether the time was up before the search had ended.
         plant: the machine on which it was judged; empty for the model, on which it was searched.
         promised: of what was to become less, what was promised of it before it was judged on that machine; else None.
-        confidence: with which limits and each end of an interval hold.
+        confidence: share of the parts and machines for which limits and each end of an interval hold.
         calibration: where what is known of the machine is from; None if it is not calibrated.
     """
 
