@@ -36,7 +36,7 @@ ELSEWHERE = {
         *("maximum_table_speed", "maximum_plunge_feed", "maximum_cross_feed", "maximum_spindle_speed"),
     ),
 }
-"""Fields that act outside of the strokes: on limits, times, prices and readings; exponents make a process of its own."""
+"""Fields that act outside of the strokes: on limits, times, prices, readings, and as a process of its own."""
 
 
 TRIED: tuple[Mapping[str, str], ...] = tuple(
