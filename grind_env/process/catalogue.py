@@ -43,6 +43,7 @@ from grind_env.process.entries import (
 from grind_env.toml import TomlError, read_toml
 
 __all__ = [
+    "Calibrated",
     "Catalogue",
     "CatalogueError",
     "Dresser",

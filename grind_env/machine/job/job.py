@@ -17,6 +17,7 @@ from grind_env.control.control import ORIGIN, Control
 from grind_env.control.paths import displaced
 from grind_env.errors import did_you_mean, quoted
 from grind_env.machine.axes import cross_axis, plunge_axis
+from grind_env.machine.job.uncertainty import Uncertainty
 from grind_env.process import tables
 from grind_env.process.corrected import EXPONENTS, corrected_by, exponents_of
 from grind_env.process.cost import NO_LIMIT, Limits, Rates
@@ -27,7 +28,6 @@ from grind_env.process.state import FORCES, StrokeParameters
 from grind_env.process.tables import TableError
 
 if TYPE_CHECKING:
-    from grind_env.machine.job.uncertainty import Uncertainty
     from grind_env.plants import Plant
 
 ByHand: TypeAlias = Literal["by program", "always on"]
@@ -369,7 +369,7 @@ class Job:
     process: Process = PROCESS
     own: tuple[float, ...] = ()
     plant: str = ""
-    uncertainty: "Uncertainty | None" = None
+    uncertainty: Uncertainty | None = None
     variables: Mapping[int, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

@@ -25,9 +25,10 @@ class Uncertainty:
     Attributes:
         names: of numbers in the entries of the job, such as `material.ploughing_pressure`.
         spread: standard deviation of the logarithm of each; of the number itself where it may be below 0, in its unit.
-        correlation: of these, a row for each.
-        residual: logarithmic standard deviation of the forces of a machine around those with these numbers.
-        drift: the same of a step of the forces from part to part, which add up.
+        correlation: of these, a row for each, of numbers from -1 to 1 without a unit.
+        residual: logarithmic standard deviation, without a unit, of the forces of a machine around those with these
+            numbers.
+        drift: the same of a step of the forces from part to part, which add up; without a unit, too.
         source: where it is from; empty for the catalogue's own.
 
     Raises:
@@ -74,7 +75,10 @@ class Uncertainty:
 
     @property
     def root(self) -> Array:
-        """What makes deviations, in units of the numbers' spreads, of as many standard normal numbers."""
+        """What makes deviations, in units of the numbers' spreads, of as many standard normal numbers.
+
+        Shape (names, names); lower triangular.
+        """
         table = np.array(self.correlation, float).reshape(len(self.names), len(self.names))
         table = table + 2.0 * max(NEARLY, -float(min(np.linalg.eigvalsh(table), default=0.0))) * np.eye(len(table))
         return np.asarray(np.linalg.cholesky(table))
