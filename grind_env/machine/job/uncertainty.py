@@ -32,7 +32,7 @@ class Uncertainty:
         source: where it is from; empty for the catalogue's own.
 
     Raises:
-        CatalogueError: something of it is not legal.
+        GrindError: something of it is not legal.
     """
 
     names: tuple[str, ...]
