@@ -35,10 +35,13 @@ def optimise_on(machine: Machine, seconds: float = SECONDS) -> dict[str, float]:
     found["original"], found["original_scrap"] = real(read_file(machine.path), truth)
     with tempfile.TemporaryDirectory() as folder:
         catalogue = calibrated(machine, Path(folder))
-        ways = {"uncalibrated": machine.path.with_suffix(".toml"), "calibrated": catalogue}
-        for way, job in ways.items():
-            if job is not None:
-                found |= {f"{way}_{what}": value for what, value in _searched(machine, job, truth, seconds).items()}
+        own = machine.path.with_suffix(".toml")
+        plain = _searched(machine, own, truth, seconds)
+        # whose calibration is refused goes on without
+        fitted = plain if catalogue is None else _searched(machine, catalogue, truth, seconds)
+    for way, searched in (("uncalibrated", plain), ("calibrated", fitted)):
+        found |= {f"{way}_{what}": value for what, value in searched.items()}
+    found["refused"] = float(catalogue is None)
     return found
 
 

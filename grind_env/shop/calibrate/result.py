@@ -25,8 +25,9 @@ from grind_env.shop.calibrate.uncertain import uncertainty_lines
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-WORSE = 1.1
-"""Times the error of the catalogue, from which on a fit is worse beyond chance."""
+WORSE, SLIGHTLY = 1.1, 0.005
+"""Times the error of the catalogue, and by more than what share of the power, from which on a fit is worse beyond
+chance: where the catalogue is right to .1 % a fit is off by .3 %, and tells how little else the machine may be."""
 BARE_KEY = re.compile("[A-Za-z0-9_-]+")
 """A key that TOML takes without quotes."""
 
@@ -145,7 +146,11 @@ class Calibration:
     def is_worse(self) -> bool:
         """Whether parts that took no part are predicted worse than by the catalogue as it was."""
         errors = {} if self.held_out is None else self.held_out.errors
-        return any(after > WORSE * before for kind, (_, before, after) in errors.items() if kind in LINEAR)
+        return any(
+            after > max(WORSE * before, before + SLIGHTLY)
+            for kind, (_, before, after) in errors.items()
+            if kind in LINEAR
+        )
 
     def write(self, path: str | Path, *, force: bool = False) -> None:
         """Write the catalogue file, as `grind calibrate -o`; errors as of `write_catalogue`."""
