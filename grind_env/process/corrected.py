@@ -14,7 +14,7 @@ from grind_env.kernel import exp, inlined, log
 from grind_env.kernel.columns import replacer
 from grind_env.process.entries import Material
 from grind_env.process.process import PROCESS, Process, joined
-from grind_env.process.state import StrokeConstants, StrokeResult, WheelState
+from grind_env.process.state import FORCES, StrokeConstants, StrokeResult, WheelState
 
 DEPTH, SPEED, VOLUME, EARLY = 0.010, 200.0, 300.0, 10.0
 """mm, mm/s and mm3/mm at which the exponents change nothing; mm3/mm that are added to the volume."""
@@ -31,7 +31,7 @@ class CorrectedOwn(NamedTuple):
 
 
 ground = PROCESS.stroke
-scaled = replacer(StrokeConstants, "u_ch", "kp", "pa", "pb")
+scaled = replacer(StrokeConstants, *FORCES)
 
 
 @inlined

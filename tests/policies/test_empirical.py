@@ -1,4 +1,5 @@
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -138,7 +139,8 @@ def test_a_part_without_limits_is_no_matter_of_size() -> None:
 def test_a_block_of_a_program_takes_the_strokes_that_it_has() -> None:
     rows, speeds = np.array([0, 1]), np.array([15_000.0, 9000.0])
     seconds = PLATE.branches.seconds(rows, speeds)
-    episodes = PLATE.without_spread().start([np.random.default_rng(0)])  # type: ignore[attr-defined]
+    plate: Any = PLATE
+    episodes = plate.without_spread().start([np.random.default_rng(0)])
     for k in rows:
         outcomes, _ = PLATE.step(episodes, speeds[k : k + 1], np.zeros(1))
         # beside them there are loading, gauging and the ways between

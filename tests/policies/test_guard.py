@@ -31,7 +31,7 @@ def watched(
     watch, law = Watch(PLATES, 1), PowerLaw(1)
     members = np.array([[-1.0, 1.0]]) * spread
     made = Forecast(4000.0 * np.exp(members), peak * np.exp(members), size + 10.0 * members, np.full((1, 2), 0.5))
-    watch.belief = SimpleNamespace(update=lambda seen: None, forecast=made)  # type: ignore[assignment]
+    watch.belief = SimpleNamespace(update=lambda seen: None, forecast=made)
     watch.update(observation(PLATES), law)
     alarms = []
     for k, each in enumerate(read):
@@ -99,14 +99,14 @@ def test_readings_off_their_forecasts_either_way_are_a_doubt() -> None:
 
 
 def test_a_cautious_guard_rises_step_by_step_and_dresses_as_the_rule_does_while_in_doubt() -> None:
-    policy = Guarded(Fast(20_000.0), cautious=True)
+    policy: Any = Guarded(Fast(20_000.0), cautious=True)
     policy.begin(PLATES, 1)
 
     def update(seen: Any, law: Any) -> None:
         policy.watch.doubt, policy.watch.error = np.array([doubt]), np.array([3.0])
 
     doubt = False
-    policy.watch.update = update  # type: ignore[method-assign]
+    policy.watch.update = update
     first = policy.act(observation(PLATES, **GROUND), None)
     assert first.speeds[0] == 7500.0
     ground = GROUND | {"last_speed": 7.5, "volume": 300.0, "peak_power": 2000.0}
@@ -117,12 +117,13 @@ def test_a_cautious_guard_rises_step_by_step_and_dresses_as_the_rule_does_while_
 
 
 def test_without_an_ensemble_the_law_of_the_machine_forecasts() -> None:
-    watch, law = Watch(shortened("stroke", 2), 1), PowerLaw(1)
+    watch: Any = Watch(shortened("stroke", 2), 1)
+    law = PowerLaw(1)
     assert watch.belief is None
-    watch.update(observation(watch.simulation), law)  # type: ignore[arg-type]
+    watch.update(observation(watch.simulation), law)
     for power in (*[2000.0] * 30, 5200.0):
         law.learn(np.array([power]), np.array([100.0]), np.array([50.0]), np.ones(1, bool))
-        watch.update(observation(watch.simulation, peak_power=power), law)  # type: ignore[arg-type]
+        watch.update(observation(watch.simulation, peak_power=power), law)
     assert np.exp(watch.seen.forecast[0, 0]) == pytest.approx(2000.0, rel=0.05)
     assert watch.alarm.tolist() == [True]
 
@@ -144,14 +145,14 @@ class Fast:
 
 
 def test_it_comes_back_when_forecasts_hold_and_then_step_by_step_and_stays_away_longer_each_time() -> None:
-    policy = Guarded(Fast(20_000.0))
+    policy: Any = Guarded(Fast(20_000.0))
     policy.begin(PLATES, 1)
     alarm = iter([0, 1] + [0] * 13 + [1] + [0] * 30)
 
     def update(seen: Any, law: Any) -> None:
         policy.watch.alarm, policy.watch.holds = np.array([bool(next(alarm))]), np.array([True])
 
-    policy.watch.update = update  # type: ignore[method-assign]
+    policy.watch.update = update
     speeds, last = [], 6.0
     for _ in range(26):
         decision = policy.act(observation(PLATES, last_speed=last, peak_power=4000.0, **GROUND), None)

@@ -33,14 +33,6 @@ USUAL_RESIDUAL, USUAL_DRIFT = 0.1, 0.01
 """Of forces that no number of the catalogue makes right: models of grinding forces are within 10 to 20 %, part of which
 is in the numbers. The drift is an estimate: some 7 % in 50 parts."""
 
-FORCE_ENTRIES = (
-    ("material", "chip_energy"),
-    ("material", "ploughing_pressure"),
-    ("wheel", "pressure_base"),
-    ("wheel", "pressure_slope"),
-)
-"""What scales all forces, if it is scaled alike (`process.state.FORCES`)."""
-
 
 def usual_uncertainty(job: Job) -> Uncertainty:
     """What is not known of a machine of which nothing but the catalogue is known."""
@@ -80,9 +72,9 @@ def world(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: in
         kind, key = name.split(".")
         value = _value(entries, name)
         changes[kind][key] = value + spread * step if _adds(name) else value * math.exp(spread * step)
-    for kind, key in FORCE_ENTRIES:
-        value = changes[kind].get(key, getattr(entries[kind], key))
-        changes[kind][key] = value * math.exp(uncertainty.residual * force)
+    material = changes["material"]
+    factor = material.get("power_factor", _value(entries, "material.power_factor"))
+    material["power_factor"] = factor * math.exp(uncertainty.residual * force)
     within = {
         kind: {key: entries[kind].within(key, value) for key, value in values.items()}
         for kind, values in changes.items()

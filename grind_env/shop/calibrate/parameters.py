@@ -9,6 +9,7 @@ from grind_env.machine.job import Job
 from grind_env.machine.job.entries import entries_of
 from grind_env.machine.job.worlds import USUAL_SPREADS
 from grind_env.process.catalogue import KINDS
+from grind_env.process.corrected import EXPONENTS
 from grind_env.process.entries import Quantity, quantities
 from grind_env.shop.calibrate.errors import CalibrationError
 
@@ -75,7 +76,7 @@ class Parameter:
     @property
     def is_exponent(self) -> bool:
         """Whether it is one of the free term, which may be 0 or less."""
-        return self.key.endswith("_exponent") and self.key in FREE_TERM
+        return self.key in EXPONENTS
 
 
 def chosen_parameters(
@@ -100,7 +101,7 @@ def chosen_parameters(
 
 def free_parameters(job: Job, *, exponents: bool = True) -> tuple[Parameter, ...]:
     """The free term as parameters, at its full width; without `exponents` only its factor."""
-    keys = [key for key in FREE_TERM if exponents or not key.endswith("_exponent")]
+    keys = [key for key in FREE_TERM if exponents or key not in EXPONENTS]
     return tuple(_parameter(job, "material", key) for key in keys)
 
 
