@@ -94,9 +94,11 @@ def programs(draw: st.DrawFn, wide: bool) -> Written:
     return Written("\n".join([*texts, DRESS]), tuple(choices))
 
 
+START = WheelStart(wear_flat_area=0.02, volume_since_dress=50.0)
+
+
 def shop(**changes: Any) -> Job:
-    start = WheelStart(wear_flat_area=0.02, volume_since_dress=50.0)
-    return job(wheel_start=start, stock=0.1, **changes)
+    return job(wheel_start=START, stock=0.1, **changes)
 
 
 def executed(simulation: JobSimulation, words: Sequence[Words], dresses: str = "") -> GrindingRun:
@@ -186,6 +188,20 @@ def test_a_stop_after_the_unloading_ends_no_stage() -> None:
     assert simulation.why is None
     record = assert_replayed(simulation, [(9000, 0)] * 2)
     assert (record.parts["earlier"] == 1.0).all() and (record.parts["survival"] < 0.1).all()
+
+
+def test_of_every_block_of_a_stage_its_own_limits_say_which_heat_counts() -> None:
+    """What the roughing leaves is cut away before the stage ends; in the finished part all heat would count."""
+    rough, fine = "G82 X230. I-30. Y-.04 J-.04 F100. E20000.", "G82 X230. I-30. Y-.1 J-.001 F100. E20000."
+    last = "G00 Y0\nG00 X-30.\nG01 Y-.1 F100.\nG82 X230. I-30. Y-.12 J-.001 F100. E20000."
+    begins = "G71 G94 G90 G19\nG00 Y20.\nG00 X-30. Z-2.5\nG01 Y0 F500."
+    text = f"{begins}\n{rough}\n{fine}\nG80\nM01\n{last}\nG80\nG00 Y20.\nM30{DRESS}"
+    for stage, good in ((Stage(stock=0.1), True), (Stage(stock=0.1, rise_allowance=1.0), False)):
+        staged = job(wheel_start=START, stock=0.12, stages=(stage,), rise_allowance=1.0)
+        simulation = JobSimulation(read(text), staged, 0.0)
+        assert simulation.why is None
+        record = assert_replayed(simulation, [(20000, 0)] * 3)
+        assert (record.parts["survival"] > 0.5).all() == good
 
 
 @settings(max_examples=20, deadline=None)

@@ -160,7 +160,6 @@ def tables_of(script: Script) -> ScriptTables:
             _row(block, job, limits, reached, starts, len(motions) if beside else NO_BLOCK)._replace(
                 wait=wait,
                 judged=float(judged),
-                counts_all=float(asked.rise_allowance > 0.0),
                 stock=asked.stock if ends_stage else 0.0,
             )
         )
@@ -168,7 +167,11 @@ def tables_of(script: Script) -> ScriptTables:
         if judged:
             for k in range(first_of_stage, number + 1):
                 others = depths[first_of_part:k] + depths[k + 1 :]
-                rows[k] = rows[k]._replace(finish=reached, finish_besides=max(others, default=0.0))
+                rows[k] = rows[k]._replace(
+                    finish=reached,
+                    finish_besides=max(others, default=0.0),
+                    counts_all=float(asked.rise_allowance > 0.0),
+                )
             first_of_stage, stage = number + 1, stage + 1
         starts = block.ends_part
     plans = [_plan_row(block, row) for block, row in zip(script.blocks, rows, strict=True)]
