@@ -15,7 +15,7 @@ import sys
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
@@ -64,11 +64,16 @@ class Watch:
     count: int = 0
     kill: int = 0
     on: bool = False
+    put: list[tuple[str, bytes]] = field(default_factory=list)
+    """Names of files that were put in place, and what was in them; of a command that is not killed."""
 
     def hear(self, event: str, arguments: tuple[object, ...]) -> None:
         """As `sys.addaudithook` calls it."""
         if not self.on or not (event in CHANGES or (event == "open" and _writes(arguments))):
             return
+        if event == "os.rename" and not self.kill:
+            new, place = (Path(str(each)) for each in arguments[:2])
+            self.put.append((place.name, new.read_bytes()))
         self.count += 1
         if self.count == self.kill:
             os.kill(os.getpid(), signal.SIGKILL)
@@ -76,11 +81,12 @@ class Watch:
 
 @dataclass(frozen=True, slots=True)
 class Whole:
-    """What a command does that is not killed: its status, its writes, and what the folder holds then."""
+    """What a command does that is not killed: its status, its writes, what the folder holds then and held before."""
 
     status: int
     writes: int
     files: Mapping[str, bytes | None]
+    put: tuple[tuple[str, bytes], ...]
 
 
 WATCH = Watch()
@@ -121,7 +127,7 @@ def attempt(seed: int) -> Tried:
         for name, data in killed.items():
             if LITTER in name or data in (before.get(name, b""), whole.files.get(name, b"")):
                 continue
-            if _alike(words, data, whole.files.get(name)):
+            if _alike(words, data, whole.files.get(name)) or _put(words, name, data, whole):
                 continue
             return broken(f"{words}: a file is neither as before nor whole", f"{how}: {name}\n{(data or b'')[:2000]!r}")
         if lost := set(before) - set(killed):
@@ -145,10 +151,10 @@ def _whole(words: str) -> Whole:
         with _folder() as folder:
             _run(words)  # what is imported and compiled writes, too
         with _folder() as folder:
-            WATCH.count, WATCH.kill, WATCH.on = 0, 0, True
+            WATCH.count, WATCH.kill, WATCH.on, WATCH.put = 0, 0, True, []
             status = _run(words)
             WATCH.on = False
-            WHOLE[words] = Whole(status, WATCH.count, contents(folder))
+            WHOLE[words] = Whole(status, WATCH.count, contents(folder), tuple(WATCH.put))
     return WHOLE[words]
 
 
@@ -224,6 +230,11 @@ def _alike(words: str, found: bytes | None, expected: bytes | None) -> bool:
         near = abs(len(found) - len(expected)) < 0.05 * len(expected)
         return near and found.split()[-1:] == expected.split()[-1:]
     return MOMENTS.sub(b"", found) == MOMENTS.sub(b"", expected)
+
+
+def _put(words: str, name: str, data: bytes | None, whole: Whole) -> bool:
+    """Whether that is what the command puts there on its way."""
+    return any(Path(name).name == place and _alike(words, data, content) for place, content in whole.put)
 
 
 PART = Part(name="kills", attempt=attempt, prepare=prepare, share=2.5, seconds=300.0)
