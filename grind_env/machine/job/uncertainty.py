@@ -118,3 +118,7 @@ def _is_number(value: object) -> bool:
 
 def _wrong(key: str, message: str) -> CatalogueError:
     return CatalogueError(f"{UNCERTAINTY}.{key}: {message}")
+
+
+CERTAIN = Uncertainty(names=(), spread=(), correlation=(), source="the machine itself")
+"""Of a machine that is known."""

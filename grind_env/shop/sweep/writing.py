@@ -12,6 +12,7 @@ from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.variables import STEPS, Variable
 from grind_env.shop.optimise.variation import Variation, variation_of
 from grind_env.shop.optimise.wishes import INTERVAL, wishes_of
+from grind_env.shop.risk import most_risk, risk
 from grind_env.shop.sweep.study import LOTS, Sweep, SweepError, SweepPoint
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 
@@ -28,7 +29,7 @@ class Recommended:
     Attributes:
         data: its file.
         cost: $ a part, on the lots of the sweep.
-        keeps_limits: whether 95 of 100 parts keep each limit.
+        keeps_limits: as of its point.
     """
 
     data: bytes
@@ -74,7 +75,8 @@ def recommended(
     lots, fleet = lots_of(seed, LotUse.SWEEP, LOTS), variation.fleet
     written = trials_of(variation.read(point), settings, found.parts, lots)
     written = written.on(lots) if fleet is None else fleet.under(written, LotUse.SWEEP, lots)
-    measured = written.measure(written.own[None])
+    base = variation.base.on(lots) if fleet is None else fleet.under(variation.base, LotUse.SWEEP, lots)
+    old, measured = (each.measure(each.own[None]) for each in (base, written))
     cost = float(measured.cost.mean())
     if abs(cost - best.cost.value) > NEAR * best.cost.value:
         why = "; ".join(variation.choices.remarks) or "its words do not change its cycles as they say"
@@ -82,9 +84,8 @@ def recommended(
             f"{program.name}: written into its text the best point costs {cost:.3f} $ a part and not "
             f"{best.cost.value:.3f} $: {why}"
         )
-    return Recommended(
-        data=variation.with_words(point).bytes(), cost=cost, keeps_limits=bool(measured.ratios.max() <= 1.0)
-    )
+    keeps = measured.ratios.max() <= 1.0 and risk(written, measured, old)[0] <= most_risk(settings)
+    return Recommended(data=variation.with_words(point).bytes(), cost=cost, keeps_limits=bool(keeps))
 
 
 def _set(variation: Variation, best: SweepPoint, own: SweepPoint) -> Variation:
