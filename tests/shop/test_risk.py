@@ -1,6 +1,7 @@
 """What may be risked: one rule for the search and the sweep, and a search whose best programs keep it where judged."""
 
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
 
@@ -11,15 +12,19 @@ from hypothesis import strategies as st
 
 from grind_env.control import read_file
 from grind_env.files import read_bytes
+from grind_env.machine.grind_file import grind_file
 from grind_env.machine.job import Job
 from grind_env.machine.job.file import load_job
 from grind_env.machine.job.uncertainty import CERTAIN
+from grind_env.plants import find_plant
 from grind_env.policies.statistics import Interval
 from grind_env.shop import risk as rule
 from grind_env.shop.commands.optimise import optimise as optimise_command
 from grind_env.shop.commands.sweep import sweep as sweep_command
+from grind_env.shop.optimise import comparing, finding
 from grind_env.shop.optimise.comparing import front
 from grind_env.shop.optimise.editing import text_of
+from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.outcome import Trade
 from grind_env.shop.optimise.variation import variation_of
 from grind_env.shop.optimise.wishes import wishes_of
@@ -27,7 +32,7 @@ from grind_env.shop.risk import most_risk, risk
 from grind_env.shop.sweep.study import LOTS, Ranges, Sweep, SweepPoint, sweep
 from grind_env.shop.sweep.table import as_data, sentences, tables_of
 from grind_env.shop.trials import LotUse, Measures, Trials, lots_of
-from tests.shop.programs import EXAMPLES
+from tests.shop.programs import EXAMPLES, known_job
 
 PATH = EXAMPLES / "plate_g82.nc"
 
@@ -61,6 +66,33 @@ def test_a_row_of_a_sweep_and_the_same_words_of_a_search_risk_the_same() -> None
         variation.risk(trials, measured, old)[0] / variation.most_risk, rel=1e-3
     )
     assert found.own.risk == pytest.approx(1.0 / found.most_risk, rel=0.2)
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Few lots, and no words without limits."""
+    monkeypatch.setattr(finding, "JUDGED", 8)
+    monkeypatch.setattr(comparing, "COMPARED", 4)
+    monkeypatch.setattr(finding, "_freed", lambda *arguments: {})
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_job_that_is_held_in_memory_is_that_of_its_file(tmp_path: Path) -> None:
+    words, path = wishes_of(["E"], {"E": (9000, 18000)}, {"E": 3000}), known_job(tmp_path, "plate_g82")
+    one, other = (find_words(PATH, job, words, parts=2, seconds=1000.0) for job in (path, load_job(path)))
+    assert other.job == "" and replace(other, job=one.job) == one
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_job_of_a_machine_that_is_known_is_searched_on_that_machine() -> None:
+    """Its expected part is that of a run there, which takes another power than the model."""
+    job = replace(load_job(PATH.with_suffix(".toml"), plant=find_plant("foreign:1")), uncertainty=CERTAIN)
+    words = wishes_of(["E"], {"E": (12000, 18000)}, {"E": 6000})
+    found = find_words(PATH, job, words, parts=2, seconds=1000.0)
+    assert found.calibration == CERTAIN.source
+    power, other = (grind_file(PATH, each).parts["peak_power"][0] for each in (job, PATH.with_suffix(".toml")))
+    assert found.quantity("power").expected[0] == pytest.approx(power / 1000.0, rel=0.02)
+    assert abs(other / power - 1.0) > 0.1
 
 
 def point(cost: float, share: float) -> SweepPoint:

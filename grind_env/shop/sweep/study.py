@@ -11,7 +11,8 @@ from grind_env.arrays import Array
 from grind_env.control import read_file
 from grind_env.control.source import SourceText
 from grind_env.errors import GrindError
-from grind_env.machine.job.file import job_beside, load_job
+from grind_env.machine.job import Job
+from grind_env.machine.job.file import job_of
 from grind_env.machine.script.settings import DRESS_DEPTH, DRESS_FEED, DRESS_PASSES, D, E
 from grind_env.policies.statistics import Interval
 from grind_env.presenter import html, presenter
@@ -191,7 +192,7 @@ def cheapest(points: Sequence[SweepPoint]) -> SweepPoint:
 
 def sweep(
     program: str | Path,
-    job: str | Path | None = None,
+    job: str | Path | Job | None = None,
     ranges: Ranges | None = None,
     *,
     parts: int = 50,
@@ -204,7 +205,7 @@ def sweep(
 
     Args:
         program: file of the part program.
-        job: its job file; the program's name with `.toml` if not given.
+        job: its job file, or what `load_job` returned; the program's name with `.toml` if not given.
         ranges: what is swept; E and dress intervals from 1 to 20 if nothing is said.
         parts: how often the program is run; the wheel carries over.
         seed: of the lots.
@@ -216,8 +217,7 @@ def sweep(
         GrindError: the program cannot be run so.
     """
     program = Path(program)
-    job = job_beside(program) if job is None else Path(job)
-    held = replace(load_job(job), variables=variables)
+    held = replace(job_of(program, job), variables=variables)
     lots = lots_of(seed, LotUse.SWEEP, LOTS)
     trials = trials_of(read_file(program), held, parts, lots)
     fleet = fleet_of(trials, seed, untried=untried)

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from grind_env.control import read_file
 from grind_env.files import read_bytes
-from grind_env.machine.job.file import job_beside, load_job
+from grind_env.machine.job import Job
+from grind_env.machine.job.file import job_of
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.variables import STEPS, Variable
 from grind_env.shop.optimise.variation import Variation, variation_of
@@ -40,7 +41,7 @@ class Recommended:
 def recommended(
     found: Sweep,
     program: str | Path,
-    job: str | Path | None = None,
+    job: str | Path | Job | None = None,
     *,
     seed: int = 1,
     variables: Mapping[int, float] = {},
@@ -51,7 +52,7 @@ def recommended(
     Args:
         found: the sweep.
         program: file of its program.
-        job: its job file; the program's name with `.toml` if not given.
+        job: as of the sweep.
         seed: of its lots.
         variables: values that `#` variables have before the first part.
         untried: as of the sweep.
@@ -63,7 +64,7 @@ def recommended(
     best, program = found.best, Path(program)
     if best == found.own or not best.keeps_limits:
         raise SweepError(f"{program.name}: no point of the sweep keeps the limits and costs less than it does as it is")
-    settings = replace(load_job(job_beside(program) if job is None else Path(job)), variables=variables)
+    settings = replace(job_of(program, job), variables=variables)
     text = text_of(read_bytes(program))
     names = [name for name in EXACT if getattr(best, name) != getattr(found.own, name)]
     dresses = ["D", INTERVAL] if best.every else []
