@@ -29,8 +29,10 @@ def plants(
     ] = None,
     seeds: Annotated[int, typer.Option(min=1, help="Machines of each family.")] = STUDY_MACHINES,
     program: Annotated[
-        list[str] | None, typer.Option("--program", help="plate, rail or die; may be repeated; all by default.")
+        list[str] | None,
+        typer.Option("--program", help="plate, rail or die, or a file; may be repeated; these three by default."),
     ] = None,
+    job: Annotated[Path | None, typer.Option(help="Job file of that file; its name with .toml if not given.")] = None,
     question: Annotated[
         list[str] | None,
         typer.Option("--question", help="calibrate, optimise or advise; may be repeated; all by default."),
@@ -48,19 +50,14 @@ def plants(
     The two families `bursts` and `graded` were kept out of all tuning of the package. What the same code has found
     before is kept: interrupted, the same command goes on.
     """
-    from agents.plants.machines import FAMILY_NAMES, PROGRAMS, machines
+    from agents.plants.asked import programs_of
+    from agents.plants.machines import FAMILY_NAMES, machines
     from agents.plants.page import check_results, rich_tables, write
     from agents.plants.study import QUESTIONS, run_study
 
     console = table_console()
-    families, programs, questions = (
-        _chosen(*each)
-        for each in (
-            ("--family", family, FAMILY_NAMES),
-            ("--program", program, tuple(PROGRAMS)),
-            ("--question", question, QUESTIONS),
-        )
-    )
+    families, questions = _chosen("--family", family, FAMILY_NAMES), _chosen("--question", question, tuple(QUESTIONS))
+    programs = programs_of(program, job)
     whole = not (family or program or question) and seeds == STUDY_MACHINES
     folder = results or (RESULTS if whole else runs)
     check_results(folder)

@@ -28,7 +28,7 @@ def advised(model: JobSimulation, policy: Policy) -> Decide:
 def advise_on(machine: Machine, parts: int = PARTS) -> dict[str, Shift]:
     """A batch with the adviser, with the one without a model, and with the best fixed plan, on the same lots."""
     simulation = machine.simulation(parts)
-    model = load_simulation(str(machine.path), None, parts, 1.0, "measured")
+    model = load_simulation(str(machine.program.path), str(machine.program.job), parts, 1.0, "measured")
     planned = [ground(simulation, plan) for plan in plans(simulation)]
     return {
         "program": ground(simulation, lambda k, _: Choice(*own(simulation, k))),

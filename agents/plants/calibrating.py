@@ -12,7 +12,7 @@ from agents.plants.machines import Machine
 from agents.plants.regression import Cuts, fitted, predicted
 from agents.plants.variants import scaled
 from grind_env.arrays import Array
-from grind_env.control import Programs, read, read_file
+from grind_env.control import Programs, read_file
 from grind_env.errors import GrindError
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
@@ -37,12 +37,12 @@ def calibrate_on(machine: Machine) -> dict[str, float]:
 
 def errors(machine: Machine, log: Logged, found: Calibration) -> dict[str, float]:
     """Mean of |log| of the power of the blocks of other programs over that of the machine, as its meter shows it."""
-    catalogue, truth, text = load_job(log.job), machine.job(), machine.path.read_text(encoding="utf-8")
+    catalogue, truth, program = load_job(log.job), machine.job(), machine.program
     coefficients = _regression(found, read_file(log.program), catalogue)
     shown = math.exp(found.fit.scales.get("power", 0.0))
     rows = []
     for E, J, dressed in OTHERS:
-        programs = read(scaled(text, E, J, dressed=dressed), machine.path.name, machine.path.parent)
+        programs = program.read(scaled(program.text, E, J, dressed=dressed))
         block, real = _strokes(programs, truth)
         goal = log.gain * _means(block, real["power"])
         plain, fit = _strokes(programs, catalogue)[1], _strokes(programs, found.fitted)[1]

@@ -2,6 +2,7 @@
 
 import math
 import re
+import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from agents.plants.machines import Machine
 from agents.plants.variants import batch, write
 from grind_env.arrays import Array
 from grind_env.control import read_file
+from grind_env.control.reader import called_files
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
@@ -46,14 +48,16 @@ class Logged:
 def logged(machine: Machine, folder: Path) -> Logged:
     """Grind the program on a machine, part by part with another E, and write the files."""
     job, plant = machine.job(), find_plant(machine.plant)
-    text = batch(machine.path.read_text(encoding="utf-8"), FEEDS, DRESSED)
+    text = batch(machine.program, FEEDS, DRESSED)
     program = write(folder / "batch.nc", text)
+    for called in called_files(machine.program.path):
+        shutil.copy(called, folder)
     record = grind(read_file(program), job)
     files = folder / "log.csv", folder / "gauge.csv"
     write_log(files[0], record, text, plant, 1)
     write_gauge(files[1], record, job, 2)
     gain = dict(zip(plant.remembers._fields, plant.own, strict=True)).get("meter_gain", 1.0)
-    return Logged(program=program, job=machine.path.with_suffix(".toml"), log=files[0], gauge=files[1], gain=gain)
+    return Logged(program=program, job=machine.program.job, log=files[0], gauge=files[1], gain=gain)
 
 
 def write_log(path: Path, record: GrindingRecord, text: str, plant: Plant, seed: int) -> None:

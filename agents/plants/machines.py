@@ -6,19 +6,52 @@ from typing import NamedTuple
 
 from agents.budgets import STUDY_MACHINES
 from grind_env import examples
+from grind_env.control import Programs, read
+from grind_env.control.reader import called_files
 from grind_env.envs.job.loading import load_simulation
 from grind_env.envs.job.simulation import JobSimulation
+from grind_env.files import read_text
 from grind_env.machine.job import Job
-from grind_env.machine.job.file import load_job
+from grind_env.machine.job.file import files_of_job, load_job
 from grind_env.plants import FAMILIES, find_plant
 from grind_env.plants.names import MODEL
 
-PROGRAMS = {
-    "plate": examples.path("plate_g82.nc"),
-    "rail": examples.path("rail_g83.nc"),
-    "die": Path(__file__).with_name("parts") / "die_g82.nc",
-}
-"""Part programs by their names in tables; each has its job beside it."""
+
+class Program(NamedTuple):
+    """A part program of one part, and what is ground with it.
+
+    Attributes:
+        name: in tables, and of files of what is kept.
+        path: its file.
+        job: its job file.
+    """
+
+    name: str
+    path: Path
+    job: Path
+
+    @property
+    def text(self) -> str:
+        """Of the file."""
+        return read_text(self.path)
+
+    def read(self, text: str) -> Programs:
+        """The program with another text."""
+        return read(text, self.path.name, self.path.parent)
+
+    @property
+    def files(self) -> list[Path]:
+        """All that are read of it."""
+        return [self.path, *called_files(self.path), *files_of_job(self.job)]
+
+
+SHIPPED = (
+    ("plate", examples.path("plate_g82.nc")),
+    ("rail", examples.path("rail_g83.nc")),
+    ("die", Path(__file__).with_name("parts") / "die_g82.nc"),
+)
+PROGRAMS = {name: Program(name, path, path.with_suffix(".toml")) for name, path in SHIPPED}
+"""Part programs of the study by their names."""
 FAMILY_NAMES = (MODEL.name, *(each.name for each in FAMILIES))
 KEPT_OUT = ("bursts", "graded")
 """Families on which nothing of the package was tuned."""
@@ -28,33 +61,30 @@ class Machine(NamedTuple):
     """A machine, and the program that it grinds."""
 
     plant: str
-    program: str
+    program: Program
 
     def __str__(self) -> str:
-        return f"{self.program} on {self.plant}"
+        return f"{self.program.name} on {self.plant}"
 
     @property
     def family(self) -> str:
         """Name of the family."""
         return self.plant.partition(":")[0]
 
-    @property
-    def path(self) -> Path:
-        """File of the program."""
-        return PROGRAMS[self.program]
-
     def job(self) -> Job:
         """What is ground on it."""
-        return load_job(self.path.with_suffix(".toml"), plant=find_plant(self.plant))
+        return load_job(self.program.job, plant=find_plant(self.plant), calibrated=False)
 
     def simulation(self, parts: int) -> JobSimulation:
         """Episodes of so many parts on it."""
         plant = None if self.plant == MODEL.name else self.plant
-        return load_simulation(str(self.path), None, parts, 1.0, "measured", plant=plant)
+        return load_simulation(str(self.program.path), str(self.program.job), parts, 1.0, "measured", plant=plant)
 
 
 def machines(
-    families: Sequence[str] = FAMILY_NAMES, seeds: int = STUDY_MACHINES, programs: Sequence[str] = tuple(PROGRAMS)
+    families: Sequence[str] = FAMILY_NAMES,
+    seeds: int = STUDY_MACHINES,
+    programs: Sequence[Program] = tuple(PROGRAMS.values()),
 ) -> list[Machine]:
     """The machines of the study: of each family those with the seeds from 1, each with every program."""
     plants = [name for family in families for name in _members(family, seeds)]

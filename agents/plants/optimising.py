@@ -1,22 +1,24 @@
 """What a search promises on a machine, calibrated or not, and what its words come to there."""
 
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from agents.plants.log import logged
 from agents.plants.machines import Machine
-from agents.plants.variants import write
-from grind_env.control import Programs, read, read_file
+from agents.plants.variants import with_catalogue, write
+from grind_env.control import Programs, read_file
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job
+from grind_env.machine.job.uncertainty import CERTAIN
 from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.outcome import Optimised
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 
-PARTS, LOTS, SECONDS = 30, 64, 10.0
+PARTS, LOTS, SECONDS = 30, 64, 15.0
 """Parts of a batch, lots that it is judged on, and s of a search."""
 JUDGES = 7
 """Seed of these lots, which no search has."""
@@ -32,14 +34,14 @@ def real(programs: Programs, job: Job) -> tuple[float, float]:
 def optimise_on(machine: Machine, seconds: float = SECONDS) -> dict[str, float]:
     """What the search promises and what comes of it: without a calibration, with one, and with the machine as model."""
     truth, found = machine.job(), dict[str, float]()
-    found["original"], found["original_scrap"] = real(read_file(machine.path), truth)
+    found["original"], found["original_scrap"] = real(read_file(machine.program.path), truth)
     with tempfile.TemporaryDirectory() as folder:
         catalogue = calibrated(machine, Path(folder))
-        own = machine.path.with_suffix(".toml")
-        plain = _searched(machine, own, truth, seconds)
+        plain = _searched(machine, machine.program.job, truth, seconds)
         # whose calibration is refused goes on without
         fitted = plain if catalogue is None else _searched(machine, catalogue, truth, seconds)
-    for way, searched in (("uncalibrated", plain), ("calibrated", fitted)):
+    known = _searched(machine, replace(truth, uncertainty=CERTAIN), truth, seconds)
+    for way, searched in (("uncalibrated", plain), ("calibrated", fitted), ("known", known)):
         found |= {f"{way}_{what}": value for what, value in searched.items()}
     found["refused"] = float(catalogue is None)
     return found
@@ -52,13 +54,12 @@ def calibrated(machine: Machine, folder: Path) -> Path | None:
         calibrate(files.log, files.program, files.job, gauge=files.gauge).write(folder / "machine.toml")
     except GrindError:
         return None
-    text = files.job.read_text(encoding="utf-8") + '\n[catalogue]\nfiles = ["machine.toml"]\n'
-    return write(folder / "job.toml", text)
+    return write(folder / "job.toml", with_catalogue(files.job, folder / "machine.toml"))
 
 
-def _searched(machine: Machine, job: Path, truth: Job, seconds: float) -> dict[str, float]:
-    found = find_words(machine.path, job, parts=PARTS, seconds=seconds)
-    cost, scrap = real(read(found.after, machine.path.name, machine.path.parent), truth)
+def _searched(machine: Machine, job: Path | Job, truth: Job, seconds: float) -> dict[str, float]:
+    found = find_words(machine.program.path, job, parts=PARTS, seconds=seconds)
+    cost, scrap = real(machine.program.read(found.after), truth)
     promise = promised(found)
     return {
         "cost": cost,

@@ -63,7 +63,7 @@ def csv_text(found: Mapping[Cell, Found]) -> str:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(HEADER)
     for cell, numbers in found.items():
-        of = cell.question, cell.machine.program, cell.machine.plant
+        of = cell.question, cell.machine.program.name, cell.machine.plant
         writer.writerows([(*of, what, f"{value:.6g}", made_with) for what, value in numbers.items()])
     return text.getvalue()
 

@@ -1,5 +1,6 @@
 """The study: its cells, what is kept of them, and the table that they make."""
 
+import ast
 import hashlib
 import json
 import time
@@ -18,12 +19,10 @@ from agents.provenance import ROOT
 from grind_env.errors import GrindError
 from grind_env.files import read_text, write_atomically
 
-QUESTIONS = ("calibrate", "optimise", "advise")
-DECIDING = (
-    *(f"grind_env/{each}" for each in ("shop", "policies", "belief", "plants", "process", "machine", "envs/job")),
-    "agents/plants",
-)
-"""Folders whose code decides what is found."""
+QUESTIONS = {"calibrate": "calibrating", "optimise": "optimising", "advise": "advising"}
+"""With the module of `agents.plants` that answers it."""
+DECIDING, DATA = ("agents.plants.", "grind_env."), ROOT / "grind_env" / "process"
+"""Where the code lies that decides what is found, of all that such a module stands on; folder of the catalogue."""
 HOURS = {"calibrate": 0.006, "optimise": 0.02, "advise": 0.003}
 """That a cell of a question takes on one core, by measurement."""
 
@@ -42,7 +41,7 @@ class Cell(NamedTuple):
     @property
     def files(self) -> tuple[str, ...]:
         """Pattern of what is kept of it."""
-        return (f"plants/{self.question}/{self.machine.program}-{self.machine.plant.replace(':', '-')}.json",)
+        return (f"plants/{self.question}/{self.machine.program.name}-{self.machine.plant.replace(':', '-')}.json",)
 
     @property
     def trains(self) -> bool:
@@ -69,12 +68,12 @@ class Request:
 def find(cell: Cell, request: Request, advance: Callable[[int], object]) -> Found:
     """What is found in a cell, which is kept with the code that found it."""
     path = request.runs / cell.files[0]
-    if (kept := _kept(path)) is not None:
+    if (kept := _kept(cell, path)) is not None:
         return kept
     before = time.process_time()
     found = dict(_answer(cell)) | {"cpu_seconds": time.process_time() - before}
     path.parent.mkdir(parents=True, exist_ok=True)
-    text = json.dumps({"code": code(), "found": found})
+    text = json.dumps({"code": code(cell), "found": found})
     write_atomically(path, partial(_write, text))
     advance(1)
     return found
@@ -98,24 +97,48 @@ def _answer(cell: Cell) -> Found:
     }
 
 
-def _kept(path: Path) -> Found | None:
+def _kept(cell: Cell, path: Path) -> Found | None:
     if not path.exists():
         return None
     held = json.loads(read_text(path))
-    return dict(held["found"]) if held["code"] == code() else None
+    return dict(held["found"]) if held["code"] == code(cell) else None
+
+
+def code(cell: Cell) -> str:
+    """Stands for the code that decides what is found, and for the program, its job and the catalogue."""
+    digest = hashlib.sha256(_code_of(f"agents.plants.{QUESTIONS[cell.question]}").encode())
+    for path in (*cell.machine.program.files, *sorted(DATA.rglob("*.toml"))):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
 
 
 @cache
-def code() -> str:
-    """Stands for the code that decides what is found."""
+def _code_of(module: str) -> str:
+    """Hash of the code that a module stands on, its own among it."""
     digest = hashlib.sha256()
-    for folder in DECIDING:
-        for path in sorted((ROOT / folder).rglob("*")):
-            if path.suffix == ".py":
-                digest.update(bare(path.read_text(encoding="utf-8")).encode())
-            elif path.suffix in (".toml", ".nc"):
-                digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
+    for path in sorted(_stands_on(module)):
+        digest.update(bare(path.read_text(encoding="utf-8")).encode())
+    return digest.hexdigest()
+
+
+def _stands_on(module: str) -> set[Path]:
+    """Files of the modules that a module imports, and that these import, anywhere in them."""
+    found, waiting = dict[str, Path | None](), [module]
+    while waiting:
+        name = waiting.pop()
+        if name in found or not name.startswith(DECIDING):
+            continue
+        path = found[name] = _file_of(name)
+        for node in ast.walk(ast.parse("" if path is None else path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and node.module is not None:
+                waiting += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+    return {path for path in found.values() if path is not None}
+
+
+def _file_of(module: str) -> Path | None:
+    """File of a module; None of a name in one."""
+    path = ROOT.joinpath(*module.split("."))
+    return next((file for file in (path.with_suffix(".py"), path / "__init__.py") if file.exists()), None)
 
 
 def run_study(
@@ -139,7 +162,7 @@ def run_study(
         GrindError: a cell failed.
     """
     cells = [Cell(question, machine) for question in questions for machine in machines]
-    waiting = [cell for cell in cells if _kept(runs / cell.files[0]) is None]
+    waiting = [cell for cell in cells if _kept(cell, runs / cell.files[0]) is None]
     hours = sum(HOURS[cell.question] for cell in waiting)
     console.print(f"{len(cells)} cells, {len(waiting)} of them to be worked on: about {hours:.1f} core-hours")
     found, failed = work_on_all(cells, Request(runs=runs), jobs, console, find)

@@ -1,37 +1,99 @@
 """A program with other E and picks, and one that grinds several parts with an E of their own."""
 
+import json
 import re
 from pathlib import Path
 
-FEED, PICK, DRESSES = re.compile(r"\bE(\d+\.?)"), re.compile(r"\bJ-(\d*\.\d+)"), re.compile(r" D\d+")
+import numpy as np
+
+from agents.plants.machines import Program
+from grind_env.arrays import Array
+from grind_env.errors import GrindError
+from grind_env.machine.grind import grind
+from grind_env.machine.job.file import load_job
+from grind_env.plants.names import MODEL
+from grind_env.toml import read_toml
+
+NUMBER = r"(\d+\.?\d*|\.\d+)"
+FEED, PICK, DRESSES = (
+    re.compile(rf"(?<![A-Z]){word}", re.IGNORECASE) for word in (f"E{NUMBER}", f"J(-?){NUMBER}", r"D\d+")
+)
+COMMENT = re.compile(r"(\([^)\n]*\)|;[^\n]*)")
 NEXT = "G80\nM00\n"
-END = re.compile(r"^N\d+ M30$", re.MULTILINE)
+HEAD = re.compile(r"\s*(%|[O:]\d+|$)", re.IGNORECASE)
+"""Of a line before the first block."""
+END, LABEL = re.compile(r"(?<![A-Z])M0?(30|2)(?!\d)", re.IGNORECASE), re.compile(r"^\s*N\d+\s*", re.IGNORECASE)
+FILES = re.compile(r"^files\s*=\s*\[[^\]]*\]", re.MULTILINE)
+CATALOGUE = re.compile(r"^\[catalogue\][^\n]*$", re.MULTILINE)
 
 
 def scaled(text: str, E: float = 1.0, J: float = 1.0, *, dressed: bool = True) -> str:
     """The program with all its E and picks J times a factor, and without its dresses where it is not `dressed`."""
-    text = FEED.sub(lambda found: f"E{E * float(found[1]):.0f}.", text)
-    text = PICK.sub(lambda found: f"J-{J * float(found[1]):.4f}", text)
-    return text if dressed else DRESSES.sub(" D0", text)
+
+    def words(code: str) -> str:
+        code = FEED.sub(lambda found: f"E{_number(E * float(found[1]))}", code)
+        code = PICK.sub(lambda found: f"J{found[1]}{_number(J * float(found[2]))}", code)
+        return code if dressed else DRESSES.sub("D0", code)
+
+    return "".join(piece if COMMENT.fullmatch(piece) else words(piece) for piece in COMMENT.split(text))
 
 
-def batch(text: str, feeds: tuple[float, ...], dressed: tuple[bool, ...]) -> str:
-    """The program for as many parts, one after the other, each with its E times a factor, and dressed or not."""
-    head, body, tail = _pieces(text)
-    parts = [_unnumbered(scaled(body, E, dressed=D)) for E, D in zip(feeds, dressed, strict=True)]
-    return head + NEXT.join(parts) + "M30\n" + tail
+def batch(program: Program, feeds: tuple[float, ...], dressed: tuple[bool, ...]) -> str:
+    """The program for as many parts, one after the other, each with its E times a factor, and dressed or not.
+
+    Raises:
+        GrindError: written out so it does not grind these parts.
+    """
+    head, body, tail = _pieces(program.text)
+    bodies = [scaled(body, E, dressed=D) for E, D in zip(feeds, dressed, strict=True)]
+    text = head + NEXT.join(bodies) + "M30\n" + tail
+    job = load_job(program.job, plant=MODEL)
+    own = grind(program.read(program.text), job)
+    try:
+        whole = grind(program.read(text), job)
+    except GrindError as error:
+        raise _not_so(program, f" ({error})") from None
+    parts = [np.unique(whole.strokes["E"][whole.strokes["part"] == number]) for number in whole.parts["part"]]
+    speeds = np.outer(feeds, np.unique(own.strokes["E"]))
+    if len(own.parts) != 1 or len(parts) != len(feeds) or not all(map(_are, parts, speeds)):
+        raise _not_so(program, "")
+    return text
+
+
+def with_catalogue(job: Path, file: Path) -> str:
+    """The text of a job that reads a catalogue file besides its own, from wherever it is written."""
+    text = job.read_text(encoding="utf-8")
+    held = read_toml(job).get("catalogue")
+    if held is None:
+        return f'{text}\n[catalogue]\nfiles = ["{file.as_posix()}"]\n'
+    files = json.dumps([*((job.parent / each).resolve().as_posix() for each in held.get("files", ())), file.as_posix()])
+    return CATALOGUE.sub(lambda found: f"{found[0]}\nfiles = {files}", FILES.sub("", text))
 
 
 def _pieces(text: str) -> tuple[str, str, str]:
-    """What comes before the first block, the blocks up to M30, and the subprograms."""
-    begin = text.index("\nN10 ") + 1
-    end = END.search(text)
-    assert end is not None
-    return text[:begin], text[begin : end.start()], text[end.end() :]
+    """What comes before the first block, the blocks up to the end of the program, and the subprograms."""
+    lines = text.splitlines(keepends=True)
+    code = [COMMENT.sub("", line) for line in lines]
+    begin = next((k for k, line in enumerate(code) if not HEAD.match(line)), len(lines))
+    end = next((k for k, line in enumerate(code) if END.search(line)), len(lines))
+    body = [LABEL.sub("", line) for line in lines[begin:end]]
+    return "".join(lines[:begin]), "".join(body), "".join(lines[end + 1 :])
 
 
-def _unnumbered(text: str) -> str:
-    return re.sub(r"^N\d+ ", "", text, flags=re.MULTILINE)
+def _are(some: Array, others: Array) -> bool:
+    return some.shape == others.shape and np.allclose(some, others)
+
+
+def _number(value: float) -> str:
+    """With a decimal point, as without one some controls take it for so many steps."""
+    return f"{value:.6f}".rstrip("0")
+
+
+def _not_so(program: Program, why: str) -> GrindError:
+    return GrindError(
+        f"{program.path.name}: the study writes it out for several parts with other E in each, and that does not grind "
+        f"as it should{why}; let it grind one part, its E be numbers, and nothing of it jump or count"
+    )
 
 
 def write(path: Path, text: str) -> Path:

@@ -13,6 +13,7 @@ from grind_env.control.options import interrupts_of
 from grind_env.control.reader import called_files
 from grind_env.files import beside
 from grind_env.machine.grind_file import grind_file
+from grind_env.machine.job import Job
 from grind_env.machine.job.file import files_of_job, job_beside, load_job
 from grind_env.shop.optimise.outcome import Optimised
 from grind_env.shop.optimise.wishes import Ends, Number, ends_of, seconds_of, whole_ends_of, wishes_of
@@ -89,7 +90,7 @@ def report(
 
 def optimise(
     program: File,
-    job: File | None = None,
+    job: File | Job | None = None,
     *,
     vary: Collection[str] | None = None,
     bounds: Mapping[str, Ends] = {},
@@ -113,7 +114,8 @@ def optimise(
 
     Args:
         program: file of the part program.
-        job: its job file; the program's name with `.toml` if None.
+        job: its job file, or what `load_job` returned, on whose own machine then is searched; the program's name with
+            `.toml` if None.
         vary: what may change: E, D, J, L of cycle blocks, lead, depth, passes of dress programs, the interval between
             dresses; words that a block lacks are then added. Those E and D that are there, and the interval, if None.
         bounds: lowest and highest value by word, in units of the program; of the interval in parts.
@@ -160,7 +162,7 @@ def optimise(
 
 def sweep(
     program: File,
-    job: File | None = None,
+    job: File | Job | None = None,
     *,
     E: Ends | None = None,
     dress_every: Ends | None = None,
@@ -175,7 +177,7 @@ def sweep(
 
     Args:
         program: file of the part program.
-        job: its job file; the program's name with `.toml` if None.
+        job: its job file, or what `load_job` returned; the program's name with `.toml` if None.
         E: of the first cycle block, mm/min; others keep their ratio. Without any range it is swept from half to twice
             its value, and dress intervals from 1 to 20.
         dress_every: D on every n-th part only, instead of on each.

@@ -11,7 +11,7 @@ from grind_env.machine.job.uncertainty import Uncertainty
 from grind_env.machine.job.worlds import known_of, world
 from grind_env.shop.trials import LotUse, Trials, lots_of
 
-MACHINES = {LotUse.SEARCH: 32, LotUse.COMPARISON: 128, LotUse.JUDGEMENT: 128, LotUse.SWEEP: 64}
+MACHINES = {LotUse.SEARCH: 32, LotUse.COMPARISON: 128, LotUse.JUDGEMENT: 128, LotUse.SWEEP: 128}
 """On which programs are tried for each use; on fewer where there are fewer lots."""
 FIRST = {LotUse.SEARCH: 0, LotUse.COMPARISON: 32, LotUse.JUDGEMENT: 160, LotUse.SWEEP: 0}
 """Place of the first of them: those of a search are no other's, if there are enough."""

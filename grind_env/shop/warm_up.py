@@ -2,21 +2,31 @@
 
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
 import gymnasium as gym
+import numpy as np
 
 from grind_env import examples
 from grind_env.errors import GrindError
 from grind_env.extras import MissingExtra
 from grind_env.kernel.cache import cache_folder
 from grind_env.machine.grind_file import grind_file
+from grind_env.machine.job import Job
+from grind_env.machine.job.file import job_beside, load_job
+from grind_env.machine.job.uncertainty import Uncertainty
 from grind_env.pages.sheet import page_ids
+from grind_env.process.corrected import EXPONENTS
 from grind_env.shop.calls import optimise
 
 BUDGET = 1.0
 """Of the search, s: its first runs have compiled all that it needs."""
+
+
+SPREAD = 0.02
+"""Of these exponents; any other above 0 compiles the same."""
 
 
 class Use(NamedTuple):
@@ -38,12 +48,28 @@ class Warmed(NamedTuple):
 
 
 def uses() -> list[Use]:
-    """A run of every example, a step of every id, alone and beside another, and a search."""
+    """A run of every example, a step of every id, alone and beside another, a search; some calibrated."""
     programs = [examples.path(name) for name in examples.names()]
     runs = [Use(f"grind run {program.name}", partial(grind_file, program)) for program in programs]
     steps = [Use(name, partial(step, name)) for name in page_ids()]
-    search = partial(optimise, programs[0], budget=BUDGET)
-    return [*runs, *steps, Use(f"grind optimise {programs[0].name}", search)]
+    first, search = programs[0], partial(optimise, budget=BUDGET)
+    job = calibrated(load_job(job_beside(first)))
+    return [
+        *runs,
+        *steps,
+        Use(f"grind optimise {first.name}", partial(search, first)),
+        Use(f"grind run {first.name}, calibrated", partial(grind_file, first, job)),
+        Use(f"grind optimise {first.name}, calibrated", partial(search, first, job)),
+    ]
+
+
+def calibrated(job: Job) -> Job:
+    """The job as after a calibration, which leaves open how forces follow depth, speed and volume: another process."""
+    names = tuple(f"material.{each}" for each in EXPONENTS)
+    correlation = tuple(map(tuple, np.eye(len(names)).tolist()))
+    return replace(
+        job, uncertainty=Uncertainty(names=names, spread=(SPREAD,) * len(names), correlation=correlation, source="here")
+    )
 
 
 def step(name: str) -> None:

@@ -1,41 +1,45 @@
 """The study of machines that are not the model: its machines, what it is compared with, what is kept, what is asked."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+import tomllib
 from rich.console import Console
 
 from agents.__main__ import main
 from agents.plants import study
+from agents.plants.asked import programs_of
 from agents.plants.floor import Law, strokes_of
 from agents.plants.log import over_the_part
-from agents.plants.machines import FAMILY_NAMES, PROGRAMS, Machine, machines
+from agents.plants.machines import FAMILY_NAMES, PROGRAMS, Machine, Program, machines
 from agents.plants.optimising import real
 from agents.plants.page import csv_text, page
 from agents.plants.plans import plans
 from agents.plants.regression import Cuts, fitted, predicted
 from agents.plants.shift import Choice, ground
 from agents.plants.study import Cell, Request, find, run_study
-from agents.plants.variants import batch, scaled
+from agents.plants.variants import batch, scaled, with_catalogue
 from agents.plants.verdicts import promises
 from grind_env.control import read, read_file
+from grind_env.errors import GrindError
 from grind_env.machine.grind import grind
 
-PLATE = Machine("model", "plate")
+PLATE = Machine("model", PROGRAMS["plate"])
 
 
 def test_machines_are_all_families_with_all_programs() -> None:
     found = machines(seeds=2)
     assert len({*found}) == len(found) == len(PROGRAMS) * (1 + 2 * (len(FAMILY_NAMES) - 1))
-    assert all(each.path.with_suffix(".toml").exists() for each in found)
+    assert all(each.program.job.exists() for each in found)
 
 
-@pytest.mark.parametrize("program", PROGRAMS)
-def test_other_words_say_other_strokes(program: str) -> None:
-    machine = Machine("model", program)
-    text, job = machine.path.read_text(), machine.job()
+@pytest.mark.parametrize("program", PROGRAMS.values(), ids=PROGRAMS)
+def test_other_words_say_other_strokes(program: Program) -> None:
+    text, job = program.text, Machine("model", program).job()
     own, other = (grind(read(each, "a.nc"), job).strokes for each in (text, scaled(text, 0.5, 1.0)))
     np.testing.assert_allclose(other["E"], 0.5 * own["E"])
     deeper = grind(read(scaled(text, 1.0, 2.0), "a.nc"), job).strokes
@@ -44,8 +48,8 @@ def test_other_words_say_other_strokes(program: str) -> None:
 
 
 def test_a_batch_is_its_parts_one_after_the_other() -> None:
-    text, job = PLATE.path.read_text(), PLATE.job()
-    whole = grind(read(batch(text, (1.0, 0.8), (True, False)), "a.nc"), job)
+    text, job = PLATE.program.text, PLATE.job()
+    whole = grind(read(batch(PLATE.program, (1.0, 0.8), (True, False)), "a.nc"), job)
     first = grind(read(text, "a.nc"), job)
     assert len(whole.parts) == 2 and len(whole.dresses) == 1
     count = len(first.strokes)
@@ -54,7 +58,7 @@ def test_a_batch_is_its_parts_one_after_the_other() -> None:
 
 
 def test_a_log_has_every_stroke_for_as_long_as_the_wheel_is_over_the_part_and_a_pause_at_every_stop() -> None:
-    text = PLATE.path.read_text()
+    text = PLATE.program.text
     strokes = grind(read(text, "a.nc"), PLATE.job()).strokes
     begins, ends = over_the_part(grind(read(text, "a.nc"), PLATE.job()), text)
     np.testing.assert_allclose(ends - begins, 60.0 * 200.0 / strokes["E"])
@@ -80,7 +84,7 @@ def test_the_adviser_without_a_model_learns_a_power_law() -> None:
 
 
 def test_strokes_are_those_of_the_program() -> None:
-    strokes = grind(read_file(PLATE.path), PLATE.job()).strokes
+    strokes = grind(read_file(PLATE.program.path), PLATE.job()).strokes
     _, counts = np.unique(strokes["line"], return_counts=True)
     np.testing.assert_array_equal(strokes_of(PLATE.simulation(2)), [*counts, *counts])
 
@@ -95,7 +99,7 @@ def test_a_shift_costs_what_the_same_program_costs() -> None:
         for s in range(4)
     ]
     assert np.mean([shift.mean_cost for shift in shifts]) == pytest.approx(
-        real(read_file(PLATE.path), PLATE.job())[0], rel=0.01
+        real(read_file(PLATE.program.path), PLATE.job())[0], rel=0.01
     )
 
 
@@ -125,7 +129,7 @@ def test_what_is_found_is_kept_with_the_code_that_found_it(tmp_path: Path, monke
 def test_the_tables_tell_what_is_asked_and_whether_it_holds(tmp_path: Path) -> None:
     kept = {"adviser_cost": 1.0, "floor_cost": 1.0, "plan_cost": 1.0, "adviser_scrap": 0.0, "adviser_in_a_row": 0.0}
     missed = kept | {"adviser_cost": 2.0, "adviser_scrap": 0.5}
-    others = [Machine("meter:1", "plate"), Machine("soft:1", "plate")]
+    others = [Machine("meter:1", PLATE.program), Machine("soft:1", PLATE.program)]
     good, bad = (
         {
             each.what: each.kept
@@ -139,13 +143,103 @@ def test_the_tables_tell_what_is_asked_and_whether_it_holds(tmp_path: Path) -> N
     assert csv_text(found).count("\n") == 1 + len(kept) + len(missed)
 
 
-def test_a_family_that_there_is_not_is_named(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+def test_what_a_question_stands_on_is_no_other_command() -> None:
+    """An edit of the search does not undo what was found of the adviser, nor one of either that of calibrations."""
+    on = {name: _folders(f"agents.plants.{module}") for name, module in study.QUESTIONS.items()}
+    shop = {
+        name: {each.removeprefix("grind_env/shop/") for each in found if "/shop/" in each} for name, found in on.items()
+    }
+    assert shop["calibrate"] == {"calibrate"} and "advise" in shop["advise"]
+    assert not {"calibrate", "optimise"} & shop["advise"] and {"calibrate", "optimise"} <= shop["optimise"]
+    assert all({"grind_env/process", "grind_env/machine", "agents/plants"} <= found for found in on.values())
+
+
+def _folders(module: str) -> set[str]:
+    paths = (path.relative_to(study.ROOT).parent.parts for path in study._stands_on(module))
+    return {"/".join(parts[: 3 if parts[1:2] == ("shop",) else 2]) for parts in paths}
+
+
+def test_what_is_found_stands_on_the_code_that_is_run() -> None:
+    """All that a process has loaded to answer a question, but for what makes packages and what the whole one loads."""
+    names = "m.__file__ for n, m in sys.modules.items() if n.startswith('grind_env')"
+    code = f"import sys, agents.plants.calibrating; print(*({names}))"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=study.ROOT)
+    found = {str(path) for path in study._stands_on("agents.plants.calibrating")}
+    own = {each for each in loaded.stdout.split() if not each.endswith(("__init__.py", "registration.py"))}
+    assert len(own) > 100 and own <= found
+
+
+def test_another_program_or_job_of_the_same_name_is_another_cell(tmp_path: Path) -> None:
+    path = _copied(tmp_path, "part.nc", PLATE.program.text)
+    (program,) = programs_of([str(path)], None)
+    first = study.code(Cell("advise", Machine("model", program)))
+    assert study.code(Cell("advise", Machine("model", program))) == first
+    path.with_suffix(".toml").write_text(PLATE.program.job.read_text().replace("tolerance = 9", "tolerance = 8"))
+    assert study.code(Cell("advise", Machine("model", program))) != first
+
+
+def _copied(folder: Path, name: str, text: str) -> Path:
+    path = folder / name
+    path.write_text(text)
+    path.with_suffix(".toml").write_text(PLATE.program.job.read_text())
+    return path
+
+
+def test_a_program_of_a_shop_is_written_out_whatever_its_form(tmp_path: Path) -> None:
+    text = PLATE.program.text.replace(" D1", "d1").replace("M30", "m30").replace(" E15000.", "E15000.0")
+    (program,) = programs_of([str(_copied(tmp_path, "part.nc", text))], None)
+    ours, theirs = (
+        grind(each.read(batch(each, (0.8, 1.2), (True, False))), PLATE.job()) for each in (PLATE.program, program)
+    )
+    np.testing.assert_array_equal(theirs.strokes["power"], ours.strokes["power"])
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("E15000.", "E#101"), ("M30", "GOTO 10"), ("M30", "M99"), ("%\nO", "N5 GOTO 10\nO")],
+    ids=["variable", "jump", "subprogram", "begins with a jump"],
+)
+def test_a_program_that_cannot_be_written_out_is_refused(tmp_path: Path, old: str, new: str) -> None:
+    text = PLATE.program.text.replace(old, new).replace("N10", "#101=15000\nN10")
+    with pytest.raises(GrindError):
+        programs_of([str(_copied(tmp_path, "part.nc", text))], None)
+
+
+def test_a_job_may_have_a_catalogue_of_its_own(tmp_path: Path) -> None:
+    files = tmp_path / "own.toml", tmp_path / "more.toml"
+    files[0].write_text("[wheel.mine]\n")
+    for catalogue in ("", "[catalogue]\nfiles = [\n  'own.toml',\n]\n", "[catalogue]\n"):
+        job = tmp_path / "job.toml"
+        job.write_text(PLATE.program.job.read_text() + catalogue)
+        held = tomllib.loads(with_catalogue(job, files[1]))["catalogue"]["files"]
+        assert held == [str(each) for each in files[0 if "own" in catalogue else 1 :]]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--family", "metre"], "did you mean meter"),
+        (["--program", "plat"], "did you mean plate"),
+        (["--program", "no.nc"], "name a file"),
+        (["--job", "a.toml"], "--job is of one --program that is a file"),
+        (["--program", "plate", "--job", "a.toml"], "--job is of one --program that is a file"),
+        (["--program", "."], "choose plate, rail, die, or name a file"),
+        (["--program", ""], "--program"),
+        (["--question", "opt"], "choose calibrate, optimise, advise"),
+        (["--seeds", "0"], "--seeds"),
+        (["--seeds", "many"], "--seeds"),
+        (["--jobs", "0"], "--jobs"),
+        (["--family", "meter:1"], "did you mean meter"),
+    ],
+)
+def test_what_is_no_study_is_answered_by_one_sentence(
+    arguments: list[str], said: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sys.argv", ["agents", "plants", "--family", "metre"])
+    monkeypatch.setattr("sys.argv", ["agents", "plants", *arguments])
     with pytest.raises(SystemExit) as ended:
         main()
-    assert ended.value.code == 2 and "did you mean meter" in capsys.readouterr().err.lower()
+    error = capsys.readouterr().err
+    assert ended.value.code not in (0, None) and said in error and "Traceback" not in error
 
 
 def test_a_study_in_processes_is_kept(tmp_path: Path) -> None:

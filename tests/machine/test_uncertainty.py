@@ -75,6 +75,24 @@ def test_the_job_as_text_keeps_it(tmp_path: Path) -> None:
         ("wheel.roughness", "material.ploughing_pressure", "named twice"),
         ("[0.2, 0.1]", "[0.2]", "it has 1 numbers"),
         ("[0.2, 0.1]", "[0.2, -0.1]", "uncertainty.spread: '?-0.1'? must be a number from 0 to 3"),
+        (
+            "[0.2, 0.1]",
+            f"[0.2, {10**400}]",
+            r"uncertainty.spread: '?1000.*401 characters.* must be a number from 0 to 3",
+        ),
+        ("0.8, 1]]", f"{10**400}, 1]]", "2 rows of 2 numbers"),
+        ("0.04", "nan", "uncertainty.residual: '?nan'? must be a number from 0 to 3"),
+        ("0.8, 1]]", "nan, 1]]", "2 rows of 2 numbers"),
+        (
+            '["material.ploughing_pressure", "wheel.roughness"]',
+            "[" + "'wheel.x'," * 50_000 + "]",
+            "no number 'wheel.x'",
+        ),
+        (
+            '["material.ploughing_pressure", "wheel.roughness"]',
+            "[" + "'wheel.x'," * 10**6 + "]",
+            "it has more than 1 MB",
+        ),
         ("0.04", '"much"', "uncertainty.residual: 'much' must be a number from 0 to 3"),
         ("[[1, 0.8], [0.8, 1]]", "[[1, 0.8]]", "2 rows of 2 numbers"),
         ("[[1, 0.8], [0.8, 1]]", "[[1, 0.8], [0.7, 1]]", "symmetric"),
@@ -128,6 +146,15 @@ def test_what_would_be_beyond_a_legal_range_is_the_end_of_it() -> None:
     low = replace(job, setup=replace(job.setup, wheel=replace(job.setup.wheel, wear_flat_limit=0.05)))
     most = max(each.setup.wheel.dressed_wear_flat for each in worlds(low, wide, 1, 100))
     assert most == pytest.approx(0.99 * 0.05)  # which must be more than it
+
+
+def test_numbers_that_are_legal_one_by_one_alone_are_told() -> None:
+    both = ("wheel.dressed_wear_flat", "wheel.wear_flat_limit")
+    wide = Uncertainty(names=both, spread=(3.0, 3.0), correlation=((1.0, 0.0), (0.0, 1.0)))
+    with pytest.raises(
+        GrindError, match=r"uncertainty: some of the machines .* must be below wear_flat_limit.*smaller"
+    ):
+        worlds(load_job(PLATE), wide, 1, 100)
 
 
 def test_without_a_calibration_machines_are_as_uncertain_as_the_catalogue() -> None:

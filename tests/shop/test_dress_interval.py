@@ -21,6 +21,7 @@ from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.outcome import Trade, Verdict, cheapest_by_time
 from grind_env.shop.optimise.variation import Variation, variation_of
 from grind_env.shop.optimise.wishes import Wishes, wishes_of
+from grind_env.shop.sweep.study import LOTS
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 from tests.command import Grind
 from tests.shop.programs import known_job
@@ -168,7 +169,7 @@ def test_sweep_writes_the_program_that_it_recommends(tmp_path: Path, grind: Grin
     swept = ("--E", "12000..24000", "--dress-every", "1..4", "--parts", "8")
     status, out, _ = grind("sweep", PLATE, *swept, "--job", known_job(tmp_path, "plate_g82"), "--json", "-o", output)
     best = json.loads(out)["best"]
-    trials = trials_of(read_file(output), load_job(PLATE.with_suffix(".toml")), 8, lots_of(1, LotUse.SWEEP, 64))
+    trials = trials_of(read_file(output), load_job(PLATE.with_suffix(".toml")), 8, lots_of(1, LotUse.SWEEP, LOTS))
     assert status == 0
     assert trials.measure(trials.own[None]).cost.mean() == pytest.approx(best["cost"]["value"], rel=1e-9)
     assert best["every"] > 1 and f"(DRESS EVERY {best['every']} PARTS" in output.read_text()

@@ -12,9 +12,13 @@ import pytest
 from grind_env import examples
 from grind_env.errors import GrindError
 from grind_env.extras import MissingExtra
+from grind_env.machine.job.file import load_job
+from grind_env.process.corrected import EXPONENTS
 from grind_env.shop import warm_up
 from tests.command import Grind
+from tests.shop.programs import EXAMPLES, JOB
 
+UNRELATED = "correlation = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]"
 WEN = (
     "import gymnasium, grind_env; e = gymnasium.make('grind/Wen-v0'); e.reset(seed=0); e.step(e.action_space.sample())"
 )
@@ -29,6 +33,18 @@ def test_every_id_and_every_example_is_among_it() -> None:
     assert {name for name in gym.registry if name.startswith("grind/")} < names
     assert {f"grind run {name}" for name in examples.names()} < names
     assert any(name.startswith("grind optimise ") for name in names)
+
+
+def test_what_a_calibration_makes_of_a_job_is_among_it(tmp_path: Path) -> None:
+    """The process by which such a job is ground is that of the job with a file that `grind calibrate` writes."""
+    written = "".join(f"material.{each}\n" for each in EXPONENTS).split()
+    job = tmp_path / "job.toml"
+    job.write_text(f"{JOB}\n[catalogue.uncertainty]\nnames = {written}\nspread = [.1, .1, .1]\n{UNRELATED}\n")
+    plain, warmed = load_job(EXAMPLES / "plate_g82.toml"), warm_up.calibrated(load_job(EXAMPLES / "plate_g82.toml"))
+    assert load_job(job).process == warmed.process != plain.process
+    assert {f"{use.name}, calibrated" for use in warm_up.uses()} & {use.name for use in warm_up.uses()} == {
+        f"grind {command} {examples.names()[0]}, calibrated" for command in ("run", "optimise")
+    }
 
 
 def test_nothing_is_left_to_compile(tmp_path: Path) -> None:
@@ -57,7 +73,7 @@ def test_an_extra_that_is_missing_is_told(grind: Grind, monkeypatch: pytest.Monk
     monkeypatch.setattr(warm_up, "uses", of_one("grind optimise", search))
     monkeypatch.setattr(warm_up, "kernels", lambda: 3)
     status, out, _ = grind("warm-up")
-    assert (status, out.splitlines()[0]) == (0, f"{'grind optimise':29} the search needs SciPy")
+    assert (status, out.splitlines()[0]) == (0, f"{'grind optimise':40} the search needs SciPy")
 
 
 def test_a_folder_that_keeps_nothing_is_refused(grind: Grind, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -116,6 +116,13 @@ def job_beside(program: Path) -> Path:
     return path
 
 
+def job_of(program: Path, job: str | Path | Job | None) -> Job:
+    """The job by its file or as it is held; that beside a program if None. Errors as of `load_job`."""
+    if isinstance(job, Job):
+        return job
+    return load_job(job_beside(program) if job is None else job)
+
+
 def files_of_job(path: Path) -> list[Path]:
     """The files that `load_job` reads: the job and its catalogue files; of one that it refuses, the job alone."""
     try:

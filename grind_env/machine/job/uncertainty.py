@@ -1,6 +1,6 @@
 """What is not known of a machine: how far its numbers may be from those of a job."""
 
-import math
+import sys
 from dataclasses import dataclass
 from typing import Any
 
@@ -113,8 +113,13 @@ def _quantity(name: str) -> Any:
 
 
 def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    # an integer of TOML may be too long for a float
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
 
 
 def _wrong(key: str, message: str) -> CatalogueError:
     return CatalogueError(f"{UNCERTAINTY}.{key}: {message}")
+
+
+CERTAIN = Uncertainty(names=(), spread=(), correlation=(), source="the machine itself")
+"""Of a machine that is known."""

@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 
 from grind_env.arrays import Array
+from grind_env.errors import GrindError
 from grind_env.machine.job.entries import entries_of, with_entries
 from grind_env.machine.job.job import Job
 from grind_env.machine.job.uncertainty import Uncertainty
-from grind_env.process.catalogue import KINDS
-from grind_env.process.entries import Quantity, quantities
+from grind_env.process.catalogue import KINDS, UNCERTAINTY
+from grind_env.process.entries import CatalogueError, Quantity, quantities
 
 USUAL_SPREADS: Mapping[str, float] = {
     "material.chip_energy": 0.15,
@@ -63,7 +64,11 @@ def worlds(job: Job, uncertainty: Uncertainty, seed: int, count: int) -> tuple[J
 
 
 def world(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: int) -> Job:
-    """One of the `worlds` by its number, with the `root` of their uncertainty."""
+    """One of the `worlds` by its number, with the `root` of their uncertainty.
+
+    Raises:
+        GrindError: numbers that are legal one by one are not together.
+    """
     entries = entries_of(job)
     *normal, force = np.random.default_rng((seed, number)).standard_normal(len(root) + 1).tolist()
     steps = (root @ np.array(normal)).tolist()
@@ -79,7 +84,14 @@ def world(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: in
         kind: {key: entries[kind].within(key, value) for key, value in values.items()}
         for kind, values in changes.items()
     }
-    return with_entries(job, within)
+    try:
+        return with_entries(job, within)
+    except GrindError as error:
+        why = str(error).rstrip(".")
+        raise CatalogueError(
+            f"{UNCERTAINTY}: some of the machines that it allows are none, for {why}; give smaller spreads, or leave "
+            "names out"
+        ) from None
 
 
 def _adds(name: str) -> bool:

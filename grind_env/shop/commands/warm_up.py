@@ -4,9 +4,11 @@
 def warm_up() -> None:
     """Compile what `grind run`, `grind optimise` and the environments need, so that nobody waits for it later.
 
-    It runs every example, steps every environment and searches for a second. What is compiled is kept in the user's
-    cache, or below NUMBA_CACHE_DIR where that is set, for this kind of processor and this version; a second call only
-    loads it. Policies and networks compile a few kernels more when they are first judged.
+    It runs every example, steps every environment and searches for a second, once for the machine of the catalogue
+    and once for one that is calibrated, whose forces may follow depth, speed and volume in another way. What is
+    compiled is kept in the user's cache, or below NUMBA_CACHE_DIR where that is set, for this kind of processor and
+    this version; a second call only loads it. Policies and networks compile a few kernels more when they are first
+    judged.
 
     A line for each of these things: seconds, and kernels that are new.
     """
@@ -21,5 +23,5 @@ def warm_up() -> None:
         warm_up(every), "compiling", total=len(every), console=console, transient=True, disable=not console.is_terminal
     )
     for name, seconds, new, left_out in shown:
-        print(f"{name:29} {left_out or f'{seconds:4.1f} s {new:3} new'}", flush=True)
+        print(f"{name:40} {left_out or f'{seconds:4.1f} s {new:3} new'}", flush=True)
     print(f"{kernels()} kernels in {cache_folder()}")

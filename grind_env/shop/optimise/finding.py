@@ -20,6 +20,7 @@ from grind_env.plants import find_plant
 from grind_env.plants.names import MODEL
 from grind_env.process.cost import NO_LIMIT
 from grind_env.shop.optimise.budget import ENOUGH_TRIALS, Budget, TimeUp, time_said
+from grind_env.shop.optimise.comparing import COMPARED, compared
 from grind_env.shop.optimise.editing import ProgramText, text_of
 from grind_env.shop.optimise.judgement import (
     QUANTITIES,
@@ -41,8 +42,6 @@ from grind_env.shop.optimise.outcome import Optimised, Trade, Verdict, WishUse, 
 from grind_env.shop.optimise.search import GENERATIONS, Point
 from grind_env.shop.optimise.unrolling import unrolled
 from grind_env.shop.optimise.variation import (
-    PARTS,
-    STEPS,
     Pace,
     Progress,
     Variation,
@@ -53,24 +52,17 @@ from grind_env.shop.optimise.variation import (
 from grind_env.shop.optimise.wishes import Wishes
 from grind_env.shop.trials import LIMITS, SAME, LotUse, Measures, Trials, lots_said
 
-SEARCHED, CHOSEN, JUDGED = 20, 128, 256
-"""Lots on which programs are searched, on which the best of them are compared, and on which that one is judged; more of
-short batches, and fewer of a program that the control executes, if there is no time for them."""
-FINALISTS, BEYOND = 8, (1.12, 1.3)
-"""Programs that are compared, besides steps towards the best one: the cheapest of those that come to no more than some
-shares of what is asked. So many of these lie evenly from that of the best one down to the least that any has come to,
-since much that the search finds within what is asked is beyond it on other lots and machines; and some beyond 1, since
-it is the other way round, too."""
-SURE = 0.96
-"""Share of what is asked that the first of them keep where they are compared, so that they keep it on others, too."""
-STEP_BY_STEP = 3, 8
-"""Finalists, and lots on which they are compared, of a program that the control executes, a thousand times slower."""
+SEARCHED, JUDGED = 20, 256
+"""Lots on which programs are searched, and on which the best one is judged; more of short batches, and fewer of a
+program that the control executes, if there is no time for them."""
 FEWER = 4
 """Generations of a search without a limit, over those of the whole one."""
 
-MOST_JUDGING, WITHOUT_LIMITS, OVER = 0.4, 0.1, 1.2
-"""Shares of the budget that the search leaves for judgement, at most, and for words without each limit, and times the
-budget up to which these are searched."""
+TO_COMPARE, TO_JUDGE = 200, 4
+"""Programs for which the search leaves time."""
+MOST_COMPARING, MOST_JUDGING, WITHOUT_LIMITS, OVER = 0.25, 0.12, 0.1, 1.2
+"""Shares of the budget that it leaves for comparison and judgement, at most, and for words without each limit, and
+times the budget up to which programs are judged and these are searched."""
 
 FREE = {"temp": ("rise_allowance", 2000.0), "Ra": ("roughness_limit", NO_LIMIT), "size": ("tolerance", NO_LIMIT)}
 """Field of a part that holds a limit, and what it is without."""
@@ -78,7 +70,7 @@ FREE = {"temp": ("rise_allowance", 2000.0), "Ra": ("roughness_limit", NO_LIMIT),
 
 def find_words(
     program: str | Path,
-    job: str | Path | None = None,
+    job: str | Path | Job | None = None,
     wishes: Wishes | None = None,
     *,
     parts: int = 50,
@@ -100,7 +92,8 @@ def find_words(
 
     Args:
         program: file of the part program.
-        job: its job file; the program's name with `.toml` if not given.
+        job: its job file, or a job as `load_job` returns it, on whose own machine then is searched; the program's name
+            with `.toml` if not given.
         wishes: what is varied between which bounds, and margins of the limits.
         parts: how often the program is run before the wheel is handed over; the wheel carries over.
         seconds: for search and judgement; of a program that the control executes for the search alone, and what follows
@@ -115,22 +108,31 @@ def find_words(
         GrindError: the program cannot be run, there is nothing to vary in it, or there is no time for one trial.
     """
     program = Path(program)
-    job = job_beside(program) if job is None else Path(job)
     programs, text = read_file(program), text_of(read_bytes(program))
     if unroll:
         text = unrolled(programs, text)
         programs = read(text.text, programs.name, programs.folder)
     try:
-        machine = None if plant is None else find_plant(plant, modules=True)
-        held = replace(load_job(job, plant=machine, calibrated=False), variables=variables)
-        planned = replace(load_job(job, plant=MODEL), plant="", variables=variables)
+        planned, machine, name = _jobs(program, job, plant)
+        planned = replace(planned, variables=variables)
+        machine = None if machine is None else replace(machine, variables=variables)
         variation = variation_of(programs, text, planned, wishes or Wishes(), parts, seed, seconds)
-        return _optimised(variation, job.name, progress, held if held.plant else None)
+        return _optimised(variation, name, progress, machine)
     except TimeUp:
         raise GrindError(
             f"{programs.name}: there was no time to try one program on {SEARCHED} lots, for the control executes this "
             f"one step by step; give it more than --budget {seconds:g}s, or grind fewer than --parts {parts}"
         ) from None
+
+
+def _jobs(program: Path, job: str | Path | Job | None, plant: str | None) -> tuple[Job, Job | None, str]:
+    """What is searched on, what the result is judged on where that is another machine, and the name of the job file."""
+    machine = None if plant is None else find_plant(plant, modules=True)
+    if isinstance(job, Job):
+        return job, None if machine is None else job.on(machine), ""
+    path = job_beside(program) if job is None else Path(job)
+    held = load_job(path, plant=machine, calibrated=False)
+    return replace(load_job(path, plant=MODEL), plant=""), held if held.plant else None, path.name
 
 
 def _optimised(variation: Variation, job: str, progress: Progress, machine: Job | None = None) -> Optimised:
@@ -139,16 +141,15 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
     tried: dict[Point, Trade] = {}
     compiled = variation.base.simulation.compiled
     pace = Pace()
-    judging = partial(_judging, variation, pace) if compiled else nothing_more
-    search = variation.search(variation.trials(LotUse.SEARCH, SEARCHED), progress, "searching", tried, pace, judging)
+    following = partial(_following, variation, pace) if compiled else nothing_more
+    search = variation.search(variation.trials(LotUse.SEARCH, SEARCHED), progress, "searching", tried, pace, following)
     known = budget.spent
     search.run(variation.start, variation.seed, grid=variation.grid() if compiled else ())
     seconds = (budget.spent - known) / len(search.costs)
-    steps = variation.steps_to(search.ranked[0]) if compiled else []
-    if steps:
-        search.objective(np.array(steps))
     feasible = any(each.keeps for each in tried.values())
-    points = _compared(variation, search.ranked, tried, pace, steps) if feasible else search.ranked[:1]
+    points = search.ranked[:1]
+    if feasible:
+        points = compared(variation, search.ranked, tried, pace, partial(_judging, variation, pace), progress)
     lots = JUDGED if compiled else budget.judged(JUDGED, seconds / SEARCHED)
     before = variation.trials(LotUse.JUDGEMENT, lots)
     progress("judging", 0)
@@ -166,6 +167,8 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
         chosen = _judge(variation, before, old, chosen.point, lots)
         kept = chosen.keeps(variation)
     point, text, programs, after, new, wishes, change = chosen
+    if point not in tried:
+        search.objective(np.array([point]))
     objective = variation.wishes.quantity
     beyond = new.violation(variation.margins)[0]
     sought = feasible and before.simulation.compiled and machine is None
@@ -218,45 +221,6 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
     )
 
 
-def _compared(
-    variation: Variation, ranked: list[Point], tried: dict[Point, Trade], pace: Pace, steps: Sequence[Point] = ()
-) -> list[Point]:
-    """The first programs as they rank on lots that no search has seen, as many of them as there is time for.
-
-    Without any time they rank as they did.
-    """
-    budget = variation.budget
-    if variation.base.simulation.compiled:
-        trials = variation.trials(LotUse.COMPARISON, CHOSEN)
-        front = _front(tried, variation.wishes.quantity, FINALISTS)
-        some = list(dict.fromkeys([*front, *steps])) if steps else front[:1]
-        one = pace.seconds * len(trials.seeds)
-        left = budget.seconds - budget.spent - one * 2 * JUDGED / CHOSEN
-        finalists = [point for k, point in enumerate(some) if k == 0 or one * (k + 1) <= left] or ranked[:1]
-    else:
-        most, lots = STEP_BY_STEP
-        trials, finalists = variation.trials(LotUse.COMPARISON, lots), ranked[:most]
-    if len(finalists) == 1:
-        return finalists
-    try:
-        old = trials.measure(trials.own[None], between=budget.require_comparison)
-        found = variation.measure(trials, finalists, budget.require_comparison)
-    except TimeUp:
-        return finalists
-    worth = variation.worth(variation.shares(trials, found, old) / SURE, found)
-    return [finalists[k] for k in worth.argsort(kind="stable")]
-
-
-def _front(tried: dict[Point, Trade], quantity: str, count: int) -> list[Point]:
-    """The cheapest program that keeps all, the cheapest ones that keep more and more than that, then ones `BEYOND`."""
-    cheap = sorted(tried, key=lambda point: (getattr(tried[point], quantity), point))
-    shares = [tried[point].share for point in cheap]
-    least = min(shares)
-    best = next((share for share in shares if share <= 1.0), least)
-    levels = (*np.linspace(best, least, count).tolist(), *BEYOND)
-    return list(dict.fromkeys(next(point for point in cheap if tried[point].share <= level) for level in levels))
-
-
 class _Judged(NamedTuple):
     """Words of a program on the lots of the judgement."""
 
@@ -276,11 +240,11 @@ class _Judged(NamedTuple):
 
 
 def _judged(variation: Variation, before: Trials, old: Measures, points: Sequence[Point], lots: int) -> list[_Judged]:
-    """Programs one after the other up to the first that keeps limits and wishes, or as long as the budget lasts."""
+    """Programs one after the other up to the first that keeps limits and wishes, or as long as there is time."""
     judged, budget, longest = list[_Judged](), variation.budget, 0.0
     for point in points:
         began = budget.spent
-        if judged and began + longest > budget.seconds:
+        if judged and began + longest > OVER * budget.seconds:
             break
         judged.append(_judge(variation, before, old, point, lots))
         if judged[-1].keeps(variation):
@@ -326,17 +290,20 @@ def _require_said(variation: Variation, before: Trials, after: Trials, point: Po
 
 
 def _judging(variation: Variation, pace: Pace) -> float:
-    """Time that it takes to compare and judge what a search has found, and that is left for words without limits, s.
+    """Time that is left for the judgement of what a search has found and for words without limits, s.
 
     It is no more than `MOST_JUDGING` of the budget, for a pace that is known badly must not end a search at once.
     """
-    lots = len(
-        variation.trials(
-            LotUse.JUDGEMENT, (FINALISTS + len(BEYOND) + len(STEPS) * len(PARTS)) * CHOSEN + 3 * JUDGED
-        ).seeds
-    )
+    lots = len(variation.trials(LotUse.JUDGEMENT, TO_JUDGE * JUDGED).seeds)
     seconds, budget = pace.seconds * lots + variation.reading, variation.budget.seconds
     return min(seconds, MOST_JUDGING * budget) + WITHOUT_LIMITS * budget
+
+
+def _following(variation: Variation, pace: Pace) -> float:
+    """Time that is left for all that follows a search, s: comparison and judgement."""
+    return min(pace.seconds * TO_COMPARE * COMPARED, MOST_COMPARING * variation.budget.seconds) + _judging(
+        variation, pace
+    )
 
 
 def _freed(
@@ -349,23 +316,35 @@ def _freed(
     less = attrgetter(variation.wishes.quantity)
     with_all, words = less(variation.measure(judged, [best]))[0], {}
     others = [(k, name, free) for k, name in enumerate(LIMITS) if (free := without(variation.job, name)) is not None]
-    judging = pace.seconds * (CHOSEN + 2 * JUDGED) / JUDGED * len(judged.seeds)
+    needed = pace.seconds * (TO_COMPARE * COMPARED + TO_JUDGE * len(judged.seeds))
     for number, (k, name, free) in enumerate(others):
-        seconds = (budget.seconds - budget.spent) / (len(others) - number) - judging
-        if seconds < 0.0:
+        seconds = (budget.seconds - budget.spent) / (len(others) - number)
+        if seconds < needed:
             break
         margins = variation.margins.copy()
         margins[k] = np.inf
         other = variation.with_job(free, margins, Budget(seconds))
         tried: dict[Point, Trade] = {}
         label = f"without the limit of {name}"
-        search = other.search(other.trials(LotUse.SEARCH, SEARCHED), progress, label, tried, Pace())
+        trials = other.trials(LotUse.SEARCH, SEARCHED)
+        search = other.search(trials, progress, label, tried, Pace(), partial(_following, other, pace))
         search.run(best, variation.seed, GENERATIONS // FEWER)
-        point = _compared(other, search.ranked, tried, pace)[0]
+        points = compared(other, search.ranked, tried, pace, partial(_judging, other, pace), progress, label)
+        point = _best_of(other, points) or best
         found = less(other.measure(other.trials(LotUse.JUDGEMENT, JUDGED), [point]))[0]
         share = float(variation.measure(judged, [point]).ratios[0, k])
         words[name] = Freed(paired(with_all - found), share)
     return words
+
+
+def _best_of(variation: Variation, points: Sequence[Point]) -> Point | None:
+    """The first of some points that keeps on unseen lots what is asked."""
+    trials = variation.trials(LotUse.JUDGEMENT, JUDGED)
+    old = trials.measure(trials.own[None])
+    for point in points:
+        if not (variation.shares(trials, variation.measure(trials, [point]), old) > 1.0).any():
+            return point
+    return None
 
 
 def without(job: Job, limit: str) -> Job | None:

@@ -167,7 +167,7 @@ class Optimised:
 
     Attributes:
         program: name of the program.
-        job: name of the job file.
+        job: name of the job file; empty for a job that is held in memory.
         verdict: whether it is better.
         reason: one sentence on the verdict.
         words: every value that was varied.

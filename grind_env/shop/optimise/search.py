@@ -94,6 +94,15 @@ class Search:
             self.ended_early = True
         return self.ranked[0]
 
+    def refine(self, start: Point, points: Sequence[Point]) -> None:
+        """Evaluate a start, whatever the time, and some points, and go on from the cheapest of them in steps."""
+        self.costs_of([start])
+        try:
+            self.costs_of(points)
+            self._descend()
+        except TimeUp:
+            self.ended_early = True
+
     def _evolve(self, start: Point, seed: int, generations: int) -> None:
         with needing("shop", "the search needs"):
             from scipy.optimize import differential_evolution
@@ -123,26 +132,32 @@ class Search:
         )
 
     def _descend(self) -> None:
-        """Go to the cheapest neighbour as long as there is a cheaper one."""
+        """Go to the cheapest neighbour as long as there is a cheaper one; by two values only where one does not do."""
         best = self.ranked[0]
         while True:
-            self.costs_of(self._neighbours(best))
-            better = self.ranked[0]
-            if better == best:
+            for neighbours in (self._steps(best), self._pairs(best)):
+                self.costs_of(neighbours)
+                if (better := self.ranked[0]) != best:
+                    break
+            else:
                 return
             best = better
 
-    def _neighbours(self, point: Point) -> list[Point]:
-        """Points that differ in one value, by 1, 2, 4, ... levels, or in two values by one level each."""
+    def _steps(self, point: Point) -> list[Point]:
+        """Points that differ in one value, by 1, 2, 4, ... levels."""
         found = []
         for k, count in enumerate(self.counts):
             steps = [2**power for power in range(max(count.bit_length() - 1, 1))]
             found += [self._moved(point, {k: sign * step}) for step in steps for sign in (-1, 1)]
+        return found
+
+    def _pairs(self, point: Point) -> list[Point]:
+        """Points that differ in two values by one level each; none of many variables."""
         free = [k for k, count in enumerate(self.counts) if count > 1]
-        if len(free) <= MOST_PAIRS:
-            for one, other in combinations(free, 2):
-                found += [self._moved(point, {one: a, other: b}) for a, b in product((-1, 1), repeat=2)]
-        return [each for each in dict.fromkeys(found) if each != point]
+        if len(free) > MOST_PAIRS:
+            return []
+        ways = product(combinations(free, 2), product((-1, 1), repeat=2))
+        return [self._moved(point, {one: a, other: b}) for (one, other), (a, b) in ways]
 
     def _moved(self, point: Point, ways: dict[int, int]) -> Point:
         return tuple(

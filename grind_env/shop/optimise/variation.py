@@ -26,6 +26,7 @@ from grind_env.shop.optimise.search import Point, Search
 from grind_env.shop.optimise.spots import Spot
 from grind_env.shop.optimise.variables import COLUMNS, INHERITED, Choices, Variable, choices_of
 from grind_env.shop.optimise.wishes import WishError, Wishes
+from grind_env.shop.risk import most_risk, risk
 from grind_env.shop.trials import LIMITS, Between, LotUse, Measures, Trials, lots_of, nothing, trials_of
 
 INFEASIBLE = 1e9
@@ -33,13 +34,10 @@ INFEASIBLE = 1e9
 
 LOOKING = 0.25
 """Share of the budget up to which it is looked at what machines this may be."""
-MOST_RISK, UNCALIBRATED_RISK = 1.05, 1.2
-"""What a part may take with other words at most, over what it takes, on a machine where they are bad; the second one
-without a calibration, when machines may be so unlike that hardly any words are no risk on one in twenty."""
 USUAL_RUNS = 50
 """Of a batch; of shorter ones there are as many more."""
 MOST_MORE = 4
-"""Times as many, at most, in the search, which tries thousands of programs on them."""
+"""Times as many, at most, where hundreds or thousands of programs are tried on them."""
 RATIOS, RATIO_VALUES = (0.5, 2.0), 9
 """Of E to that of the program, with which a search begins: those of `grind sweep`."""
 FEWER_RATIOS = 4
@@ -128,7 +126,7 @@ class Variation(NamedTuple):
     def _lots(self, use: LotUse, lots: int) -> Sequence[tuple[int, ...]]:
         """More of them of short batches, for what scraps one part of 200 is hardly met in few parts."""
         more = -(-USUAL_RUNS // self.runs) if self.base.simulation.compiled else 1
-        return lots_of(self.seed, use, (min(more, MOST_MORE) if use is LotUse.SEARCH else more) * lots)
+        return lots_of(self.seed, use, (more if use is LotUse.JUDGEMENT else min(more, MOST_MORE)) * lots)
 
     @property
     def reading(self) -> float:
@@ -274,18 +272,13 @@ class Variation(NamedTuple):
     @property
     def most_risk(self) -> float:
         """What may be risked."""
-        return UNCALIBRATED_RISK if self.job.uncertainty is None else MOST_RISK
+        return most_risk(self.job)
 
     def risk(self, trials: Trials, found: Measures, old: Measures) -> Array:
-        """What is to become less over that of the program as it is, `old`, of C candidates, shape (C,).
-
-        On a machine for which this is as high as the confidence allows. It is 0 where the program as it is misses a
-        wish, for which more may be paid.
-        """
+        """As of `shop.risk`; 0 where the program as it is misses a wish, for which more may be paid."""
         if any(getattr(old, name).mean() > most for name, most in self.wishes.within.items()):
             return np.zeros(len(found.cost))
-        less, before = (trials.by_machine(getattr(each, self.wishes.quantity)) for each in (found, old))
-        return np.asarray(np.quantile(less / before[0], trials.confidence, axis=1))
+        return risk(trials, found, old, self.wishes.quantity)
 
     def worth(self, shares: Array, found: Measures) -> Array:
         """What is to become less of C candidates, shape (C,); `INFEASIBLE` and more beyond something that is asked."""
@@ -301,10 +294,12 @@ class Variation(NamedTuple):
         tried: dict[Point, Trade],
         pace: Pace,
         following: Callable[[], float] = nothing_more,
+        sure: float = 1.0,
     ) -> Search:
         """A search on lots; `tried` gets what each candidate comes to, `pace` how long they take.
 
-        It ends early enough for what follows, which takes `following()` s.
+        It ends early enough for what follows, which takes `following()` s. Programs must come to no more than `sure` of
+        what is asked.
         """
         budget, first = self.budget, list[Measures]()
 
@@ -317,7 +312,7 @@ class Variation(NamedTuple):
             if search.costs:
                 pace.take(budget.spent - began, len(points), len(trials.seeds))
             first[:] = first or [found]
-            shares = self.shares(trials, found, first[0])
+            shares = self.shares(trials, found, first[0]) / sure
             means = found.cost.mean(axis=1), found.seconds.mean(axis=1), shares.max(axis=1)
             trades = zip(*(each.tolist() for each in means), strict=True)
             tried.update(zip(map(tuple, points.tolist()), map(Trade._make, trades), strict=True))
@@ -330,7 +325,7 @@ class Variation(NamedTuple):
         """Where the search begins: all E in the same ratio to those of the program, with each interval.
 
         Dresses are those of the program, in all blocks that have them or in the first of these alone, such as before
-        roughing.
+        roughing. Every other ratio with intervals of 1, 2, 4, .. comes first, for the time may be short.
         """
         variables, start = self.choices.variables, self.start
         dressing = [k for k, each in enumerate(variables) if each.name == "D"]
@@ -340,19 +335,18 @@ class Variation(NamedTuple):
         first = list(by_blocks)
         for k in dressing[1:]:
             first[k] = 0 if variables[k].levels[0] == 0 else first[k]
-        points = []
+        coarse, between = list[Point](), list[Point]()
         for pattern in (by_blocks, first):
             for number, ratio in enumerate(np.geomspace(*RATIOS, RATIO_VALUES).tolist()):
                 point = list(pattern)
                 for k, each in enumerate(variables):
                     if each.name == "E":
                         point[k] = each.nearest(each.own * Decimal(repr(ratio)))
-                points += [
-                    (*point[:-1], k)
-                    for k, each in enumerate(self.choices.intervals)
-                    if each.of != "block" or number % FEWER_RATIOS == 0
-                ]
-        return list(dict.fromkeys(points))
+                for k, interval in enumerate(self.choices.intervals):
+                    if interval.of != "block" or number % FEWER_RATIOS == 0:
+                        is_coarse = number % 2 == 0 and interval.every & (interval.every - 1) == 0
+                        (coarse if is_coarse else between).append((*point[:-1], k))
+        return list(dict.fromkeys(coarse + between))
 
 
 def variation_of(

@@ -11,18 +11,22 @@ from grind_env.arrays import Array
 from grind_env.control import read_file
 from grind_env.control.source import SourceText
 from grind_env.errors import GrindError
-from grind_env.machine.job.file import job_beside, load_job
+from grind_env.machine.job import Job
+from grind_env.machine.job.file import job_of
 from grind_env.machine.script.settings import DRESS_DEPTH, DRESS_FEED, DRESS_PASSES, D, E
 from grind_env.policies.statistics import Interval
 from grind_env.presenter import html, presenter
 from grind_env.shop.dress_interval import LONGEST, DressInterval
 from grind_env.shop.machines import fleet_of
+from grind_env.shop.risk import most_risk, risk
 from grind_env.shop.trials import LIMITS, LotUse, Measures, Trials, lots_of, trials_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-LOTS = 64
+LOTS = 128
+RISK = "risk"
+"""Its name among the limits."""
 POINTS = 9
 """Values of a range of E, lead or depth."""
 FASTEST = 30_000.0
@@ -65,6 +69,7 @@ class SweepPoint:
         size_error: um.
         scrap: share of the parts.
         shares: of the limits power, temp, Ra and size, the shares that 95 of 100 parts keep, on whatever machine.
+        risk: as of `shop.risk`, as a share of what may be risked.
     """
 
     E: float
@@ -79,16 +84,23 @@ class SweepPoint:
     size_error: float
     scrap: float
     shares: tuple[float, float, float, float]
+    risk: float
 
     @property
     def keeps_limits(self) -> bool:
-        """Whether 95 of 100 parts keep each limit."""
-        return max(self.shares) <= 1.0
+        """Whether 95 of 100 parts keep each limit, and no more is risked than may be."""
+        return max(self.of_limits.values()) <= 1.0
 
     @property
     def worst_limit(self) -> str:
-        """The limit to which parts come nearest, or which they pass by most."""
-        return LIMITS[int(np.argmax(self.shares))]
+        """The limit to which parts come nearest, or which they pass by most; `risk` among them."""
+        shares = self.of_limits
+        return max(shares, key=shares.__getitem__)
+
+    @property
+    def of_limits(self) -> dict[str, float]:
+        """`shares` and `risk` by their names."""
+        return dict(zip((*LIMITS, RISK), (*self.shares, self.risk), strict=True))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,6 +113,7 @@ class Sweep:
         lots: on which every point was ground.
         counted: what a run of the program is called: "part", or "run" where it grinds several of them.
         own: the program as it is.
+        most_risk: what may be risked, over the cost of that.
         speeds: over E and dress interval.
         dresses: over lead and depth, with the best E and interval of these.
         remarks: sentences on variables that were given and that nothing reads.
@@ -112,6 +125,7 @@ class Sweep:
     lots: int
     counted: str
     own: SweepPoint
+    most_risk: float
     speeds: tuple[SweepPoint, ...]
     dresses: tuple[SweepPoint, ...]
     remarks: tuple[str, ...] = ()
@@ -124,12 +138,12 @@ class Sweep:
 
     @property
     def refused(self) -> dict[str, SweepPoint]:
-        """The cheapest point that is beyond each limit and cheaper than the best one: these limits bind."""
+        """The cheapest point beyond each limit, risk among them, that is cheaper than the best one: these bind."""
         best = self.best
         points = [point for point in (*self.speeds, *self.dresses) if point.cost.value < best.cost.value]
         found = {}
-        for k, name in enumerate(LIMITS):
-            beyond = [point for point in points if point.shares[k] > 1.0]
+        for name in (*LIMITS, RISK):
+            beyond = [point for point in points if point.of_limits[name] > 1.0]
             if beyond and best.keeps_limits:
                 found[name] = min(beyond, key=lambda point: point.cost.value)
         return found
@@ -178,7 +192,7 @@ def cheapest(points: Sequence[SweepPoint]) -> SweepPoint:
 
 def sweep(
     program: str | Path,
-    job: str | Path | None = None,
+    job: str | Path | Job | None = None,
     ranges: Ranges | None = None,
     *,
     parts: int = 50,
@@ -191,7 +205,7 @@ def sweep(
 
     Args:
         program: file of the part program.
-        job: its job file; the program's name with `.toml` if not given.
+        job: its job file, or what `load_job` returned; the program's name with `.toml` if not given.
         ranges: what is swept; E and dress intervals from 1 to 20 if nothing is said.
         parts: how often the program is run; the wheel carries over.
         seed: of the lots.
@@ -203,8 +217,7 @@ def sweep(
         GrindError: the program cannot be run so.
     """
     program = Path(program)
-    job = job_beside(program) if job is None else Path(job)
-    held = replace(load_job(job), variables=variables)
+    held = replace(job_of(program, job), variables=variables)
     lots = lots_of(seed, LotUse.SWEEP, LOTS)
     trials = trials_of(read_file(program), held, parts, lots)
     fleet = fleet_of(trials, seed, untried=untried)
@@ -239,6 +252,7 @@ def sweep(
         lots=trials.lots,
         counted=DressInterval.counting(trials.simulation.parts // parts),
         own=own,
+        most_risk=most_risk(held),
         speeds=tuple(speeds),
         dresses=tuple(dresses),
         remarks=trials.simulation.unread,
@@ -269,6 +283,7 @@ class _Study:
         self.dressed = self.own[:, DRESS_PASSES] > 0.0
         self.executions = _executions(trials)
         self.dresses = bool(self.executions.any())
+        self.as_it_is = trials.measure(self.own[None])
 
     def refuse(self, ranges: Ranges) -> None:
         """Refuse ranges of what the program does not have."""
@@ -313,7 +328,8 @@ class _Study:
         return table
 
     def _points(self, tables: Array, settings: Sequence[Setting], found: Measures) -> list[SweepPoint]:
-        first = int(self.dressed.argmax())
+        first, job = int(self.dressed.argmax()), self.trials.simulation.job
+        risked = risk(self.trials, found, self.as_it_is) / most_risk(job)
         return [
             SweepPoint(
                 E=float(table[0, E]),
@@ -328,6 +344,7 @@ class _Study:
                 size_error=float(found.size_error[k].mean()),
                 scrap=float(found.scrap[k].mean()),
                 shares=tuple(found.ratios[k].tolist()),
+                risk=float(risked[k]),
             )
             for k, (table, setting) in enumerate(zip(tables, settings, strict=True))
         ]

@@ -5,8 +5,8 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from grind_env.shop.dress_interval import DressInterval
-from grind_env.shop.sweep.study import Sweep, SweepPoint, cheapest
-from grind_env.shop.trials import LIMITS, lots_said
+from grind_env.shop.sweep.study import RISK, Sweep, SweepPoint, cheapest
+from grind_env.shop.trials import lots_said
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -86,11 +86,17 @@ def sentences(found: Sweep) -> list[str]:
                 f"{point.cost.value:.3f} $ a part; its valley, up to 2 % dearer: {valley}"
             )
     for name, point in found.refused.items():
-        cost, share = point.cost.value, 100.0 * point.shares[LIMITS.index(name)]
-        words = _settings(point, found)
-        said.append(f"the limit of {name} binds: {words} would cost {cost:.3f} $ and come to {share:.0f} % of it")
+        cost, share = f"{_settings(point, found)} would cost {point.cost.value:.3f} $", point.of_limits[name]
+        if name == RISK:
+            allowed, more = (100.0 * (each * found.most_risk - 1.0) for each in (1.0, share))
+            said.append(
+                f"too risky: {cost}, but on 5 of 100 machines {more:.0f} % or more above the program as it is; "
+                f"{allowed:.0f} % may be risked"
+            )
+        else:
+            said.append(f"the limit of {name} binds: {cost} and come to {100.0 * share:.0f} % of it")
     if not best.keeps_limits:
-        said.append("no point of the sweep keeps all limits")
+        said.append("no point of the sweep keeps all limits without too much risk")
     saved = found.own.cost.value - best.cost.value
     said.append(
         f"cheapest: {best.cost.value:.3f} $ a part ({best.cost.low:.3f} to {best.cost.high:.3f}), "
@@ -106,6 +112,7 @@ def as_data(found: Sweep) -> dict[str, Any]:
         "parts": found.parts,
         "lots": found.lots,
         "calibration": found.calibration,
+        "most_risk": found.most_risk,
         "counted": found.counted,
         "own": _data(found.own),
         "speeds": [_data(point) for point in found.speeds],
@@ -142,8 +149,15 @@ def _cells(point: SweepPoint) -> dict[str, str]:
         "rise": f"{point.rise:.0f}",
         "size_error": f"{point.size_error:.1f}",
         "scrap": f"{100.0 * point.scrap:.1f}",
-        "limits": "kept" if point.keeps_limits else f"{point.worst_limit} {100.0 * max(point.shares):.0f} %",
+        "limits": "kept"
+        if point.keeps_limits
+        else f"{point.worst_limit} {100.0 * max(point.of_limits.values()):.0f} %",
     }
+
+
+def _beyond(point: SweepPoint) -> str:
+    """The worst limit, and what comes of it."""
+    return f"{point.worst_limit} {100.0 * max(point.of_limits.values()):.0f} %"
 
 
 def _settings(point: SweepPoint, found: Sweep) -> str:

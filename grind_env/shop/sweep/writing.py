@@ -7,11 +7,13 @@ from pathlib import Path
 
 from grind_env.control import read_file
 from grind_env.files import read_bytes
-from grind_env.machine.job.file import job_beside, load_job
+from grind_env.machine.job import Job
+from grind_env.machine.job.file import job_of
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.variables import STEPS, Variable
 from grind_env.shop.optimise.variation import Variation, variation_of
 from grind_env.shop.optimise.wishes import INTERVAL, wishes_of
+from grind_env.shop.risk import most_risk, risk
 from grind_env.shop.sweep.study import LOTS, Sweep, SweepError, SweepPoint
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 
@@ -28,7 +30,7 @@ class Recommended:
     Attributes:
         data: its file.
         cost: $ a part, on the lots of the sweep.
-        keeps_limits: whether 95 of 100 parts keep each limit.
+        keeps_limits: as of its point.
     """
 
     data: bytes
@@ -39,7 +41,7 @@ class Recommended:
 def recommended(
     found: Sweep,
     program: str | Path,
-    job: str | Path | None = None,
+    job: str | Path | Job | None = None,
     *,
     seed: int = 1,
     variables: Mapping[int, float] = {},
@@ -50,7 +52,7 @@ def recommended(
     Args:
         found: the sweep.
         program: file of its program.
-        job: its job file; the program's name with `.toml` if not given.
+        job: as of the sweep.
         seed: of its lots.
         variables: values that `#` variables have before the first part.
         untried: as of the sweep.
@@ -62,7 +64,7 @@ def recommended(
     best, program = found.best, Path(program)
     if best == found.own or not best.keeps_limits:
         raise SweepError(f"{program.name}: no point of the sweep keeps the limits and costs less than it does as it is")
-    settings = replace(load_job(job_beside(program) if job is None else Path(job)), variables=variables)
+    settings = replace(job_of(program, job), variables=variables)
     text = text_of(read_bytes(program))
     names = [name for name in EXACT if getattr(best, name) != getattr(found.own, name)]
     dresses = ["D", INTERVAL] if best.every else []
@@ -74,7 +76,8 @@ def recommended(
     lots, fleet = lots_of(seed, LotUse.SWEEP, LOTS), variation.fleet
     written = trials_of(variation.read(point), settings, found.parts, lots)
     written = written.on(lots) if fleet is None else fleet.under(written, LotUse.SWEEP, lots)
-    measured = written.measure(written.own[None])
+    base = variation.base.on(lots) if fleet is None else fleet.under(variation.base, LotUse.SWEEP, lots)
+    old, measured = (each.measure(each.own[None]) for each in (base, written))
     cost = float(measured.cost.mean())
     if abs(cost - best.cost.value) > NEAR * best.cost.value:
         why = "; ".join(variation.choices.remarks) or "its words do not change its cycles as they say"
@@ -82,9 +85,8 @@ def recommended(
             f"{program.name}: written into its text the best point costs {cost:.3f} $ a part and not "
             f"{best.cost.value:.3f} $: {why}"
         )
-    return Recommended(
-        data=variation.with_words(point).bytes(), cost=cost, keeps_limits=bool(measured.ratios.max() <= 1.0)
-    )
+    keeps = measured.ratios.max() <= 1.0 and risk(written, measured, old)[0] <= most_risk(settings)
+    return Recommended(data=variation.with_words(point).bytes(), cost=cost, keeps_limits=bool(keeps))
 
 
 def _set(variation: Variation, best: SweepPoint, own: SweepPoint) -> Variation:
