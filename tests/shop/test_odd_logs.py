@@ -8,7 +8,7 @@ import pytest
 from grind_env.control import read_file
 from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
-from grind_env.shop.calibrate.align import Alignment
+from grind_env.shop.calibrate.alignment import Alignment
 from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.errors import CalibrationError
 from tests.shop.blemished import Style, write_log
@@ -50,6 +50,19 @@ def test_a_program_for_several_parts_is_fitted_as_one_that_is_run_for_each(plate
     np.testing.assert_array_equal(whole.data.held_out, each.data.held_out)
     told = [[remark for remark in found.remarks if "overridden" in remark] for found in (whole, each)]
     assert told[0] == told[1] != []
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_run_that_follows_another_without_a_pause_lies_at_its_place(seed, tmp_path):
+    """The operator does not let the program stop at its M01, so that 11 strokes follow 9 of another pace."""
+    style = Style(**{**vars(SECONDS), "idle": 630.0, "warm_up": 0.0, "coolant": 0.0, "stops": False})
+    write_log(tmp_path / "log.csv", read_file(PLATE), load_job(JOB), 3, style, np.random.default_rng(seed))
+    found = calibrate(tmp_path / "log.csv", PLATE, JOB, names=["ploughing_pressure"])
+    for part in range(3):
+        mine = found.seen.execution == part
+        each = dict(zip(found.seen.stroke[mine].tolist(), found.seen.time[mine].tolist(), strict=True))
+        assert each[18] - each[17] == pytest.approx(0.5 * (each[17] - each[16] + each[19] - each[18]), abs=0.1)
+    assert 0.97 * 630.0 < found.idle.low < found.idle.high < 1.03 * 630.0
 
 
 def test_noise_between_parts_is_no_further_execution(tmp_path):
