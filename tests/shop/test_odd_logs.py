@@ -10,7 +10,12 @@ from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
 from grind_env.shop.calibrate.alignment import Alignment
 from grind_env.shop.calibrate.calibration import calibrate
+from grind_env.shop.calibrate.columns import read_map
 from grind_env.shop.calibrate.errors import CalibrationError
+from grind_env.shop.calibrate.forward import Forward, powers
+from grind_env.shop.calibrate.logs import read_log
+from grind_env.shop.calibrate.meter import find
+from grind_env.shop.calibrate.pattern import pattern_of
 from tests.shop.blemished import Style, write_log
 from tests.shop.coverage import EXAMPLES
 
@@ -57,12 +62,11 @@ def test_a_run_that_follows_another_without_a_pause_lies_at_its_place(seed, tmp_
     """The operator does not let the program stop at its M01, so that 11 strokes follow 9 of another pace."""
     style = Style(**{**vars(SECONDS), "idle": 630.0, "warm_up": 0.0, "coolant": 0.0, "stops": False})
     write_log(tmp_path / "log.csv", read_file(PLATE), load_job(JOB), 3, style, np.random.default_rng(seed))
-    found = calibrate(tmp_path / "log.csv", PLATE, JOB, names=["ploughing_pressure"])
-    for part in range(3):
-        mine = found.seen.execution == part
-        each = dict(zip(found.seen.stroke[mine].tolist(), found.seen.time[mine].tolist(), strict=True))
-        assert each[18] - each[17] == pytest.approx(0.5 * (each[17] - each[16] + each[19] - each[18]), abs=0.1)
-    assert 0.97 * 630.0 < found.idle.low < found.idle.high < 1.03 * 630.0
+    job, programs = load_job(JOB), read_file(PLATE)
+    pattern, expected = pattern_of(programs, job), powers(Forward(programs, job, 2).run(job))[-29:]
+    found, _ = find(read_log(tmp_path / "log.csv", job.setup.machine, read_map(None)), pattern, expected)
+    span = pattern.times(1)[2] / found.override[:, 1]
+    np.testing.assert_allclose(found.begin[:, 2] - found.begin[:, 1], span, atol=0.3)
 
 
 def test_noise_between_parts_is_no_further_execution(tmp_path):
