@@ -44,6 +44,7 @@ class Style:
         extra: further columns of no interest.
         gain: of the meter, as a factor.
         wander: W, standard deviation of what the idle power wanders in a minute.
+        stops: whether the operator lets the program stop at its M01.
     """
 
     rate: float = 10.0
@@ -67,6 +68,7 @@ class Style:
     extra: Mapping[str, str] = field(default_factory=dict)
     gain: float = 1.0
     wander: float = 0.0
+    stops: bool = True
 
 
 def strokes_of(
@@ -142,7 +144,7 @@ def power_of(
             pause = following - begin - seconds
             short = max(pause, 0.0) if on_plant else dwell
             rest = short if pause < 0.5 else dwell + pause * rng.uniform(0.7, 1.6)
-            if any(begin < stop <= following for stop in stops):
+            if style.stops and any(begin < stop <= following for stop in stops):
                 rest += rng.uniform(2.0, 25.0)  # the operator gauges
             timeline.append(np.zeros(round(rest / TICK)))
         timeline.append(np.zeros(int(rng.uniform(1.5, 3.0) / TICK)))

@@ -16,6 +16,7 @@ from grind_env.process.catalogue import load_catalogue
 from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.idle import idle_at
+from grind_env.shop.calibrate.likeness import template
 from grind_env.shop.calibrate.logs import Log
 from grind_env.shop.calibrate.meter import sharpened
 from grind_env.shop.calibrate.pattern import pattern_of
@@ -144,9 +145,31 @@ def test_the_lag_of_a_meter_is_taken_out():
     shown[0] = power[0]
     for k in range(1, time.size):
         shown[k] = power[k - 1] + (shown[k - 1] - power[k - 1]) * np.exp(-0.05 / 0.2)
-    log = Log(time, shown, np.zeros(time.size, bool), 0.02, True, "W", True, ())
+    log = Log(time, shown, np.zeros(time.size, bool), 0.02, True, "W", True, (), lag=0.2)
     inside = (time % 1.0 > 0.15) & (time % 1.0 < 0.9)
-    np.testing.assert_allclose(sharpened(log, 0.2).power[inside], power[inside], rtol=0.05)
+    np.testing.assert_allclose(sharpened(log)[inside], power[inside], rtol=0.05)
+
+
+@pytest.mark.parametrize("lag", [0.1, 1.0, 4.0])
+def test_what_a_meter_with_a_lag_shows_of_a_run_is_that_of_small_steps(lag):
+    programs, job = read_file(EXAMPLES / "plate_g82.nc"), load_job(EXAMPLES / "plate_g82.toml")
+    pattern = pattern_of(programs, job)
+    height = np.linspace(500.0, 2000.0, pattern.run.size)
+    on, off, _ = pattern.times(0)
+    time = np.arange(-1.0, 30.0, TICK)
+    power = np.zeros(time.size)
+    for begin, end, P in zip(on.tolist(), off.tolist(), height.tolist(), strict=False):
+        power[(time >= begin) & (time < end)] = P
+    shown = np.empty(time.size)
+    shown[0] = 0.0
+    for k in range(1, time.size):
+        shown[k] = power[k] + (shown[k - 1] - power[k]) * np.exp(-TICK / lag)
+    steps = round(0.1 / TICK)
+    means = shown[: time.size // steps * steps].reshape(-1, steps).mean(axis=1)
+    at = time[0] + 0.1 * (np.arange(means.size) + 0.5) - 0.5 * TICK
+    np.testing.assert_allclose(
+        template(pattern, height, 0, 1.0, at, 0.1, lag), means, rtol=0.01, atol=2000.0 * TICK / lag
+    )
 
 
 def test_a_table_of_settings_goes_through_the_same_fit(tmp_path: Path):

@@ -8,9 +8,14 @@ import pytest
 from grind_env.control import read_file
 from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
-from grind_env.shop.calibrate.align import Alignment
+from grind_env.shop.calibrate.alignment import Alignment
 from grind_env.shop.calibrate.calibration import calibrate
+from grind_env.shop.calibrate.columns import read_map
 from grind_env.shop.calibrate.errors import CalibrationError
+from grind_env.shop.calibrate.forward import Forward, powers
+from grind_env.shop.calibrate.logs import read_log
+from grind_env.shop.calibrate.meter import find
+from grind_env.shop.calibrate.pattern import pattern_of
 from tests.shop.blemished import Style, write_log
 from tests.shop.coverage import EXAMPLES
 
@@ -50,6 +55,18 @@ def test_a_program_for_several_parts_is_fitted_as_one_that_is_run_for_each(plate
     np.testing.assert_array_equal(whole.data.held_out, each.data.held_out)
     told = [[remark for remark in found.remarks if "overridden" in remark] for found in (whole, each)]
     assert told[0] == told[1] != []
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_run_that_follows_another_without_a_pause_lies_at_its_place(seed, tmp_path):
+    """The operator does not let the program stop at its M01, so that 11 strokes follow 9 of another pace."""
+    style = Style(**{**vars(SECONDS), "idle": 630.0, "warm_up": 0.0, "coolant": 0.0, "stops": False})
+    write_log(tmp_path / "log.csv", read_file(PLATE), load_job(JOB), 3, style, np.random.default_rng(seed))
+    job, programs = load_job(JOB), read_file(PLATE)
+    pattern, expected = pattern_of(programs, job), powers(Forward(programs, job, 2).run(job))[-29:]
+    found, _ = find(read_log(tmp_path / "log.csv", job.setup.machine, read_map(None)), pattern, expected)
+    span = pattern.times(1)[2] / found.override[:, 1]
+    np.testing.assert_allclose(found.begin[:, 2] - found.begin[:, 1], span, atol=0.3)
 
 
 def test_noise_between_parts_is_no_further_execution(tmp_path):

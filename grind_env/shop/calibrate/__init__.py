@@ -7,8 +7,9 @@ From a log of the spindle's power beside its part program, or from a table of se
 | `sheet.py` | a text as a shop exports it, as cells |
 | `columns.py` | finds its columns by their names |
 | `logs.py`, `gauge.py` | time and power of a log; what was measured of each part |
-| `pattern.py`, `align.py` | where the strokes of the program lie in time, and where in the log |
-| `idle.py`, `meter.py` | power of the idling spindle under each stroke; what the meter makes of the power |
+| `pattern.py`, `align.py`, `alignment.py` | where the strokes of the program lie in time, and where in the log |
+| `likeness.py` | how like the log is to them there, beside what lies around, as the meter shows it |
+| `idle.py`, `meter.py` | power of the idling spindle under each stroke; the lag of the meter |
 | `observe.py` | mean power of strokes or blocks |
 | `table.py` | settings instead of a log |
 | `place.py` | which alignment the model agrees with best |

@@ -6,7 +6,7 @@ dress, a gauge or the next part does not matter.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -14,123 +14,33 @@ from numpy.typing import NDArray
 
 from grind_env.arrays import Numbers
 from grind_env.extras import needing
+from grind_env.shop.calibrate.alignment import ALIKE_RUNS, MATCHES, SAME_FEED, Alignment, between
 from grind_env.shop.calibrate.errors import CalibrationError
+from grind_env.shop.calibrate.likeness import FEWEST, FINE, MARGIN, judged, template
 from grind_env.shop.calibrate.logs import Log
 from grind_env.shop.calibrate.pattern import Pattern
 from grind_env.shop.calibrate.sheet import Floats
 
 with needing("shop", "a calibration needs"):
-    from scipy import fft, optimize
+    from scipy import fft
 
-FINE, COARSE = 0.05, 0.2
-"""s; steps of places in the log: as its rows lie, between these."""
-MARGIN = 2.0
-"""s before and after a run that must look like no stroke."""
+COARSE = 0.2
+"""s; steps of places in the log: as its rows lie, between `FINE` and this."""
 LOWEST, HIGHEST = 0.5, 1.5
 """Feed overrides that are looked for."""
 USUAL_OVERRIDE = 0.2
 """Logarithmic spread of overrides: what else explains the log is preferred."""
-SAME_FEED = 1.04
-"""An override by which a machine may differ from its model without one."""
-ENOUGH_PARTS, MOST_PARTS = 3, 0.75
-"""From which on, and share of them, a feed that they have in common is no override."""
 SHORTEST_PAUSE = 0.3
 """Of the pause that the program makes between two runs."""
-FEWEST = 5
-"""Samples of which a correlation tells anything."""
-MATCHES, NEEDED = 0.5, 0.7
-"""Correlation from which on a run or a part is taken to be in the log, and what is needed of their median."""
+NEEDED = 0.7
+"""Median correlation of the runs of a log that is taken to be of the program."""
 WORTH = 0.03
 """Of the likelihood that each execution before has added: what one more must add, or it is noise."""
-ALIKE, ALIKE_RUNS = 2.0, 4.0
-"""Factors by which the power over that expected may differ: of one execution from the most likely one, and of a run
-from the others."""
-ODD, POOR = 3.0, 0.8
-"""Times what the others miss by, and correlation, from and up to which a run is not as it is programmed."""
+ALIKE = 2.0
+"""Factor by which the power over that expected may differ of one execution from the most likely one."""
 SURE = 0.9
 """Median correlation from which on no other unit of time is tried."""
-UNSURE = 0.8
-"""Of the best correlation of a run: what it must have a stroke later to be worth a trial."""
 MOST_EXECUTIONS = 150
-
-
-@dataclass(frozen=True, slots=True)
-class Alignment:
-    """Where the runs of a program lie in a log; arrays have shape (executions, runs).
-
-    Attributes:
-        begin: of each run, s of the log.
-        override: of the feed in it.
-        correlation: of the power expected in it with that of the log; NaN if the log has no samples there.
-        gain: of the power in the log over that expected.
-        rest: standard deviation of the power in the log from what is expected, in its unit.
-        time_unit: s of a unit of the log's time; 1 unless it was found out.
-    """
-
-    begin: Floats
-    override: Floats
-    correlation: Floats
-    gain: Floats
-    rest: Floats
-    time_unit: float = 1.0
-
-    @property
-    def executions(self) -> int:
-        """How often the program was run."""
-        return len(self.begin)
-
-    def _only(self, executions: Numbers | slice) -> "Alignment":
-        """That of some of the executions."""
-        begin, override, correlation, gain, rest = (
-            values[executions] for values in (self.begin, self.override, self.correlation, self.gain, self.rest)
-        )
-        return replace(self, begin=begin, override=override, correlation=correlation, gain=gain, rest=rest)
-
-    def first(self, executions: int) -> "Alignment":
-        """That of the first executions alone."""
-        return self._only(slice(executions))
-
-    @property
-    def known(self) -> "Alignment":
-        """That of the executions of which a run is sure; other work may look like one from afar."""
-        return self._only(np.flatnonzero(self.sure.any(axis=1)))
-
-    @property
-    def quality(self) -> float:
-        """Median of the correlations, from 0 to 1."""
-        return float(np.nanmedian(self.correlation)) if np.isfinite(self.correlation).any() else 0.0
-
-    @property
-    def sure(self) -> NDArray[np.bool_]:
-        """Which runs are in the log as they are programmed: as strong as the others, and no worse than they."""
-        sure: NDArray[np.bool_] = self.correlation >= MATCHES
-        if sure.any():
-            sure = sure & _between(self.gain, float(np.median(self.gain[sure])), ALIKE_RUNS)
-        if sure.any():
-            sure = sure & ((self.correlation >= POOR) | (self.rest <= ODD * np.median(self.rest[sure])))
-        return sure
-
-    def overrides(self, pattern: Pattern) -> list[float]:
-        """Of each part; 1 where the feed is as programmed but for what the machine differs from its model.
-
-        What all parts are ground with is how the machine runs this program, and no override.
-        """
-        usual = self.usual_override(pattern)
-        found = [value / usual for value in self._medians(pattern)]
-        return [1.0 if abs(np.log(value)) < np.log(SAME_FEED) else value for value in found]
-
-    def usual_override(self, pattern: Pattern) -> float:
-        """The one of most parts, where there are enough, else 1."""
-        found = np.array(self._medians(pattern))
-        usual = float(np.median(found))
-        alike = np.mean(np.abs(np.log(found / usual)) < np.log(SAME_FEED)) >= MOST_PARTS
-        return usual if found.size >= ENOUGH_PARTS and alike else 1.0
-
-    def _medians(self, pattern: Pattern) -> list[float]:
-        part = pattern.part[pattern.firsts]
-        each = [(row, part == number) for row in range(self.executions) for number in range(pattern.parts)]
-        found = [self.override[row, chosen & self.sure[row]] for row, chosen in each]
-        return [float(np.median(values)) if values.size else 1.0 for values in found]
 
 
 def align(log: Log, pattern: Pattern, expected: Floats) -> Alignment:
@@ -142,7 +52,7 @@ def align(log: Log, pattern: Pattern, expected: Floats) -> Alignment:
         expected: power of each of its strokes above idle, W.
     """
     if log.sure_of_time:
-        return _aligned(log.time, log.power, pattern, expected, 1.0)
+        return _aligned(log, pattern, expected, 1.0)
     return _in_either_unit(log, pattern, expected)
 
 
@@ -158,25 +68,11 @@ def refuse_unlike(found: Alignment) -> None:
 
 def _in_either_unit(log: Log, pattern: Pattern, expected: Floats) -> Alignment:
     """In a log whose unit of time is not stated: ms if that agrees well, which is soon tried, else the better one."""
-    in_ms = _aligned(1e-3 * log.time, log.power, pattern, expected, 1e-3)
+    in_ms = _aligned(log, pattern, expected, 1e-3)
     if in_ms.quality >= SURE:
         return in_ms
-    in_s = _aligned(log.time, log.power, pattern, expected, 1.0)
+    in_s = _aligned(log, pattern, expected, 1.0)
     return max(in_s, in_ms, key=lambda each: each.quality)
-
-
-def shifted(found: Alignment, log: Log, pattern: Pattern, expected: Floats, run: int, strokes: int) -> Alignment | None:
-    """The same with a run some strokes later in all executions; None if the log clearly says that it is not there."""
-    begin = found.begin.copy()
-    chosen = pattern.run == run
-    period = pattern.times(run)[2] / chosen.sum()
-    begin[:, run] += strokes * period / found.override[:, run]
-    other = _judged(begin, found.override, log.time, log.power, pattern, expected, found.time_unit)
-    if len(other.begin) != len(begin):
-        return None
-    before, after = found.correlation[:, run], other.correlation[:, run]
-    both = np.isfinite(before) & np.isfinite(after)
-    return other if both.any() and np.median(after[both]) >= UNSURE * np.median(before[both]) else None
 
 
 class _Binned(NamedTuple):
@@ -189,41 +85,39 @@ class _Binned(NamedTuple):
     sums: NDArray[np.complex128]
     squares: NDArray[np.complex128]
     length: int
+    lag: float
 
 
-def _aligned(time: Floats, power: Floats, pattern: Pattern, expected: Floats, unit: float) -> Alignment:
+def _aligned(log: Log, pattern: Pattern, expected: Floats, unit: float) -> Alignment:
+    time = unit * log.time
     step = float(np.clip(np.median(np.diff(time)), FINE, COARSE))
-    bin_time, bin_power = _averaged(time, power, step)
+    log = _averaged(log, time, step)
     spans = np.array([pattern.times(run)[2] for run in range(pattern.runs)])
-    total = float(spans.sum() + pattern.pause.sum())
+    total, length = float(spans.sum() + pattern.pause.sum()), float(log.time[-1] - log.time[0])
     none = np.empty((0, pattern.runs))
-    if bin_time.size < FEWEST or not 0.3 * spans.max() < bin_time[-1] - bin_time[0] < MOST_EXECUTIONS * 20.0 * total:
+    if log.time.size < FEWEST or not 0.3 * spans.max() < length < MOST_EXECUTIONS * 20.0 * total:
         return Alignment(none, none, none, none, none, unit)
-    binned = _transformed(bin_time, bin_power, step, total)
+    binned = _transformed(log, step, total)
     scores, overrides, gains = zip(
         *(_scores(binned, pattern, expected, run) for run in range(pattern.runs)), strict=True
     )
-    scores = _alike(scores, overrides, gains, binned, pattern, expected)
-    most = min(int((bin_time[-1] - bin_time[0]) / (0.6 * total)) + 2, MOST_EXECUTIONS)
+    scores = _alike(scores, overrides, gains, binned, pattern)
+    most = min(int(length / (0.6 * total)) + 2, MOST_EXECUTIONS)
     best = Alignment(none, none, none, none, none, unit)
     so_far, first = 0.0, np.ones(1)
     for number, (begin, override, likely) in enumerate(_placed(scores, overrides, binned, pattern, most)):
-        found = _judged(begin, override, bin_time, bin_power, pattern, expected, unit)
+        found = judged(begin, override, log, pattern, expected, unit)
         # noise that is tried at so many places is somewhere as likely as their number
         worth_it = number == 0 or likely - so_far >= max(WORTH * so_far / number, np.log(binned.size))
         matches, gain = (
             _of_executions(each, found.correlation, pattern, expected) for each in (found.correlation, found.gain)
         )
         first = gain if number == 0 else first
-        alike = first.size and np.all(_between(gain, float(first.mean()), ALIKE))
+        alike = first.size and np.all(between(gain, float(first.mean()), ALIKE))
         if not (worth_it and np.all(matches >= MATCHES) and alike):
             break
         best, so_far = found, likely
-    return best
-
-
-def _between(values: Floats, usual: float, factor: float) -> NDArray[np.bool_]:
-    return (values > usual / factor) & (values < usual * factor)
+    return judged(best.begin, best.override, log, pattern, expected, unit, settled=True) if best.executions else best
 
 
 def _alike(
@@ -232,7 +126,6 @@ def _alike(
     gains: Sequence[Floats],
     binned: _Binned,
     pattern: Pattern,
-    expected: Floats,
 ) -> tuple[Floats, ...]:
     """Scores without places so much weaker or stronger than the most likely execution that they are chance.
 
@@ -246,20 +139,20 @@ def _alike(
     total = np.cumsum(weight[order])
     usual = float(gain[order[np.searchsorted(total, 0.5 * total[-1])]])
     return tuple(
-        np.where(_between(gained, usual, ALIKE_RUNS), score, 0.0) for score, gained in zip(scores, gains, strict=True)
+        np.where(between(gained, usual, ALIKE_RUNS), score, 0.0) for score, gained in zip(scores, gains, strict=True)
     )
 
 
-def _averaged(time: Floats, power: Floats, step: float) -> tuple[Floats, Floats]:
+def _averaged(log: Log, time: Floats, step: float) -> Log:
     """Rows closer together than a step as their mean."""
     number = np.floor((time - time[0]) / step).astype(np.int64)
-    _, where = np.unique(number, return_inverse=True)
-    count = np.bincount(where)
-    return np.bincount(where, time) / count, np.bincount(where, power) / count
+    _, where, count = np.unique(number, return_inverse=True, return_counts=True)
+    return replace(log, time=np.bincount(where, time) / count, power=np.bincount(where, log.power) / count)
 
 
-def _transformed(time: Floats, power: Floats, step: float, around: float) -> _Binned:
+def _transformed(log: Log, step: float, around: float) -> _Binned:
     """Bins with an empty span of `around` s before and after the log, into which a part may reach."""
+    time, power = log.time, log.power
     origin = float(time[0]) - around
     size = int(np.ceil((time[-1] - time[0] + 2.0 * around) / step)) + 1
     length = fft.next_fast_len(size + int(np.ceil((around + 2.0 * MARGIN) / step * 2.5)), real=True)
@@ -269,17 +162,7 @@ def _transformed(time: Floats, power: Floats, step: float, around: float) -> _Bi
     np.add.at(sums, place, power - np.median(power))
     sums /= np.maximum(filled, 1.0)
     filled = np.minimum(filled, 1.0)
-    return _Binned(origin, step, size, fft.rfft(filled), fft.rfft(sums), fft.rfft(sums * sums), length)
-
-
-def _template(pattern: Pattern, expected: Floats, run: int, override: float, at: Floats, width: float) -> Floats:
-    """Mean power that is expected in intervals of `width` s around times from the begin of a run on."""
-    on, off, _ = pattern.times(run, override)
-    height = expected[pattern.run == run]
-    edges = np.ravel(np.column_stack([on, off]))
-    work = np.concatenate([[0.0], np.cumsum(np.ravel(np.column_stack([height * (off - on), np.zeros(on.size)])))])[:-1]
-    upper, lower = (np.interp(at + half, edges, work) for half in (0.5 * width, -0.5 * width))
-    return np.asarray((upper - lower) / width, np.float64)
+    return _Binned(origin, step, size, fft.rfft(filled), fft.rfft(sums), fft.rfft(sums * sums), length, log.lag)
 
 
 def _scores(binned: _Binned, pattern: Pattern, expected: Floats, run: int) -> tuple[Floats, Floats, Floats]:
@@ -297,7 +180,7 @@ def _scores(binned: _Binned, pattern: Pattern, expected: Floats, run: int) -> tu
         at = np.arange(-MARGIN, pattern.times(run, each)[2] + MARGIN, binned.step)
         if at.size > binned.length - binned.size:
             continue
-        shape = _template(pattern, expected, run, each, at, binned.step)
+        shape = template(pattern, expected, run, each, at, binned.step, binned.lag)
         highest = max(float(shape.max()), 1e-9)
         shape = shape / highest
         box, form, square = (
@@ -378,83 +261,9 @@ def _traced(
     return (binned.origin + binned.step * order).reshape(-1, runs), chosen.reshape(-1, runs)
 
 
-def _compared(
-    time: Floats,
-    power: Floats,
-    pattern: Pattern,
-    expected: Floats,
-    run: int,
-    begin: float,
-    override: float,
-    width: float,
-) -> tuple[float, float, float]:
-    """Correlation of a run at a place with the log there, the power over that expected, and the deviation from it."""
-    end = begin + pattern.times(run, override)[2]
-    first, last = np.searchsorted(time, (begin - MARGIN, end + MARGIN))
-    if last - first < FEWEST:
-        return float("nan"), float("nan"), float("nan")
-    shape = _template(pattern, expected, run, override, time[first:last] - begin, width)
-    y = power[first:last]
-    if np.ptp(shape) == 0.0 or np.ptp(y) == 0.0:
-        return 0.0, 0.0, float(np.std(y))
-    correlation, deviation = float(np.corrcoef(shape, y)[0, 1]), float(np.std(y))
-    return correlation, correlation * deviation / float(np.std(shape)), deviation * float(np.sqrt(1.0 - correlation**2))
-
-
-def _judged(
-    begin: Floats, override: Floats, time: Floats, power: Floats, pattern: Pattern, expected: Floats, unit: float
-) -> Alignment:
-    """Executions that lie in the log at least in part, with their correlations."""
-    width = max(float(np.median(np.diff(time))) * 0.1, FINE)
-    each = [
-        [
-            _compared(time, power, pattern, expected, run, b, o, width)
-            for run, (b, o) in enumerate(zip(*row, strict=True))
-        ]
-        for row in zip(begin.tolist(), override.tolist(), strict=True)
-    ]
-    correlation, gain, rest = np.moveaxis(np.array(each), -1, 0)
-    inside = np.isfinite(correlation).any(axis=1)
-    return Alignment(begin[inside], override[inside], correlation[inside], gain[inside], rest[inside], unit)
-
-
 def _of_executions(values: Floats, correlation: Floats, pattern: Pattern, expected: Floats) -> Floats:
     """Mean of each execution, its runs weighted by what they make the power differ."""
     weights = np.array([np.square(expected[pattern.run == run]).sum() for run in range(pattern.runs)])
     weight = np.where(np.isfinite(correlation), weights, 0.0)
     mean: Floats = (np.nan_to_num(values) * weight).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-300)
     return mean
-
-
-def refined(found: Alignment, log: Log, pattern: Pattern, expected: Floats) -> Alignment:
-    """The same with begins and overrides between the steps, of a log in s."""
-    time, power = log.time, log.power
-    begin, override, correlation, gain, rest = (
-        values.copy() for values in (found.begin, found.override, found.correlation, found.gain, found.rest)
-    )
-    width = max(float(np.median(np.diff(time))) * 0.1, FINE)
-    for row, run in np.argwhere(np.isfinite(correlation)).tolist():
-        span = pattern.times(run)[2]
-
-        def misses(x: Floats, row: int = row, run: int = run, span: float = span) -> float:
-            changed = override[row, run] * np.exp(x[1] * 0.2 / span)
-            at = begin[row, run] + 0.1 * x[0]
-            value, *_ = _compared(time, power, pattern, expected, run, at, changed, width)
-            return 1.0 - (value if np.isfinite(value) else 0.0)
-
-        best = optimize.minimize(
-            misses,
-            (0.0, 0.0),
-            method="Nelder-Mead",
-            options={"xatol": 0.02, "fatol": 1e-6, "maxfev": 80, "initial_simplex": SIMPLEX},
-        )
-        begin[row, run] += 0.1 * best.x[0]
-        override[row, run] *= np.exp(best.x[1] * 0.2 / span)
-        correlation[row, run], gain[row, run], rest[row, run] = _compared(
-            time, power, pattern, expected, run, begin[row, run], override[row, run], width
-        )
-    return replace(found, begin=begin, override=override, correlation=correlation, gain=gain, rest=rest)
-
-
-SIMPLEX = ((0.0, 0.0), (2.0, 0.0), (0.0, 1.0))
-"""0.2 s later; a feed by which the end of the run comes 0.2 s sooner."""

@@ -14,7 +14,7 @@ from grind_env.files import shown
 from grind_env.machine.job import Job
 from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
-from grind_env.shop.calibrate.align import Alignment
+from grind_env.shop.calibrate.alignment import Alignment
 from grind_env.shop.calibrate.columns import read_map
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.fit import Fit, Problem, errors_of, fit
@@ -22,7 +22,7 @@ from grind_env.shop.calibrate.forward import Forward, powers
 from grind_env.shop.calibrate.gauge import Gauge, read_gauge
 from grind_env.shop.calibrate.gauged import Gauged, gauges_of, measured_of, refuse_impossible
 from grind_env.shop.calibrate.logs import Log, read_log
-from grind_env.shop.calibrate.meter import averaged, find, without_lag
+from grind_env.shop.calibrate.meter import averaged, find, with_lag
 from grind_env.shop.calibrate.observe import DISCREPANCY, DISCREPANCY_ACROSS, Observations, observe
 from grind_env.shop.calibrate.parameters import chosen_parameters, free_parameters
 from grind_env.shop.calibrate.pattern import Pattern, pattern_of
@@ -93,7 +93,7 @@ def calibrate(
     found, about = find(rows, pattern, usual)
     told("fitting")
     rows = averaged(rows, found.time_unit)
-    rows, found, lag = without_lag(rows, pattern, found, usual, about)
+    rows, found = with_lag(rows, pattern, found, usual, about)
     found = best_place(rows, pattern, usual, found, settings, programs, parameters).known
     model = _model(rows, pattern, found, gauged, settings, programs)
     seen, extra, data = model.seen, model.extra, model.data
@@ -141,7 +141,7 @@ def calibrate(
         remarks=(
             *rows.remarks,
             *(() if gauged is None else gauge_remarks(gauged, parts)),
-            *log_remarks(rows, found, seen, pattern, lag),
+            *log_remarks(rows, found, seen, pattern),
             *fit_remarks(fitted),
             *verdict_remarks(gauged, record, burn=gauged is not None and bool(np.isfinite(gauged.burn).any())),
             *overridden(job, fitted, idle=rows.known_scale),

@@ -22,7 +22,10 @@ from grind_env.shop.calibrate.width import WIDTHS, InTurn, Linear, best_width
 NORMAL_90 = 1.6449
 """Standard deviations on either side in which a normal variable lies with 90 %."""
 TOLD = 0.9
-"""Posterior over prior spread from which on the measurements tell nothing of a constant."""
+"""Posterior over prior spread from which on measurements tell nothing of a constant that they move by less than one."""
+OPENED = {"material.chip_energy": 6.0}
+"""Times its prior spread where a free term is used: how the power is shared between chips and rubbing is then open,
+too, for other laws have no such shares."""
 ROUNDS = 2
 """Of enlarging errors."""
 DRIFT = 0.05
@@ -135,13 +138,16 @@ class Problem:
         whole[self.unfree] = x
         return whole
 
-    def solver(self, width: float, like: Solver | None = None) -> Solver:
-        """Its solver at a width of the free term."""
+    def solver(self, width: float, like: Solver | None = None, opened: Mapping[str, float] = OPENED) -> Solver:
+        """Its solver at a width of the free term, if there is one with some constants that are `opened`."""
         data, parameters = self.data, self.parameters
         nuisances = [Nuisance(spread, (data.kind == kind) * 1.0) for kind, spread in self.scales.items()]
         if width:
             data = replace(data, error=data.loose_error)
-            parameters += tuple(replace(each, spread=width * each.spread) for each in self.free)
+            parameters = (
+                *(replace(each, spread=opened.get(each.name, 1.0) * each.spread) for each in parameters),
+                *(replace(each, spread=width * each.spread) for each in self.free),
+            )
             first, last = int(data.part.min()), int(data.part.max())
             nuisances.append(
                 Nuisance(width * DRIFT, (data.kind == "power") * (data.part - last) / max(last - first, 1))
@@ -194,8 +200,9 @@ def fit(
             at_most = problem.solver(width, plain)
             place = _settled(at_most, wide.x / np.where(problem.unfree, 1.0, width), used, told)
         else:
-            there = _Place(at_most, problem.widened(place.x), place.used, wide.factors)
-            wider = at_most.parameters, _linear(problem, there, problem.unfree).covariance(WIDTHS[0])
+            narrow = problem.solver(1.0, plain, {})
+            there = _Place(narrow, problem.widened(place.x), place.used, wide.factors)
+            wider = narrow.parameters, _linear(problem, there, problem.unfree).covariance(WIDTHS[0])
     return _finished(problem, width, place, nominal, told, in_turn, wider)
 
 
@@ -243,7 +250,7 @@ def _finished(
     count, scales = len(solver.parameters), problem.scales
     covariance = solver.covariance(joint, used, factors)
     spread: Floats = np.asarray(np.sqrt(np.diag(covariance)), np.float64)
-    known, free = spread[:count] < TOLD, np.ones(solver.size, np.bool_)
+    known, free = (spread < TOLD)[:count] | (np.abs(joint[:count]) > 1.0), np.ones(solver.size, np.bool_)
     told("keeping what the measurements do not tell")
     free[:count] = known
     x = solver.solve(np.where(free, joint, 0.0), used, factors, free)

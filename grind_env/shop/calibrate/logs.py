@@ -37,7 +37,7 @@ class Log:
         power: of the spindle with its idling, W; if the scale of the meter is not known, in its unit.
         dressing: whether the wheel was being dressed.
         scale_spread: logarithmic spread of the factor of the meter; 0 where a map says it.
-        lag: time constant of the meter that was taken out of `power`, s.
+        lag: time constant of the meter, as far as it is known, s.
         scale: that factor where a map says it, else 1; `power` is without it.
         known_scale: whether `power` is in W.
         unit: of the power in the log.

@@ -4,19 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from grind_env.shop.calibrate.align import SURE, Alignment, align, refined, refuse_unlike
+from grind_env.shop.calibrate.align import SURE, align, refuse_unlike
+from grind_env.shop.calibrate.alignment import Alignment
+from grind_env.shop.calibrate.likeness import refined
 from grind_env.shop.calibrate.logs import Log
 from grind_env.shop.calibrate.pattern import Pattern
 from grind_env.shop.calibrate.sheet import Floats
 
 FINEST = 0.05
 """s; rows closer together than that are averaged."""
-LAGS = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4)
+LAGS = (0.05, 0.1, 0.2, 0.4)
 """s; time constants that are tried."""
 LONG_LAGS = (0.5, 1.0, 2.0)
 """s; that are tried where the strokes are not clearly seen without."""
-AROUND = (0.5, 0.7, 0.85, 1.0, 1.2, 1.5)
-"""Over the one of these that shows them best, that are tried then."""
+STEP, LEAST_STEP = 1.41, 1.03
+"""Factors by which it is then tried to come nearer."""
 CLEARER = 0.02
 """By which their correlation must be better than without."""
 FAST_ENOUGH = 0.2
@@ -52,33 +54,40 @@ def find(log: Log, pattern: Pattern, expected: Floats) -> tuple[Alignment, float
     if best.quality < SURE and log.sure_of_time and log.interval <= FAST_ENOUGH:
         means = averaged(log, 1.0)
         for each in LONG_LAGS:
-            found = align(sharpened(means, each), pattern, expected)
+            found = align(replace(means, lag=each), pattern, expected)
             if found.executions and found.quality > best.quality + CLEARER:
                 best, lag = found, each
     refuse_unlike(best)
     return best, lag
 
 
-def without_lag(
-    log: Log, pattern: Pattern, found: Alignment, expected: Floats, about: float
-) -> tuple[Log, Alignment, float]:
-    """A log as a meter without lag shows it, the strokes in it, and the time constant of the meter, s.
+def with_lag(log: Log, pattern: Pattern, found: Alignment, expected: Floats, about: float) -> tuple[Log, Alignment]:
+    """A log with the lag of its meter, and the strokes in it.
 
-    What a meter of first order shows, y, follows the power P by lag dy/dt = P - y: so y + lag dy/dt is the power. The
-    lag is that with which the log is most like the program, of short ones or of those `about` a long one.
+    The lag is that with which the log is most like what such a meter shows of the program, of short ones or of those
+    `about` a long one.
     """
-    if log.interval > FAST_ENOUGH:
-        return log, found, 0.0
-    few = found.first(LOOKED_AT)
-    best, least = 0.0, refined(few, log, pattern, expected).quality + CLEARLY
-    for lag in LAGS if not about else [about * each for each in AROUND]:
-        quality = refined(few, sharpened(log, lag), pattern, expected).quality
-        if quality > least:
-            best, least = lag, quality
-    sharp = sharpened(log, best)
-    return sharp, refined(found, sharp, pattern, expected), best
+    few, best, step = found.first(LOOKED_AT), about, STEP
+    tried = {0.0: CLEARLY}
+
+    def quality(lag: float) -> float:
+        if lag not in tried:
+            tried[lag] = refined(few, replace(log, lag=lag), pattern, expected).quality
+        return tried[lag]
+
+    if log.interval <= FAST_ENOUGH:
+        tried[0.0] += refined(few, log, pattern, expected).quality
+        best = max((0.0, *LAGS, about), key=quality)
+        while best and step > LEAST_STEP:
+            nearer = max((best, best / step, best * step), key=quality)
+            best, step = nearer, step if nearer != best else np.sqrt(step)
+    log = replace(log, lag=best)
+    return log, refined(found, log, pattern, expected)
 
 
-def sharpened(log: Log, lag: float) -> Log:
-    """A log as a meter without that lag, s, shows it."""
-    return replace(log, power=log.power + lag * np.gradient(log.power, log.time), lag=lag) if lag else log
+def sharpened(log: Log) -> Floats:
+    """The power as a meter without lag shows it.
+
+    What a meter of first order shows, y, follows the power P by lag dy/dt = P - y: so y + lag dy/dt is the power.
+    """
+    return log.power + log.lag * np.gradient(log.power, log.time) if log.lag else log.power

@@ -7,10 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.arrays import Numbers
-from grind_env.shop.calibrate.align import Alignment
+from grind_env.shop.calibrate.alignment import Alignment
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.idle import SCATTER, idle_at
 from grind_env.shop.calibrate.logs import Log
+from grind_env.shop.calibrate.meter import sharpened
 from grind_env.shop.calibrate.pattern import Pattern
 from grind_env.shop.calibrate.sheet import Floats
 
@@ -23,7 +24,10 @@ runs in and out, and meters lag."""
 ENOUGH = 5
 """Samples of a stroke from which it has a mean of its own; with fewer a run has one."""
 TURNS = 0.2
-"""s that a table takes to turn: where a meter lags by more, the idling spindle is seen in longer pauses."""
+"""s that a table takes to turn: where a meter lags by more, the idling spindle is seen in longer pauses, and strokes
+that are short for it in all that the meter shows from the first of them until after the last."""
+LAGS = 2.0
+"""Of a meter, at the ends of a pause, in which the idling spindle is seen if these are longer than a stroke."""
 ENOUGH_RESTS, FEW_RESTS = 20.0, 0.2
 """Rows between strokes, expected by those in them, from which on some must be there; and what share of them."""
 FEWEST = 2
@@ -74,7 +78,7 @@ def observe(log: Log, pattern: Pattern, found: Alignment, sure: NDArray[np.bool_
     Raises:
         CalibrationError: no stroke has samples, or none lie between the strokes.
     """
-    time, power = log.time, log.power
+    time, power = log.time, sharpened(log)
     strokes, executions = pattern.run.size, found.executions
     on, off = (np.full((executions, strokes), np.nan) for _ in range(2))
     for row, run in np.argwhere(found.sure if sure is None else sure).tolist():
@@ -85,10 +89,12 @@ def observe(log: Log, pattern: Pattern, found: Alignment, sure: NDArray[np.bool_
     numbers = np.flatnonzero(np.isfinite(on.ravel()))
     numbers = numbers[np.argsort(on.ravel()[numbers])]
     starts, stops = on.ravel()[numbers], off.ravel()[numbers]
-    of, idling = _sorted_out(time, starts, stops, log.dressing)
+    of, idling = _sorted_out(time, starts, stops, log.dressing, log.lag)
     counts = np.bincount(of[of >= 0], minlength=numbers.size)
     _refuse_without_idle(time, starts, stops, of, idling)
     by_stroke = bool(np.median(np.diff(np.searchsorted(time, np.column_stack([starts, stops])), axis=1)) >= ENOUGH)
+    if log.lag > TURNS and not by_stroke:
+        of, counts = _as_wholes(time, starts, stops, log.dressing)
     middle = 0.5 * (starts + stops)
     pausing = _pausing(time, starts, stops)[idling] if log.lag > TURNS else None
     idle, idle_error = idle_at(middle, time[idling], power[idling], pausing)
@@ -149,7 +155,7 @@ class _Samples(NamedTuple):
     above: Floats
     """Of each its power above idle, W."""
     counts: Numbers
-    """Of each stroke how many samples it has."""
+    """Of each stroke how many samples it has while the wheel is over the part."""
     noise: float
     """Of a sample, W."""
     idle: Floats
@@ -170,9 +176,13 @@ def _mean(samples: _Samples, members: Numbers) -> tuple[float, float, float]:
     share = counts / counts.sum()
     # the idle power of neighbouring strokes is read from the same samples: its errors do not average out
     idle_error = float(np.sum(share * np.nan_to_num(samples.idle_error[members])))
-    error = float(np.hypot(samples.noise / np.sqrt(counts.sum()), idle_error))
-    inside = np.isin(samples.of, members)
-    return float(np.mean(samples.above[inside])), error, float(np.sum(share * np.nan_to_num(samples.idle[members])))
+    above = samples.above[np.isin(samples.of, members)]
+    error = above.size * float(np.hypot(samples.noise / np.sqrt(above.size), idle_error))
+    return (
+        float(np.sum(above)) / counts.sum(),
+        error / counts.sum(),
+        float(np.sum(share * np.nan_to_num(samples.idle[members]))),
+    )
 
 
 def _groups(numbers: Numbers, pattern: Pattern, by_stroke: bool) -> Numbers:
@@ -188,7 +198,7 @@ def _groups(numbers: Numbers, pattern: Pattern, by_stroke: bool) -> Numbers:
 
 
 def _sorted_out(
-    time: Floats, starts: Floats, stops: Floats, dressing: NDArray[np.bool_]
+    time: Floats, starts: Floats, stops: Floats, dressing: NDArray[np.bool_], lag: float
 ) -> tuple[Numbers, NDArray[np.bool_]]:
     """Of each sample the number of the stroke that it is well within, or -1; and whether it is well between two."""
     last = np.searchsorted(starts, time, side="right") - 1
@@ -202,9 +212,23 @@ def _sorted_out(
     gap = np.minimum(np.where((last >= 0) & (following > last), starts[following] - stops[here], usual), usual)
     begin, end = stops[here] + EDGE_IN * gap, starts[following] - EDGE_OUT * gap
     clear = ((last < 0) | (time >= begin)) & ((following == last) | (time <= end)) & ~dressing
-    near = ((last >= 0) & (time <= stops[here] + usual)) | ((following > last) & (time >= starts[following] - usual))
+    ends = max(usual, LAGS * lag)
+    near = ((last >= 0) & (time <= stops[here] + ends)) | ((following > last) & (time >= starts[following] - ends))
     between = clear & near
     return np.where(within, last, -1), between
+
+
+def _as_wholes(time: Floats, starts: Floats, stops: Floats, dressing: NDArray[np.bool_]) -> tuple[Numbers, Numbers]:
+    """Of each sample the stroke that began last, or -1 once the run is over; and how many each has over the part.
+
+    What a meter shows late is not lost, and the mean over a run and all its gaps is right though the lag is not.
+    """
+    last = np.searchsorted(starts, time, side="right") - 1
+    here = np.maximum(last, 0)
+    over = float(np.median(starts[1:] - stops[:-1])) if starts.size > 1 else 0.0
+    within = (last >= 0) & (time <= stops[here] + over) & ~dressing
+    counts = np.bincount(last[within & (time <= stops[here])], minlength=starts.size)
+    return np.where(within, last, -1), counts
 
 
 def _pausing(time: Floats, starts: Floats, stops: Floats) -> NDArray[np.bool_]:

@@ -111,12 +111,14 @@ def pattern_of(programs: Programs, job: Job) -> Pattern:
         ControlError: it is faulty.
     """
     strokes: list[Stroke] = []
-    breaks = [-math.inf]
+    breaks, stops = [-math.inf], [-math.inf]
     for event in execute(programs, replace(job.control, whole_cycles=False)):
         if isinstance(event, Stroke):
             strokes.append(event)
         elif isinstance(event, (DressStart, ProgramStop)):
             breaks.append(event.time)
+            if isinstance(event, ProgramStop):
+                stops.append(event.time)
     lying = [job.part] * len(strokes)
     if job.stations and strokes:
         forward = Forward(programs, job)
@@ -132,9 +134,13 @@ def pattern_of(programs: Programs, job: Job) -> Pattern:
             f"{programs.name} makes no stroke over the part, so that no power can be compared with a log"
         )
     begin, seconds = (np.array([getattr(stroke, name) for stroke in strokes]) for name in ("begin", "seconds"))
-    since = np.searchsorted(breaks, begin + 1e-6)
+    since, stopped = (np.searchsorted(times, begin + 1e-6) for times in (breaks, stops))
+    line = np.array([stroke.cycle.line for stroke in strokes])
     apart = begin[1:] > begin[:-1] + seconds[:-1] + PAUSE
     begins_run = np.append(True, apart | (since[1:] > since[:-1]))
+    for k in np.flatnonzero((stopped[1:] > stopped[:-1]) & (line[1:] == line[:-1])).tolist():
+        # the table goes on at a stop: only a log tells on which side of the pause the last stroke of a block lies
+        begins_run[k + 1 + int(np.argmax(line[k + 1 :] != line[k]))] = True
     run = np.cumsum(begins_run) - 1
     motion = np.array(
         [
@@ -148,7 +154,7 @@ def pattern_of(programs: Programs, job: Job) -> Pattern:
     pause = np.array([0.0, *(begin[k] - begin[k - 1] - seconds[k - 1] for k in firsts[1:].tolist())])
     return Pattern(
         run=run.astype(np.int64),
-        line=np.array([stroke.cycle.line for stroke in strokes]),
+        line=line,
         part=Forward(programs, job).part,
         crosses=np.array([stroke.cycle.cross_axis is not None for stroke in strokes]),
         way=np.array([abs(b - a) for a, b in ways]),

@@ -8,8 +8,9 @@ import numpy as np
 from grind_env.control import Programs
 from grind_env.machine.job import Job
 from grind_env.machine.job.entries import with_entries
-from grind_env.shop.calibrate.align import Alignment, shifted
+from grind_env.shop.calibrate.alignment import Alignment
 from grind_env.shop.calibrate.forward import Forward, powers
+from grind_env.shop.calibrate.likeness import shifted
 from grind_env.shop.calibrate.logs import Log
 from grind_env.shop.calibrate.observe import DISCREPANCY, observe
 from grind_env.shop.calibrate.parameters import Parameter

@@ -8,9 +8,10 @@ from grind_env.errors import listed
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.cost import NO_LIMIT
 from grind_env.process.user_catalogue import OVERRIDES
-from grind_env.shop.calibrate.align import MARGIN, SAME_FEED, Alignment
+from grind_env.shop.calibrate.alignment import SAME_FEED, Alignment
 from grind_env.shop.calibrate.fit import Fit
 from grind_env.shop.calibrate.gauge import Gauge
+from grind_env.shop.calibrate.likeness import MARGIN
 from grind_env.shop.calibrate.logs import Log
 from grind_env.shop.calibrate.observe import Observations
 from grind_env.shop.calibrate.pattern import Pattern
@@ -29,12 +30,12 @@ NAMED = 3
 """Runs that are named, of those that were left out."""
 
 
-def log_remarks(log: Log, found: Alignment, seen: Observations, pattern: Pattern, lag: float) -> list[str]:
+def log_remarks(log: Log, found: Alignment, seen: Observations, pattern: Pattern) -> list[str]:
     """How the log lies beside the program."""
     executions = f"{found.executions} times" if found.executions > 1 else "once"
     remarks = [f"the program is in the log {executions}; median correlation of its runs of strokes {found.quality:.2f}"]
-    if lag:
-        remarks.append(f"the meter lags by about {lag:g} s, which was taken out")
+    if log.lag:
+        remarks.append(f"the meter lags by about {log.lag:.2g} s, which was taken out")
     if not log.sure_of_time:
         remarks.append(f"the time has no unit; as the program says it is in {'s' if found.time_unit == 1.0 else 'ms'}")
     changed = [f"part {k}: {100.0 * each:.0f} %" for k, each in enumerate(found.overrides(pattern), 1) if each != 1.0]
