@@ -88,7 +88,7 @@ class Guarded:
         self.policy.begin(simulation, episodes)
         self.rule.begin(simulation, episodes)
         self.alarmed, self.returning = np.zeros(episodes, bool), np.zeros(episodes, bool)
-        self.wary, self.slowest, self.fresh = np.zeros((3, episodes), bool)
+        self.wary, self.slowest, self.fresh, self.held = np.zeros((4, episodes), bool)
         self.tried = np.tile(self.rule.first, (episodes, 1))
         self.ceiling = np.full_like(self.tried, np.inf)
         self.left, self.stay = np.zeros(episodes), np.full(episodes, SHORTEST)
@@ -113,7 +113,8 @@ class Guarded:
         speeds = np.where(self.cautious, np.minimum(speeds, nearest_speed(task, self.rule.good)), speeds)
         dresses = np.where(wary, np.maximum(own.executions, safe.executions), own.executions)
         E, D = np.where(self.alarmed, safe.speeds, speeds), np.where(self.alarmed, safe.executions, dresses)
-        E = nearest_speed(task, np.minimum(E, self.ceiling[n, kind]))
+        self.held = self.ceiling[n, kind] < E
+        E = nearest_speed(task, np.where(self.held, self.ceiling[n, kind], E))
         begins = np.asarray(self.rule.row.starts_part) > 0.0
         self.fresh = (D > 0.0) | (self.fresh & ~begins)
         self.slowest = self.watch.beyond & (speed_bounds(task)[0] >= E) & (D > 0.0)
@@ -142,14 +143,21 @@ class Guarded:
             )
         elif self.wary[machine]:
             error = f"readings are {self.watch.error[machine]:.1f} standard deviations off their forecasts"
-            found.append(f"{error} or have been beyond a limit: no faster and no duller than what has worked here")
+            why = error if self.watch.doubt[machine] else "there was an alarm before"
+            found.append(f"{why}: no faster and no duller than what has worked here")
         elif self.returning[machine]:
             than = "has been tried here" if self.cautious else "the last block of its kind had"
             found.append(f"{self.policy.name} would be faster, but E is at most {self.step:g} times what {than}")
-        if (self.alarmed | self.wary)[machine] and self.cautious and self.watch.heat[machine] > HOT:
+        kind = self.rule.kind[machine]
+        if self.cautious and (self.alarmed | self.wary)[machine] and self.watch.heat[machine] > HOT:
             found.append(
-                f"by the power that was read the last block came to {self.watch.heat[machine]:.2f} of that at which "
-                f"the work burns; from {HOT:g} on the wheel counts as too dull, or a freshly dressed one as too fast"
+                f"the last block took {self.watch.heat[machine]:.2f} of the power at which the work burns: from "
+                f"{HOT:g} on the wheel is dressed before the next part, and E goes down where it had just been"
+            )
+        if self.held[machine]:
+            found.append(
+                f"E is at most {self.ceiling[machine, kind]:.0f} mm/min: faster than that, a block came beyond a "
+                "limit or near burning"
             )
         if self.slowest[machine]:
             found.append("it stands at the slowest E with dresses: more than that no E and D can do here")
