@@ -20,8 +20,8 @@ was wrong on, it has to be right on more."""
 STEP = 1.25
 """Most that E rises from block to block when a policy comes back."""
 HOT = 0.82
-"""Burn ratio from which a wheel counts as too dull: the forecast that it rests on is up to a fifth too low where the
-loop gives more, or forces follow other laws."""
+"""Burn ratio from which a wheel counts as too dull while the model is in doubt: the forecast that it rests on is up to
+a fifth too low where the loop gives more, or forces follow other laws."""
 COOLS = 0.5
 """Exponent of power over E above which a slower table is cooler: the heat flows off as the root of E (Jaeger)."""
 FORGIVEN = 1.005
@@ -41,13 +41,12 @@ class Guarded:
     Attributes:
         policy: is guarded.
         rule: decides in its place.
-        step: most that E rises by when the policy comes back.
+        step: most that E rises by when the policy comes back; above what has been tried, if cautious.
         cautious: as at a machine of which nobody knows how far it is the model: E is at most such a step above what
             has been tried, and no higher than the rule has found parts to be good at; any reading beyond its limit, or
-            a power that burns, is an alarm, expected or not, and its E is not used again for a while; once there was
+            a power that burns, is an alarm, expected or not, and its E is not used again for a while. Once there was
             one, or while readings are off their forecasts either way, the wheel is dressed where policy or rule ask for
-            it. A wheel that comes near burning is too dull for the rule; where it was dressed in the same part, E was
-            too high.
+            it, and sooner where it has come near burning; one that did so freshly dressed had too high an E.
     """
 
     policy: Policy
@@ -68,8 +67,8 @@ class Guarded:
     """Highest E of each kind of block so far, mm/min, shape (N, kinds)."""
     ceiling: Array = field(init=False, repr=False)
     """Highest E of each that is not known to be too high, likewise."""
-    fresh: NDArray[np.bool_] = field(init=False, repr=False)
-    """Where the wheel was dressed in the part at hand."""
+    age: Array = field(init=False, repr=False)
+    """Parts begun since the wheel was dressed, as the last block met it, shape (N,)."""
     PREFIX: ClassVar[str] = "guarded:"
 
     @property
@@ -88,7 +87,8 @@ class Guarded:
         self.policy.begin(simulation, episodes)
         self.rule.begin(simulation, episodes)
         self.alarmed, self.returning = np.zeros(episodes, bool), np.zeros(episodes, bool)
-        self.wary, self.slowest, self.fresh, self.held = np.zeros((4, episodes), bool)
+        self.wary, self.slowest, self.dressed, self.held = np.zeros((4, episodes), bool)
+        self.age = np.zeros(episodes)
         self.tried = np.tile(self.rule.first, (episodes, 1))
         self.ceiling = np.full_like(self.tried, np.inf)
         self.left, self.stay = np.zeros(episodes), np.full(episodes, SHORTEST)
@@ -115,18 +115,20 @@ class Guarded:
         E, D = np.where(self.alarmed, safe.speeds, speeds), np.where(self.alarmed, safe.executions, dresses)
         self.held = self.ceiling[n, kind] < E
         E = nearest_speed(task, np.where(self.held, self.ceiling[n, kind], E))
-        begins = np.asarray(self.rule.row.starts_part) > 0.0
-        self.fresh = (D > 0.0) | (self.fresh & ~begins)
+        # an execution stands within its block: what the block took was up to a wheel that had not been dressed yet
+        self.age = np.where(self.dressed, 0.0, self.age) + self.rule.row.starts_part
+        self.dressed = D > 0.0
         self.slowest = self.watch.beyond & (speed_bounds(task)[0] >= E) & (D > 0.0)
         return Decision(E, D)
 
     def _judged(self, observation: NDArray[np.float32], n: Numbers) -> NDArray[np.bool_]:
         """Take the last block as evidence of E and wheel; where it was beyond a limit, shape (N,)."""
         kind, heat = self.rule.kind, self.watch.heat
-        beyond, hot = self.watch.beyond | (heat > 1.0), heat > HOT
-        self.rule.dulled(hot, self.simulation.read(observation)["volume"], HOT)
+        beyond, hot = self.watch.beyond | (heat > 1.0), (heat > HOT) & (self.alarmed | self.wary)
+        fresh = self.age <= 1.0
+        self.rule.dulled(hot & ~fresh, self.simulation.read(observation)["volume"], HOT)
         E, ceiling = self.rule.speeds[n, kind], self.ceiling[n, kind]
-        slower = (beyond | (hot & self.fresh)) & (self.rule.power.found[:, 1] > COOLS)
+        slower = (beyond | (hot & fresh)) & (self.rule.power.found[:, 1] > COOLS)
         lower = np.maximum(SLOWING * np.minimum(E, ceiling), SLOWEST * self.rule.first[kind])
         self.ceiling[n, kind] = np.where(slower, lower, FORGIVEN * ceiling)
         self.tried[n, kind] = np.maximum(self.tried[n, kind], E)

@@ -111,32 +111,41 @@ def test_the_heat_of_a_block_goes_with_the_power_that_was_read_of_it() -> None:
     assert watched({"peak_power": 6000.0}, heat=0.0)[0].heat[0] == 0.0
 
 
-def hot_guard(heat: float, executions: float) -> tuple[Any, Any]:
-    """A cautious guard after a block with so many executions that came as near to burning, and what it then says."""
-    policy: Any = Guarded(Fast(7000.0, executions), cautious=True)
+def hot_guard(heat: float, *, dressed: bool, wary: bool = True) -> tuple[Any, Any]:
+    """A cautious guard after a second part that came as near to burning, and what it then decides."""
+    policy: Any = Guarded(Fast(7000.0, float(dressed)), cautious=True)
     policy.begin(PLATES, 1)
     policy.watch.update = lambda seen, law: None
-    policy.act(observation(PLATES, **GROUND), None)
-    policy.watch.heat = np.array([heat])
-    ground = GROUND | {"last_speed": 6.0, "volume": 100.0, "peak_power": 2000.0, "last_executions": executions}
+    ground = GROUND | {"last_speed": 6.0, "volume": 100.0, "peak_power": 2000.0, "last_executions": float(dressed)}
+    for _ in range(2):
+        policy.act(observation(PLATES, **ground), None)
+    policy.watch.heat, policy.wary = np.array([heat]), np.array([wary])
     return policy, policy.act(observation(PLATES, **ground), None)
 
 
-def test_a_wheel_that_comes_near_burning_is_too_dull_and_if_it_was_dressed_E_is_too_high() -> None:
-    cool, _ = hot_guard(0.7, 0.0)
-    dull, _ = hot_guard(0.9, 0.0)
+def test_a_wheel_that_comes_near_burning_is_too_dull_and_a_freshly_dressed_one_too_fast() -> None:
+    cool, _ = hot_guard(0.7, dressed=False)
+    dull, _ = hot_guard(0.9, dressed=False)
     assert cool.rule.wanted[0] == 0.0 and dull.rule.wanted[0] == 1.0
     assert dull.rule.volumes[0, 0] < 100.0 < cool.rule.volumes[0, 0]
     assert np.isinf(cool.ceiling).all() and np.isinf(dull.ceiling).all()
-    fast, _ = hot_guard(0.9, 1.0)
+    fast, _ = hot_guard(0.9, dressed=True)
     assert fast.ceiling[0, 0] == pytest.approx(0.9 * 6000.0)
+    assert fast.rule.volumes[0, 0] == cool.rule.volumes[0, 0]
+
+
+def test_the_heat_of_a_trusted_model_is_its_own_affair_short_of_burning() -> None:
+    policy, _ = hot_guard(0.9, dressed=False, wary=False)
+    assert policy.rule.wanted[0] == 0.0 and np.isinf(policy.ceiling).all()
 
 
 def test_a_power_that_burns_is_an_alarm_and_its_E_is_not_used_again() -> None:
-    policy, decision = hot_guard(1.05, 0.0)
+    policy, decision = hot_guard(1.05, dressed=False, wary=False)
     assert policy.alarmed.tolist() == [True]
     assert decision.speeds[0] <= 0.9 * 6000.0
-    assert any("burn" in sentence for sentence in policy.said(0))
+    said = policy.said(0)
+    assert any("took 1.05 of the power at which the work burns" in sentence for sentence in said)
+    assert any("E is at most 5400 mm/min" in sentence for sentence in said)
 
 
 def test_a_cautious_guard_rises_step_by_step_and_dresses_as_the_rule_does_while_in_doubt() -> None:
