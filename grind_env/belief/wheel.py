@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from grind_env.arrays import Numbers, Table
 from grind_env.belief.filter import DIAMETER, NEW_WHEEL, follow, write_factors
-from grind_env.belief.hidden import FACTORS, Belief, Hidden, Signals
+from grind_env.belief.hidden import FACTORS, Belief, Hidden, Judged, Signals
 from grind_env.errors import GrindError
 from grind_env.machine.loops.tally import Tally
 
@@ -96,6 +96,8 @@ class Forecast(NamedTuple):
     """um."""
     roughness: Any
     """Ra over its limit."""
+    burn_ratio: Any
+    """Highest of a block (`equations.burn_ratio`); 0 where no heat counts."""
 
 
 def hypercube(rows: int, members: int) -> Table:
@@ -136,7 +138,7 @@ class WheelBelief:
         self.rows = np.zeros(n, np.int64)
         self.members = self.model.room(n * self.size)
         self.hidden = np.empty((n, self.size, len(Hidden._fields)))
-        self.forecast = Forecast(*np.zeros((4, n, self.size)))
+        self.forecast = Forecast(*np.zeros((len(Forecast._fields), n, self.size)))
         self.beliefs = np.zeros((n, len(Belief._fields)))
 
     def restart(self, mask: NDArray[np.bool_]) -> None:
@@ -227,5 +229,9 @@ class WheelBelief:
         found, made = self.model.grind(self.members, choice, index)
         tally, shape = Tally(*found.T), self.hidden.shape[:2]
         power = np.sum(tally[MEAN_POWER], axis=0) / np.maximum(tally.last_count, 1.0)
-        self.forecast = Forecast(*(each.reshape(shape) for each in (power, tally.peak_load, *made.T)))
+        heats = np.repeat(Judged(*self.model.judged(self.rows).T).counts_all > 0.0, self.size) | (
+            tally.finish_rise > 0.0
+        )
+        expected = power, tally.peak_load, *made.T, np.where(heats, tally.burn_ratio, 0.0)
+        self.forecast = Forecast(*(each.reshape(shape) for each in expected))
         return found.reshape(*shape, -1)

@@ -75,6 +75,7 @@ class Watch:
         alarm: whether the last block is an alarm, shape (N,).
         beyond: whether it was read to be beyond a limit, expected or not, shape (N,).
         doubt: whether the machine is in doubt to be the model, shape (N,).
+        heat: burn ratio of the last block by the power that was read, 0 where no heat counts, shape (N,).
         error: of forecasts in the mean of the last readings, in standard deviations, shape (N,).
         holds: whether its forecasts hold, shape (N,).
         seen: readings of the last block beside their forecasts, each of shape (N, readings).
@@ -94,6 +95,7 @@ class Watch:
         scatter = spread.wheel_roughness, spread.part_roughness, self.noise * ROUGHNESS_NOISE
         self.scatter = float(np.linalg.norm(scatter))
         self.alarm, self.beyond, self.doubt = np.zeros((3, machines), bool)
+        self.heat = np.zeros(machines)
         self.holds, self.error = np.ones(machines, bool), np.ones(machines)
         self._off, self._count, self._sum = np.zeros(shape), np.ones(shape), np.zeros(shape)
         self._beyond, self._run, self._squares = np.zeros(shape, bool), np.zeros(shape, bool), np.zeros(machines)
@@ -167,6 +169,8 @@ class Watch:
             made = self.belief.forecast
             peak = self._power(read["peak_power"], made.peak_power)
             mean = self._power(read["mean_power"], made.mean_power)
+            # power is what heats: where the machine takes more of it than the members, it is nearer to burning
+            self.heat = read["peak_power"] * (made.burn_ratio / np.maximum(made.peak_power, 1.0)).mean(axis=1)
             known = np.hypot(self.noise * SIZE_NOISE, ROUNDING)
             expected = outward * made.size_error.mean(axis=1), np.hypot(made.size_error.std(axis=1), known)
             # Ra comes when the next part has been ground

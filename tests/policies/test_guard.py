@@ -25,12 +25,18 @@ USUAL = {"mean_power": 4000.0, "peak_power": 4500.0, "size_error": 5.0, "roughne
 
 
 def watched(
-    *read: dict[str, float], peak: float = 4500.0, size: float = 5.0, spread: float = 0.0
+    *read: dict[str, float], peak: float = 4500.0, size: float = 5.0, spread: float = 0.0, heat: float = 0.5
 ) -> tuple[Watch, list[bool]]:
     """A watch after these readings, of which the members forecast always the same, and where it was alarmed."""
     watch, law = Watch(PLATES, 1), PowerLaw(1)
     members = np.array([[-1.0, 1.0]]) * spread
-    made = Forecast(4000.0 * np.exp(members), peak * np.exp(members), size + 10.0 * members, np.full((1, 2), 0.5))
+    made = Forecast(
+        4000.0 * np.exp(members),
+        peak * np.exp(members),
+        size + 10.0 * members,
+        np.full((1, 2), 0.5),
+        np.full((1, 2), heat),
+    )
     watch.belief = SimpleNamespace(update=lambda seen: None, forecast=made)
     watch.update(observation(PLATES), law)
     alarms = []
@@ -98,6 +104,50 @@ def test_readings_off_their_forecasts_either_way_are_a_doubt() -> None:
     assert watch.error[0] > 3.0
 
 
+def test_the_heat_of_a_block_goes_with_the_power_that_was_read_of_it() -> None:
+    # Malkin's ratio is a power over another one: members that take 4.5 kW stand at 0.6 of the burning line
+    watch, _ = watched({"peak_power": 6000.0}, heat=0.6)
+    assert watch.heat[0] == pytest.approx(0.6 * 6000.0 / 4500.0, rel=1e-6)
+    assert watched({"peak_power": 6000.0}, heat=0.0)[0].heat[0] == 0.0
+
+
+def hot_guard(heat: float, *, dressed: bool, wary: bool = True) -> tuple[Any, Any]:
+    """A cautious guard after a second part that came as near to burning, and what it then decides."""
+    policy: Any = Guarded(Fast(7000.0, float(dressed)), cautious=True)
+    policy.begin(PLATES, 1)
+    policy.watch.update = lambda seen, law: None
+    ground = GROUND | {"last_speed": 6.0, "volume": 100.0, "peak_power": 2000.0, "last_executions": float(dressed)}
+    for _ in range(2):
+        policy.act(observation(PLATES, **ground), None)
+    policy.watch.heat, policy.wary = np.array([heat]), np.array([wary])
+    return policy, policy.act(observation(PLATES, **ground), None)
+
+
+def test_a_wheel_that_comes_near_burning_is_too_dull_and_a_freshly_dressed_one_too_fast() -> None:
+    cool, _ = hot_guard(0.7, dressed=False)
+    dull, _ = hot_guard(0.9, dressed=False)
+    assert cool.rule.wanted[0] == 0.0 and dull.rule.wanted[0] == 1.0
+    assert dull.rule.volumes[0, 0] < 100.0 < cool.rule.volumes[0, 0]
+    assert np.isinf(cool.ceiling).all() and np.isinf(dull.ceiling).all()
+    fast, _ = hot_guard(0.9, dressed=True)
+    assert fast.ceiling[0, 0] == pytest.approx(0.9 * 6000.0)
+    assert fast.rule.volumes[0, 0] == cool.rule.volumes[0, 0]
+
+
+def test_the_heat_of_a_trusted_model_is_its_own_affair_short_of_burning() -> None:
+    policy, _ = hot_guard(0.9, dressed=False, wary=False)
+    assert policy.rule.wanted[0] == 0.0 and np.isinf(policy.ceiling).all()
+
+
+def test_a_power_that_burns_is_an_alarm_and_its_E_is_not_used_again() -> None:
+    policy, decision = hot_guard(1.05, dressed=False, wary=False)
+    assert policy.alarmed.tolist() == [True]
+    assert decision.speeds[0] <= 0.9 * 6000.0
+    said = policy.said(0)
+    assert any("took 1.05 of the power at which the work burns" in sentence for sentence in said)
+    assert any("E is at most 5400 mm/min" in sentence for sentence in said)
+
+
 def test_a_cautious_guard_rises_step_by_step_and_dresses_as_the_rule_does_while_in_doubt() -> None:
     policy: Any = Guarded(Fast(20_000.0), cautious=True)
     policy.begin(PLATES, 1)
@@ -133,6 +183,7 @@ class Fast:
     """Always the same E and D."""
 
     speed: float
+    executions: float = 1.0
     name: ClassVar[str] = "fast"
     sees: ClassVar[Any] = "measurements"
 
@@ -141,7 +192,7 @@ class Fast:
 
     def act(self, seen: Any, episodes: Any) -> Decision:
         """The same."""
-        return Decision(np.full(len(seen), self.speed), np.full(len(seen), 1.0))
+        return Decision(np.full(len(seen), self.speed), np.full(len(seen), self.executions))
 
 
 def test_it_comes_back_when_forecasts_hold_and_then_step_by_step_and_stays_away_longer_each_time() -> None:

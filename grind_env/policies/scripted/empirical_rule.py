@@ -69,6 +69,8 @@ class EmpiricalRule:
     """Of the coming block, shape (N,)."""
     good: Array = field(init=False, repr=False)
     """Highest E of it at which parts are expected to be good, mm/min, shape (N,)."""
+    helpless: NDArray[np.bool_] = field(init=False, repr=False)
+    """Where two executions have not helped against power, shape (N,)."""
     volumes: Array = field(init=False, repr=False)
     """Usual volume between two dresses, by kind of part, mm3/mm, shape (N, kinds)."""
 
@@ -87,7 +89,7 @@ class EmpiricalRule:
         self.size = PartLaw(episodes, size, exponent=1.0, usual=0.25, memory=2.0)
         self.rows, self.kind, self.speeds = none, none, np.tile(self.first, (episodes, 1))
         self.part, self.made, self.begun = none, zero + 1.0, False
-        self.hot = np.zeros(episodes, bool)
+        self.hot, self.helpless = np.zeros((2, episodes), bool)
         self.dull, self.gauged, self.sized, self.wanted, self.blocks = zero, zero, zero, zero, zero
         self.most = usual_volumes(simulation, self.interval)
         np.minimum.at(self.most, self.part_of_kind, self.most.copy())
@@ -97,11 +99,26 @@ class EmpiricalRule:
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Learn from the last block, then decide on the coming one."""
+        self.learn(observation)
+        return self.decide(observation)
+
+    def learn(self, observation: NDArray[np.float32]) -> None:
+        """Take in what was read of the last block."""
+        if self.begun:
+            self._learn(self.simulation.read(observation), np.arange(len(observation)))
+
+    def dulled(self, where: NDArray[np.bool_], volume: Array, share: float = AIM) -> None:
+        """The wheel was too dull after `volume`, mm3/mm: a dress, and that share of it as usual volume for a while."""
+        at = np.flatnonzero(where), self.part[where]
+        self.volumes[at] = np.minimum(self.volumes[at], share * np.maximum(volume[where], 1.0))
+        self.wanted = np.maximum(self.wanted, where)
+
+    def decide(self, observation: NDArray[np.float32]) -> Decision:
+        """Decide on the coming block."""
         task, branches, n = self.simulation.task, self.simulation.branches, np.arange(len(observation))
-        seen = self.simulation.read(observation)
-        helpless = self._learn(seen, n) if self.begun else np.zeros(len(n), bool)
+        seen, helpless = self.simulation.read(observation), self.helpless
         self.rows = branches.coming_rows(seen)
-        row, kind = self._row(), branches.kind_of_row[self.rows]
+        row, kind = self.row, branches.kind_of_row[self.rows]
         part, last, first = self.part_of_kind[kind], self.speeds[n, kind], self.first[kind]
         worn = seen["volume"] + row.length * seen.get("depth", row.stock * seen["stock"])
         area = row.pick * engaged(task, row)
@@ -127,9 +144,8 @@ class EmpiricalRule:
         self.kind, self.dull, self.begun = kind, worn, True
         return Decision(E, D)
 
-    def _learn(self, seen: Mapping[str, Array], n: Numbers) -> NDArray[np.bool_]:
-        """Take in what was read of the last block; whether two executions have not helped, shape (N,)."""
-        row, power, executions = self._row(), seen["peak_power"], np.round(seen.get("last_executions", 0.0 * n))
+    def _learn(self, seen: Mapping[str, Array], n: Numbers) -> None:
+        row, power, executions = self.row, seen["peak_power"], np.round(seen.get("last_executions", 0.0 * n))
         width = np.minimum(seen["last_width"], engaged(self.simulation.task, row))
         removal = seen["last_pick"] * width * seen["last_speed"] / 0.06
         # what was ground counts, whoever decided it
@@ -156,13 +172,13 @@ class EmpiricalRule:
         self.hot = np.where(gauged, size < -AIM, self.hot)
         off = gauged & ((size > 1.0) | (size < -AIM))
         self.volumes = np.minimum(np.where(ended & ~off, REGAINED, 1.0)[:, None] * self.volumes, self.most)
-        at = np.flatnonzero(off), self.part[off]
-        self.volumes[at] = np.minimum(self.volumes[at], AIM * np.maximum(seen["volume"][off], 1.0))
+        self.dulled(off, seen["volume"])
         beyond = power / row.power
-        self.wanted = np.maximum(self.wanted, np.where(beyond > FAR, 2.0, (beyond > 1.0) | off))
-        return np.asarray((beyond > FAR) & (executions >= 2.0))
+        self.wanted = np.maximum(self.wanted, np.where(beyond > FAR, 2.0, beyond > 1.0))
+        self.helpless = np.asarray((beyond > FAR) & (executions >= 2.0))
 
-    def _row(self) -> KindRow:
+    @property
+    def row(self) -> KindRow:
         """Numbers of the last block, or of the coming one as soon as that is known."""
         return KindRow(*self.simulation.kinds[self.rows].T)
 

@@ -52,7 +52,7 @@ def policy_for(text: str | None, simulation: JobSimulation, step: float = STEP) 
     Args:
         text: as for `named_policy`.
         simulation: of the program.
-        step: most that E of a policy with a guard rises by from block to block of a kind.
+        step: most that E of a policy with a guard is above the fastest tried in blocks of a kind.
 
     Raises:
         GrindError: there is none, it does not fit the program, or it needs to see more than is measured, or the step is

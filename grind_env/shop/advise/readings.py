@@ -15,8 +15,8 @@ from grind_env.process.equations import LEAST_DIAMETER
 
 LEAST_POWER, LEAST_SIZE = POWER_NOISE_FLOOR, 0.05
 """W and um: below them a number is one of kW or mm, for no meter or gauge tells so little."""
-SCATTER = 4.0 * POWER_NOISE
-"""Share of a mean by which noise may bring the peak below it."""
+SCATTER = 4.0 * math.sqrt(2.0)
+"""Standard deviations of a reading by which noise of both may bring the peak below the mean."""
 MOST_RA = 50.0
 """um; no ground surface is rougher."""
 YES, NO = ("1", "yes", "true"), ("0", "no", "false")
@@ -166,9 +166,10 @@ def check_readings(readings: Readings, simulation: JobSimulation, number: int, p
         if value is not None and 0.0 < abs(value) < least:
             raise ReadingError(f"{place}: {name} is {value:g} {unit}: if that is {other}, write {1000.0 * value:g}")
     means = [given[name] for name in ("mean_power", "first_power") if given.get(name)]
-    if given.get("peak_power") and means and given["peak_power"] < (1.0 - SCATTER) * max(means):
+    most = max(means, default=0.0)
+    if given.get("peak_power") and given["peak_power"] < most - SCATTER * (POWER_NOISE * most + POWER_NOISE_FLOOR):
         raise ReadingError(
-            f"{place}: peak_power is {given['peak_power']:g}, but a mean power {max(means):g} W: no mean is above the "
+            f"{place}: peak_power is {given['peak_power']:g}, but a mean power {most:g} W: no mean is above the "
             "highest load; read both again, or leave one out"
         )
     if readings.D and not block.takes_dresses:

@@ -40,7 +40,10 @@ def advise(
         Writes(own=VALUES, always=True, called=True),
     ] = None,
     step: Annotated[
-        float, typer.Option(help="Most that E rises by from block to block, as a factor, of a policy with the guard.")
+        float,
+        typer.Option(
+            help="Most that E is above the fastest tried of a kind of block, as a factor, of a policy with the guard."
+        ),
     ] = 1.25,
     bounds: Annotated[
         tuple[float, float] | None, typer.Option(metavar="LOW HIGH", help="Lowest and highest E to advise, m/min.")
