@@ -88,6 +88,25 @@ def percentile_interval(value: float, draws: Array) -> Interval:
     return Interval(value, float(low), float(high))
 
 
+def prediction(values: Array, others: int, *, seed: int = 0, resamples: int = RESAMPLES) -> Interval:
+    """Where the mean of other episodes lies, with 95 %: it is off by the error of both means.
+
+    Both samples are drawn from the values: the mean of one stands for the mean that is known, that of the other for the
+    one to come, and their difference for what the one will be off by.
+
+    Args:
+        values: shape (episodes,), in the unit of what comes back.
+        others: number of the other episodes.
+        seed: of the resampling.
+        resamples: number of resamples.
+    """
+    known = resampled_means(values[None], seed=seed, resamples=resamples)[:, 0]
+    rng = np.random.default_rng(seed + 1)
+    later = np.array([values[rng.integers(0, len(values), others)].mean() for _ in range(resamples)])
+    mean = float(values.mean())
+    return percentile_interval(mean, mean + later - known)
+
+
 def resampled_means(values: Array, *, seed: int = 0, resamples: int = RESAMPLES) -> Array:
     """Means over resampled episodes: of the very resamples of `bootstrap`, but without copies of the values.
 

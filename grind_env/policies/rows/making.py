@@ -1,0 +1,211 @@
+"""Rows of evaluations, and what is made of a row: its files in a folder, its problem and its policy."""
+
+import os
+import platform
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from importlib.metadata import version
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from grind_env.control.reader import called_files
+from grind_env.envs.contexts import EVERY
+from grind_env.envs.names import ANY_TASK, FOLDER, OTHERS, environment_id, task_names
+from grind_env.envs.simulation import Simulation
+from grind_env.envs.tasks.reading import files_of_task
+from grind_env.envs.tasks.reading import is_file as is_task_file
+from grind_env.errors import GrindError, quoted
+from grind_env.files import beside, read_bytes
+from grind_env.machine.job.file import files_of_job
+from grind_env.plants.names import modules_of
+from grind_env.policies.evaluation import Evaluation
+from grind_env.policies.guard import Guarded
+from grind_env.policies.learned.saved import SUFFIX
+from grind_env.policies.naming import OWN, named_policy
+from grind_env.policies.policy import Policy
+from grind_env.policies.problem import JOB, Problem, find_problem
+from grind_env.policies.registry import TUNED
+from grind_env.policies.rows.form import RowError
+from grind_env.policies.rows.row import AGENT, Episode, File, Row, stated
+from grind_env.policies.tuned import Tuned, tuned_arguments, write_tuned
+from grind_env.toml import read_toml
+
+RULED = {"mpc": "full_state_rule"}
+"""Whose parameters a policy takes that has none of its own."""
+TASK, TUNED_FOLDER = "task", ".tuned"
+
+
+def row_of(
+    run: Evaluation,
+    problem: Problem,
+    seeds: Sequence[int],
+    policy: Policy,
+    text: str = "",
+    configs: Path | None = None,
+    *,
+    split: str = EVERY,
+    plant: str = "",
+    model: str = "",
+    provenance: Mapping[str, str] | None = None,
+) -> Row:
+    """The row of an evaluation.
+
+    Args:
+        run: episode by episode.
+        problem: what was ground.
+        seeds: of the episodes.
+        policy: what decided.
+        text: that names it, as for `named_policy`; without one, as of a .zip, the row can only be replayed.
+        configs: folder of the tuned parameters.
+        split: that contexts were drawn from.
+        plant: the machine, as `Judgement` has it.
+        model: what it was taken for, likewise.
+        provenance: more of what it was made with, such as a commit.
+
+    Raises:
+        RowError: no row can have that problem, policy or machine.
+        GrindError: a file cannot be read.
+    """
+    name, given = text.removeprefix(Guarded.PREFIX), {k: v for k, v in problem.arguments if k != "plant"}
+    named = {key: Path(os.path.normpath(given.pop(key))) for key in ("program", "job", TASK) if key in given}
+    parts, files = given.pop("parts", 1), dict[str, File]()
+    if given:
+        raise RowError(f"{problem.name} has the argument {min(given)}, which no row has: make it without")
+    read = [*named.values(), *(files_of_task(named[TASK]) if TASK in named else ())]
+    if "program" in named:
+        job = named.get("job") or beside(named["program"], ".toml")
+        read += [*called_files(named["program"]), *files_of_job(job)]
+    own = [Path(os.path.normpath(path)) for path in read if path.parent != FOLDER]
+    folder = Path(os.path.commonpath([path.parent for path in own])) if own else Path()
+
+    def at(path: Path | None) -> str:
+        return path.relative_to(folder).as_posix() if path else ""
+
+    for path in own:
+        files[at(path)] = File.of(read_bytes(path), text=True)
+    if name.endswith(SUFFIX):
+        files[AGENT] = File.of(read_bytes(Path(name)), text=False)
+        text = text.replace(name, AGENT)
+    modules = [*modules_of(plant), *modules_of(model), *([own_name[1]] if (own_name := OWN.fullmatch(name)) else [])]
+    for module in modules:
+        file = getattr(sys.modules.get(module), "__file__", None) or ""
+        if not file.endswith(".py") or not module.isidentifier():
+            raise RowError(f"{module} is no file of its own that a row could carry: put what it names into one")
+        files[f"{module}.py"] = File.of(read_bytes(Path(file)), text=False)
+    rule, made_with = RULED.get(name, name), {"python": platform.python_version(), "processor": platform.machine()}
+    row = Row(
+        id=problem.id,
+        program=at(named.get("program")),
+        job=at(named.get("job")),
+        task=at(named.get(TASK)),
+        parts=parts,
+        policy=policy.name,
+        sees=policy.sees,
+        says="" if name.endswith(".zip") else text,
+        parameters=tuned_arguments(rule, problem.simulation().task, configs) if rule in TUNED else {},
+        plant=plant,
+        model=model,
+        split=split,
+        files=files,
+        **stated(run),
+        provenance=made_with
+        | {each: version(each) for each in ("grind_env", "numpy", "numba")}
+        | {**(provenance or {})},
+        episodes=tuple(_episode(run, k, int(seed)) for k, seed in enumerate(seeds)),
+    )
+    with unpacked(row):  # whoever reads it must be able to
+        return row
+
+
+@contextmanager
+def unpacked(row: Row, modules: Sequence[str] = ()) -> Iterator[tuple[Problem, Path]]:
+    """The problem of a row, and the folder of its files, which is gone afterwards.
+
+    Args:
+        row: of anybody.
+        modules: whose code may be imported out of it meanwhile.
+
+    Raises:
+        RowError: a name in it leads elsewhere, or there is no such environment.
+        GrindError: a text is faulty.
+    """
+    if row.id not in {*map(environment_id, (*task_names(), *OTHERS)), ANY_TASK}:
+        raise RowError(f"id is {quoted(row.id)}, but must be that of an environment in which E and D are chosen")
+    if (row.id == ANY_TASK) != bool(row.task) or (row.program and row.id != JOB):
+        raise RowError(f"id is {quoted(row.id)}: a task goes with {ANY_TASK}, and a program with {JOB}")
+    for key in ("program", "job", TASK):
+        if (name := getattr(row, key)) and (name not in row.files or is_task_file(name) != (key != "program")):
+            raise RowError(
+                f"{key} is {quoted(name)}, but must be one of its files, and end in .toml if it is no program"
+            )
+    with TemporaryDirectory(prefix="grind-row-") as place:
+        folder = Path(place)
+        for name, file in row.files.items():
+            if not name.isprintable() or {"", ".", ".."} & {*name.split("/")} or {"\\", ":"} & {*name}:
+                raise RowError(f"files has {quoted(name)}, but a name leads below the folder of the row")
+            try:
+                (folder / name).parent.mkdir(parents=True, exist_ok=True)
+                (folder / name).write_bytes(file.data(name))
+            except OSError as error:
+                raise RowError(f"files.{quoted(name)} can be no file ({error.strerror}): rename it") from None
+        known = {folder / name for name in row.files}
+        for path in known:
+            _refuse_elsewhere(path, known)
+        before = {name: sys.modules.pop(name) for name in modules if name in sys.modules}
+        path_before = sys.path.copy()
+        try:
+            sys.path[:0] = [place] if modules else []
+            job = str(folder / row.job) if row.job else None
+            own = row.program or row.task
+            yield find_problem(str(folder / own) if own else row.id, job, row.parts), folder
+        finally:
+            sys.path[:] = path_before
+            for name in modules:
+                sys.modules.pop(name, None)
+            sys.modules.update(before)
+
+
+def policy_of(row: Row, simulation: Simulation, folder: Path) -> Policy:
+    """The policy of a row whose files lie in a folder.
+
+    Raises:
+        GrindError: it is none, or not the one that the row says.
+    """
+    name = row.says.removeprefix(Guarded.PREFIX)
+    tuned = folder / TUNED_FOLDER
+    if row.parameters:
+        plain: Any = {key: [*each] if isinstance(each, tuple) else each for key, each in row.parameters.items()}
+        entry = Tuned(
+            parameters=plain, training_cost=0, validation_cost=0, evaluations=0, training_seeds=[], validation_seeds=[]
+        )
+        write_tuned(simulation.task.name, {RULED.get(name, name): entry}, tuned)
+    text = row.says.replace(AGENT, str(folder / AGENT))
+    made = named_policy(text, simulation, tuned, modules=bool(row.module))
+    if (getattr(made, "name", None), getattr(made, "sees", None)) != (row.policy, row.sees):
+        raise RowError(f"policy is {quoted(row.policy)} that sees {row.sees}, but what the row carries is another")
+    return made
+
+
+def _refuse_elsewhere(path: Path, known: set[Path]) -> None:
+    """Refuse a file that, read as a task or a job, names one which is none of the row.
+
+    Raises:
+        RowError: it does.
+    """
+    document: dict[str, Any] = {}
+    with suppress(GrindError):  # of a program, or of what is refused as it is read
+        document = read_toml(path)
+    catalogue, base = document.get("catalogue"), document.get("base")
+    files = catalogue.get("files") if isinstance(catalogue, Mapping) else None
+    named = [each for each in files if isinstance(each, str)] if isinstance(files, list) else []
+    for other in [*named, str(base)] if is_task_file(base) else named:
+        if Path(os.path.normpath(path.parent / other)) not in known:
+            raise RowError(f"{path.name} names the file {quoted(other)}, which is none of the row: name one beside it")
+
+
+def _episode(run: Evaluation, k: int, seed: int) -> Episode:
+    cost, good, finished = (float(each[k]) for each in (run.cost, run.good, run.finished))
+    E, D = (tuple(each[k][each[k] == each[k]].tolist()) for each in (run.speeds, run.executions))
+    return Episode(seed=seed, cost=cost, good=good, finished=finished, E=E, D=D)
