@@ -89,10 +89,11 @@ def percentile_interval(value: float, draws: Array) -> Interval:
 
 
 def prediction(values: Array, others: int, *, seed: int = 0, resamples: int = RESAMPLES) -> Interval:
-    """Where the mean of other episodes lies, with 95 %: it is off by the error of both means.
+    """Where the mean of other episodes lies with 95 %, from those that are known: a bootstrap of both samples.
 
-    Both samples are drawn from the values: the mean of one stands for the mean that is known, that of the other for the
-    one to come, and their difference for what the one will be off by.
+    From the values one sample is drawn for those that are known and one for the others. What their means differ by, in
+    standard deviations of the first, is taken for what the known mean will be off by: a sample that has missed rare and
+    dear episodes is too low, and its deviation with it (bootstrap-t of Efron, Tibshirani, 1993, chapter 12).
 
     Args:
         values: shape (episodes,), in the unit of what comes back.
@@ -100,11 +101,13 @@ def prediction(values: Array, others: int, *, seed: int = 0, resamples: int = RE
         seed: of the resampling.
         resamples: number of resamples.
     """
-    known = resampled_means(values[None], seed=seed, resamples=resamples)[:, 0]
-    rng = np.random.default_rng(seed + 1)
-    later = np.array([values[rng.integers(0, len(values), others)].mean() for _ in range(resamples)])
+    rng, n = np.random.default_rng(seed), len(values)
+    known = values[rng.integers(0, n, (resamples, n))]
+    later = np.array([values[rng.integers(0, n, others)].mean() for _ in range(resamples)])
+    deviation = known.std(axis=1)
+    off = (later - known.mean(axis=1))[deviation > 0.0] / deviation[deviation > 0.0]
     mean = float(values.mean())
-    return percentile_interval(mean, mean + later - known)
+    return percentile_interval(mean, mean + values.std() * off) if off.size else Interval(mean, mean, mean)
 
 
 def resampled_means(values: Array, *, seed: int = 0, resamples: int = RESAMPLES) -> Array:

@@ -113,6 +113,6 @@ if __name__ == "__main__":
     try:
         answer()
     except GrindError as error:
-        sys.exit(str(error))
+        sys.exit(f"\n{error}")
     except Exception as error:  # whatever the code of another does
-        sys.exit(f"{type(error).__name__}: {reason(error)}")
+        sys.exit(f"\n{type(error).__name__}: {reason(error)}")

@@ -174,7 +174,8 @@ def stated(run: Evaluation) -> Stated:
     """What a row states of an evaluation."""
     mean = bootstrap(lambda cost: np.asarray(cost.mean(axis=-1)), run.cost)
     each, other = run.cost_per_good_part, prediction(run.cost, len(run.cost))
-    return {"cost_per_good_part": each if all(map(math.isfinite, each)) else None, "cost": mean, "prediction": other}
+    known = (*each,) if all(map(math.isfinite, each)) else None
+    return {"cost_per_good_part": known, "cost": (*mean,), "prediction": (*other,)}
 
 
 def write_row(path: Path, row: Row) -> None:
