@@ -26,8 +26,8 @@ Parts = Annotated[int, typer.Option(min=1, help="How often a part program is run
 NamedPolicy = Annotated[
     str | None,
     typer.Option(
-        help="A policy, the file of a trained agent, or a constant: E8D0; after guarded: with a guard; by default the "
-        "shipped one."
+        help="A policy, the file of a trained agent, a constant: E8D0, or module:name for one of yours; after guarded: "
+        "with a guard; by default the shipped one."
     ),
     FILE,
 ]
@@ -140,7 +140,7 @@ def verify(
 
     Its actions are replayed: it is "replayed" if every episode costs what it says, to the bit. With --seed its policy
     is run, too, where nothing comes to it but what is measured, on episodes that nobody knew when the row was made. It
-    is "measured-only" if their mean cost lies where the row predicts it, with 95 %: of twenty good rows one misses.
+    is "measured-only" if their mean cost lies where the row predicts it, with 95 %: of fifteen good rows one misses.
 
     Exit status 0: it holds. 1: it does not hold. 2: it is no row, or cannot be run.
     """

@@ -69,7 +69,16 @@ class File:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Episode:
-    """An episode: cost ($), expected good and finished parts, and of every step E (mm/min) and D as they were taken."""
+    """An episode.
+
+    Attributes:
+        seed: of it.
+        cost: $.
+        good: expected number of good parts.
+        finished: number of parts finished.
+        E: of every step as it was taken, mm/min.
+        D: likewise, number of dress executions.
+    """
 
     seed: int
     cost: float
@@ -96,7 +105,7 @@ class Row:
         files: by their names: all that problem, policy (`AGENT`) and modules (`name.py`) are read from.
         cost_per_good_part: $, and its 95 % interval; None where a part may not be good.
         cost: mean of an episode, $, and its 95 % interval.
-        prediction: the same mean, and where that of as many other episodes lies with 95 % (`statistics.prediction`).
+        prediction: the same mean, $, and where that of as many others lies with 95 % (`statistics.prediction`).
         episodes: one by one.
         provenance: versions of what it was made with.
 
