@@ -2,6 +2,7 @@
 
 import json
 import re
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -117,6 +118,10 @@ def evaluate(
         text = usual_name(problem.simulation()) if policy is None else policy
         row = row_of(run, problem, drawn, chosen, text, configs, split=split, plant=found.plant, model=found.model)
         write_row(submit, row)
+        if not row.says:
+            print(
+                "the row does not carry the policy, and can only be replayed: save it as .safetensors", file=sys.stderr
+            )
     if as_json:
         print(json.dumps({"env": problem.id, "name": problem.name, **found.numbers()}))
     else:

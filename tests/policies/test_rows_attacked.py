@@ -248,10 +248,10 @@ def test_no_code_of_it_is_run_unless_it_is_trusted(good: Document, tmp_path: Pat
 
 
 def test_what_it_says_is_printed_escaped(good: Document, tmp_path: Path, grind: Grind) -> None:
-    row = deepcopy(good) | {"policy": "\x1b]0;mine\x07"}
+    row = deepcopy(good) | {"policy": "\x1b]0;mine\x07\nreplayed"}
     (tmp_path / "row.json").write_text(json.dumps(row))
     status, out, _ = grind("verify", tmp_path / "row.json")
-    assert status == 0 and "\x1b" not in out and "\\x1b]0;mine\\x07 (sees measurements)" in out
+    assert status == 0 and "\x1b" not in out and "\\x1b]0;mine\\x07\\nreplayed (sees" in out
 
 
 TALK = """
@@ -274,6 +274,7 @@ class Talker:
     ("what", "status", "said"),
     [
         ("pass", 0, "measured-only"),
+        ("import hidden", 2, r"its policy has ended \(ModuleNotFoundError: No module named 'hidden'\)"),
         ("sys.exit('\\n\\x1bgood bye')", 2, r"its policy has ended \(\\x1bgood bye\)"),
         ("os._exit(3)", 2, "its policy has ended"),
         ("raise ValueError('no\\nmore')", 2, r"its policy has ended \(ValueError: no\)"),
@@ -287,7 +288,7 @@ def test_whatever_its_policy_does_is_told(
     what: str, status: int, said: str, good: Document, tmp_path: Path, grind: Grind
 ) -> None:
     row = deepcopy(good) | {"says": "talk:Talker"}
-    row["files"]["talk.py"] = text_file(TALK.replace("WHAT", what))
+    row["files"] |= {"talk.py": text_file(TALK.replace("WHAT", what)), "hidden.py": text_file("")}
     (tmp_path / "row.json").write_text(json.dumps(row))
     ended, out, err = grind("verify", tmp_path / "row.json", "--seed", SEED, "--trust")
     assert (ended in (0, 1)) == (status == 0), (out, err)

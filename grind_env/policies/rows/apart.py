@@ -11,7 +11,7 @@ import subprocess
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from tempfile import TemporaryFile
 from typing import IO, Any
 
@@ -45,7 +45,7 @@ class Apart:
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         """Send the row, and how many episodes begin."""
-        self._send(pickle.dumps((self.row, self.modules, episodes)))
+        self._send(pickle.dumps((replace(self.row, plant=""), self.modules, episodes)))
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Send what was measured, and wait for E and D.
@@ -98,7 +98,7 @@ def answer() -> None:
     os.dup2(2, 1)
     row, modules, episodes = pickle.load(asked)  # from the process that has begun this one
     with unpacked(row, modules) as (problem, folder):
-        simulation = model_of(problem, row.model) if row.plant else problem.simulation()
+        simulation = model_of(problem, row.model) if row.model else problem.simulation()
         policy = policy_of(row, simulation, folder)
         policy.begin(simulation, episodes)
         shape = episodes, len(simulation.entries)

@@ -34,7 +34,7 @@ from grind_env.toml import read_toml
 
 RULED = {"mpc": "full_state_rule"}
 """Whose parameters a policy takes that has none of its own."""
-TASK, TUNED_FOLDER = "task", ".tuned"
+TASK = "task"
 
 
 def row_of(
@@ -140,7 +140,7 @@ def unpacked(row: Row, modules: Sequence[str] = ()) -> Iterator[tuple[Problem, P
             raise RowError(
                 f"{key} is {quoted(name)}, but must be one of its files, and end in .toml if it is no program"
             )
-    with TemporaryDirectory(prefix="grind-row-") as place:
+    with TemporaryDirectory(prefix="grind-row-") as place, TemporaryDirectory(prefix="grind-row-") as code:
         folder = Path(place)
         for name, file in row.files.items():
             if not name.isprintable() or {"", ".", ".."} & {*name.split("/")} or {"\\", ":"} & {*name}:
@@ -153,10 +153,12 @@ def unpacked(row: Row, modules: Sequence[str] = ()) -> Iterator[tuple[Problem, P
         known = {folder / name for name in row.files}
         for path in known:
             _refuse_elsewhere(path, known)
+        for name in modules:  # alone: who trusts one has read no other
+            Path(code, f"{name}.py").write_bytes(row.files[f"{name}.py"].data(name))
         before = {name: sys.modules.pop(name) for name in modules if name in sys.modules}
         path_before = sys.path.copy()
         try:
-            sys.path[:0] = [place] if modules else []
+            sys.path[:0] = [code]
             job = str(folder / row.job) if row.job else None
             own = row.program or row.task
             yield find_problem(str(folder / own) if own else row.id, job, row.parts), folder
@@ -174,15 +176,13 @@ def policy_of(row: Row, simulation: Simulation, folder: Path) -> Policy:
         GrindError: it is none, or not the one that the row says.
     """
     name = row.says.removeprefix(Guarded.PREFIX)
-    tuned = folder / TUNED_FOLDER
-    if row.parameters:
-        plain: Any = {key: [*each] if isinstance(each, tuple) else each for key, each in row.parameters.items()}
-        entry = Tuned(
-            parameters=plain, training_cost=0, validation_cost=0, evaluations=0, training_seeds=[], validation_seeds=[]
-        )
-        write_tuned(simulation.task.name, {RULED.get(name, name): entry}, tuned)
-    text = row.says.replace(AGENT, str(folder / AGENT))
-    made = named_policy(text, simulation, tuned, modules=bool(row.module))
+    plain: Any = {key: [*each] if isinstance(each, tuple) else each for key, each in row.parameters.items()}
+    nothing: Any = dict.fromkeys(("training_cost", "validation_cost", "evaluations"), 0)
+    tuned = Tuned(parameters=plain, training_seeds=[], validation_seeds=[], **nothing)
+    with TemporaryDirectory(prefix="grind-row-") as place:
+        write_tuned(simulation.task.name, {RULED.get(name, name): tuned} if plain else {}, Path(place))
+        text = row.says.replace(AGENT, str(folder / AGENT))
+        made = named_policy(text, simulation, Path(place), modules=bool(row.module))
     if (getattr(made, "name", None), getattr(made, "sees", None)) != (row.policy, row.sees):
         raise RowError(f"policy is {quoted(row.policy)} that sees {row.sees}, but what the row carries is another")
     return made

@@ -13,7 +13,7 @@ from typing import TypedDict
 import numpy as np
 
 from grind_env.envs.contexts import EVERY
-from grind_env.errors import quoted
+from grind_env.errors import quoted, shortened
 from grind_env.files import read_text, shown, write_atomically
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.policy import Sees
@@ -168,7 +168,8 @@ class Row:
 
     def __str__(self) -> str:
         what = f"{self.id} {self.program or self.task}".strip() + (f" on {self.plant}" if self.plant else "")
-        return f"{self.policy} (sees {self.sees}) in {what}, split {self.split}, {self.cost[0]:.4g} $ an episode"
+        name = shortened(self.policy)  # a name with a line end would say more than there is
+        return f"{name} (sees {self.sees}) in {what}, split {self.split}, {self.cost[0]:.4g} $ an episode"
 
 
 class Stated(TypedDict):

@@ -73,8 +73,8 @@ def verify(row: Row, *, seed: int | None = None, episodes: int | None = None, tr
     with unpacked(row, modules_of(row.plant)) as (problem, _):
         simulation = (on(problem, row.plant) if row.plant else problem).simulation()
         machines = machines_of(simulation)
-        if (machines.text if machines else "") != row.plant:
-            raise RowError(f"plant is {quoted(row.plant)}, but its problem names another one: submit it again")
+        if (machines.text if machines else "") != row.plant or bool(row.plant) != bool(row.model):
+            raise RowError(f"plant is {quoted(row.plant)}, which does not fit its problem or model: submit it again")
         if fault := _fault(row, simulation):
             return Verdict("", fault)
         replayed = f"replayed: all {len(row.episodes)} episodes cost what it says, to the bit"
