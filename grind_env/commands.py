@@ -119,9 +119,7 @@ def evaluate(
         row = row_of(run, problem, drawn, chosen, text, configs, split=split, plant=found.plant, model=found.model)
         write_row(submit, row)
         if not row.says:
-            print(
-                "the row does not carry the policy, and can only be replayed: save it as .safetensors", file=sys.stderr
-            )
+            print("the row carries no .zip, and can only be replayed: give a .safetensors file", file=sys.stderr)
     if as_json:
         print(json.dumps({"env": problem.id, "name": problem.name, **found.numbers()}))
     else:

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import grind_env
+from grind_env.errors import GrindError
 from grind_env.policies.evaluation import SEEDS, SEEDS_EACH, roll_out, run_seeds, start_episodes
 from grind_env.policies.naming import SHIPPED, named_policy
 from grind_env.policies.problem import find_problem
@@ -27,6 +28,9 @@ from tests.command import Grind
 EXAMPLES = Path(grind_env.__file__).with_name("examples")
 SEED = 31415926535897932384
 PLATES = find_problem("power_limited")
+
+PLAIN = named_policy("E7D1", PLATES.simulation())
+FEW = run_seeds(PLAIN, PLATES.simulation(), range(2))
 
 Submit = Callable[..., Path]
 
@@ -307,7 +311,7 @@ def test_nothing_but_measurements_comes_to_a_policy_that_looks_for_more(
 
 
 def test_a_policy_that_did_not_take_the_actions_is_found_out(grind: Grind, tmp_path: Path) -> None:
-    better = plates_row("hindsight", 6)
+    better = plates_row("look_ahead", 6)
     write_row(
         tmp_path / "row.json", replace(better, policy="constant E 3 m/min, D 0", sees="measurements", says="E3D0")
     )
@@ -320,6 +324,7 @@ def test_who_sees_more_or_carries_no_policy_is_only_replayed(grind: Grind, tmp_p
     for row, why in (
         (plates_row("hindsight", 2), "its policy sees the future"),
         (replace(plates_row("E7D1", 2), says=""), "its policy is not in it"),
+        (row_of(FEW, PLATES, range(2), PLAIN, "agent.zip"), "its policy is not in it"),
     ):
         write_row(tmp_path / "row.json", row)
         assert grind("verify", tmp_path / "row.json")[0] == 0
@@ -352,6 +357,28 @@ def test_drawn_seeds_are_those_that_the_page_says_and_none_that_anyone_trains_on
         assert seed == 2**62 + bits
     assert len({*seeds, *fresh_seeds(SEED + 1, 200)}) == 400
     assert min(seeds) > max(first + SEEDS_EACH for first in SEEDS.values())
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("my_policy:Yours", "'my_policy:Yours' names no policy .*Yours"),
+        ("nowhere:Mine", "'nowhere:Mine' names no policy .No module named 'nowhere'"),
+        ("my_policy:np", "'my_policy:np' names no policy"),
+        ("my_policy:dataclass", "is no policy"),
+    ],
+)
+def test_what_of_a_module_is_no_policy_is_told(name: str, said: str, own: Path) -> None:
+    with pytest.raises(GrindError, match=said):
+        grind_env.evaluate(name, PLATES, episodes=2)
+
+
+def test_a_module_is_named_by_arguments_alone(own: Path) -> None:
+    with pytest.raises(GrindError, match="there is no policy 'my_policy:Mine'"):
+        named_policy("my_policy:Mine", PLATES.simulation())
+    assert "my_policy" not in sys.modules
+    found = grind_env.evaluate("my_policy:Mine", PLATES, episodes=2)
+    assert (found.policy, found.sees, found.first_seed) == ("mine", "measurements", 2_000_000)
 
 
 def test_where_other_means_lie_is_predicted() -> None:

@@ -119,7 +119,7 @@ ATTACKS: list[tuple[Callable[[Document], Any], str]] = [
     (put(*ACTIONS, "D", to=[1.0]), "has 3 E and 1 D"),
     (lambda row: row["episodes"][0].update(E=[9000.0] * 2, D=[1.0] * 2), "has 2 E and D, but must have 3"),
     (lambda row: row["episodes"][0].update(E=[9000.0] * 4, D=[1.0] * 4), "has 4 E and D, but must have 3"),
-    (lambda row: row["episodes"][0].update(E=[9000.0] * 10**6, D=[1.0] * 10**6), "but must have 3"),
+    (lambda row: row["episodes"][0].update(E=[9000.0] * 10**5, D=[1.0] * 10**5), "but must have 3"),
     (put(*ACTIONS, "E", 1, to=float("nan")), "must be a finite number"),
     (put(*ACTIONS, "E", 1, to=1e12), "an action of it is none: E is 1000000000000 mm/min"),
     (put(*ACTIONS, "E", 1, to=-9000.0), "an action of it is none"),

@@ -34,7 +34,6 @@ from grind_env.toml import read_toml
 
 RULED = {"mpc": "full_state_rule"}
 """Whose parameters a policy takes that has none of its own."""
-TASK = "task"
 
 
 def row_of(
@@ -68,39 +67,22 @@ def row_of(
         RowError: no row can have that problem, policy or machine.
         GrindError: a file cannot be read.
     """
-    name, given = text.removeprefix(Guarded.PREFIX), {k: v for k, v in problem.arguments if k != "plant"}
-    named = {key: Path(os.path.normpath(given.pop(key))) for key in ("program", "job", TASK) if key in given}
-    parts, files = given.pop("parts", 1), dict[str, File]()
-    if given:
-        raise RowError(f"{problem.name} has the argument {min(given)}, which no row has: make it without")
-    read = [*named.values(), *(files_of_task(named[TASK]) if TASK in named else ())]
-    if "program" in named:
-        job = named.get("job") or beside(named["program"], ".toml")
-        read += [*called_files(named["program"]), *files_of_job(job)]
-    own = [Path(os.path.normpath(path)) for path in read if path.parent != FOLDER]
-    folder = Path(os.path.commonpath([path.parent for path in own])) if own else Path()
-
-    def at(path: Path | None) -> str:
-        return path.relative_to(folder).as_posix() if path else ""
-
-    for path in own:
-        files[at(path)] = File.of(read_bytes(path), text=True)
+    name = text.removeprefix(Guarded.PREFIX)
+    what, files = _texts(problem)
     if name.endswith(SUFFIX):
         files[AGENT] = File.of(read_bytes(Path(name)), text=False)
         text = text.replace(name, AGENT)
-    modules = [*modules_of(plant), *modules_of(model), *([own_name[1]] if (own_name := OWN.fullmatch(name)) else [])]
-    for module in modules:
-        file = getattr(sys.modules.get(module), "__file__", None) or ""
-        if not file.endswith(".py") or not module.isidentifier():
+    own = OWN.fullmatch(name)
+    for module in (*modules_of(plant), *modules_of(model), *([own[1]] if own else [])):
+        source = getattr(sys.modules.get(module), "__file__", None) or ""
+        if not source.endswith(".py") or not module.isidentifier():
             raise RowError(f"{module} is no file of its own that a row could carry: put what it names into one")
-        files[f"{module}.py"] = File.of(read_bytes(Path(file)), text=False)
+        files[f"{module}.py"] = File.of(read_bytes(Path(source)), text=False)
     rule, made_with = RULED.get(name, name), {"python": platform.python_version(), "processor": platform.machine()}
+    made_with |= {each: version(each) for each in ("grind_env", "numpy", "numba")}
     row = Row(
         id=problem.id,
-        program=at(named.get("program")),
-        job=at(named.get("job")),
-        task=at(named.get(TASK)),
-        parts=parts,
+        **what,
         policy=policy.name,
         sees=policy.sees,
         says="" if name.endswith(".zip") else text,
@@ -110,13 +92,31 @@ def row_of(
         split=split,
         files=files,
         **stated(run),
-        provenance=made_with
-        | {each: version(each) for each in ("grind_env", "numpy", "numba")}
-        | {**(provenance or {})},
+        provenance={**made_with, **(provenance or {})},
         episodes=tuple(_episode(run, k, int(seed)) for k, seed in enumerate(seeds)),
     )
     with unpacked(row):  # whoever reads it must be able to
         return row
+
+
+def _texts(problem: Problem) -> tuple[dict[str, Any], dict[str, File]]:
+    """The fields of a row that say a problem, and the user's files that it is read from, below their common folder."""
+    given = {key: value for key, value in problem.arguments if key != "plant"}
+    named = {key: Path(os.path.normpath(given.pop(key))) for key in ("program", "job", "task") if key in given}
+    parts = given.pop("parts", 1)
+    if given:
+        raise RowError(f"{problem.name} has the argument {min(given)}, which no row has: make it without")
+    read = [*named.values()]
+    if "task" in named:
+        read += files_of_task(named["task"])
+    if "program" in named:
+        job = named.get("job") or beside(named["program"], ".toml")
+        read += [*called_files(named["program"]), *files_of_job(job)]
+    own = [Path(os.path.normpath(path)) for path in read if path.parent != FOLDER]
+    folder = Path(os.path.commonpath([path.parent for path in own])) if own else Path()
+    names = {path: path.relative_to(folder).as_posix() for path in own}
+    files = {name: File.of(read_bytes(path), text=True) for path, name in names.items()}
+    return {"parts": parts, **{key: names[path] for key, path in named.items()}}, files
 
 
 @contextmanager
@@ -135,7 +135,7 @@ def unpacked(row: Row, modules: Sequence[str] = ()) -> Iterator[tuple[Problem, P
         raise RowError(f"id is {quoted(row.id)}, but must be that of an environment in which E and D are chosen")
     if (row.id == ANY_TASK) != bool(row.task) or (row.program and row.id != JOB):
         raise RowError(f"id is {quoted(row.id)}: a task goes with {ANY_TASK}, and a program with {JOB}")
-    for key in ("program", "job", TASK):
+    for key in ("program", "job", "task"):
         if (name := getattr(row, key)) and (name not in row.files or is_task_file(name) != (key != "program")):
             raise RowError(
                 f"{key} is {quoted(name)}, but must be one of its files, and end in .toml if it is no program"

@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import TypedDict
+from typing import Any
 
 import numpy as np
 
@@ -167,21 +167,15 @@ class Row:
         return (found and found["module"]) or ""
 
     def __str__(self) -> str:
-        what = f"{self.id} {self.program or self.task}".strip() + (f" on {self.plant}" if self.plant else "")
-        name = shortened(self.policy)  # a name with a line end would say more than there is
-        return f"{name} (sees {self.sees}) in {what}, split {self.split}, {self.cost[0]:.4g} $ an episode"
+        what = f"{self.id} {self.program or self.task}".strip()
+        where = f"{what} on {self.plant}, taken for {self.model}" if self.plant else what
+        name = shortened(self.policy)  # one with a line end would say more than there is
+        which = f"{len(self.seeds)} episodes, seeds {min(self.seeds)} to {max(self.seeds)}, split {self.split}"
+        return f"{name} (sees {self.sees}) in {where}, {which}: {self.cost[0]:.4g} $ an episode"
 
 
-class Stated(TypedDict):
-    """What a row states of its episodes, by its fields."""
-
-    cost_per_good_part: Numbers | None
-    cost: Numbers
-    prediction: Numbers
-
-
-def stated(run: Evaluation) -> Stated:
-    """What a row states of an evaluation."""
+def stated(run: Evaluation) -> dict[str, Any]:
+    """What a row states of an evaluation, by its fields."""
     mean = bootstrap(lambda cost: np.asarray(cost.mean(axis=-1)), run.cost)
     each, other = run.cost_per_good_part, prediction(run.cost, len(run.cost))
     known = (*each,) if all(map(math.isfinite, each)) else None
