@@ -164,6 +164,13 @@ ATTACKS: list[tuple[Callable[[Document], Any], str]] = [
     (put("files", "mine.toml", "base64", to="!"), "not what its sha256 is of"),
     (put("files", "mine.toml", "text", to="\ud800"), "not what its sha256 is of"),
     (task("blocks = ["), "mine.toml"),
+    (
+        lambda row: (
+            task('base = "oracle6"\nblocks = 10000\n')(row),
+            row.update(episodes=[row["episodes"][0] | {"seed": k} for k in range(600)]),
+        ),
+        "600 episodes of 10000 blocks are more than 5000000 blocks in all",
+    ),
     (task('base = "/etc/shop.toml"\n'), "names the file '/etc/shop.toml', which is none of the row"),
     (task('base = "../../../../etc/shop.TOML"\n'), "which is none of the row"),
     (task('base = "oracle6"\n[catalogue]\nfiles = ["/etc/hostname"]\n'), "names the file '/etc/hostname'"),

@@ -50,6 +50,8 @@ def formed(kind: Any, value: Any, place: str) -> Any:
         return made(**{key: formed(known[key].type, each, f"{place}.{key}") for key, each in value.items()})
     if origin is Mapping:
         return {key: formed(given[1], each, f"{place}.{shortened(key)}") for key, each in value.items()}
+    if origin is tuple and given == (float, ...) and all(_fits(float, each) for each in value):
+        return tuple(map(float, value))  # as below, of millions of numbers in a tenth of the time
     if origin is tuple:
         kinds = [given[0]] * len(value) if given[-1] is Ellipsis else given
         if len(kinds) != len(value):

@@ -25,6 +25,8 @@ from grind_env.policies.statistics import prediction
 
 FRESH = 62
 """Bit of all seeds that are drawn, and number of the bits below: no frozen seed has as many."""
+MOST_BLOCKS = 5_000_000
+"""Blocks of all episodes: a stranger's row could ask for more memory than there is."""
 NEAR = 1e-9
 """Share by which stated means may be off; costs of episodes are equal."""
 
@@ -75,6 +77,11 @@ def verify(row: Row, *, seed: int | None = None, episodes: int | None = None, tr
         machines = machines_of(simulation)
         if (machines.text if machines else "") != row.plant or bool(row.plant) != bool(row.model):
             raise RowError(f"plant is {quoted(row.plant)}, which does not fit its problem or model: submit it again")
+        count = max(len(row.episodes), episodes or 0)
+        if count * simulation.task.blocks > MOST_BLOCKS:
+            raise RowError(
+                f"{count} episodes of {simulation.task.blocks} blocks are more than {MOST_BLOCKS} blocks in all"
+            )
         if fault := _fault(row, simulation):
             return Verdict("", fault)
         replayed = f"replayed: all {len(row.episodes)} episodes cost what it says, to the bit"
