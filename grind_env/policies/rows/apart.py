@@ -48,11 +48,7 @@ class Apart:
         self._send(pickle.dumps((replace(self.row, plant=""), self.modules, episodes)))
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Send what was measured, and wait for E and D.
-
-        Raises:
-            RowError: the process has ended.
-        """
+        """Send what was measured, and wait for E and D; a RowError if the process has ended."""
         self._send(np.ascontiguousarray(observation, np.float32).tobytes())
         answer = self.process.stdout.read(16 * len(observation))
         if len(answer) < 16 * len(observation):
@@ -89,11 +85,7 @@ def apart(row: Row, modules: Sequence[str]) -> Iterator[Apart]:
 
 
 def answer() -> None:
-    """Decide until nothing more is measured; what the policy prints goes to standard error.
-
-    Raises:
-        GrindError: the row has no policy, or it decides no E and D.
-    """
+    """Decide until nothing more is measured; what the policy prints goes to standard error."""
     asked, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb", buffering=0)
     os.dup2(2, 1)
     row, modules, episodes = pickle.load(asked)  # from the process that has begun this one

@@ -15,11 +15,7 @@ class RowError(GrindError):
 
 
 def parsed(text: str) -> Any:
-    """A text as JSON.
-
-    Raises:
-        RowError: it is none, or nested too deeply.
-    """
+    """A text as JSON; a RowError if it is none, or nested too deeply."""
     try:
         return json.loads(text)
     except RecursionError:

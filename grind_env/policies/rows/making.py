@@ -121,15 +121,10 @@ def _texts(problem: Problem) -> tuple[dict[str, Any], dict[str, File]]:
 
 @contextmanager
 def unpacked(row: Row, modules: Sequence[str] = ()) -> Iterator[tuple[Problem, Path]]:
-    """The problem of a row, and the folder of its files, which is gone afterwards.
-
-    Args:
-        row: of anybody.
-        modules: whose code may be imported out of it meanwhile.
+    """The problem of a row, and the folder of its files, which is gone afterwards; `modules` of it can be imported.
 
     Raises:
-        RowError: a name in it leads elsewhere, or there is no such environment.
-        GrindError: a text is faulty.
+        GrindError: a name in it leads elsewhere, a text is faulty, or there is no such environment.
     """
     if row.id not in {*map(environment_id, (*task_names(), *OTHERS)), ANY_TASK}:
         raise RowError(f"id is {quoted(row.id)}, but must be that of an environment in which E and D are chosen")
@@ -170,11 +165,7 @@ def unpacked(row: Row, modules: Sequence[str] = ()) -> Iterator[tuple[Problem, P
 
 
 def policy_of(row: Row, simulation: Simulation, folder: Path) -> Policy:
-    """The policy of a row whose files lie in a folder.
-
-    Raises:
-        GrindError: it is none, or not the one that the row says.
-    """
+    """The policy of a row whose files lie in a folder; a GrindError if it is none, or not the one that the row says."""
     name = row.says.removeprefix(Guarded.PREFIX)
     plain: Any = {key: [*each] if isinstance(each, tuple) else each for key, each in row.parameters.items()}
     nothing: Any = dict.fromkeys(("training_cost", "validation_cost", "evaluations"), 0)
@@ -189,11 +180,7 @@ def policy_of(row: Row, simulation: Simulation, folder: Path) -> Policy:
 
 
 def _refuse_elsewhere(path: Path, known: set[Path]) -> None:
-    """Refuse a file that, read as a task or a job, names one which is none of the row.
-
-    Raises:
-        RowError: it does.
-    """
+    """Refuse a file that, read as a task or a job, names one which is none of the row."""
     document: dict[str, Any] = {}
     with suppress(GrindError):  # of a program, or of what is refused as it is read
         document = read_toml(path)

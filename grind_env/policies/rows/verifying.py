@@ -118,11 +118,7 @@ class _Recorded:
 
 
 def _fault(row: Row, simulation: Simulation) -> str:
-    """What of the episodes does not hold, in a sentence; nothing if all of it does.
-
-    Raises:
-        RowError: an action is none, or an episode has another number of steps.
-    """
+    """What of the episodes does not hold, in a sentence; nothing if all does. Actions that are none are refused."""
     try:
         run = run_seeds(_Recorded(row), simulation, row.seeds, row.split)
     except ActionError as error:
