@@ -52,6 +52,23 @@ def main() -> str | None:
         or "G82" not in Path("played.nc").read_text()
     ):
         return "the shipped policy is not played"
+    grind = [sys.executable, "-m", "grind_env"]
+    submitted = [
+        *grind,
+        "evaluate",
+        "--policy",
+        str(SHIPPED / "rush.safetensors"),
+        "--env",
+        "rush",
+        "--submit",
+        "row.json",
+    ]
+    subprocess.run(submitted, capture_output=True, check=False)
+    verified = subprocess.run(
+        [*grind, "verify", "row.json", "--seed", "31415926535897932384"], capture_output=True, check=False
+    )
+    if verified.returncode != 0:
+        return f"a row is not verified: {verified.stdout.decode()} {verified.stderr.decode()}"
     print(f"OK: core install of grind_env {grind_env.__version__}, {len(ids)} environments stepped, {agent}")
     return None
 

@@ -1,7 +1,8 @@
-"""The commands of `grind` that run policies: `evaluate` and `play`."""
+"""The commands of `grind` that run policies: `evaluate`, `verify` and `play`."""
 
 import json
 import re
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -26,8 +27,8 @@ Parts = Annotated[int, typer.Option(min=1, help="How often a part program is run
 NamedPolicy = Annotated[
     str | None,
     typer.Option(
-        help="A policy, the file of a trained agent, or a constant: E8D0; after guarded: with a guard; by default the "
-        "shipped one."
+        help="A policy, the file of a trained agent, a constant: E8D0, or module:name for one of yours; after guarded: "
+        "with a guard; by default the shipped one."
     ),
     FILE,
 ]
@@ -49,6 +50,8 @@ Plant = Annotated[
         "another one in every episode."
     ),
 ]
+FALSE = 1
+"""Exit status of a row that does not hold."""
 Split = Annotated[str, typer.Option(help="Contexts: all, inner, or interpolation between those of inner.")]
 
 PLAYED = "# Written by `grind play`, and replaced when it is written again: change a copy of it.\n"
@@ -59,6 +62,7 @@ PLAYED_JOB = Own("job that `grind play` has written", re.compile(re.escape(PLAYE
 def register(app: typer.Typer) -> None:
     """Add the commands to the application."""
     app.command(epilog="Example: grind evaluate --env grind/Rush-v0 --policy adaptive_rule --episodes 64")(evaluate)
+    app.command(epilog="Example: grind verify row.json --seed 31415926535897932384")(verify)
     app.command(epilog="Example: grind play --task power_limited --policy adaptive_rule --no-window")(play)
 
 
@@ -79,6 +83,9 @@ def evaluate(
     ] = None,
     configs: Configs = None,
     trust: Trust = False,
+    submit: Annotated[
+        Path | None, typer.Option(help="Write a row to this .json file, which `grind verify` runs again."), Writes()
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Run a policy through many episodes: cost per good part and score, with 95 % intervals.
@@ -88,9 +95,14 @@ def evaluate(
 
     With --plant another machine grinds than the one that planners, beliefs and experts hold, and there is no score: its
     0 and 100 are of the model.
+
+    With --submit seeds, actions, costs and the policy itself are written down, with the texts of a program, job or task
+    of yours and the source of a module that policy or plant name. A .zip of Stable-Baselines3 is not: such a row can
+    only be replayed.
     """
     from grind_env.errors import printable
     from grind_env.policies.judging import evaluate as judge
+    from grind_env.policies.naming import usual_name
     from grind_env.policies.problem import find_problem
 
     problem = find_problem(env, job, parts)
@@ -98,10 +110,56 @@ def evaluate(
     found = judge(
         chosen, problem, seeds=seeds, split=split, episodes=episodes, first_seed=first_seed, plant=plant, model=model
     )
+    if submit is not None:
+        from grind_env.policies.rows.making import row_of
+        from grind_env.policies.rows.row import write_row
+
+        run, drawn = found.evaluation, range(found.first_seed, found.first_seed + episodes)
+        text = usual_name(problem.simulation()) if policy is None else policy
+        row = row_of(run, problem, drawn, chosen, text, configs, split=split, plant=found.plant, model=found.model)
+        write_row(submit, row)
+        if not row.says:
+            print("the row carries no .zip, and can only be replayed: give a .safetensors file", file=sys.stderr)
     if as_json:
         print(json.dumps({"env": problem.id, "name": problem.name, **found.numbers()}))
     else:
         print(printable(str(found)))
+
+
+def verify(
+    row: Annotated[Path, typer.Argument(metavar="ROW", help="File that `grind evaluate --submit` wrote."), FILE],
+    seed: Annotated[
+        int | None,
+        typer.Option(min=0, help="Run its policy, too, on episodes drawn from this number of 20 digits or more."),
+    ] = None,
+    episodes: Annotated[
+        int | None, typer.Option(min=2, max=10_000, help="How many of these; by default as many as it has.")
+    ] = None,
+    trust: Annotated[
+        bool, typer.Option("--trust", help="Run the modules in it, which can do whatever their author wrote.")
+    ] = False,
+) -> None:
+    """Find out whether a row holds that somebody has submitted.
+
+    Its actions are replayed: it is "replayed" if every episode costs what it says, to the bit. With --seed its policy
+    is run, too, where nothing comes to it but what is measured, on episodes that nobody knew when the row was made. It
+    is "measured-only" if their mean cost lies where the row predicts it, with 95 %: of fifteen good rows one misses.
+
+    Exit status 0: it holds. 1: it does not hold. 2: it is no row, or cannot be run.
+    """
+    from grind_env.errors import GrindError, printable
+    from grind_env.files import shown
+    from grind_env.policies.rows.row import read_row
+    from grind_env.policies.rows.verifying import verify as verified
+
+    read = read_row(row)
+    try:
+        verdict = verified(read, seed=seed, episodes=episodes, trust=trust)
+    except GrindError as error:
+        raise GrindError(f"{shown(row)}: {error}") from None
+    print(printable(f"{shown(row)}: {read}\n{verdict.found}"))
+    if not verdict.status:
+        raise typer.Exit(FALSE)
 
 
 def play(

@@ -105,6 +105,11 @@ def find_plant(text: str, *, seed: int | None = None, modules: bool = False) -> 
     return _mix(sorted((_member(name, text, seed, modules) for name in names), key=_order))
 
 
+def modules_of(text: str) -> list[str]:
+    """The modules that the name of a machine names."""
+    return [own["module"] for name in text.split("+") if (own := _own_part(name))]
+
+
 def _mix(members: list[tuple[str, Family, int]]) -> Plant:
     """Of names, families and seeds, in the order of a mix."""
     families = tuple(family for _, family, _ in members)

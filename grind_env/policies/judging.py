@@ -41,6 +41,7 @@ class Judgement:
             else the score stands on means of others, and its interval leaves their error out.
         plant: the machine, or those of which every episode has one; empty for the model.
         model: what planners and beliefs take it for.
+        first_seed: of the episodes, whose seeds follow one another.
     """
 
     policy: str
@@ -53,6 +54,7 @@ class Judgement:
     paired: bool
     plant: str = ""
     model: str = ""
+    first_seed: int = 0
 
     @property
     def title(self) -> str:
@@ -158,7 +160,7 @@ def evaluate(
         raise GrindError(f"model is {quoted(model)}, but what grinds is the model: give a plant, too")
     taken_for = MODEL.name if model is None else model
     held = None if machines is None else model_of(problem, taken_for)
-    policy = named_policy(policy, held or simulation) if isinstance(policy, str) else policy
+    policy = named_policy(policy, held or simulation, modules=True) if isinstance(policy, str) else policy
     _check_policy(policy)
     start = start_episodes(simulation, chosen, split)
     run = roll_out(policy, simulation, start, held)
@@ -173,8 +175,9 @@ def evaluate(
         paired = paired and fixed is not None
         score = _score(run, fixed, known, simulation.task.reference_cost)
     said = named if first_seed is None else f"{chosen.start} to {chosen.stop - 1}"
-    of_machine = () if machines is None else (machines.text, taken_for)
-    return Judgement(policy.name, policy.sees, problem.name, said, split, run, score, paired, *of_machine)
+    of_machine = ("", "") if machines is None else (machines.text, taken_for)
+    name, sees = policy.name, policy.sees
+    return Judgement(name, sees, problem.name, said, split, run, score, paired, *of_machine, chosen.start)
 
 
 def _check_policy(policy: Any) -> None:

@@ -3,10 +3,11 @@
 import re
 import sys
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 
 from grind_env.envs.simulation import Simulation
-from grind_env.errors import GrindError
+from grind_env.errors import GrindError, quoted, reason
 from grind_env.policies.choices import speed_bounds
 from grind_env.policies.guard import Guarded, guarded
 from grind_env.policies.learned.saved import SUFFIX, load_policy
@@ -20,27 +21,37 @@ FALLBACK = "adaptive_rule"
 """Stands in where none comes with it."""
 
 CONSTANT = re.compile(r"E(\d{1,9}(?:\.\d{1,9})?)D(\d{1,9})")
+OWN = re.compile(r"([A-Za-z_][\w.]*):([A-Za-z_]\w*)")
+"""A policy of one's own: module and name."""
 
 
 Unzip = Callable[[Path, Simulation], Policy]
 """Reads a model of Stable-Baselines3: `grind_env.sb3.load_zip`."""
 
 
-def named_policy(text: str, simulation: Simulation, configs: Path | None = None, unzip: Unzip | None = None) -> Policy:
+def named_policy(
+    text: str,
+    simulation: Simulation,
+    configs: Path | None = None,
+    unzip: Unzip | None = None,
+    *,
+    modules: bool = False,
+) -> Policy:
     """The policy that a text names.
 
     Args:
-        text: one of the registry, the file of a trained agent (.safetensors), or a constant such as `E12D0`; with
-            `guarded:` before it, that policy with a guard.
+        text: one of the registry, the file of a trained agent (.safetensors), a constant such as `E12D0`, or
+            `module:name` for one's own; with `guarded:` before it, that policy with a guard.
         simulation: what it is to grind.
         configs: folder of the tuned parameters; by default that of `tuned_folder`.
         unzip: reads a .zip of Stable-Baselines3 that its user trusts; such a file can run code of its author.
+        modules: whether it may name a module, the code of which is then run: not of a name out of a stranger's file.
 
     Raises:
         GrindError: if there is none, it has no parameters for the task, or the task does not have such an E or D.
     """
     if text.startswith(Guarded.PREFIX):
-        return guarded(named_policy(text.removeprefix(Guarded.PREFIX), simulation, configs, unzip))
+        return guarded(named_policy(text.removeprefix(Guarded.PREFIX), simulation, configs, unzip, modules=modules))
     if text.endswith(".zip") and unzip is not None:
         return unzip(Path(text), simulation)
     if text.endswith((SUFFIX, ".zip")):
@@ -53,7 +64,26 @@ def named_policy(text: str, simulation: Simulation, configs: Path | None = None,
         if dresses > (most := simulation.task.action.executions):
             raise GrindError(f"{text}: D is {dresses}, but {simulation.task.name} has 0 to {most}")
         return Fixed(E=speed, D=dresses, name=f"constant E {speed:g} m/min, D {dresses}")
+    if modules and (own := OWN.fullmatch(text)):
+        return own_policy(own[1], own[2])
     return make_policy(text, simulation, configs)
+
+
+def own_policy(module: str, name: str) -> Policy:
+    """What stands under a name in a module: a policy, or a class or function that makes one of nothing.
+
+    Raises:
+        GrindError: there is none, or its code fails.
+    """
+    try:
+        found = getattr(import_module(module), name)
+        made: Policy = found() if isinstance(found, type) or not hasattr(found, "act") else found
+    except (Exception, SystemExit) as error:  # whatever the code of another does
+        text = quoted(f"{module}:{name}")
+        raise GrindError(
+            f"{text} names no policy ({reason(error)}): name one of a module that can be imported"
+        ) from None
+    return made
 
 
 def chosen_policy(
@@ -63,13 +93,15 @@ def chosen_policy(
 
     Where there is none, `FALLBACK` stands in, as a sentence in the terminal says.
     """
-    if text is None:
-        path = SHIPPED / f"{simulation.task.name}{SUFFIX}"
-        if path.is_file():
-            return load_policy(path, simulation=simulation)
-        policy = named_policy(FALLBACK, simulation, configs)
+    policy = named_policy(text or usual_name(simulation), simulation, configs, unzip, modules=True)
+    if text is None and usual_name(simulation) == FALLBACK:
         print(
             f"no trained policy is shipped for {simulation.task.name}: {FALLBACK} plays in its place", file=sys.stderr
         )
-        return policy
-    return named_policy(text, simulation, configs, unzip)
+    return policy
+
+
+def usual_name(simulation: Simulation) -> str:
+    """What names the policy that is taken where none is named."""
+    path = SHIPPED / f"{simulation.task.name}{SUFFIX}"
+    return str(path) if path.is_file() else FALLBACK

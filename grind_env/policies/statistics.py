@@ -88,6 +88,28 @@ def percentile_interval(value: float, draws: Array) -> Interval:
     return Interval(value, float(low), float(high))
 
 
+def prediction(values: Array, others: int, *, seed: int = 0, resamples: int = RESAMPLES) -> Interval:
+    """Where the mean of other episodes lies with 95 %, from those that are known: a bootstrap of both samples.
+
+    From the values one sample is drawn for those that are known and one for the others. What their means differ by, in
+    standard deviations of the first, is taken for what the known mean will be off by: a sample that has missed rare and
+    dear episodes is too low, and its deviation with it (bootstrap-t of Efron, Tibshirani, 1993, chapter 12).
+
+    Args:
+        values: shape (episodes,), in the unit of what comes back.
+        others: number of the other episodes.
+        seed: of the resampling.
+        resamples: number of resamples.
+    """
+    rng, n = np.random.default_rng(seed), len(values)
+    known = values[rng.integers(0, n, (resamples, n))]
+    later = np.array([values[rng.integers(0, n, others)].mean() for _ in range(resamples)])
+    deviation = known.std(axis=1)
+    off = (later - known.mean(axis=1))[deviation > 0.0] / deviation[deviation > 0.0]
+    mean = float(values.mean())
+    return percentile_interval(mean, mean + values.std() * off) if off.size else Interval(mean, mean, mean)
+
+
 def resampled_means(values: Array, *, seed: int = 0, resamples: int = RESAMPLES) -> Array:
     """Means over resampled episodes: of the very resamples of `bootstrap`, but without copies of the values.
 
