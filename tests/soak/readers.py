@@ -66,6 +66,7 @@ class Read:
 
 CURVES = [each.name for each in fields(Point) if each.name != "steps"]
 ADVISE = "advise part.nc --parts 2 --policy handbook --json"
+LOOKING_ON = "advise part.nc --parts 2 --policy guarded:handbook --json --shadow"
 CALIBRATE = "calibrate log.csv --program part.nc --job part.toml"
 OUT = "--record out.csv"
 SWEEP = "sweep part.nc --parts 2 --E 8000..9000 --dress-every 1..2 -o out.nc"
@@ -110,7 +111,9 @@ READS = (
     Read("agent.safetensors", "figure policy-map --policy agent.safetensors --episodes 2 -o out.svg", change=tensors),
     Read("agent.zip", "evaluate --policy agent.zip --episodes 2"),
     Read("measured.csv", f"{ADVISE} --measurements measured.csv", weight=3.0),
+    Read("measured.csv", f"{LOOKING_ON} --measurements measured.csv"),
     Read("readings.jsonl", ADVISE, weight=3.0),
+    Read("readings.jsonl", f"{LOOKING_ON} --step 2 --bounds 5 20"),
     Read("kept.advise.json", f"{ADVISE} --state kept.advise.json", weight=3.0, typed="further.jsonl"),
     Read("kept.advise.csv", f"{ADVISE} --state kept.advise.json", typed="further.jsonl"),
     Read("values.nc", f"{ADVISE} --write values.nc"),

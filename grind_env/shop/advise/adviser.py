@@ -1,7 +1,6 @@
 """The policy at the machine: advice before each block, from what was said of those before."""
 
 import copy
-import math
 from dataclasses import dataclass, replace
 
 from grind_env.envs.job.measured import MeasuredEpisode
@@ -19,6 +18,8 @@ from grind_env.shop.advise.forecast import Forecast, Forecaster
 from grind_env.shop.advise.readings import Readings
 
 DEFAULT = "look_ahead"
+MOST_STEP = 100.0
+"""No table has a wider range of E."""
 USUAL_PRICE, USUAL_GROWTH, USUAL_CAUTION = 1.1, 1.5, 2.7
 """Of `LookAhead`, for a program that it has not been tuned for: the medians over the tasks that it has."""
 
@@ -58,8 +59,8 @@ def policy_for(text: str | None, simulation: JobSimulation, step: float = STEP) 
         GrindError: there is none, it does not fit the program, or it needs to see more than is measured, or the step is
             no factor above 1.
     """
-    if not (math.isfinite(step) and step > 1.0):
-        raise AdviceError(f"--step is {step:g}, but must be a factor above 1, such as {STEP:g}")
+    if not 1.0 < step <= MOST_STEP:
+        raise AdviceError(f"--step is {step:g}, but must be a factor above 1 and at most {MOST_STEP:g}: try {STEP:g}")
     # readings of every part are at hand: a wheel may last half as long again as it usually does
     rule = EmpiricalRule(step=step, interval=1.5 * INTERVAL)
     if text is None and not simulation.compiled:
@@ -74,7 +75,14 @@ def policy_for(text: str | None, simulation: JobSimulation, step: float = STEP) 
             f"{policy.name} cannot advise at a machine, where nobody sees the {policy.sees} that it needs: "
             "choose one that sees measurements, such as look_ahead or belief_rule"
         )
-    return Guarded(policy.policy, rule, step, cautious=True) if isinstance(policy, Guarded) else policy
+    if isinstance(policy, Guarded):
+        return Guarded(policy.policy, rule, step, cautious=True)
+    if step != STEP:
+        raise AdviceError(
+            f"--step is of a policy with the guard, which {policy.name} has not: leave it out, or name "
+            f"{Guarded.PREFIX}{text}"
+        )
+    return policy
 
 
 def within(simulation: JobSimulation, bounds: tuple[float, float]) -> JobSimulation:

@@ -49,6 +49,8 @@ def open_session(
     """
     if by not in (BLOCK, PART):
         raise ArgumentError(f"--by is {quoted(by)}, but must be {BLOCK} or {PART}")
+    if shadow and values is not None:
+        raise ArgumentError("--shadow looks on while others decide, and --write decides: leave one of them out")
     if follow and measurements is None:
         raise ArgumentError("--follow waits for rows of a file: name it with --measurements")
     path = job_beside(program) if job is None else job
@@ -59,7 +61,8 @@ def open_session(
     chosen = policy_for(policy, simulation, step)
     if shadow and not isinstance(chosen, Guarded):
         raise ArgumentError(
-            f"--shadow compares forecasts, and {chosen.name} has none: leave out --policy, or name a guarded:... one"
+            f"--shadow compares forecasts, and {chosen.name} has none: give --policy "
+            f"{Guarded.PREFIX}{policy or chosen.name}"
         )
     if values is not None:
         check_free(simulation, values)

@@ -97,14 +97,22 @@ class Session:
                 return
             self._keep(advice, readings)
         self._compared()
+        further = self.source.next("") if self.source.retold and not self.source.patient else None
+        if further is not None:
+            what = f"{further.place} is of no block of this batch, which is over: nothing is read from there on"
+            self.say(json.dumps({"ignored": what}) if self.as_json else what)
         if not self.as_json:
             self.say(f"the batch is finished: {len(self.steps)} blocks, log in {self.files.log}")
 
     def _compared(self) -> None:
         """Of a shadow: forecasts beside readings."""
-        if self.shadow is not None and not self.as_json:
-            for line in self.shadow.lines():
-                self.say(line)
+        if self.shadow is None:
+            return
+        if self.as_json:
+            self.say(json.dumps(self.shadow.document()))
+            return
+        for line in self.shadow.lines():
+            self.say(line)
 
     def _read(self, advice: Advice) -> Readings | None:
         """Readings of the block; None if there are no more."""

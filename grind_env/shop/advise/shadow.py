@@ -1,7 +1,7 @@
 """An adviser that looks on: what it forecast beside what was read, and from when on it would have been right."""
 
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -64,6 +64,12 @@ class Shadow:
             if np.mean(later) >= RIGHT and all(row.holds for row in self.rows if row.part == part):
                 return part
         return None
+
+    def document(self) -> dict[str, Any]:
+        """All that was compared, parts counted from 1, and from which one on forecasts were right; None for not yet."""
+        right = self.right_from()
+        rows = [row._asdict() | {"part": row.part + 1, "holds": row.holds} for row in self.rows]
+        return {"compared": rows, "right_from": None if right is None else right + 1}
 
     def lines(self) -> list[str]:
         """Forecasts beside readings of the last parts, and from when on they were right."""

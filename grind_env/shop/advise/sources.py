@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import time
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple, Protocol
@@ -69,7 +70,7 @@ class CsvSource:
 
         Raises:
             ReadError: the file cannot be read.
-            ReadingError: it has no header or is no table, or a row has more cells than that.
+            ReadingError: it has no header or is no table, names a column twice, or a row has more cells than that.
         """
         self.before = self.taken
         while True:
@@ -89,12 +90,15 @@ class CsvSource:
     def _rows(self, text: str) -> list[Row]:
         semicolons = ";" in text.partition("\n")[0]
         try:
-            lines = list(csv.reader(io.StringIO(text), delimiter=";" if semicolons else ","))
+            lines = list(csv.reader(io.StringIO(text, newline=None), delimiter=";" if semicolons else ","))
         except csv.Error as error:
             raise ReadingError(f"{shown(self.path)} is no table ({reason(error)}): write a CSV with a header") from None
         if not lines:
             return []
-        names, rows = [name.strip() for name in lines[0]], []
+        names, rows = [name.strip() for name in lines[0]], list[Row]()
+        twice = next((name for name, count in Counter(names).items() if count > 1 and name), None)
+        if twice is not None:
+            raise ReadingError(f"{shown(self.path)} has more than one column {quoted(twice)}: leave one of them")
         for number, cells in enumerate(lines[1:], 2):
             place = f"{shown(self.path)}, row {number}"
             if not any(cell.strip() for cell in cells):

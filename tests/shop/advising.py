@@ -1,0 +1,184 @@
+"""Batches, sessions and rows that tests of the adviser share."""
+
+import json
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from safetensors.numpy import save
+
+import grind_env
+from grind_env.policies.learned.network import FAMILIES, Network, outputs_of
+from grind_env.policies.learned.saved import ENTRY, FORMAT, VERSION, spaces_digest
+from grind_env.policies.learned.view import LearnerView
+from grind_env.policies.policy import Policy
+from grind_env.policies.problem import Problem, find_problem
+from grind_env.shop.advise.adviser import Adviser, policy_for
+from grind_env.shop.advise.readings import check_readings, readings_of
+from grind_env.shop.advise.session import Files, Session
+from grind_env.shop.advise.sources import CsvSource, Row
+from grind_env.shop.advise.state import origin_of
+from grind_env.task_version import TASK_VERSION
+
+EXAMPLES = Path(grind_env.__file__).parent / "examples"
+PLATE, RAIL = EXAMPLES / "plate_g82.nc", EXAMPLES / "rail_g83.nc"
+EXECUTED = """G71 G94 G90 G19 S1910 M03 M08
+G00 X-30. Y0 Z0
+G82 X230. I-30. Y-.03 J-.01 F1. E12000. P9100
+G80
+G00 Y20.
+M30
+"""
+INCHES = """G70 G94 G90 G19 S1910 M03 M08
+G00 Y.1 Z-.1
+G00 X-1.2
+G01 Y0 F20.
+G82 X9. I-1.2 Y-.006 J-.0004 F2.4 E500. P9100 D1
+G80
+G00 Y1. M09 M05
+M30
+"""
+DRESS = PLATE.read_text()[PLATE.read_text().index("O9100") :].rstrip("%\n")
+SEED = 12
+
+
+def batch(program: Path, parts: int) -> Problem:
+    return find_problem(str(program), None, parts)
+
+
+def saved_agent(path: Path, problem: Problem) -> Path:
+    """A small agent as `python -m agents train` saves it, with random weights."""
+    simulation = problem.simulation()
+    view = LearnerView(simulation, "belief", "grid")
+    family = next(iter(FAMILIES))
+    network = Network(
+        family=family,
+        entries=view.observation_space.shape[0],
+        lstm=0,
+        hidden=(8,),
+        outputs=outputs_of(view.action_space),
+        activation="tanh",
+    )
+    rng = np.random.default_rng(17)
+    tensors = {name: rng.normal(0.0, 0.7, shape).astype(np.float32) for name, shape in network.shapes().items()}
+    document = {
+        "format": FORMAT,
+        VERSION: TASK_VERSION,
+        "task": simulation.task.name,
+        "kind": "ppo",
+        "memory": "belief",
+        "actions": "grid",
+        "network": asdict(network),
+        "spaces": spaces_digest(view),
+    }
+    path.write_bytes(save(tensors, {ENTRY: json.dumps(document)}))
+    return path
+
+
+def told(simulation: Any, observation: np.ndarray, number: int) -> dict[str, Any]:
+    """What an observation says was measured of the block before it, as somebody would type it."""
+    seen = {name: float(value[0]) for name, value in simulation.read(observation[None]).items()}
+    row: dict[str, Any] = {name: seen[name] for name in ("mean_power", "first_power", "peak_power")}
+    if simulation.blocks[number].finished:
+        row |= {name: seen[name] for name in ("size_error", "diameter")}
+        row["new_lot"] = int(seen["new_lot"] > 0.5)
+        if round(seen["parts_since_gauged"]) == 1 and seen["roughness"] > 0.0:
+            row["Ra_before"] = seen["roughness"] * simulation.job.limits.roughness
+    return row
+
+
+def played(problem: Problem, policy: Policy, seed: int) -> Iterator[tuple[np.ndarray, float, int]]:
+    """An episode of the environment: each observation with the E and D that the policy then chose."""
+    env: Any = problem.make().unwrapped
+    policy.begin(env.simulation, 1)
+    observation, _ = env.reset(seed=seed)
+    over = False
+    while not over:
+        decision = policy.act(observation[None], None)
+        after, _, over, _, info = env.step(env.codec.encode(*decision)[0])
+        yield observation, info["E"], info["D"]
+        observation = after
+
+
+class Told:
+    """A source of given rows that is stopped after them."""
+
+    retold, patient = False, False
+
+    def __init__(self, rows: list[dict[str, Any]]) -> None:
+        self.rows = rows
+
+    def next(self, asked: str) -> Row:
+        if not self.rows:
+            raise KeyboardInterrupt
+        return Row(self.rows.pop(0), "here")
+
+
+def session_of(folder: Path, rows: list[dict[str, Any]], said: list[str], **arguments: Any) -> Session:
+    simulation: Any = batch(PLATE, 4).simulation()
+    policy = policy_for(None, simulation)
+    files = Files(state=folder / "state.json", log=folder / "state.csv", values=folder / "values.nc")
+    origin = origin_of(simulation, policy, None)
+    return Session(
+        adviser=Adviser(simulation, policy), origin=origin, files=files, source=Told(rows), say=said.append, **arguments
+    )
+
+
+ROWS: list[dict[str, Any]] = [
+    {"mean_power": 3500.0, "peak_power": 3700.0},
+    {"mean_power": 2100.0, "size_error": 2.0, "Ra": 0.4},
+    {"mean_power": 5200.0, "E": 20_000.0},
+    {"size_error": 4.0, "new_lot": 1},
+    {"mean_power": 6100.0},
+    {},
+    {"mean_power": 4100.0, "D": 1},
+    {"size_error": 1.0},
+]
+
+
+def advised(said: list[str]) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in said if line.startswith("{")]
+
+
+def session_steps(folder: Path) -> list[Any]:
+    path = folder / "state.json"
+    return [step["readings"] for step in json.loads(path.read_text())["steps"]] if path.exists() else []
+
+
+def plate_in(folder: Path) -> Path:
+    """The example in a folder of its own, with its job."""
+    for path in (PLATE, PLATE.with_suffix(".toml")):
+        (folder / path.name).write_bytes(path.read_bytes())
+    return folder / PLATE.name
+
+
+def rows_of(path: Path, text: str, *, follow: bool = False) -> list[dict[str, Any]]:
+    def stop(seconds: float) -> None:
+        raise TimeoutError
+
+    path.write_text(text)
+    source, rows = CsvSource(path, follow=follow, wait=stop), []
+    try:
+        while (row := source.next("")) is not None:
+            rows.append(readings_of(row.table, row.place).given())
+    except TimeoutError:
+        pass
+    return rows
+
+
+def advisers(
+    rows: Iterable[dict[str, Any]], parts: int = 6, **arguments: Any
+) -> tuple[Adviser, list[tuple[float, int]]]:
+    """An adviser of plates that was told these rows of blocks, and what it advised."""
+    simulation: Any = batch(PLATE, 6).simulation()
+    adviser = Adviser(simulation, policy_for(None, simulation, arguments.pop("step", 1.25)), **arguments)
+    advice = []
+    for number, row in enumerate(rows):
+        assert adviser.advice is not None
+        advice.append((adviser.advice.speed, adviser.advice.executions))
+        readings = readings_of(row, "here")
+        check_readings(readings, simulation, number, "here")
+        adviser.take(readings)
+    return adviser, advice

@@ -1,0 +1,168 @@
+"""What a stranger may ask of the adviser: each mistake is one sentence that names place and remedy, and ends in 2."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.command import Grind
+from tests.shop.advising import DRESS, EXECUTED, PLATE, plate_in
+
+LOG = "mean_power,size_error\n2500,\n"
+
+
+def refused(grind: Grind, folder: Path, *words: object, log: str | bytes = LOG) -> str:
+    """The sentence with which the command refuses these options, or this log."""
+    measured = folder / "m.csv"
+    measured.write_bytes(log if isinstance(log, bytes) else log.encode())
+    program = plate_in(folder)
+    status, _, err = grind("advise", program, "--parts", 2, "--restart", "--measurements", measured, *words)
+    assert status == 2 and "Traceback" not in err
+    assert err.startswith("grind: ") and err.count("\n") == 1, err
+    return err
+
+
+@pytest.mark.parametrize(
+    "bounds",
+    [
+        ("nan", "20"),
+        ("10", "nan"),
+        ("inf", "inf"),
+        ("-5", "20"),
+        ("0", "0"),
+        ("10", "10"),
+        ("20", "10"),
+        ("1e400", "2"),
+    ],
+)
+def test_bounds_that_are_none(bounds: tuple[str, str], grind: Grind, tmp_path: Path) -> None:
+    said = refused(grind, tmp_path, "--bounds", *bounds)
+    assert "--bounds are" in said and "must lie between 3 and 30 m/min, in order" in said
+
+
+@pytest.mark.parametrize("step", ["nan", "inf", "-inf", "0", "-1", "1", "101", "1e308", "9" * 400])
+def test_a_step_that_is_none(step: str, grind: Grind, tmp_path: Path) -> None:
+    assert "must be a factor above 1 and at most 100: try 1.25" in refused(grind, tmp_path, "--step", step)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--step", "2", "--policy", "handbook"), "leave it out, or name guarded:handbook"),
+        (("--shadow", "--policy", "handbook"), "handbook has none: give --policy guarded:handbook"),
+        (("--shadow", "--write", "v.nc"), "--shadow looks on while others decide, and --write decides: leave one"),
+    ],
+)
+def test_options_that_do_not_go_together(
+    words: tuple[str, ...], said: str, grind: Grind, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert said in refused(grind, tmp_path, *words)
+    assert not (tmp_path / "v.nc").exists()
+
+
+def test_the_remedy_of_a_shadow_on_a_program_that_the_control_executes_is_one(grind: Grind, tmp_path: Path) -> None:
+    program, measured = tmp_path / "part.nc", tmp_path / "m.csv"
+    program.write_text(EXECUTED + DRESS)
+    program.with_suffix(".toml").write_bytes(PLATE.with_suffix(".toml").read_bytes())
+    measured.write_text("mean_power\n2500\n")
+    words = ("advise", program, "--parts", 2, "--restart", "--measurements", measured, "--shadow")
+    status, _, err = grind(*words)
+    assert status == 2
+    remedy = err.split("give ")[1].split()
+    status, out, err = grind(*words, *remedy)
+    assert status == 0, err
+    assert "would be E" in out
+
+
+@pytest.mark.parametrize(
+    ("place", "said"),
+    [
+        ("d", "is a folder; name a file"),
+        ("/dev/full", "cannot be written: No space left on device"),
+        ("no/such/v.nc", "there is no folder no/such; make it first"),
+        ("x" * 300 + ".nc", "cannot be written: File name too long; name another file"),
+        ("plate_g82.nc", "would be lost; name another file with --write"),
+        ("plate_g82.toml", "would be lost; name another file with --write"),
+        ("m.csv", "would be lost; name another file with --write"),
+        ("loop", "Too many levels of symbolic links; name another file"),
+        ("other.advise.json", "other.advise.json is there already and would be lost, for it is no file of values"),
+    ],
+)
+def test_files_that_values_cannot_go_into(
+    place: str, said: str, grind: Grind, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "d").mkdir()
+    (tmp_path / "loop").symlink_to("loop")
+    (tmp_path / "other.advise.json").write_text("{}")
+    assert said in refused(grind, tmp_path, "--write", place)
+
+
+@pytest.mark.parametrize("shadow", [(), ("--shadow",)])
+@pytest.mark.parametrize(
+    ("log", "said"),
+    [
+        ("2500,3\n2600,4\n", "row 2: there is no reading '2500': the readings are block"),
+        ("mean_power\nnan\n", "row 2: mean_power is 'nan', but must be a number; leave it empty"),
+        ("mean_power\n-5\n", "row 2: mean_power is -5, but must lie between 0 and 37500 W"),
+        ("mean_power\n" + "9" * 5000 + "\n", "(5002 characters), but must be a number"),
+        ("mean_power\n1e308\n", "row 2: mean_power is 1e+308, but must lie between"),
+        ("mean_power\n" + "x" * 200_000 + "\n", "m.csv is no table"),
+        (",".join(["mean_power"] * 50_000) + "\n", "has more than one column 'mean_power': leave one of them"),
+        ("mean_power,\n2500,3\n", "row 2: there is no reading ''"),
+        ("mean_power\n25\x0000\n", "must be a number"),
+        ("E\n-12000\n", "row 2: E is -12000, but must lie between 3000 and 30000 mm/min"),
+        ("E\nnan\n", "row 2: E is 'nan', but must be a number"),
+        ("D\n-1\n", "row 2: D is -1, but must lie between 0 and 3 executions"),
+        ("block\n99999999999999999999\n", "block 1 is awaited: give that one"),
+        ("mean_power,size_error\n,\n,1e9\n", "row 3: size_error is 1e+09, but must lie between -200 and 200 um"),
+        ("mean_power,Ra\n,\n,-1\n", "row 3: Ra is -1, but must lie between 0 and 50 um"),
+        (b"\xff\xfe\x00mean", "its byte 1 is not text in UTF-8"),
+    ],
+)
+def test_logs_that_cannot_be(
+    log: str | bytes, said: str, shadow: tuple[str, ...], grind: Grind, tmp_path: Path
+) -> None:
+    assert said in refused(grind, tmp_path, *shadow, log=log)
+
+
+@pytest.mark.parametrize("log", ["", "\n", "mean_power\n", "\n" * 10_000])
+def test_a_log_without_rows_is_one_that_is_yet_to_come(log: str, grind: Grind, tmp_path: Path) -> None:
+    program, measured = plate_in(tmp_path), tmp_path / "m.csv"
+    measured.write_text(log)
+    words = ("advise", program, "--parts", 2, "--restart", "--measurements", measured)
+    status, out, err = grind(*words)
+    assert (status, err) == (0, "") and out.count("block 1 of 4") == 1 and "block 2" not in out
+    assert grind(*words, "--shadow")[1].endswith("nothing was read that could be compared with a forecast\n")
+
+
+@pytest.mark.parametrize("ending", ["\n", "\r\n", "\r"])
+def test_lines_of_a_log_may_end_as_they_do_elsewhere(ending: str, grind: Grind, tmp_path: Path) -> None:
+    (tmp_path / "m.csv").write_bytes(LOG.replace("\n", ending).encode())
+    status, out, err = grind("advise", plate_in(tmp_path), "--parts", 2, "--measurements", tmp_path / "m.csv")
+    assert (status, err) == (0, "") and "block 2 of 4" in out
+
+
+def test_rows_beyond_the_batch_are_told(grind: Grind, tmp_path: Path) -> None:
+    program, measured = plate_in(tmp_path), tmp_path / "m.csv"
+    measured.write_text("mean_power\n" + "2500\n" * 9)
+    words = ("advise", program, "--parts", 2, "--restart", "--measurements", measured)
+    status, out, _ = grind(*words)
+    assert status == 0 and "m.csv, row 6 is of no block of this batch, which is over" in out
+    assert "row 6 is of no block" in json.loads(grind(*words, "--json")[1].splitlines()[-1])["ignored"]
+    measured.write_text("mean_power\n" + "2500\n" * 4)
+    assert "of no block" not in grind(*words)[1]
+
+
+def test_a_shadow_compares_as_json_too(grind: Grind, tmp_path: Path) -> None:
+    program, measured = plate_in(tmp_path), tmp_path / "m.csv"
+    measured.write_text("mean_power\n" + "2500\n" * 4)
+    words = ("advise", program, "--parts", 2, "--restart", "--measurements", measured, "--shadow")
+    lines = [json.loads(line) for line in grind(*words, "--json")[1].splitlines()]
+    compared = lines[-1]["compared"]
+    assert [(row["part"], row["name"], row["read"]) for row in compared] == [
+        (part, "mean power", pytest.approx(2.5)) for part in (1, 1, 2, 2)
+    ]
+    assert all(row["holds"] == (abs(row["read"] - row["forecast"]) <= 2.0 * row["spread"]) for row in compared)
+    assert lines[-1]["right_from"] in (None, 1, 2)

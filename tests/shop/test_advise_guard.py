@@ -1,0 +1,91 @@
+"""The adviser where the machine is not the model: what it notices, falls back to, and says as a shadow."""
+
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from grind_env.errors import GrindError
+from grind_env.policies.scripted.rules import Fixed
+from grind_env.shop.advise.adviser import Adviser, policy_for
+from grind_env.shop.advise.readings import readings_of
+from grind_env.shop.advise.shadow import Beside, Shadow
+from tests.shop.advising import PLATE, SEED, advisers, batch, played, session_of, told
+
+
+def test_it_begins_at_the_words_of_the_program_and_rises_step_by_step() -> None:
+    for step in (1.25, 1.1):
+        _, advice = advisers([{}] * 10, step=step)
+        for kind, own in ((0, 15_000.0), (1, 9000.0)):
+            speeds = [own, *(speed for speed, _ in advice[kind::2])]
+            assert max(b / a for a, b in pairwise(speeds)) < step + 1e-3
+            assert speeds[-1] > 1.2 * own
+
+
+def test_advice_stays_within_bounds() -> None:
+    _, advice = advisers([{}] * 10, bounds=(10.0, 17.0))
+    assert all(10_000.0 <= speed <= 17_000.0 for speed, _ in advice)
+    simulation: Any = batch(PLATE, 2).simulation()
+    for bounds in ((17.0, 10.0), (1.0, 20.0), (10.0, 99.0)):
+        with pytest.raises(GrindError, match=r"--bounds are .* but must lie between 3 and 30 m/min, in order"):
+            Adviser(simulation, policy_for(None, simulation), bounds=bounds)
+    with pytest.raises(GrindError, match=r"--step is 0\.9, but must be a factor above 1"):
+        policy_for(None, simulation, 0.9)
+
+
+def test_a_power_beyond_its_limit_is_noticed_in_words_and_dressed_away() -> None:
+    rows: list[dict[str, Any]] = [
+        {"mean_power": 2400.0, "peak_power": 2700.0},
+        {"mean_power": 1500.0, "size_error": 1.0},
+    ]
+    adviser, _ = advisers([*rows, *rows, {"mean_power": 6000.0, "peak_power": 8800.0}])
+    assert adviser.guard is not None and adviser.guard.alarmed[0]
+    said = adviser.guard.said(0)
+    assert said[0].startswith("alarm: peak power 8.80 kW, where") and "the limit is 7.50" in said[0]
+    assert "empirical_rule decides in place of look_ahead" in said[1]
+    adviser.take(readings_of({"mean_power": 5000.0, "size_error": 2.0}, "here"))
+    assert adviser.advice is not None and adviser.advice.executions == 1
+
+
+def test_a_part_that_came_out_too_thick_is_answered_before_the_next_one() -> None:
+    thick = {"mean_power": 1500.0, "size_error": 10.0}
+    adviser, advice = advisers([{}, thick, {}, thick])
+    assert adviser.advice is not None and adviser.advice.executions >= 1
+    adviser.take(readings_of({}, "here"))
+    # the finish of the part that was too thick sets how fast the next ones are
+    assert adviser.advice.speed < min(advice[1][0], advice[3][0])
+
+
+def test_a_shadow_follows_what_others_decide_and_says_from_when_on_it_was_right(tmp_path: Path) -> None:
+    problem = batch(PLATE, 6)
+    simulation: Any = problem.simulation()
+    rows: list[dict[str, Any]] = []
+    for number, (observation, speed, executions) in enumerate(played(problem, Fixed(14.0, 1, 2), SEED)):
+        rows.append({"E": speed, "D": executions})
+        if number:
+            rows[number - 1] |= told(simulation, observation, number - 1)
+    rows.pop()
+    said: list[str] = []
+    adviser = Adviser(simulation, policy_for(None, simulation), shadow=True)
+    session = session_of(tmp_path, rows, said)
+    session.adviser, session.shadow = adviser, Shadow()
+    with pytest.raises(KeyboardInterrupt):
+        session.run()
+    assert said[0].startswith("block 1 of 12, part 1: would be E")
+    lines = session.shadow.lines()
+    assert lines[0] == "forecasts beside readings:" and "forecast" in lines[1] and "part 1: peak power" in lines[1]
+    assert lines[-1].endswith("on") or lines[-1].endswith("yet")
+    # without E and D in a row the words of the program hold
+    alone = Adviser(simulation, policy_for(None, simulation), shadow=True)
+    alone.take(readings_of({}, "here"))
+    assert float(simulation.read(alone.episode.observation())["last_speed"][0]) == pytest.approx(15.0)
+
+
+def test_a_shadow_is_right_from_the_part_on_from_which_forecasts_held() -> None:
+    off = [Beside(part, "size error", "um", 9.0, 2.0, 1.0) for part in range(2)]
+    right = [Beside(part, "size error", "um", 3.0, 2.0, 1.0) for part in range(2, 8)]
+    assert Shadow(off + right).right_from() == 2
+    assert Shadow(off).right_from() is None
+    assert Shadow(off + right).lines()[-1] == "75 % of the forecasts held; they are right from part 3 on"
+    assert Shadow().lines() == ["nothing was read that could be compared with a forecast"]

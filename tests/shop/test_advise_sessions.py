@@ -1,0 +1,177 @@
+"""Sessions of an adviser: kept through every stop, one at a time."""
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import grind_env
+from grind_env.errors import GrindError
+from grind_env.shop.advise.adviser import policy_for
+from grind_env.shop.advise.state import Origin, held, origin_of, read_state
+from tests.command import Grind
+from tests.shop.advising import (
+    PLATE,
+    ROWS,
+    advised,
+    batch,
+    plate_in,
+    saved_agent,
+    session_of,
+    session_steps,
+)
+
+
+def test_a_session_that_is_stopped_anywhere_goes_on_where_it_was(tmp_path: Path) -> None:
+    whole: list[str] = []
+    (tmp_path / "whole").mkdir()
+    session_of(tmp_path / "whole", list(ROWS), whole, as_json=True).run()
+    wanted = advised(whole)
+    assert len(wanted) == 8
+    for number in (0, 3, 6, 8):
+        said: list[str] = []
+        session = session_of(tmp_path, ROWS[len(session_steps(tmp_path)) : number], said, as_json=True)
+        session.resume()
+        begun = len(session.steps)
+        if number < 8:
+            with pytest.raises(KeyboardInterrupt):
+                session.run()
+        else:
+            session.run()
+        assert advised(said) == wanted[begun : number + 1]
+    assert session_steps(tmp_path) == session_steps(tmp_path / "whole")
+    with (tmp_path / "state.csv").open(newline="") as file:
+        log = list(csv.DictReader(file))
+    assert [row["advised_E"] for row in log] == [each["E"] for each in wanted]
+    assert [row["E"] for row in log][2] == "20000.0" and [row["part"] for row in log] == list("11223344")
+
+
+def test_advice_by_part_comes_before_the_part_and_again_after_a_stop(tmp_path: Path) -> None:
+    said: list[str] = []
+    session = session_of(tmp_path, [{"part": 1, "size_error": 1.0}], said, by_part=True, as_json=True)
+    with pytest.raises(KeyboardInterrupt):
+        session.run()
+    assert [each["block"] for each in advised(said)] == [1, 2, 3, 4]
+    again: list[str] = []
+    other = session_of(tmp_path, [], again, by_part=True, as_json=True)
+    other.resume()
+    with pytest.raises(KeyboardInterrupt):
+        other.run()
+    assert advised(again) == advised(said)[2:]
+    assert (tmp_path / "values.nc").read_text().splitlines()[-1] == "M30"
+    assert len((tmp_path / "values.nc").read_text().splitlines()) == 5
+
+
+def test_a_state_of_another_batch_or_a_damaged_one_is_refused(tmp_path: Path) -> None:
+    session = session_of(tmp_path, [ROWS[0]], [])
+    with pytest.raises(KeyboardInterrupt):
+        session.run()
+    path, origin = tmp_path / "state.json", session.origin
+    assert len(read_state(path, origin)) == 1
+    for name, what in (("program", "program"), ("job", "job"), ("policy", "policy"), ("parts", "number of parts")):
+        other = Origin(**(asdict(origin) | {name: 3 if name == "parts" else "other"}))
+        with pytest.raises(GrindError, match=f"was written with another {what}: give --restart"):
+            read_state(path, other)
+    good = json.loads(path.read_text())
+    for text in ("", "[]", "{}", path.read_text()[:-9], '{"format": 2}', json.dumps(good | {"steps": [{"time": 3}]})):
+        path.write_text(text)
+        with pytest.raises(GrindError, match="--restart"):
+            read_state(path, origin)
+    good["steps"][0]["words"]["E"] = "7."
+    path.write_text(json.dumps(good))
+    with pytest.raises(GrindError, match="which advised otherwise: give --restart"):
+        session_of(tmp_path, [], []).resume()
+
+
+@pytest.mark.parametrize("steps", [{}, "", None, 0, {"0": {}}])
+def test_steps_that_are_no_list_are_damaged(steps: Any, tmp_path: Path) -> None:
+    origin = Origin(parts=1, program="", job="", policy="")
+    path = tmp_path / "state.json"
+    path.write_text(json.dumps({"format": 1, "origin": asdict(origin), "steps": steps}))
+    with pytest.raises(GrindError, match=r"is damaged: its steps are .* and no list: give --restart"):
+        read_state(path, origin)
+
+
+def test_states_tell_programs_jobs_and_policies_apart(tmp_path: Path) -> None:
+    def origin(text: str, job: str, policy: str) -> Origin:
+        program = tmp_path / "part.nc"
+        program.write_text(text)
+        program.with_suffix(".toml").write_text(job)
+        simulation: Any = batch(program, 2).simulation()
+        return origin_of(simulation, policy_for(policy, simulation), None)
+
+    text, job = PLATE.read_text(), PLATE.with_suffix(".toml").read_text()
+    first = origin(text, job, "E12D0")
+    assert first == origin(text.replace("(ROUGH:", "(SCHRUPPEN:"), job, "E12D0")
+    assert first.program != origin(text.replace("J-.005", "J-.004"), job, "E12D0").program
+    assert first.job != origin(text, job.replace("load = 20", "load = 20\nwheel_change = 300"), "E12D0").job
+    assert first.policy != origin(text, job, "E12D1").policy
+
+
+def test_the_command_reads_a_file_again_and_refuses_what_does_not_fit(grind: Grind, tmp_path: Path) -> None:
+    program, measured = tmp_path / "part.nc", tmp_path / "measured.csv"
+    program.write_bytes(PLATE.read_bytes())
+    program.with_suffix(".toml").write_bytes(PLATE.with_suffix(".toml").read_bytes())
+    measured.write_text("mean_power,size_error\n2500,\n")
+    words = ("advise", program, "--parts", 2, "--measurements", measured)
+    status, out, _ = grind(*words)
+    assert status == 0 and "block 1 of 4, part 1: E" in out and "expected power" in out and "a dress costs" in out
+    measured.write_text("mean_power,size_error\n2500,\n,3\n")
+    status, out, _ = grind(*words)
+    assert status == 0 and out.startswith("block 2 of 4") and "block 3 of 4, part 2" in out
+    measured.write_text("mean_power,size_error\n2600,\n,3\n")
+    other = saved_agent(tmp_path / "a.safetensors", batch(PLATE, 5))
+    for wrong, message in (
+        (words, "row 2 says something else of block 1 than it did before: give --restart"),
+        ((*words[:3], 3, *words[4:]), "was written with another number of parts"),
+        ((*words, "--policy", "E9D0"), "was written with another policy"),
+        ((*words, "--policy", "hindsight"), "cannot advise at a machine"),
+        ((*words, "--policy", other), "was trained for plate_g82_x5"),
+        ((*words, "--by", "day"), "--by is 'day', but must be block or part"),
+        ((*words, "--write", program), "would be lost"),
+        (("advise", program, "--follow"), "name it with --measurements"),
+    ):
+        status, _, err = grind(*wrong)
+        assert status == 2 and message in err and err.count("\n") == 1, err
+    status, out, _ = grind(*words, "--restart")
+    assert status == 0 and out.startswith("block 1 of 4")
+
+
+def test_one_adviser_at_a_time_works_with_a_state(grind: Grind, tmp_path: Path) -> None:
+    program, state = plate_in(tmp_path), tmp_path / "plate_g82.advise.json"
+    (tmp_path / "link.json").symlink_to(state)
+    (tmp_path / "m.csv").write_text("mean_power\n2500\n")
+    words = ("advise", program, "--parts", 1, "--policy", "E12D0", "--measurements", tmp_path / "m.csv")
+    with held(state):
+        for more in ((), ("--state", tmp_path / "link.json"), ("--restart",)):
+            status, out, err = grind(*words, *more)
+            assert (status, out) == (2, "") and "another adviser works with" in err
+        assert not state.exists()
+    assert grind(*words)[0] == 0
+    assert len(json.loads(state.read_text())["steps"]) == 1 and not list(tmp_path.glob(".grind*"))
+
+
+def test_it_needs_no_torch_and_survives_a_kill(tmp_path: Path, grind: Grind) -> None:
+    code = "import sys; sys.modules['torch'] = None; from grind_env.cli import main; main(sys.argv[1:])"
+    state, measured = tmp_path / "state.json", tmp_path / "measured.csv"
+    measured.write_text("mean_power,size_error\n2500,\n")
+    words = [sys.executable, "-c", code, "advise", str(PLATE), "--parts", "2", "--json", "--state", str(state)]
+    follow = [*words, "--measurements", str(measured), "--follow"]
+    environment = os.environ | {"PYTHONPATH": str(Path(grind_env.__file__).parents[1])}
+    with subprocess.Popen(follow, stdout=subprocess.PIPE, text=True, env=environment) as process:
+        assert process.stdout is not None
+        assert [json.loads(process.stdout.readline())["block"] for _ in range(2)] == [1, 2]
+        status, _, err = grind("advise", PLATE, "--parts", 2, "--state", state, "--measurements", measured)
+        assert status == 2 and "another adviser works with" in err
+        process.send_signal(signal.SIGKILL)
+    ended = subprocess.run(words, input='{"size_error": 2}\n', capture_output=True, text=True, env=environment)
+    assert ended.returncode == 0, ended.stderr
+    assert [json.loads(line)["block"] for line in ended.stdout.splitlines()] == [2, 3]
+    assert len(json.loads(state.read_text())["steps"]) == 2
