@@ -11,13 +11,13 @@ from grind_env.machine.job.uncertainty import Uncertainty
 from grind_env.machine.job.worlds import known_of, world
 from grind_env.shop.trials import LotUse, Trials, lots_of
 
-MACHINES = {LotUse.SEARCH: 32, LotUse.COMPARISON: 128, LotUse.JUDGEMENT: 128, LotUse.SWEEP: 128}
+MACHINES = {LotUse.SEARCH: 32, LotUse.COMPARISON: 256, LotUse.JUDGEMENT: 128, LotUse.SWEEP: 128}
 """On which programs are tried for each use; on fewer where there are fewer lots."""
-FIRST = {LotUse.SEARCH: 0, LotUse.COMPARISON: 32, LotUse.JUDGEMENT: 160, LotUse.SWEEP: 0}
+FIRST = {LotUse.SEARCH: 0, LotUse.COMPARISON: 32, LotUse.JUDGEMENT: 288, LotUse.SWEEP: 0}
 """Place of the first of them: those of a search are no other's, if there are enough."""
-NEEDED = 288
+NEEDED = 416
 
-AT_ONCE, MOST_DRAWN = 64, 512
+AT_ONCE, MOST_DRAWN = 64, 768
 """Machines that are drawn at once, and at most."""
 ROUNDS, PARTS_EACH, MOST_LOTS = 4, 50, 8
 """In how many rounds it is seen whether a machine grinds good parts with the program as it is, and parts of each, on so

@@ -39,7 +39,7 @@ def test_what_a_calibration_makes_of_a_job_is_among_it(tmp_path: Path) -> None:
     """The process by which such a job is ground is that of the job with a file that `grind calibrate` writes."""
     written = "".join(f"material.{each}\n" for each in EXPONENTS).split()
     job = tmp_path / "job.toml"
-    job.write_text(f"{JOB}\n[catalogue.uncertainty]\nnames = {written}\nspread = [.1, .1, .1]\n{UNRELATED}\n")
+    job.write_text(f"{JOB}\n[catalogue.uncertainty]\nnames = {written}\nspread = [0.1, 0.1, 0.1]\n{UNRELATED}\n")
     plain, warmed = load_job(EXAMPLES / "plate_g82.toml"), warm_up.calibrated(load_job(EXAMPLES / "plate_g82.toml"))
     assert load_job(job).process == warmed.process != plain.process
     assert {f"{use.name}, calibrated" for use in warm_up.uses()} & {use.name for use in warm_up.uses()} == {

@@ -10,9 +10,9 @@ from grind_env.shop.optimise.search import Point
 from grind_env.shop.optimise.variation import Pace, Progress, Variation
 from grind_env.shop.trials import LotUse
 
-COMPARED = 128
-"""Lots on which programs are compared."""
-FINALISTS, BEYOND = 8, (1.12, 1.3)
+COMPARED = 256
+"""Lots on which programs are compared, each on a machine of its own: few tell badly how bad one machine of 20 is."""
+FINALISTS, BEYOND = 8, (1.12, 1.3, 1.7, 2.5)
 """Programs that are compared, besides steps towards the best one: the cheapest of those that come to no more than some
 shares of what is asked. So many of these lie evenly from that of the best one down to the least that any has come to,
 since much that the search finds within what is asked is beyond it on other lots and machines; and some beyond 1, since

@@ -58,11 +58,11 @@ program that the control executes, if there is no time for them."""
 FEWER = 4
 """Generations of a search without a limit, over those of the whole one."""
 
-TO_COMPARE, TO_JUDGE = 200, 4
+TO_COMPARE, TO_JUDGE = 100, 4
 """Programs for which the search leaves time."""
-MOST_COMPARING, MOST_JUDGING, WITHOUT_LIMITS, OVER = 0.25, 0.12, 0.1, 1.2
-"""Shares of the budget that it leaves for comparison and judgement, at most, and for words without each limit, and
-times the budget up to which programs are judged and these are searched."""
+MOST_COMPARING, MOST_JUDGING, OVER = 0.2, 0.12, 1.2
+"""Shares of the budget that it leaves for comparison and judgement, at most, and times the budget up to which programs
+are judged and words without each limit are searched."""
 
 FREE = {"temp": ("rise_allowance", 2000.0), "Ra": ("roughness_limit", NO_LIMIT), "size": ("tolerance", NO_LIMIT)}
 """Field of a part that holds a limit, and what it is without."""
@@ -290,13 +290,13 @@ def _require_said(variation: Variation, before: Trials, after: Trials, point: Po
 
 
 def _judging(variation: Variation, pace: Pace) -> float:
-    """Time that is left for the judgement of what a search has found and for words without limits, s.
+    """Time that is left for the judgement of what a search has found, s.
 
     It is no more than `MOST_JUDGING` of the budget, for a pace that is known badly must not end a search at once.
     """
     lots = len(variation.trials(LotUse.JUDGEMENT, TO_JUDGE * JUDGED).seeds)
     seconds, budget = pace.seconds * lots + variation.reading, variation.budget.seconds
-    return min(seconds, MOST_JUDGING * budget) + WITHOUT_LIMITS * budget
+    return min(seconds, MOST_JUDGING * budget)
 
 
 def _following(variation: Variation, pace: Pace) -> float:

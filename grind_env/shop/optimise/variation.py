@@ -32,12 +32,13 @@ from grind_env.shop.trials import LIMITS, Between, LotUse, Measures, Trials, lot
 INFEASIBLE = 1e9
 """$; what a program that is beyond a limit costs in the search, times one and how far it is beyond."""
 
-LOOKING = 0.25
+LOOKING = 0.2
 """Share of the budget up to which it is looked at what machines this may be."""
 USUAL_RUNS = 50
 """Of a batch; of shorter ones there are as many more."""
 MOST_MORE = 4
-"""Times as many, at most, where hundreds or thousands of programs are tried on them."""
+"""Times as many, at most, in the search, which tries thousands of programs on them, and half of it where hundreds are
+compared."""
 RATIOS, RATIO_VALUES = (0.5, 2.0), 9
 """Of E to that of the program, with which a search begins: those of `grind sweep`."""
 FEWER_RATIOS = 4
@@ -126,7 +127,8 @@ class Variation(NamedTuple):
     def _lots(self, use: LotUse, lots: int) -> Sequence[tuple[int, ...]]:
         """More of them of short batches, for what scraps one part of 200 is hardly met in few parts."""
         more = -(-USUAL_RUNS // self.runs) if self.base.simulation.compiled else 1
-        return lots_of(self.seed, use, (more if use is LotUse.JUDGEMENT else min(more, MOST_MORE)) * lots)
+        most = {LotUse.SEARCH: MOST_MORE, LotUse.COMPARISON: -(-min(more, MOST_MORE) // 2)}
+        return lots_of(self.seed, use, min(more, most.get(use, more)) * lots)
 
     @property
     def reading(self) -> float:
