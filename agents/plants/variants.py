@@ -11,7 +11,7 @@ END = re.compile(r"^N\d+ M30$", re.MULTILINE)
 
 
 def scaled(text: str, E: float = 1.0, J: float = 1.0, *, dressed: bool = True) -> str:
-    """The program with all its E times a factor, depths of cut times J, and without dresses where it is not `dressed`."""
+    """The program with its E times a factor, depths of cut times J, and without dresses where it is not `dressed`."""
     text = FEED.sub(lambda found: f"E{E * float(found[1]):.0f}.", text)
     text = PICK.sub(lambda found: f"J-{J * float(found[1]):.4f}", text)
     text = INFEED.sub(lambda found: f"{found[1]}{E * J * float(found[2]):.4f}", text)
