@@ -2,12 +2,14 @@
 
 import dataclasses
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 import tomllib
 from typer.testing import CliRunner
 
+from agents.plants.machines import PROGRAMS
 from grind_env.cli import app
 from grind_env.control import read, read_file
 from grind_env.machine.grind import grind
@@ -23,6 +25,7 @@ from tests.shop.blemished import Style, write_log
 from tests.shop.coverage import EXAMPLES
 from tests.shop.machines import trial
 
+FOUND = Path(__file__).parent
 PROGRAM, JOB = EXAMPLES / "plate_g82.nc", EXAMPLES / "plate_g82.toml"
 QUICK = Style(rate=10.0, unit="W", comma=False, separator=",", clock="s", headings=("time [s]", "power [W]"), scale=0.0)
 
@@ -200,3 +203,37 @@ def test_the_command_writes_a_plan_without_a_log(tmp_path):
 def test_no_plan_of_a_program_whose_cycle_does_not_plunge(program):
     with pytest.raises(CalibrationError, match="no G82 or G83"):
         plan_of(read_file(EXAMPLES / f"{program}.nc"), load_job(EXAMPLES / f"{program}.toml"))
+
+
+def test_a_plan_of_a_program_with_bytes_that_are_no_utf8_is_written(tmp_path):
+    program = FOUND / "programs_from_elsewhere" / "fuehrungsleiste.nc"
+    plan_of(read_file(program), load_job(program.with_suffix(".toml"))).write(tmp_path / "plan.nc")
+    record = grind(read_file(tmp_path / "plan.nc"), load_job(program.with_suffix(".toml")))
+    assert not record.warnings
+    assert record.parts["survival"].min() > 0.95
+
+
+@pytest.mark.parametrize(
+    ("program", "reason"),
+    [
+        ("programs_from_shops/two_rows_g10.nc", "1 warnings; log the program as it is"),  # G55 shifts its second row
+        (
+            "programs_from_elsewhere/column_machine.nc",
+            r"vary E and J by hand",
+        ),  # its picks are K
+    ],
+)
+def test_no_plan_where_its_words_would_not_do_what_they_say(program, reason):
+    path = FOUND / program
+    with pytest.raises(CalibrationError, match=reason):
+        plan_of(read_file(path), load_job(path.with_suffix(".toml")))
+
+
+@pytest.mark.parametrize("program", [PROGRAM, EXAMPLES / "rail_g83.nc", PROGRAMS["die"]])
+def test_plans_of_the_programs_of_the_package_grind_good_parts_without_a_warning(program):
+    job = load_job(program.with_suffix(".toml"))
+    record = grind(read(plan_of(read_file(program), job).text, program.name, program.parent), job)
+    assert not record.warnings
+    assert record.parts["survival"].min() > 0.98
+    assert record.parts["Ra"].max() < job.limits.roughness
+    assert np.abs(record.parts["size_error"]).max() < job.limits.size
