@@ -142,8 +142,8 @@ def _text(
     unit = abs(pick) / plan.primary_pick  # of the program, over mm
     if abs(target - unit * plan.depth_target) > abs(pick):
         raise CalibrationError(
-            f"{quoted(block.source.text)}: {depth}{target:g} with picks J{pick:g} is not where the cycle ends; a plan needs "
-            "a cycle in G19, absolute and without a work offset: vary E and J by hand, from part to part of one log"
+            f"{quoted(block.source.text)}: {depth}{target:g} with picks J{pick:g} is not where the cycle ends; a plan "
+            "needs a cycle in G19, absolute and without a work offset: vary E and J by hand, from part to part of one log"
         )
     digits, begin = MM if unit > 0.5 else INCH, unit * plan.plunge_start
     cuts = [(faster**span, deeper**span, dresses) for faster, deeper, dresses in CUTS]
