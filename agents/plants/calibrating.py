@@ -13,6 +13,7 @@ from agents.plants.regression import Cuts, fitted, predicted
 from agents.plants.variants import scaled
 from grind_env.arrays import Array
 from grind_env.control import Programs, read_file
+from grind_env.envs.job.text import repeated
 from grind_env.errors import GrindError
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
@@ -52,9 +53,10 @@ def errors(machine: Machine, log: Logged, found: Calibration) -> dict[str, float
 
 
 def _regression(found: Calibration, programs: Programs, catalogue: Job) -> Array:
-    """The regression on the rows of the calibration."""
+    """The regression on the rows of the calibration, in whose log the program may have been run several times."""
     assert found.seen is not None
-    weights, nominal = found.seen.weights, _strokes(programs, catalogue)[1]
+    weights, once = found.seen.weights, _strokes(programs, catalogue)[1]
+    nominal = _strokes(repeated(programs, weights.shape[1] // len(once)), catalogue)[1]
     power = found.data.value[found.data.kind == "power"]
     return fitted(Cuts(*(weights @ each for each in _cuts(nominal))), power)
 
@@ -62,6 +64,7 @@ def _regression(found: Calibration, programs: Programs, catalogue: Job) -> Array
 def _strokes(programs: Programs, job: Job) -> tuple[Any, Any]:
     """Of each stroke the number of its block, and its row."""
     strokes = grind(programs, job).strokes
+    strokes = strokes[strokes["groove"] == 0]
     _, block = np.unique(strokes["line"], return_inverse=True)
     return block, strokes
 

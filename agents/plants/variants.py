@@ -19,6 +19,8 @@ FEED, PICK, DRESSES = (
     re.compile(rf"(?<![A-Z]){word}", re.IGNORECASE) for word in (f"E{NUMBER}", f"J(-?){NUMBER}", r"D\d+")
 )
 COMMENT = re.compile(r"(\([^)\n]*\)|;[^\n]*)")
+INFEED = re.compile(r"(G0?1 Y-\.\d+ F)(\.\d+)", re.IGNORECASE)
+"""Beside a table that runs."""
 NEXT = "G80\nM00\n"
 HEAD = re.compile(r"\s*(%|[O:]\d+|$)", re.IGNORECASE)
 """Of a line before the first block."""
@@ -28,11 +30,12 @@ CATALOGUE = re.compile(r"^\[catalogue\][^\n]*$", re.MULTILINE)
 
 
 def scaled(text: str, E: float = 1.0, J: float = 1.0, *, dressed: bool = True) -> str:
-    """The program with all its E and picks J times a factor, and without its dresses where it is not `dressed`."""
+    """The program with E times a factor, depths of cut times J, and without its dresses where it is not `dressed`."""
 
     def words(code: str) -> str:
         code = FEED.sub(lambda found: f"E{_number(E * float(found[1]))}", code)
         code = PICK.sub(lambda found: f"J{found[1]}{_number(J * float(found[2]))}", code)
+        code = INFEED.sub(lambda found: f"{found[1]}{_number(E * J * float(found[2]))}", code)
         return code if dressed else DRESSES.sub("D0", code)
 
     return "".join(piece if COMMENT.fullmatch(piece) else words(piece) for piece in COMMENT.split(text))

@@ -1,13 +1,15 @@
-"""What a calibration promises on machines that are not the model; the table is `python -m tests.shop.machines`."""
+"""What a calibration promises on machines that are not the model; the table is that of `python -m agents plants`."""
 
 import dataclasses
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 import tomllib
 from typer.testing import CliRunner
 
+from agents.plants.machines import PROGRAMS
 from grind_env.cli import app
 from grind_env.control import read, read_file
 from grind_env.machine.grind import grind
@@ -23,13 +25,14 @@ from tests.shop.blemished import Style, write_log
 from tests.shop.coverage import EXAMPLES
 from tests.shop.machines import trial
 
+FOUND = Path(__file__).parent
 PROGRAM, JOB = EXAMPLES / "plate_g82.nc", EXAMPLES / "plate_g82.toml"
 QUICK = Style(rate=10.0, unit="W", comma=False, separator=",", clock="s", headings=("time [s]", "power [W]"), scale=0.0)
 
 
 @pytest.fixture(scope="module")
 def model(tmp_path_factory):
-    """A calibration of the machine that is the model, and errors of it, the catalogue and two regressions."""
+    """A calibration of the machine that is the model, and errors of it, the catalogue and a regression."""
     return trial("model", "plate_g82", tmp_path_factory.mktemp("model"), 3)
 
 
@@ -42,7 +45,7 @@ def foreign(tmp_path_factory):
 def test_where_the_machine_is_the_model_there_is_no_free_term_and_half_the_error_of_a_regression(model):
     found, errors = model
     assert found.fit.width == 0.0
-    assert errors[:, 0].mean() <= 0.5 * errors[:, 2:].mean(axis=0).min()
+    assert errors["error"] <= 0.5 * errors["regression"]
 
 
 def test_what_the_model_does_not_follow_is_followed_by_the_free_term(foreign):
@@ -50,24 +53,27 @@ def test_what_the_model_does_not_follow_is_followed_by_the_free_term(foreign):
     found, errors = foreign
     assert found.fit.width > 0.0
     assert found.fitted.part.material.power_speed_exponent > 0.15
-    assert errors[:, 0].mean() <= 0.3 * errors[:, 1].mean()
+    assert errors["error"] <= 0.3 * errors["catalogue"]
     assert found.fit.in_turn.gain < 0.5
 
 
 def test_a_machine_with_other_laws_is_no_worse_predicted_than_by_a_regression(tmp_path):
     _, errors = trial("foreign:2", "keyway_g81", tmp_path, 3, varies=True)
-    assert errors[:, 0].mean() <= 0.5 * errors[:, 2:].mean(axis=0).min()
+    assert errors["error"] <= 0.5 * errors["regression"]
 
 
-@pytest.mark.parametrize("name", ["table:1", "meter:4"])
-def test_slow_tables_and_lagging_meters_are_no_worse_predicted_than_by_a_regression(name, tmp_path):
-    found, errors = trial(name, "plate_g82", tmp_path, 4)
-    assert errors[:, 0].mean() <= 0.5 * errors[:, 2:].mean(axis=0).min()
-    if name == "table:1":
+@pytest.mark.parametrize(
+    ("name", "program", "lag"),
+    [("table:1", "plate_g82", None), ("meter:4", "plate_g82", 1.51), ("meter:1", "keyway_g81", 0.32)],
+)
+def test_slow_tables_and_lagging_meters_are_no_worse_predicted_than_by_a_regression(name, program, lag, tmp_path):
+    found, errors = trial(name, program, tmp_path, 4)
+    assert errors["error"] <= 0.5 * errors["regression"]
+    if lag is None:
         assert any("of its pace" in remark for remark in found.remarks)
     else:
-        lag = next(remark for remark in found.remarks if "lags" in remark)
-        assert 1.0 <= float(lag.split("about ")[1].split(" s")[0]) <= 2.0  # it is 1.5 s
+        said = next(remark for remark in found.remarks if "lags" in remark)
+        assert float(said.split("about ")[1].split(" s")[0]) == pytest.approx(lag, rel=0.15)
 
 
 def test_the_idle_power_is_that_of_the_pauses_where_the_meter_lags(tmp_path):
@@ -197,3 +203,37 @@ def test_the_command_writes_a_plan_without_a_log(tmp_path):
 def test_no_plan_of_a_program_whose_cycle_does_not_plunge(program):
     with pytest.raises(CalibrationError, match="no G82 or G83"):
         plan_of(read_file(EXAMPLES / f"{program}.nc"), load_job(EXAMPLES / f"{program}.toml"))
+
+
+def test_a_plan_of_a_program_with_bytes_that_are_no_utf8_is_written(tmp_path):
+    program = FOUND / "programs_from_elsewhere" / "fuehrungsleiste.nc"
+    plan_of(read_file(program), load_job(program.with_suffix(".toml"))).write(tmp_path / "plan.nc")
+    record = grind(read_file(tmp_path / "plan.nc"), load_job(program.with_suffix(".toml")))
+    assert not record.warnings
+    assert record.parts["survival"].min() > 0.95
+
+
+@pytest.mark.parametrize(
+    ("program", "reason"),
+    [
+        ("programs_from_shops/two_rows_g10.nc", "1 warnings; log the program as it is"),  # G55 shifts its second row
+        (
+            "programs_from_elsewhere/column_machine.nc",
+            r"vary E and J by hand",
+        ),  # its picks are K
+    ],
+)
+def test_no_plan_where_its_words_would_not_do_what_they_say(program, reason):
+    path = FOUND / program
+    with pytest.raises(CalibrationError, match=reason):
+        plan_of(read_file(path), load_job(path.with_suffix(".toml")))
+
+
+@pytest.mark.parametrize("program", [PROGRAM, EXAMPLES / "rail_g83.nc", PROGRAMS["die"]])
+def test_plans_of_the_programs_of_the_package_grind_good_parts_without_a_warning(program):
+    job = load_job(program.with_suffix(".toml"))
+    record = grind(read(plan_of(read_file(program), job).text, program.name, program.parent), job)
+    assert not record.warnings
+    assert record.parts["survival"].min() > 0.98
+    assert record.parts["Ra"].max() < job.limits.roughness
+    assert np.abs(record.parts["size_error"]).max() < job.limits.size

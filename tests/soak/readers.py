@@ -33,7 +33,7 @@ SETTINGS = (
     "table_speed [m/min];downfeed [µm];volume;power [kW];Ra\n8;5;40;.4;.3\n8;15;40;1.1;.4\n14;5;40;.6;.35\n"
     "14;15;40;1.7;.5\n20;5;40;.8;.4\n20;15;40;2.2;.6\n"
 )
-MAP = '[log]\ntime = "time"\npower = 2\npower_unit = "W"\n[gauge]\nsize = "size"\nsize_unit = "um"\n'
+MAP = '[log]\ntime = "time"\npower = 2\npower_unit = "W"\nscale = 1.05\n[gauge]\nsize = "size"\nsize_unit = "um"\n'
 TASK = 'base = "power_limited"\nblocks = 4\n[setup]\nwheel = "a60j"\n[catalogue]\nfiles = ["shop.toml"]\n'
 PLANT = "meter:7"
 NAME = "plant.txt"
@@ -68,6 +68,7 @@ CURVES = [each.name for each in fields(Point) if each.name != "steps"]
 ADVISE = "advise part.nc --parts 2 --policy handbook --json"
 LOOKING_ON = "advise part.nc --parts 2 --policy guarded:handbook --json --shadow"
 CALIBRATE = "calibrate log.csv --program part.nc --job part.toml"
+PLAN = "calibrate --plan out.nc --program part.nc --job part.toml"
 OUT = "--record out.csv"
 SWEEP = "sweep part.nc --parts 2 --E 8000..9000 --dress-every 1..2 -o out.nc"
 OPTIMISE = "optimise part.nc --parts 2 --budget 0.1s -o out.nc"
@@ -121,6 +122,8 @@ READS = (
     Read("log.csv", f"{CALIBRATE} --report out.html", 60.0, weight=0.3),
     Read("gauge.csv", f"{CALIBRATE} --gauge gauge.csv -o out.toml", 60.0),
     Read("map.toml", f"{CALIBRATE} --map map.toml", 60.0),
+    Read("map.toml", f"{CALIBRATE} --map map.toml -o out.toml --force", 60.0),
+    *(Read(name, PLAN, 30.0) for name in ("part.nc", "part.toml")),
     Read("settings.csv", "calibrate settings.csv --job part.toml -o out.toml", 60.0),
     Read("tuned/oracle6.toml", "evaluate --task oracle6 --policy handbook --configs tuned --episodes 2", weight=2.0),
     Read("tuned/oracle6.toml", lambda path: _tuned(path.parent), weight=2.0),

@@ -29,7 +29,8 @@ too, for other laws have no such shares."""
 ROUNDS = 2
 """Of enlarging errors."""
 DRIFT = 0.05
-"""Logarithmic spread of how much the level of the power drifts over a log, at the full width of the free term."""
+"""Logarithmic spread of how much the level of the power drifts over a log, at the full width of the free term. What is
+written is the level in its middle: what looks like a drift may be a wheel that dulls in another way."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,8 +150,9 @@ class Problem:
                 *(replace(each, spread=width * each.spread) for each in self.free),
             )
             first, last = int(data.part.min()), int(data.part.max())
+            middle = 0.5 * (first + last)
             nuisances.append(
-                Nuisance(width * DRIFT, (data.kind == "power") * (data.part - last) / max(last - first, 1))
+                Nuisance(width * DRIFT, (data.kind == "power") * (data.part - middle) / max(last - first, 1))
             )
         return Solver(parameters, nuisances, data, self.predict, jumps=self.jumps, like=like)
 

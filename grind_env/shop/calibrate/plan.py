@@ -9,7 +9,9 @@ import numpy as np
 from grind_env.control import CycleStart, Programs, execute, read
 from grind_env.control.motions import CyclePlan
 from grind_env.control.rewriting import with_words
+from grind_env.control.source import readable
 from grind_env.control.words import Block, read_block
+from grind_env.errors import quoted
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
 from grind_env.machine.job.entries import with_entries
@@ -26,6 +28,8 @@ with a worn and a fresh wheel, and E and depth the one against the other, since 
 SAFE_POWER, SAFE_RISE = 0.6, 0.8
 """Shares of the limits that it keeps with a wheel that ploughs as hard as the catalogue may be wrong by; it may come as
 far as the program itself does then, which the shop knows."""
+LESS_GOOD = 0.02
+"""By which the chance of a good part may be less than that of the program."""
 HARDER = 1.5
 """Times the ploughing pressure."""
 SPANS = (1.0, 0.75, 0.5, 0.3)
@@ -89,16 +93,24 @@ def plan_of(programs: Programs, job: Job) -> Plan:
             "vary E and the feed of its infeed by hand, from part to part of one log"
         )
     hard = with_entries(job, {"material": {"ploughing_pressure": HARDER * job.part.material.ploughing_pressure}})
-    allowed = [max(each) for each in zip(_shares(grind(programs, hard), job), (SAFE_POWER, SAFE_RISE), strict=True)]
+    own = grind(programs, hard)
+    allowed = [max(each) for each in zip(_shares(own, job), (SAFE_POWER, SAFE_RISE), strict=True)]
     for span in SPANS:
         text, blocks = _text(programs, block, first, span, job.setup.machine.maximum_table_speed)
-        power, rise = _shares(grind(read(text, programs.name), hard), job)
-        if power <= allowed[0] and rise <= allowed[1]:
+        record = grind(read(text, programs.name), hard)
+        power, rise = _shares(record, job)
+        if power <= allowed[0] and rise <= allowed[1] and _as_good(record, own):
             return Plan(text, blocks, power, rise)
     raise CalibrationError(
         f"{programs.name}: with other words it would come to {100.0 * power:.0f} % of the power and {100.0 * rise:.0f} "
-        "% of the temperature rise that are allowed; log the program as it is"
+        f"% of the temperature rise that are allowed, and to {len(record.warnings)} warnings; log the program as it is"
     )
+
+
+def _as_good(record: GrindingRecord, own: GrindingRecord) -> bool:
+    """Whether a run has no more warnings than that of the program itself, and as good parts."""
+    good, before = (float(each.parts["survival"].min()) for each in (record, own))
+    return len(record.warnings) <= len(own.warnings) and good >= before - LESS_GOOD
 
 
 def _shares(record: GrindingRecord, job: Job) -> tuple[float, float]:
@@ -126,8 +138,13 @@ def _text(
     depth, cross = LETTERS[plan.plunge_axis], plan.cross_axis
     target, pick, feed = (_number(block, letter) for letter in (depth, "J", "E"))
     if target is None or pick is None or feed is None:
-        raise CalibrationError(f"{block.source.text}: it needs {depth}, J and E of its own for a plan")
+        raise CalibrationError(f"{quoted(block.source.text)}: it needs {depth}, J and E of its own for a plan")
     unit = abs(pick) / plan.primary_pick  # of the program, over mm
+    if abs(target - unit * plan.depth_target) > abs(pick):
+        raise CalibrationError(
+            f"{quoted(block.source.text)}: {depth}{target:g} with picks J{pick:g} is not where the cycle ends; a plan "
+            "needs a cycle in G19, absolute and without a work offset: vary E and J by hand, from part to part of a log"
+        )
     digits, begin = MM if unit > 0.5 else INCH, unit * plan.plunge_start
     cuts = [(faster**span, deeper**span, dresses) for faster, deeper, dresses in CUTS]
     share = np.cumsum([deeper for _, deeper, _ in cuts]) / sum(deeper for _, deeper, _ in cuts)
@@ -143,7 +160,7 @@ def _text(
         lines.append(re.sub(r"^\s*N\d+\s*", "", with_words(block, values).source.text))
         words.append((E, abs(J) / unit))
     with programs.main.blocks.text.open() as handle:
-        whole = handle.read().decode("utf-8-sig", "surrogateescape").splitlines()
+        whole = readable(handle.read().decode("utf-8-sig", "surrogateescape")).splitlines()
     at = block.source.line - 1
     remark = "(A LOG OF THIS TELLS THE CONSTANTS OF WHEEL AND MATERIAL)"
     return "\n".join([*whole[:at], remark, *lines, *whole[at + 1 :]]) + "\n", tuple(words)
