@@ -12,7 +12,7 @@ import numpy as np
 
 from agents.plants.calibrating import errors
 from agents.plants.log import Logged
-from agents.plants.machines import Machine
+from agents.plants.machines import Machine, Program
 from agents.plants.variants import scaled, write
 from grind_env.control import Programs, read_file
 from grind_env.examples import FOLDER as EXAMPLES
@@ -26,15 +26,6 @@ VARIED = ((1.0, 1.0, True), (1.4, 0.7, False), (0.75, 1.4, True))
 STYLE = Style(
     rate=10.0, unit="W", comma=False, separator=",", clock="s", headings=("time [s]", "spindle power [W]"), scale=0.0
 )
-
-
-class OnExample(Machine):
-    """A machine that grinds a program of the package."""
-
-    @property
-    def path(self) -> Path:
-        """File of the program."""
-        return EXAMPLES / f"{self.program}.nc"
 
 
 def style_of(plant: Plant) -> Style:
@@ -64,15 +55,16 @@ def trial(
     name: str, program: str, folder: Path, parts: int, *, varies: bool = False
 ) -> tuple[Calibration, Mapping[str, float]]:
     """A calibration of a machine, and errors of it, of a regression and of the catalogue."""
-    machine, plant = OnExample(name, program), find_plant(name)
-    path, programs, rng = machine.path, read_file(machine.path), np.random.default_rng(1)
+    path = EXAMPLES / f"{program}.nc"
+    job = path.with_suffix(".toml")
+    machine, plant = Machine(name, Program(program, path, job)), find_plant(name)
+    programs, rng = read_file(path), np.random.default_rng(1)
     if varies:
         path = write(folder / "varied.nc", varied(programs))
         programs, parts = read_file(path), parts // len(VARIED)
     style = style_of(plant)
     record = write_log(folder / "log.csv", programs, machine.job(), parts, style, rng)
     write_gauge(folder / "parts.csv", record, rng)
-    job = machine.path.with_suffix(".toml")
     files = Logged(program=path, job=job, log=folder / "log.csv", gauge=folder / "parts.csv", gain=style.gain)
     found = calibrate(files.log, path, job, gauge=files.gauge)
     return found, errors(machine, files, found)

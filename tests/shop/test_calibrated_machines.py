@@ -229,7 +229,7 @@ def test_no_plan_where_its_words_would_not_do_what_they_say(program, reason):
         plan_of(read_file(path), load_job(path.with_suffix(".toml")))
 
 
-@pytest.mark.parametrize("program", [PROGRAM, EXAMPLES / "rail_g83.nc", PROGRAMS["die"]])
+@pytest.mark.parametrize("program", [PROGRAM, EXAMPLES / "rail_g83.nc", PROGRAMS["die"].path])
 def test_plans_of_the_programs_of_the_package_grind_good_parts_without_a_warning(program):
     job = load_job(program.with_suffix(".toml"))
     record = grind(read(plan_of(read_file(program), job).text, program.name, program.parent), job)
