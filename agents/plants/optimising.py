@@ -18,7 +18,7 @@ from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.outcome import Optimised
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 
-PARTS, LOTS, SECONDS = 30, 64, 15.0
+PARTS, LOTS, SECONDS = 30, 64, 25.0
 """Parts of a batch, lots that it is judged on, and s of a search."""
 JUDGES = 7
 """Seed of these lots, which no search has."""
