@@ -143,7 +143,7 @@ def _text(
     if abs(target - unit * plan.depth_target) > abs(pick):
         raise CalibrationError(
             f"{quoted(block.source.text)}: {depth}{target:g} with picks J{pick:g} is not where the cycle ends; a plan "
-            "needs a cycle in G19, absolute and without a work offset: vary E and J by hand, from part to part of one log"
+            "needs a cycle in G19, absolute, without a work offset: vary E and J by hand, from part to part of one log"
         )
     digits, begin = MM if unit > 0.5 else INCH, unit * plan.plunge_start
     cuts = [(faster**span, deeper**span, dresses) for faster, deeper, dresses in CUTS]
