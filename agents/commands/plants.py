@@ -8,7 +8,7 @@ import typer
 
 from agents.budgets import STUDY_MACHINES
 from agents.cells import RESULTS, RUNS
-from grind_env.arguments import Keeps
+from grind_env.arguments import JOB, Keeps, Reads, task_programs
 from grind_env.errors import GrindError, did_you_mean, quoted
 from grind_env.terminal import table_console
 
@@ -31,8 +31,11 @@ def plants(
     program: Annotated[
         list[str] | None,
         typer.Option("--program", help="plate, rail or die, or a file; may be repeated; these three by default."),
+        Reads(programs=task_programs),
     ] = None,
-    job: Annotated[Path | None, typer.Option(help="Job file of that file; its name with .toml if not given.")] = None,
+    job: Annotated[
+        Path | None, typer.Option(help="Job file of that file; its name with .toml if not given."), JOB
+    ] = None,
     question: Annotated[
         list[str] | None,
         typer.Option("--question", help="calibrate, optimise or advise; may be repeated; all by default."),

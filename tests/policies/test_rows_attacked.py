@@ -309,7 +309,7 @@ JSON = st.recursive(
 )
 
 
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(data=st.data())
 def test_any_value_anywhere_is_refused_or_does_no_harm(data: st.DataObject, good: Document, tmp_path: Path) -> None:
     row = deepcopy(good)

@@ -35,6 +35,8 @@ COMMANDS = (
     "report part.nc",
     "play --policy E12D1 --task oracle6 --no-window --output out.nc",
     "init made",
+    "evaluate --task oracle6 --policy E12D1 --episodes 2 --submit out.json",
+    "calibrate --plan out.nc --program part.nc --job part.toml",
     f"optimise part.nc --parts 2 {SMALL} -o out.nc --report out.html --plot out.svg",
     "sweep part.nc --parts 2 --E 8000..9000 --dress-every 1..2 -o out.nc --plot out.svg",
     "advise part.nc --parts 2 --policy handbook --measurements measured.csv --write values.nc",

@@ -111,6 +111,8 @@ READS = (
     Read("agent.safetensors", "evaluate --policy agent.safetensors --episodes 2", change=tensors, weight=4.0),
     Read("agent.safetensors", "figure policy-map --policy agent.safetensors --episodes 2 -o out.svg", change=tensors),
     Read("agent.zip", "evaluate --policy agent.zip --episodes 2"),
+    Read("row.json", "verify row.json", weight=3.0),
+    Read("row.json", "verify row.json --seed 31415926535897932384 --episodes 2", 60.0),
     Read("measured.csv", f"{ADVISE} --measurements measured.csv", weight=3.0),
     Read("measured.csv", f"{LOOKING_ON} --measurements measured.csv"),
     Read("readings.jsonl", ADVISE, weight=3.0),
@@ -188,6 +190,7 @@ def good_files(folder: Path) -> None:
     for name in ("tuned", "read"):
         (folder / name).mkdir()
     shutil.copy(PACKAGE / "policies" / "parameters" / "oracle6.toml", folder / "tuned" / "oracle6.toml")
+    call("evaluate --task oracle6 --policy E12D1 --episodes 2 --submit row.json")
     call(f"{ADVISE} --state kept.advise.json", READINGS.splitlines()[0].encode())
     _files_of_readers(folder / "read", folder, agent)
 

@@ -113,7 +113,7 @@ class Sweep:
         lots: on which every point was ground.
         counted: what a run of the program is called: "part", or "run" where it grinds several of them.
         own: the program as it is.
-        most_risk: what may be risked, over the cost of that.
+        most_risk: what may be risked, as a share of the cost of that.
         speeds: over E and dress interval.
         dresses: over lead and depth, with the best E and interval of these.
         remarks: sentences on variables that were given and that nothing reads.
