@@ -27,7 +27,7 @@ from grind_env.shop.optimise.spots import Spot
 from grind_env.shop.optimise.variables import COLUMNS, INHERITED, Choices, Variable, choices_of
 from grind_env.shop.optimise.wishes import WishError, Wishes
 from grind_env.shop.risk import most_risk, risk
-from grind_env.shop.trials import LIMITS, Between, LotUse, Measures, Trials, lots_of, nothing, trials_of
+from grind_env.shop.trials import CORES, LIMITS, Between, LotUse, Measures, Trials, lots_of, nothing, trials_of
 
 INFEASIBLE = 1e9
 """$; what a program that is beyond a limit costs in the search, times one and how far it is beyond."""
@@ -43,6 +43,9 @@ RATIOS, RATIO_VALUES = (0.5, 2.0), 9
 """Of E to that of the program, with which a search begins: those of `grind sweep`."""
 FEWER_RATIOS = 4
 """The same with each interval of blocks, of which there are many: one in so many."""
+
+LOTS_AT_ONCE = 1280
+"""Between two looks at the clock, of all programs."""
 
 STEPS, PARTS = (1.0, 0.75, 0.5, 0.25), (1.0, 0.5, 0.0)
 """Of the way from the program's own words to the best ones found, and from its own interval between dresses."""
@@ -320,7 +323,8 @@ class Variation(NamedTuple):
             tried.update(zip(map(tuple, points.tolist()), map(Trade._make, trades), strict=True))
             return self.worth(shares, found)
 
-        search = Search(costs, self.counts, is_up, trials.at_once, lambda count: progress(label, count))
+        at_once = min(trials.at_once, max(LOTS_AT_ONCE // len(trials.seeds), CORES))
+        search = Search(costs, self.counts, is_up, at_once, lambda count: progress(label, count))
         return search
 
     def grid(self) -> list[Point]:
