@@ -30,7 +30,7 @@ def test_a_log_of_stations_fits_the_constant_that_was_put_into_it(program: Path,
 
 
 def test_the_limits_of_each_station_are_shown(program: Path, grind: Grind) -> None:
-    status, out, _ = grind("optimise", program, "--budget", "2s", "--parts", "3", "--vary", "E")
+    status, out, _ = grind("optimise", program, "--budget", "6s", "--parts", "3", "--vary", "E")
     assert status == 0 and "A 0.5, B 0.9 um" in out
     found = json.loads(grind("optimise", program, "--budget", "2s", "--parts", "3", "--vary", "E", "--json")[1])
     limits = {each["name"]: each for each in found["limits"]}

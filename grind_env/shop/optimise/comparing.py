@@ -37,7 +37,7 @@ def compared(
     A search on few machines hardly meets those on which a program is bad. Its cheapest ones for what they come to of
     what is asked, and steps towards the best of them, are ground on many more; from the best one there it goes on as
     long as a step is better. What is cheapest is judged first, then what is cheapest among those that come to less of
-    what is asked, and then what the search had found.
+    what is asked, and then what the search had found, if there was no time to grind it on so many.
 
     Args:
         variation: what was searched.
@@ -56,8 +56,11 @@ def compared(
     some = dict.fromkeys([*front(tried, quantity, BEYOND), *variation.steps_to(ranked[0])])
     search.refine(variation.start, list(some))
     others = [point for point in search.ranked if point in some]
-    found = [*front(known, quantity), *others] if any(each.keeps for each in known.values()) else search.ranked
-    return [point for point in dict.fromkeys(found) if point != variation.start] or [variation.start]
+    kept = [point for point in others if known[point].keeps]
+    best = front(known, quantity) if any(each.keeps for each in known.values()) else []
+    untold = [point for point in some if point not in known]  # for which there was no time
+    found = dict.fromkeys([*best, *kept, *untold, *others])
+    return [point for point in found if point != variation.start] or [variation.start]
 
 
 def front(tried: Mapping[Point, Trade], quantity: str, beyond: Sequence[float] = ()) -> list[Point]:
