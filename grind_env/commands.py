@@ -49,7 +49,9 @@ Plant = Annotated[
         "another one in every episode."
     ),
 ]
-Split = Annotated[str, typer.Option(help="Contexts: all, inner, or interpolation between those of inner.")]
+Split = Annotated[
+    str, typer.Option(help="Contexts: all, inner, interpolation between its ranges, or extrapolation beyond all.")
+]
 
 PLAYED = "# Written by `grind play`, and replaced when it is written again: change a copy of it.\n"
 """First line of the job that is written beside a program."""

@@ -13,8 +13,8 @@ import numpy as np
 from agents.cells import RUNS
 from agents.offline.writer import PLACE, SPLIT, Content, Recorded, write_apart
 from grind_env.envs.actions import ActionCodec
-from grind_env.envs.contexts import EVERY
 from grind_env.envs.simulation import advance
+from grind_env.envs.splits import EVERY
 from grind_env.envs.tables import Outcome
 from grind_env.errors import GrindError
 from grind_env.files import FileError
