@@ -27,6 +27,9 @@ PLACE = "MINARI_DATASETS_PATH"
 """Environment variable that names the folder in which Minari keeps datasets."""
 SPLIT = "split"
 """Entry of the metadata."""
+SCALE = (
+    " Scores are those of grind_env.scores: 0 for the best fixed plan, 1 for the planner that knows the whole episode."
+)
 NUMBER = re.compile(r"errno[ =]+(\d+)", re.IGNORECASE)
 """By which HDF5 and Python tell why a file cannot be written."""
 
@@ -124,8 +127,7 @@ def write(content: Content) -> None:
             algorithm_name=content.policy,
             code_permalink=str(made_with["commit"]),
             description=f"{content.title}: {n} episodes of {content.policy}, which sees {content.sees}, on split"
-            f" {content.split}. Scores are those of grind_env.scores: 0 for the best fixed plan, 1 for the planner that"
-            " knows the whole episode.",
+            f" {content.split}.{'' if known is None else SCALE}",
             requirements=[f"grind_env=={made_with['grind_env']}"],
             **scale,
         )
