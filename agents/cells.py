@@ -17,8 +17,9 @@ from pathlib import Path
 import numpy as np
 
 from agents.provenance import ROOT
-from grind_env.envs.contexts import EVERY, split_ranges
+from grind_env.envs.contexts import find_split
 from grind_env.envs.simulation import Simulation, advance
+from grind_env.envs.splits import EVERY, SPLITS
 from grind_env.envs.tables import Outcome
 from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds, start_episodes
 from grind_env.policies.policy import Policy
@@ -79,12 +80,13 @@ def kept_evaluation(
     made_of = sources(type(policy).__module__), *map(sources, said_by(simulation))
     decides = f"{made_of} {behaviour(simulation)} {policy!r}"
     code = hashlib.sha256(decides.encode()).hexdigest()
-    drawn_from = split_ranges(split)
-    place = place / split if drawn_from else place
+    drawn_from = find_split(split)
+    of_split = "" if drawn_from == SPLITS[EVERY] else f" {drawn_from}"
+    place = place / split if of_split else place
     chunks = []
     for first in range(0, len(seeds), CHUNK):
         part = seeds[first : first + CHUNK]
-        path, fingerprint = place / f"{part.start}.npz", f"{code} {part}" + (f" {drawn_from}" if drawn_from else "")
+        path, fingerprint = place / f"{part.start}.npz", f"{code} {part}{of_split}"
         result = None if fresh else kept(path, fingerprint)
         if result is None:
             result = run_seeds(policy, simulation, part, split)

@@ -11,7 +11,7 @@ from PIL import Image
 
 from agents.budgets import PICTURES
 from grind_env.control.rules import dresses_due
-from grind_env.envs.contexts import EVERY
+from grind_env.envs.splits import EVERY
 from grind_env.errors import GrindError
 from grind_env.files import write_atomically
 from grind_env.policies.held import model_beside, parted

@@ -52,7 +52,9 @@ Plant = Annotated[
 ]
 FALSE = 1
 """Exit status of a row that does not hold."""
-Split = Annotated[str, typer.Option(help="Contexts: all, inner, or interpolation between those of inner.")]
+Split = Annotated[
+    str, typer.Option(help="Contexts: all, inner, interpolation between its ranges, or extrapolation beyond all.")
+]
 
 PLAYED = "# Written by `grind play`, and replaced when it is written again: change a copy of it.\n"
 """First line of the job that is written beside a program."""

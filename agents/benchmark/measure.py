@@ -7,7 +7,7 @@ from agents.benchmark.trained import from_file
 from agents.cells import Advance, kept_evaluation
 from agents.learning.curve import Point, curve_path, read_curve, seconds_to
 from agents.learning.settings import settings_of
-from grind_env.envs.contexts import EVERY
+from grind_env.envs.splits import EVERY
 from grind_env.policies.evaluation import Evaluation, episode_seeds
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.registry import make_policy

@@ -15,7 +15,7 @@ from grind_env.policies.registry import FIXED_PLANS, REFERENCE, policy_names
 from grind_env.policies.tuned import ConfigError
 
 CORE = ("power_limited", "reciprocation", "wide_plates", "wide_rails", "blades", "rush", "job_shop")
-"""Each asks something of its own. Slot and Oracle6 are diagnostic; the one-step problem of Wen has its own scores."""
+"""Each asks something of its own. Slot, Oracle6, Memory, Noise and Credit are diagnostic, Wen has its own scores."""
 FLAGSHIP = "power_limited"
 LONG = (REFERENCE, "mpc")
 """Policies that take long to run."""

@@ -37,7 +37,8 @@ def train(
         int | None, typer.Option(min=1, help="Environment steps, in whole rollouts; by default those of the kind.")
     ] = None,
     split: Annotated[
-        str | None, typer.Option(help="Contexts of the training: all, inner or interpolation; by default inner.")
+        str | None,
+        typer.Option(help="Contexts of the training, as of evaluate; by default inner."),
     ] = None,
     runs: Annotated[Path, typer.Option(help="Folder of the results."), Keeps()] = RUNS,
     fresh: Annotated[bool, typer.Option("--fresh", help="Train anew, from the first step.")] = False,

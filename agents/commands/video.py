@@ -8,7 +8,7 @@ import typer
 from agents.budgets import PICTURES
 from grind_env.arguments import FILE, Writes
 from grind_env.commands import Configs, JobFile, NamedProblem, Parts, Split
-from grind_env.envs.contexts import EVERY
+from grind_env.envs.splits import EVERY
 from grind_env.errors import printable
 from grind_env.policies.evaluation import SEEDS
 from grind_env.policies.problem import find_problem

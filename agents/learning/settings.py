@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, get_args
 
-from grind_env.envs.contexts import split_ranges
+from grind_env.envs.contexts import find_split
 from grind_env.envs.learning import WORST_REWARD
 from grind_env.envs.tasks import Task
 from grind_env.errors import quoted, reason
@@ -53,7 +53,7 @@ class Settings:
     def __post_init__(self) -> None:
         # in one order, so that equal settings read the same
         object.__setattr__(self, "hyper", dict(sorted(self.hyper.items())))
-        split_ranges(self.split)
+        find_split(self.split)
         for name, legal in (("memory", get_args(MemoryKind)), ("actions", get_args(Actions))):
             if getattr(self, name) not in legal:
                 raise ConfigError(f"{name} is {quoted(getattr(self, name))}, but must be one of {', '.join(legal)}")

@@ -13,8 +13,8 @@ import numpy as np
 from agents.cells import RUNS
 from agents.offline.writer import PLACE, SPLIT, Content, Recorded, write_apart
 from grind_env.envs.actions import ActionCodec
-from grind_env.envs.contexts import EVERY
 from grind_env.envs.simulation import advance
+from grind_env.envs.splits import EVERY
 from grind_env.envs.tables import Outcome
 from grind_env.errors import GrindError
 from grind_env.files import FileError
@@ -40,6 +40,8 @@ BEFORE = "before"
 """Name in the workshop of the dataset that is replaced."""
 NAMESPACE = "namespace_metadata.json"
 """File by which Minari knows a folder of datasets."""
+Steps = tuple[Any, ...]
+"""Arrays of one episode."""
 REWARD, GOOD, FINISHED = (Outcome._fields.index(name) for name in ("reward", "good", "finished"))
 
 
@@ -127,6 +129,22 @@ def make_dataset(policy: Policy, problem: Problem, seeds: range, split: str = EV
     return path
 
 
+def stored_episodes(path: Path) -> list[Steps]:
+    """The episodes of a dataset: observations, actions, rewards and probabilities of scrap of each."""
+    import minari
+
+    stored = minari.MinariDataset(path / "data").iterate_episodes()
+    return [(e.observations, e.actions, e.rewards, e.infos["cost"][1:]) for e in stored]
+
+
+def recorded_episodes(data: Recorded) -> list[Steps]:
+    """The same of what was recorded, without what is behind the last step of each."""
+    return [
+        (data.observations[i, : n + 1], data.actions[i, :n], data.rewards[i, :n], data.scrap[i, :n])
+        for i, n in enumerate(data.steps.tolist())
+    ]
+
+
 def holds(path: Path, seeds: range, split: str, data: Recorded) -> bool:
     """Whether a dataset has these very episodes."""
     import minari
@@ -135,16 +153,11 @@ def holds(path: Path, seeds: range, split: str, data: Recorded) -> bool:
         stored = minari.MinariDataset(path / "data")
         drawn_from = stored.storage.metadata.get(SPLIT, EVERY)
         kept = [each["seed"] for each in stored.storage.get_episode_metadata(range(stored.total_episodes))]
-        found: list[tuple[Any, ...]] = [
-            (e.observations, e.actions, e.rewards, e.infos["cost"][1:]) for e in stored.iterate_episodes()
-        ]
+        found = stored_episodes(path)
     # what lies there is no dataset of ours, or a damaged one
     except (OSError, ValueError, KeyError, TypeError):
         return False
-    new: list[tuple[Any, ...]] = [
-        (data.observations[i, : n + 1], data.actions[i, :n], data.rewards[i, :n], data.scrap[i, :n])
-        for i, n in enumerate(data.steps.tolist())
-    ]
+    new = recorded_episodes(data)
     same = (np.array_equal(a, b) for old, each in zip(found, new, strict=False) for a, b in zip(old, each, strict=True))
     return drawn_from == split and kept == list(seeds) and len(found) == len(new) and all(same)
 

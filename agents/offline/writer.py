@@ -19,6 +19,7 @@ from gymnasium.envs.registration import EnvSpec
 from numpy.typing import NDArray
 
 from agents.provenance import ROOT, provenance
+from grind_env.envs.splits import SPLITS
 from grind_env.policies.problem import Problem
 from grind_env.scores import find_reference
 
@@ -26,6 +27,9 @@ PLACE = "MINARI_DATASETS_PATH"
 """Environment variable that names the folder in which Minari keeps datasets."""
 SPLIT = "split"
 """Entry of the metadata."""
+SCALE = (
+    " Scores are those of grind_env.scores: 0 for the best fixed plan, 1 for the planner that knows the whole episode."
+)
 NUMBER = re.compile(r"errno[ =]+(\d+)", re.IGNORECASE)
 """By which HDF5 and Python tell why a file cannot be written."""
 
@@ -110,7 +114,7 @@ def write(content: Content) -> None:
         for i, steps in enumerate(data.steps.tolist())
     ]
     spec, made_with = environment_spec(content.problem), provenance(seeds)
-    known = find_reference(content.problem.id)
+    known = None if SPLITS[content.split].beyond else find_reference(content.problem.id)
     scale: dict[str, Any] = {} if known is None else {"ref_min_score": known.zero, "ref_max_score": known.hundred}
     with warnings.catch_warnings():
         # it misses an address to write to
@@ -123,8 +127,7 @@ def write(content: Content) -> None:
             algorithm_name=content.policy,
             code_permalink=str(made_with["commit"]),
             description=f"{content.title}: {n} episodes of {content.policy}, which sees {content.sees}, on split"
-            f" {content.split}. Scores are those of grind_env.scores: 0 for the best fixed plan, 1 for the planner that"
-            " knows the whole episode.",
+            f" {content.split}.{'' if known is None else SCALE}",
             requirements=[f"grind_env=={made_with['grind_env']}"],
             **scale,
         )

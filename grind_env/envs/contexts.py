@@ -18,11 +18,16 @@ task can be tested on another material as it is. An agent that is to know it nee
 a task of several materials the flag of the one fixed is set; all flags are 0 for a material that the task does not
 have.
 
-Splits hold out ranges of the factors: the distribution of every log-normal factor (lot, wheel, coolant) is cut into ten
-ranges of equal probability, and an episode of a split draws its factors from the ranges of `SPLITS` only. So every
-single lot, wheel and coolant of the split `interpolation` is new to an agent that was trained on `inner`, and lies
-between factors that it has met. A split is given by its name and implied by nothing, no seed either: a seed makes one
-episode, in each split another.
+Splits (`grind_env.envs.splits`) hold out ranges of the factors: the distribution of every log-normal factor (lot,
+wheel, coolant) is cut into ten ranges of equal probability, and an episode of a split draws its factors from the ranges
+of `SPLITS` only. So every single lot, wheel and coolant of the split `interpolation` is new to an agent that was
+trained on `inner`, and lies between factors that it has met. Those of `extrapolation` lie beyond: wear and pressure
+past the last factor that a task draws, half as much stock again, three times the noise, and in every episode another
+material and another wheel of the catalogue, which the observation does not tell. A material is no harder on the wheel
+than the task's hardest one, and a wheel, of the same abrasive, is another in its dulling, its grade, its G-ratio and
+its roughness. A program says what it grinds and with which wheel: `grind/Job-v0` keeps both and its stocks, and has the
+tails and the noise. A split is given by its name and implied by nothing, no seed either: a seed makes one episode, in
+each split another of the same draws.
 """
 
 import math
@@ -34,22 +39,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.envs.machines import fitting, machines_of, seed_beside
+from grind_env.envs.splits import EVERY, RENAMED, SPLITS, Split
 from grind_env.envs.tasks import Task, TaskError
 from grind_env.errors import GrindError, quoted
 
 if TYPE_CHECKING:
     from grind_env.plants import Plants
-
-EVERY = "all"
-"""The split that holds nothing out, from which is drawn what no split is named for."""
-SPLITS: Mapping[str, tuple[int, ...]] = {EVERY: (), "inner": (0, 3, 4, 5, 6, 9), "interpolation": (1, 8)}
-"""Ranges of each split, counted from the lowest factor; symmetric, so that the middle factor is 1 in each.
-
-`all` is the whole distribution, with no range held out. Ranges 2 and 7 are in neither `inner` nor `interpolation`.
-"""
-RENAMED = {"train": "inner", "test": "interpolation"}
-"""Splits that had another name."""
-RANGES = 10
 
 What = TypeVar("What", bound=Hashable)
 
@@ -123,13 +118,13 @@ class Given:
     Attributes:
         fixed: numbers of the context.
         kinds: index of the kind of every block, shape (blocks,); None if the task decides.
-        ranges: of the split; empty for `all`.
+        split: what it changes of the distribution that the rest is drawn from.
         plant: the machine, or those that one is drawn from; None for what the simulation was made with.
     """
 
     fixed: Fixed = FREE
     kinds: tuple[int, ...] | None = None
-    ranges: tuple[int, ...] = ()
+    split: Split = SPLITS[EVERY]
     plant: "Plants | None" = None
 
 
@@ -182,7 +177,7 @@ def read_options(
             fixed, kinds = _context(task, value, without_effect(task) if barred is None else barred)
             given = replace(given, fixed=fixed, kinds=kinds)
         elif name == "split":
-            given = replace(given, ranges=split_ranges(value))
+            given = replace(given, split=find_split(value))
         elif name == "plant":
             given = replace(given, plant=fitting(value, made))
         else:
@@ -250,13 +245,8 @@ def apart(given: Sequence[Given]) -> tuple[list[Given], NDArray[np.int64]]:
     return [*once.values()], np.array([numbers[id(each)] for each in given])
 
 
-def split_bits(ranges: tuple[int, ...]) -> float:
-    """The ranges of a split as the bits of a whole number; 0 for `all`."""
-    return float(sum(1 << k for k in ranges))
-
-
-def split_ranges(name: Any) -> tuple[int, ...]:
-    """The ranges of a split; none for `all`.
+def find_split(name: Any) -> Split:
+    """The split of that name.
 
     Raises:
         ContextError: if there is no such split.

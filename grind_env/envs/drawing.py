@@ -10,7 +10,7 @@ import numpy as np
 
 from grind_env.arrays import Table
 from grind_env.belief.hidden import CUT
-from grind_env.envs.contexts import RANGES
+from grind_env.envs.splits import RANGES
 from grind_env.kernel import entry, exp, inlined
 from grind_env.kernel.columns import lane_reader, lane_writer
 from grind_env.kernel.random import Words, normal, philox, uniform
@@ -44,9 +44,9 @@ def words_of(key_0: float, key_1: float, what: int, number: int) -> Words:
 
 
 @inlined
-def within(u: float, split: float) -> float:
-    """A uniform number moved into the ranges of a split, in their order, by probability."""
-    bits = int(split)
+def within(u: float, ranges: float) -> float:
+    """A uniform number moved into the ranges of a split, in their order, by probability; `ranges` as in `Draws`."""
+    bits = int(ranges)
     if bits == 0:
         return u
     count = 0
@@ -68,9 +68,9 @@ def log_normal(sigma: float, z: float) -> float:
 
 
 @inlined
-def factor(sigma: float, word: float, split: float) -> float:
+def factor(sigma: float, word: float, ranges: float) -> float:
     """Log-normal factor, from the ranges of a split, whose standard normal number is cut at `CUT`."""
-    return log_normal(sigma, normal(within(uniform(word), split)))
+    return log_normal(sigma, normal(within(uniform(word), ranges)))
 
 
 @inlined

@@ -29,6 +29,8 @@ from grind_env.envs.drawing import (
     words_of,
     write_block,
 )
+from grind_env.envs.splits import Draws
+from grind_env.envs.tasks.others import OtherWheel
 from grind_env.kernel import entry, exp, inlined
 from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.kernel.random import uniform
@@ -114,8 +116,12 @@ class Origin(NamedTuple):
     """Number of blocks after which the episode ends."""
     drawn: float
     """Number of rows drawn so far."""
-    split: float
-    """Ranges of the split: bit k for the one of index k; 0 for all."""
+    ranges: float
+    """Of the split: bit k for the one of index k; 0 for all."""
+    reach: float
+    """Factor on the logarithmic standard deviations of wear and pressure."""
+    stocks: float
+    """Factor on the stock of every part that is not fixed."""
     material: float
     stock: float
     kA: float
@@ -123,7 +129,7 @@ class Origin(NamedTuple):
     ra_scale: float
     slack: float
     noise: float
-    """Factor on the noise; 1 if no context fixes it."""
+    """Factor on the noise; that of the split if no context fixes it."""
     wheel_kA: float
     """Factor of the first wheel on the wear-flat growth."""
     spare_kA: float
@@ -218,38 +224,54 @@ class Sigmas(NamedTuple):
     """That ratio at most."""
 
 
-read_sigmas = column_reader(Sigmas)
+read_sigmas, read_wheel = column_reader(Sigmas), column_reader(OtherWheel)
+SAME = OtherWheel()
 
 
 @inlined
-def origin_of(u_0: float, u_1: float, blocks: int, given: Fixed, split: float, sigmas: Sigmas) -> Origin:
-    """What an episode of so many blocks is drawn from, by two uniform numbers, what a context fixes, and the split."""
+def origin_of(
+    u_0: float, u_1: float, blocks: int, given: Fixed, split: Draws, sigmas: Sigmas, materials: Any, wheels: Any
+) -> Origin:
+    """What an episode of so many blocks is drawn from, by two uniform numbers, what a context fixes, and the split.
+
+    Of a foreign split it has one of the `materials`, shape (any,), and one of the `wheels`, shape (any, fields of
+    `OtherWheel`).
+    """
     key_0, key_1 = key_of(u_0, u_1)
     kA_word, ra_word, fc_word, Gref_word = words_of(key_0, key_1, EPISODE, 0)
     hf_word, ageing_word, _, _ = words_of(key_0, key_1, EPISODE, 1)
-    spare_kA_word, spare_ra_word, _, _ = words_of(key_0, key_1, EPISODE, 2)
+    spare_kA_word, spare_ra_word, material_word, wheel_word = words_of(key_0, key_1, EPISODE, 2)
+    material, other = given.material, SAME
+    if split.foreign > 0.0:
+        if materials.size > 0:
+            material = unless(material, materials[int(uniform(material_word) * materials.size)])
+        if wheels.shape[0] > 0:
+            other = read_wheel(wheels, int(uniform(wheel_word) * wheels.shape[0]))
+    growth, ranges = split.reach * sigmas.wheel_growth, split.bits
     ageing = 1.0 + sigmas.coolant_ageing * (2.0 * uniform(ageing_word) - 1.0)
     return Origin(
         key_0=key_0,
         key_1=key_1,
         blocks=float(blocks),
         drawn=0.0,
-        split=split,
-        material=given.material,
+        ranges=ranges,
+        reach=split.reach,
+        stocks=split.stock,
+        material=material,
         stock=given.stock,
         kA=given.kA,
         pm=given.pm,
         ra_scale=given.ra_scale,
         slack=given.slack,
-        noise=unless(given.noise, 1.0),
-        wheel_kA=unless(given.wheel_kA, factor(sigmas.wheel_growth, kA_word, split)),
-        spare_kA=unless(given.wheel_kA, factor(sigmas.wheel_growth, spare_kA_word, split)),
-        wheel_ra=factor(sigmas.wheel_roughness, ra_word, split),
-        spare_ra=factor(sigmas.wheel_roughness, spare_ra_word, split),
-        hf=unless(given.hf, factor(sigmas.convection, hf_word, split)),
+        noise=unless(given.noise, split.noise),
+        wheel_kA=unless(given.wheel_kA, other.kA * factor(growth, kA_word, ranges)),
+        spare_kA=unless(given.wheel_kA, other.kA * factor(growth, spare_kA_word, ranges)),
+        wheel_ra=other.RaRef * factor(sigmas.wheel_roughness, ra_word, ranges),
+        spare_ra=other.RaRef * factor(sigmas.wheel_roughness, spare_ra_word, ranges),
+        hf=unless(given.hf, factor(sigmas.convection, hf_word, ranges)),
         ageing=sigmas.ageing * unless(given.coolant_ageing, ageing),
-        fc=unless(given.fc, factor(sigmas.fracture_force, fc_word, split)),
-        Gref=unless(given.Gref, factor(sigmas.g_ratio, Gref_word, split)),
+        fc=unless(given.fc, other.fc * factor(sigmas.fracture_force, fc_word, ranges)),
+        Gref=unless(given.Gref, other.Gref * factor(sigmas.g_ratio, Gref_word, ranges)),
     )
 
 
@@ -279,12 +301,12 @@ def draw_row(tape: Any, of: Block, drawn: Drawn, source: Any, schedule: Any, kin
         lots = starts and (np.isnan(origin.kA) or np.isnan(origin.pm))
         new_lot = begins or (lots and uniform(drawn.lot) < sigmas.lot_probability)
         if new_lot:
-            kA = unless(origin.kA, factor(sigmas.lot_growth, drawn.kA, origin.split))
-            pm = unless(origin.pm, factor(sigmas.lot_pressure, drawn.pm, origin.split))
+            kA = unless(origin.kA, factor(origin.reach * sigmas.lot_growth, drawn.kA, origin.ranges))
+            pm = unless(origin.pm, factor(origin.reach * sigmas.lot_pressure, drawn.pm, origin.ranges))
         if starts:
             parts += 1.0
             part_ra = log_normal(sigmas.part_roughness, drawn.part_ra) if np.isnan(origin.ra_scale) else 1.0
-            relative = max(kind.least_stock, 1.0 + spread(sigmas.stock, drawn.stock))
+            relative = origin.stocks * max(kind.least_stock, 1.0 + spread(sigmas.stock, drawn.stock))
             stock = kind.stock * unless(origin.stock, relative)
             stock = np.floor(1000.0 * stock + 0.5) / 1000.0
             gauged = max(stock + spread(noise * sigmas.gauge, drawn.gauge), 0.3 * kind.stock)

@@ -7,9 +7,10 @@ import numpy as np
 
 from grind_env.arrays import Array
 from grind_env.envs.actions import ActionCodec
-from grind_env.envs.contexts import EVERY, SPLITS, Given, split_ranges
+from grind_env.envs.contexts import Given, find_split
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
+from grind_env.envs.splits import EVERY, SPLITS
 from grind_env.envs.tables import Outcome
 from grind_env.errors import GrindError, quoted
 from grind_env.policies.choices import Decision
@@ -115,7 +116,7 @@ def start_episodes(simulation: Simulation, seeds: Sequence[int], split: str = EV
     Raises:
         ContextError: if there is no such split.
     """
-    given = [Given(ranges=split_ranges(split))] * len(seeds)
+    given = [Given(split=find_split(split))] * len(seeds)
     return simulation.start([np.random.default_rng(seed) for seed in seeds], given)
 
 

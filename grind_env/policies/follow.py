@@ -11,8 +11,8 @@ from grind_env.arrays import Array
 from grind_env.belief.hidden import Belief
 from grind_env.belief.wheel import WheelBelief
 from grind_env.envs.actions import ActionCodec
-from grind_env.envs.contexts import EVERY
 from grind_env.envs.model import MemberModel
+from grind_env.envs.splits import EVERY
 from grind_env.errors import GrindError, quoted
 from grind_env.extras import needing
 from grind_env.policies.choices import Decision
@@ -88,7 +88,7 @@ def follow(
         problem: what it grinds, or what `find_problem` finds: an id, a task file, a part program.
         beside: other policies, likewise.
         seeds: one of `evaluation.SEEDS`.
-        split: that contexts are drawn from, one of `grind_env.envs.contexts.SPLITS`.
+        split: that contexts are drawn from, one of `grind_env.envs.splits.SPLITS`.
         episodes: how many.
 
     Raises:

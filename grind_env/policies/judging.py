@@ -6,8 +6,8 @@ from typing import Any, get_args
 
 import numpy as np
 
-from grind_env.envs.contexts import EVERY
 from grind_env.envs.machines import machines_of
+from grind_env.envs.splits import EVERY, SPLITS
 from grind_env.errors import GrindError, quoted
 from grind_env.plants.names import MODEL
 from grind_env.policies.evaluation import SEEDS, Evaluation, episode_seeds, roll_out, start_episodes
@@ -119,13 +119,14 @@ def evaluate(
 ) -> Judgement:
     """Run a policy on frozen seeds, and judge it.
 
-    On a machine that is not the model there is no score: the anchors are of the model.
+    On a machine that is not the model, and in a split that goes beyond what the task draws, there is no score: the
+    anchors are of the model and of the task.
 
     Args:
         policy: decides; or what `named_policy` finds: a name, a file, a constant.
         problem: what it grinds, or what `find_problem` finds: an id, a task file, a part program.
         seeds: one of `SEEDS`; by default the evaluation seeds.
-        split: that contexts are drawn from, one of `grind_env.envs.contexts.SPLITS`.
+        split: that contexts are drawn from, one of `grind_env.envs.splits.SPLITS`.
         episodes: how many.
         first_seed: of seeds of one's own instead.
         plant: name of the machine (`grind_env.plants`), by default the model; without a seed in it, every episode draws
@@ -164,7 +165,8 @@ def evaluate(
     _check_policy(policy)
     start = start_episodes(simulation, chosen, split)
     run = roll_out(policy, simulation, start, held)
-    known, score = find_reference(problem.id) if machines is None else None, None
+    anchored = machines is None and not SPLITS[split].beyond
+    known, score = find_reference(problem.id) if anchored else None, None
     paired = (chosen.start, split) == (SEEDS[REFERENCE_SEEDS], EVERY)
     if known is not None and not known.ratio:
         try:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from grind_env.envs.contexts import EVERY
+from grind_env.envs.splits import EVERY
 from grind_env.machine.job import Job
 from grind_env.policies.held import model_beside, parted
 from grind_env.policies.policy import Policy, reveal

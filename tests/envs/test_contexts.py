@@ -12,14 +12,13 @@ from grind_env.envs import any_task
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.contexts import (
     CONTEXT_FACTORS,
-    SPLITS,
     ContextError,
     Given,
     nominal_context,
     read_options,
-    split_bits,
 )
 from grind_env.envs.drawing import within
+from grind_env.envs.splits import EVERY, SPLITS, Split, draws_of
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task, task_names
 from grind_env.errors import GrindError
@@ -167,7 +166,7 @@ def test_a_context_holds_until_another_is_given() -> None:
     assert growth() == 1
     assert growth(options={"split": "interpolation"}) == 1
     assert growth(options={"context": None}) > 5
-    assert env.given.ranges == SPLITS["interpolation"]
+    assert env.given.split == SPLITS["interpolation"]
     assert growth(options={"split": "all"}) > 5
     assert env.given == Given()
 
@@ -185,7 +184,9 @@ def test_sub_envs_have_contexts_of_their_own_through_autoresets() -> None:
             assert len(np.unique(stocks[1])) > 20
             for action in actions(61 if mode == AutoresetMode.NEXT_STEP else 60, 3, seed=episode):
                 env.step(action)
-        assert [given.ranges for given in env.unwrapped.given] == [SPLITS["inner"], SPLITS["interpolation"], ()]
+        assert [given.split for given in env.unwrapped.given] == [
+            SPLITS[name] for name in ("inner", "interpolation", "all")
+        ]
         # only those that are reset take a new one
         mask = np.array([True, False, False])
         env.reset(options={"reset_mask": mask, "context": {"stock": 1.2}})
@@ -219,7 +220,10 @@ BAD: list[tuple[Any, str]] = [
     ({"context": {"slack": 0.5}}, "power_limited has no due dates: slack cannot be fixed, leave it out"),
     ({"context": {"coolant_ageing": 2.0}}, "power_limited has a coolant that does not age: coolant_ageing cannot"),
     *(
-        ({"split": name}, f"split is {name!r}, but must be one of all, inner, interpolation: it names contexts")
+        (
+            {"split": name},
+            f"split is {name!r}, but must be one of all, inner, interpolation, extrapolation: it names",
+        )
         for name in ("training", "validation", "evaluation", "outer", None, 3)
     ),
     ({"split": "train"}, "split is 'train', which is called 'inner' now"),
@@ -260,16 +264,17 @@ def test_a_rough_block_needs_its_finish_block() -> None:
 
 
 def test_the_splits_take_ranges_of_every_factor_that_do_not_meet() -> None:
-    assert SPLITS["all"] == ()
-    ranges = [number for split in SPLITS.values() for number in split]
-    assert sorted(ranges) == [0, 1, 3, 4, 5, 6, 8, 9]
+    assert SPLITS[EVERY] == Split()
+    inner, between = (SPLITS[name].ranges for name in ("inner", "interpolation"))
+    assert sorted(inner + between) == [0, 1, 3, 4, 5, 6, 8, 9]
     # what is to be interpolated lies between what is met in training
-    assert all(min(SPLITS["inner"]) < number < max(SPLITS["inner"]) for number in SPLITS["interpolation"])
+    assert all(min(inner) < number < max(inner) for number in between)
     # symmetric about the middle, so that no split is harder on the whole
-    assert all(sorted(9 - number for number in split) == sorted(split) for split in SPLITS.values())
+    assert all(sorted(9 - number for number in split.ranges) == sorted(split.ranges) for split in SPLITS.values())
+    assert [name for name, split in SPLITS.items() if split.beyond] == ["extrapolation"]
     u = np.sort(np.random.default_rng(0).random(100_000))
-    for split in (SPLITS["inner"], SPLITS["interpolation"]):
-        moved = np.array([within(number, split_bits(split)) for number in u.tolist()])
+    for split in (inner, between):
+        moved = np.array([within(number, draws_of(Split(ranges=split)).bits) for number in u.tolist()])
         share = np.bincount((10.0 * moved).astype(int), minlength=10) / len(u)
         expected = np.array([1.0 / len(split) if number in split else 0.0 for number in range(10)])
         np.testing.assert_allclose(share, expected, atol=0.01)
@@ -282,13 +287,15 @@ def test_every_factor_of_an_episode_comes_from_the_ranges_of_its_split() -> None
     simulation = BlockSimulation(replace(task, spread=replace(task.spread, part_roughness=0.0)))
     sigmas = {"pm": 0.08, "hf": 0.15, "fc": 0.10, "Gref": 0.15, "ra_scale": 0.07, "spare_ra_scale": 0.07}
     for name, split in SPLITS.items():
+        if split.beyond:
+            continue
         given = read_options(simulation.task, {"split": name}, Given())
         count = 300
         tape = simulation.start([np.random.default_rng(i) for i in range(count)], [given] * count).tape
         columns = TapeRow(*np.moveaxis(tape, 2, 0))
         for factor, sigma in sigmas.items():
             z = np.log(getattr(columns, factor)) / sigma
-            assert set(np.digitize(z.ravel(), DECILES)) == set(split or range(10)), (name, factor)
+            assert set(np.digitize(z.ravel(), DECILES)) == set(split.ranges or range(10)), (name, factor)
     plain = start(simulation, 300).tape
     z = np.log(TapeRow(*np.moveaxis(plain, 2, 0)).hf[:, 0]) / 0.15
     assert set(np.digitize(z, DECILES)) == set(range(10))

@@ -128,7 +128,7 @@ def play(env: gym.Env[Any, Any], most: int, seed: int = 0) -> list[Any]:
 
 
 def test_the_published_ids_are_registered() -> None:
-    names = "Slot JobShop Rush PowerLimited WideRails Oracle6 Blades CBN"
+    names = "Slot JobShop Rush PowerLimited WideRails Oracle6 Blades CBN Memory Noise Credit"
     assert set(IDS) == {f"grind/{name}-v0" for name in names.split()}
     assert set(IDS) | {f"grind/{name}-v0" for name in ("Job", "Reciprocation", "Stroke", "Wen")} <= set(every_id())
     assert {*BOX_ALONE, *NO_PRE_DRESS} <= set(every_id())
@@ -308,7 +308,8 @@ def test_types_are_those_of_the_python_api(env_id: str) -> None:
 def test_an_episode_ends_terminated_with_its_last_block(env_id: str) -> None:
     env = gym.make(env_id)
     published = {"Slot": 30, "JobShop": 96, "Rush": 96, "PowerLimited": 60, "WideRails": 100, "Oracle6": 6}
-    blocks = {**published, "Blades": 80, "CBN": 120}[env_id.removeprefix("grind/").removesuffix("-v0")]
+    diagnostics = {"Memory": 20, "Noise": 24, "Credit": 24}
+    blocks = {**published, **diagnostics, "Blades": 80, "CBN": 120}[env_id.removeprefix("grind/").removesuffix("-v0")]
     assert blocks == BLOCKS[env_id]
     env.reset(seed=0)
     ends = [env.step(action[0])[2:4] for action in actions(blocks, 1)]

@@ -48,6 +48,9 @@ SETUPS = {
     "wide_rails": Published(width=65.0, load=30.0),
     "blades": Published(speed=25.0, depth=0.01),
     "CBN": Published(speed=35.0, price=2e-2, passes=3, depth=0.004),
+    "memory": Published(lead=0.05, setup=60.0, load=5.0),
+    "noise": Published(setup=600.0, load=5.0),
+    "credit": Published(width=65.0, depth=0.03, lead=0.15, setup=120.0),
 }
 FASTEST = {"power_limited": 12.0, "wide_rails": 12.0}
 """m/min; a faster table stalls a spindle of 5 kW in most blocks."""

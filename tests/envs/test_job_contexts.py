@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from grind_env.envs.contexts import CONTEXT_FACTORS, SPLITS, ContextError, Given, read_options
+from grind_env.envs.contexts import CONTEXT_FACTORS, ContextError, Given, read_options
 from grind_env.envs.drawing import EPISODE
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.ids import job
 from grind_env.envs.job.readings import job_task
 from grind_env.envs.job.tape import LOT_FACTORS, WHEEL_FACTORS, WHEEL_SPREAD, JobTape, barred_factors
+from grind_env.envs.splits import SPLITS
 from grind_env.kernel.random import philox
 from grind_env.machine.job import Lots
 from tests.envs.harness import MODES, assert_same, job_drawn, tape_of_job
@@ -99,17 +100,33 @@ def test_a_context_does_not_change_the_random_numbers_of_a_later_episode() -> No
     assert len(set(followers)) == 1
 
 
-@pytest.mark.parametrize(("name", "ranges"), SPLITS.items())
-def test_every_factor_of_an_episode_comes_from_the_ranges_of_its_split(name: str, ranges: tuple[int, ...]) -> None:
+@pytest.mark.parametrize("name", SPLITS)
+def test_every_factor_of_an_episode_comes_from_the_ranges_of_its_split(name: str) -> None:
     # the roughness of every part scatters on top of that of the wheel, in every split
     lots, given = Lots(roughness=0.0), given_of({"split": name})
     tapes = [job_drawn(np.random.default_rng(seed), 50, 1.0, given, lots) for seed in range(300)]
     for factor, sigma in {**WHEEL_SPREAD, "pm": Lots().pressure}.items():
         if factor == "kA":
             continue  # the product of two factors
-        z = np.log(np.array([column(tape, factor) for tape in tapes]).ravel()) / sigma
+        reach = SPLITS[name].reach if factor == "pm" else 1.0
+        z = np.log(np.array([column(tape, factor) for tape in tapes]).ravel()) / (reach * sigma)
         near = np.abs(z[:, None] - DECILES).min(axis=-1) < 1e-3
-        assert set(np.digitize(z[~near], DECILES)) == set(ranges or range(10)), factor
+        assert set(np.digitize(z[~near], DECILES)) == set(SPLITS[name].ranges or range(10)), factor
+
+
+def test_a_program_keeps_its_wheel_and_its_stocks_in_every_split() -> None:
+    # a lot varies from wheel to wheel and part to part only where the job says so
+    alike = Lots(growth=0.0, pressure=0.0, stock=0.0, roughness=0.0)
+    plain, beyond = (
+        [job_drawn(np.random.default_rng(seed), 9, 1.0, given_of({"split": name}), alike) for seed in range(20)]
+        for name in ("all", "extrapolation")
+    )
+    for one, other in zip(plain, beyond, strict=True):
+        assert [part.stock for part in one.conditions] == [part.stock for part in other.conditions]
+        np.testing.assert_allclose(other.noise, 3.0 * one.noise)
+    # 1.28 to 1.8 standard deviations of 0.20, half as far again
+    growth = np.abs(np.log([column(tape, "kA")[0] for tape in beyond])) / WHEEL_SPREAD["kA"]
+    assert (growth > 1.5 * 1.28).all() and (growth < 1.5 * 1.801).all()
 
 
 def test_every_factor_of_a_wheel_and_of_a_lot_has_a_name_in_a_context() -> None:

@@ -20,6 +20,7 @@ from grind_env.envs.blocks.program import CycleBlock, coming_block, conditions, 
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.contexts import Fixed, Given
 from grind_env.envs.names import environment_id, task_names
+from grind_env.envs.splits import EVERY, SPLITS
 from grind_env.envs.tables import Outcome
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Kind, load_task
@@ -118,16 +119,18 @@ class Episode:
     seed=st.integers(0, 10_000),
     policy_seed=st.integers(0, 10_000),
     pre_dress=st.booleans(),
-    material=st.sampled_from([None, *range(len(load_task("power_limited").materials))]),
+    # a split that goes beyond has materials of its own
+    material=st.sampled_from([None, *range(len(load_task("power_limited").materials)), *3 * ["extrapolation"]]),
     left=st.floats(0.1, 8.0),
 )
 def test_the_part_program_of_an_episode_grinds_the_same_parts(
-    name: str, seed: int, policy_seed: int, pre_dress: bool, material: int | None, left: float
+    name: str, seed: int, policy_seed: int, pre_dress: bool, material: int | str | None, left: float
 ) -> None:
-    fixed = Fixed() if material is None else Fixed(material=float(material))
+    fixed = Fixed(material=float(material)) if isinstance(material, int) else Fixed()
     if load_task(name).wheel_change is not None:  # so that the wheel is changed within these parts
         fixed = fixed._replace(executions_left=left)
-    episode = Episode(name, Given(fixed=fixed), seed, policy_seed, pre_dress)
+    split = SPLITS[material if isinstance(material, str) else EVERY]
+    episode = Episode(name, Given(fixed=fixed, split=split), seed, policy_seed, pre_dress)
     task, outcome, result, record = episode.task, episode.outcome, episode.result, episode.record
     parts, last, limit = record.parts, episode.ends, task.limits(task.kinds[0]).power
     # random speeds ask a lot of the spindle, and titanium so much of the wheel that its lag is ground deep at once

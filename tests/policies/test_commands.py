@@ -131,7 +131,10 @@ def test_a_users_mistake_is_one_sentence(
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (("evaluate", "--split", "no_such"), "split is 'no_such', but must be one of all, inner, interpolation"),
+        (
+            ("evaluate", "--split", "no_such"),
+            "split is 'no_such', but must be one of all, inner, interpolation, extrapolation",
+        ),
         (("evaluate", "--split", "test"), "split is 'test', which is called 'interpolation' now"),
         (("evaluate", "--seeds", "test"), "there are no seeds 'test'"),
         (("evaluate", "--seeds", "training", "--first-seed", 3), "give one of both"),

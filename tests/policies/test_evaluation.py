@@ -121,14 +121,14 @@ def test_an_evaluation_is_what_the_environment_says():
 def test_no_seed_implies_contexts_and_a_split_means_those_of_the_environment(seed):
     env, plan = gym.make("grind/PowerLimited-v0"), Fixed(12.0, 1)
     costs = {}
-    for split in (None, "all", "inner", "interpolation"):
+    for split in (None, "all", "inner", "interpolation", "extrapolation"):
         env.reset(seed=seed, options=None if split is None else {"split": split})
         action = env.unwrapped.codec.encode(12000.0, 1)[0]
         costs[split] = sum(env.step(action)[-1]["block_cost"] for _ in range(60))
         (cost,) = run_seeds(plan, SIMULATION, [seed], *([] if split is None else [split])).cost
         assert cost == pytest.approx(costs[split], rel=1e-12)
     assert costs["all"] == costs[None]
-    assert len(set(costs.values())) == 3
+    assert len(set(costs.values())) == 4
 
 
 @pytest.mark.bits

@@ -97,6 +97,14 @@ def test_a_split_is_judged_on_the_evaluation_seeds_with_contexts_of_its_own() ->
     assert judged(SCALE.fixed_plan, split="interpolation").score == (0.0, 0.0, 0.0)
 
 
+def test_beyond_what_the_task_draws_there_is_no_score() -> None:
+    found = judged("handbook", split="extrapolation")
+    seeds = episode_seeds("evaluation", EPISODES)
+    cost = run(make_policy("handbook", SIMULATION), SIMULATION, seeds, "extrapolation").cost
+    np.testing.assert_array_equal(found.evaluation.cost, cost)
+    assert (found.score, "score" in str(found), "score" in found.numbers()) == (None, False, False)
+
+
 def test_without_the_fixed_plan_a_score_stands_on_the_means_of_the_reference(monkeypatch: pytest.MonkeyPatch) -> None:
     rule = make_policy("adaptive_rule", SIMULATION)
 
@@ -123,13 +131,13 @@ def test_where_nothing_is_to_be_gained_there_is_no_score() -> None:
     ("arguments", "sentence"),
     [
         ({"episodes": 1}, "1 episodes have no interval: evaluate 2 at least"),
-        ({"split": "exam"}, "split is 'exam', but must be one of all, inner, interpolation"),
+        ({"split": "exam"}, "split is 'exam', but must be one of all, inner, interpolation, extrapolation"),
         ({"split": "training"}, "it names contexts; training, validation and evaluation are seeds"),
         ({"split": "train"}, "split is 'train', which is called 'inner' now"),
         ({"split": "test"}, "split is 'test', which is called 'interpolation' now"),
         ({"first_seed": 3_000_000, "split": "test"}, "split is 'test', which is called 'interpolation' now"),
         ({"seeds": "exam"}, "there are no seeds 'exam': the seeds are training, validation, evaluation"),
-        ({"seeds": "test"}, "contexts are named by the split, all, inner, interpolation"),
+        ({"seeds": "test"}, "contexts are named by the split, all, inner, interpolation, extrapolation"),
         ({"seeds": "training", "first_seed": 5}, "seeds is 'training', and the first seed is 5: give one of both"),
         ({"episodes": 10**6}, "1000000 episodes are asked for, but there are 1 to 500000 evaluation seeds"),
         ({"first_seed": -1}, "the first seed is -1: give 0 or more"),

@@ -29,7 +29,7 @@ SMALL = 0, -1, 1, 2.5, "2", None, True, [2], float("nan")
 MADE = 0.3
 """Share of cases in which an environment is made of odd arguments."""
 SEEDS: tuple[Any, ...] = (-1, 0.5, "one", True, 2**40, 10**30, [], [1], [1, -1], {}, np.array(3), np.array([1.5]), 7, 8)
-SPLITS: tuple[Any, ...] = ("all", "inner", "interpolation", "extrapolation", "", None, 3, ["all"])
+SPLITS: tuple[Any, ...] = ("all", "inner", "interpolation", "extrapolation", "exam", "", None, 3, ["all"])
 
 
 def attempt(seed: int) -> Tried:

@@ -7,11 +7,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.contexts import Fixed, Given, apart, split_bits
+from grind_env.envs.contexts import Fixed, Given, apart
 from grind_env.envs.drawing import EPISODE, ORDER, keys_of, unless, words_of
 from grind_env.envs.episodes import Episodes
+from grind_env.envs.splits import Draws, draws_of
 from grind_env.envs.tape import DrawnKind, Origin, Sigmas, draw_rows, origin_of, read_origin, read_sigmas, write_origin
 from grind_env.envs.tasks import Task
+from grind_env.envs.tasks.others import OtherWheel, other_materials, other_wheels
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader
 from grind_env.kernel.random import uniform
@@ -23,7 +25,7 @@ from grind_env.process.stroke import dressed_wheel
 DEALT = -1
 """Kind of a block that the orders decide."""
 
-read_fixed = column_reader(Fixed)
+read_fixed, read_draws = column_reader(Fixed), column_reader(Draws)
 
 
 class Opening(NamedTuple):
@@ -79,6 +81,8 @@ def begin_episodes(
     sequences: Any,
     kinds: Any,
     spreads: Any,
+    materials: Any,
+    other_wheels: Any,
     most_parts: int,
     opening: Opening,
     parameters: Any,
@@ -95,18 +99,21 @@ def begin_episodes(
         keys: two uniform numbers for each, shape (M, 2).
         which: number of what is given of each, shape (M,).
         fixed: what a context fixes, by that number, shape (any, fields of `Fixed`).
-        splits: ranges of the split likewise, as in `Origin`.
+        splits: of the split likewise, shape (any, fields of `Draws`).
         sequences: kinds of the blocks likewise, shape (any, blocks); `DEALT` where orders deal them.
         kinds: shape (kinds, fields of `DrawnKind`).
         spreads: shape (1, fields of `Sigmas`).
+        materials: of a foreign split, as for `origin_of`.
+        other_wheels: likewise.
         most_parts: of an order; 0 in a task without orders.
         opening: how the episodes of the task begin.
         parameters: of the dress before the first block, shape (1, fields of `StrokeParameters`).
     """
     sigmas, p = read_sigmas(spreads, 0), read_parameters(parameters, 0)
     for j in range(index.size):
-        i, given, split = index[j], read_fixed(fixed, which[j]), splits[which[j]]
-        write_origin(source, i, origin_of(keys[j, 0], keys[j, 1], schedule.shape[1], given, split, sigmas))
+        i, given, split = index[j], read_fixed(fixed, which[j]), read_draws(splits, which[j])
+        u_0, u_1, blocks = keys[j, 0], keys[j, 1], schedule.shape[1]
+        write_origin(source, i, origin_of(u_0, u_1, blocks, given, split, sigmas, materials, other_wheels))
         origin = read_origin(source, i)
         write_schedule(schedule, i, sequences[which[j]], kinds.shape[0], most_parts, origin)
         block[i] = 0
@@ -150,6 +157,8 @@ class EpisodeGenerator:
         self.parameters = task.parameters(task.kinds[0])
         self.opening = _opening(task)
         self._parameter_row = np.array([self.parameters])
+        self._materials = np.array([float(task.materials.index(name)) for name in other_materials(task)])
+        self._wheels = np.array(other_wheels(task)).reshape(-1, len(OtherWheel._fields))
 
     def begin(
         self,
@@ -177,10 +186,12 @@ class EpisodeGenerator:
             keys_of(rngs),
             which,
             np.array([one.fixed for one in each]),
-            np.array([split_bits(one.ranges) for one in each]),
+            np.array([draws_of(one.split) for one in each]),
             np.array([self.sequence if one.kinds is None else one.kinds for one in each]),
             self.kinds,
             self.spreads,
+            self._materials,
+            self._wheels,
             self.most_parts,
             self.opening,
             self._parameter_row,

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.belief.hidden import FACTORS
-from grind_env.envs.contexts import CONTEXT_FACTORS, Fixed, Given, apart, split_bits
+from grind_env.envs.contexts import CONTEXT_FACTORS, Fixed, Given, apart
 from grind_env.envs.drawing import EPISODE, GAUGES, PART, READINGS, deviation, factor, key_of, keys_of, unless, words_of
+from grind_env.envs.splits import Draws, draws_of
 from grind_env.envs.tape import TapeRow, write_row
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader
@@ -41,7 +42,7 @@ STATED = [
 ]
 """Columns in which stated parts differ."""
 
-read_fixed = column_reader(Fixed)
+read_fixed, read_draws = column_reader(Fixed), column_reader(Draws)
 
 LEAST_STOCK = 0.4
 """Of the nominal one; no part has less."""
@@ -146,7 +147,7 @@ class JobGenerator:
             keys_of(rngs),
             which,
             np.array([one.fixed for one in each]),
-            np.array([split_bits(one.ranges) for one in each]),
+            np.array([draws_of(one.split) for one in each]),
             self.part_of_block,
             self.stocks,
             self._sigmas,
@@ -237,17 +238,16 @@ def fill_jobs(
         keys: two uniform numbers for each, shape (M, 2).
         which: number of what is given of each, shape (M,).
         fixed: what a context fixes, by that number, shape (any, fields of `Fixed`).
-        splits: ranges of the split likewise, as in `tape.Origin`.
+        splits: of the split likewise, shape (any, fields of `Draws`); what is ground and with which wheel, the program
+            and its job say in every one.
         part_of_block: number of the part of each block, shape (blocks,).
         nominal: stock of each part, mm, shape (parts,).
         sigmas: spreads of the job.
         probability: that a part after the first begins a new lot.
     """
     for j in range(index.size):
-        given = read_fixed(fixed, which[j])
-        fill_job(
-            tape[index[j]], keys[j, 0], keys[j, 1], given, splits[which[j]], part_of_block, nominal, sigmas, probability
-        )
+        given, split = read_fixed(fixed, which[j]), read_draws(splits, which[j])
+        fill_job(tape[index[j]], keys[j, 0], keys[j, 1], given, split, part_of_block, nominal, sigmas, probability)
 
 
 @inlined
@@ -256,7 +256,7 @@ def fill_job(
     u_0: float,
     u_1: float,
     fixed: Fixed,
-    split: float,
+    split: Draws,
     part_of_block: Any,
     nominal: Any,
     sigmas: JobSigmas,
@@ -269,12 +269,13 @@ def fill_job(
     key_0, key_1 = key_of(u_0, u_1)
     growth_word, rough_word, fc_word, Gref_word = words_of(key_0, key_1, EPISODE, 0)
     hf_word, _, _, _ = words_of(key_0, key_1, EPISODE, 1)
-    wheel_kA = unless(fixed.wheel_kA, factor(sigmas.wheel_growth, growth_word, split))
-    wheel_ra = factor(sigmas.wheel_roughness, rough_word, split)
-    fc = unless(fixed.fc, factor(sigmas.fracture_force, fc_word, split))
-    Gref = unless(fixed.Gref, factor(sigmas.g_ratio, Gref_word, split))
-    hf = unless(fixed.hf, factor(sigmas.convection, hf_word, split))
-    measurement = sigmas.measurement * unless(fixed.noise, 1.0)
+    ranges, reach = split.bits, split.reach
+    wheel_kA = unless(fixed.wheel_kA, factor(reach * sigmas.wheel_growth, growth_word, ranges))
+    wheel_ra = factor(sigmas.wheel_roughness, rough_word, ranges)
+    fc = unless(fixed.fc, factor(sigmas.fracture_force, fc_word, ranges))
+    Gref = unless(fixed.Gref, factor(sigmas.g_ratio, Gref_word, ranges))
+    hf = unless(fixed.hf, factor(sigmas.convection, hf_word, ranges))
+    measurement = sigmas.measurement * unless(fixed.noise, split.noise)
     # a lot that differs from the last one in nothing is no new lot
     lots = sigmas.measurement > 0.0 and (np.isnan(fixed.kA) or np.isnan(fixed.pm))
     part, kA, pm, ra_scale, part_ra, stock = -1, 1.0, 1.0, 1.0, 1.0, nominal[0]
@@ -286,8 +287,8 @@ def fill_job(
             _, part_word, _, _ = words_of(key_0, key_1, GAUGES, part)
             begins = part == 0 or (lots and uniform(lot_word) < probability)
             if begins:
-                kA = unless(fixed.kA, factor(sigmas.lot_growth, kA_word, split))
-                pm = unless(fixed.pm, factor(sigmas.lot_pressure, pm_word, split))
+                kA = unless(fixed.kA, factor(reach * sigmas.lot_growth, kA_word, ranges))
+                pm = unless(fixed.pm, factor(reach * sigmas.lot_pressure, pm_word, ranges))
             part_ra = factor(sigmas.part_roughness, part_word, 0.0) if np.isnan(fixed.ra_scale) else 1.0
             ra_scale = unless(fixed.ra_scale, wheel_ra * part_ra)
             stock = nominal[part] * max(LEAST_STOCK, 1.0 + deviation(sigmas.stock, stock_word))
