@@ -2,6 +2,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from grind_env.cli import main
+from grind_env.shop.optimise import variation
 from tests.command import Grind
 
 # the first call of a compiled function compiles it, which no deadline should count, and a busy machine draws slowly
@@ -20,3 +21,9 @@ def grind(capsys: pytest.CaptureFixture[str]) -> Grind:
         return int(ended.value.code or 0), said.out, said.err
 
     return call
+
+
+@pytest.fixture
+def few_lots(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Short batches are ground on as many lots as long ones, where a test is not of how sure a promise is."""
+    monkeypatch.setattr(variation, "USUAL_RUNS", 1)

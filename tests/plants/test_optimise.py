@@ -12,6 +12,8 @@ from grind_env.render.tables import as_data
 from grind_env.shop.calls import optimise
 from grind_env.shop.optimise import table
 
+pytestmark = pytest.mark.usefixtures("few_lots")
+
 PLATE = examples.path("plate_g82.nc")
 PLANT = "held-out:3"
 WISHES = {"vary": ["E"], "parts": 2, "bounds": {"E": (9000, 11000)}, "rounding": {"E": 500}, "budget": 60.0}

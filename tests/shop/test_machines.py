@@ -25,6 +25,8 @@ from grind_env.shop.trials import LotUse, Trials, lots_of, trials_of
 from tests.shop.programs import EXAMPLES, KNOWN, PLATE
 from tests.shop.promises import TABLE, Kept, said
 
+pytestmark = pytest.mark.usefixtures("few_lots")
+
 LOTS = lots_of(5, LotUse.JUDGEMENT, 6)
 FEW = {"vary": ["E"], "parts": 2, "bounds": {"E": (9000, 11000)}, "rounding": {"E": 500}, "budget": 60.0}
 

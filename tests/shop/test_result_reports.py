@@ -25,6 +25,8 @@ from tests.shop.test_report import cells, section
 
 pytest.importorskip("plotly")
 
+pytestmark = pytest.mark.usefixtures("few_lots")
+
 HOSTILE = "<img src=x onerror=alert`1`>"
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 

@@ -11,9 +11,9 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from grind_env.control.reader import called_files
-from grind_env.envs.contexts import EVERY
 from grind_env.envs.names import ANY_TASK, FOLDER, OTHERS, environment_id, task_names
 from grind_env.envs.simulation import Simulation
+from grind_env.envs.splits import EVERY
 from grind_env.envs.tasks.reading import files_of_task
 from grind_env.envs.tasks.reading import is_file as is_task_file
 from grind_env.errors import GrindError, quoted

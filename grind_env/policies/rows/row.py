@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from grind_env.envs.contexts import EVERY
+from grind_env.envs.splits import EVERY
 from grind_env.errors import quoted, shortened
 from grind_env.files import read_text, shown, write_atomically
 from grind_env.policies.evaluation import Evaluation
