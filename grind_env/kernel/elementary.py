@@ -111,5 +111,5 @@ def logistic(x: float) -> float:
 
 @inlined
 def tanh(x: float) -> float:
-    """Hyperbolic tangent; near 0 its error is 2e-16 of 1, not of the result."""
+    """Hyperbolic tangent; its error is below 4e-16 of 1, near 0 too, where that is much of the result."""
     return 2.0 * logistic(2.0 * x) - 1.0

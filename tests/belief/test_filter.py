@@ -179,13 +179,17 @@ def test_the_hypercube_is_one() -> None:
 # --- the filter ----------------------------------------------------------------------------------------------
 
 
+LEAST_DULLED = {"noise": 1.1}
+"""Wear-flat area at its largest over that at its least; of short light grinding it is less."""
+
+
 @pytest.mark.parametrize("name", task_names())
 def test_a_task_without_chance_is_followed_exactly(name: str) -> None:
     # through dresses, pre-dresses, orders, ageing coolant and new wheels
     found = run(dataclasses.replace(load_task(name), spread=Spread()), 8, 3)
     np.testing.assert_allclose(found["wear_flat"], found["A"], rtol=2e-5)
     assert found["wear_flat_spread"].max() < 1e-6
-    assert found["A"].max() > 1.2 * found["A"].min()
+    assert found["A"].max() > LEAST_DULLED.get(name, 1.2) * found["A"].min()
 
 
 @pytest.mark.parametrize("name", ["reciprocation", "wide_plates"])

@@ -133,6 +133,7 @@ run = functools.cache(Run)
 
 def test_some_of_these_plans_stall_the_spindle_and_most_do_not() -> None:
     stalls = {name: run(name).stalls.mean() for name in task_names()}
+    assert stalls.pop("credit") > 0.5  # where it is ruin to leave dresses out
     assert max(stalls.values()) < 0.5 and 0.0 < np.median(list(stalls.values())) < 0.05
     assert run("wide_rails").stalled_before.any()
 

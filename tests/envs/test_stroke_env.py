@@ -252,7 +252,7 @@ def test_each_stroke_env_takes_a_context_and_a_split_of_its_own() -> None:
             assert_same(env.unwrapped.episodes.tape[0], vector.unwrapped.episodes.tape[i])
         begun = vector.reset(seed=3)[0]
     vector.reset(options={"split": ["all", "all"], "reset_mask": np.array([False, True])})
-    assert [len(given.ranges) for given in vector.unwrapped.given] == [6, 0]
+    assert [len(given.split.ranges) for given in vector.unwrapped.given] == [6, 0]
 
 
 def test_a_context_does_not_change_the_random_numbers_of_a_later_episode() -> None:

@@ -271,8 +271,9 @@ def test_the_machine_grinds_the_same_parts_from_the_program_of_a_file(
 ) -> None:
     content = {key: value for key, value in content.items() if key not in ("infeed", "cross_pick")}
     own = {"G81": {"infeed": 0.5}, "G82": {}, "G83": {"cross_pick": 12.0}}[cycle]
-    if isinstance(content.get("setup"), dict):
-        content["setup"]["load"] = 600.0  # no shorter than the way of the wheel to the part, whatever its length
+    setup = content.setdefault("setup", {})
+    if isinstance(setup, dict):
+        setup["load"] = 600.0  # no shorter than the way of the wheel to the part, whatever its length
     kinds = content.get("kind")
     if cycle == "G83" and isinstance(kinds, list) and kinds and isinstance(kinds[0], dict):
         kinds[0]["width"] = 60.0
