@@ -138,9 +138,9 @@ ATTACKS: list[tuple[Callable[[Document], Any], str]] = [
     (put("task", to=""), "a task goes with grind/Task-v0"),
     (put("task", to="/etc/passwd"), "task is '/etc/passwd', but must be one of its files"),
     (put("program", to="mine.toml"), "a program with grind/Job-v0"),
-    (put("parts", to=3), None),  # type: ignore[list-item]
+    (put("parts", to=3), "is no part program: leave out its job and its parts"),
     (put("plant", to="os:system"), "it runs the code of its os.py: read that, and give --trust"),
-    (put("plant", to="meter:1"), None),  # type: ignore[list-item]
+    (put("plant", to="meter:1"), "plant is .meter:1., which does not fit its problem or model"),
     (put("plant", to="metre:1"), "no machine 'metre:1'"),
     (put("plant", to="x" * 5000), "a name is longer than 200"),
     (put("model", to="os:system"), "it runs the code of its os.py"),
@@ -187,13 +187,13 @@ ATTACKS: list[tuple[Callable[[Document], Any], str]] = [
 
 @pytest.mark.parametrize(("attack", "said"), ATTACKS, ids=range(len(ATTACKS)))
 def test_what_does_not_fit_is_refused_in_one_sentence(
-    attack: Callable[[Document], Any], said: str | None, good: Document, tmp_path: Path, grind: Grind
+    attack: Callable[[Document], Any], said: str, good: Document, tmp_path: Path, grind: Grind
 ) -> None:
     row, path = deepcopy(good), tmp_path / "row.json"
     attack(row)
     path.write_text(json.dumps(row))
     message = refused(grind, path, "--seed", SEED)
-    assert said is None or re.search(said, message), message
+    assert re.search(said, message), message
 
 
 @pytest.fixture

@@ -149,9 +149,7 @@ def _cells(point: SweepPoint) -> dict[str, str]:
         "rise": f"{point.rise:.0f}",
         "size_error": f"{point.size_error:.1f}",
         "scrap": f"{100.0 * point.scrap:.1f}",
-        "limits": "kept"
-        if point.keeps_limits
-        else f"{point.worst_limit} {100.0 * max(point.of_limits.values()):.0f} %",
+        "limits": "kept" if point.keeps_limits else _beyond(point),
     }
 
 
