@@ -154,6 +154,8 @@ def verify(
     from grind_env.policies.rows.row import read_row
     from grind_env.policies.rows.verifying import verify as verified
 
+    if episodes is not None and seed is None:
+        raise GrindError("--episodes is of those that are drawn from --seed: give it, too, or leave --episodes out")
     read = read_row(row)
     try:
         verdict = verified(read, seed=seed, episodes=episodes, trust=trust)

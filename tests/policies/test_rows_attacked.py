@@ -326,3 +326,10 @@ def test_any_value_anywhere_is_refused_or_does_no_harm(data: st.DataObject, good
         verify(read_row(tmp_path / "row.json"))
     except GrindError as error:
         assert "\n" not in str(error) and len(str(error)) < 900
+
+
+def test_a_number_of_episodes_without_a_seed_is_not_ignored(good: Document, tmp_path: Path, grind: Grind) -> None:
+    path = tmp_path / "row.json"
+    path.write_text(json.dumps(good))
+    status, out, error = grind("verify", path, "--episodes", "3")
+    assert (status, out) == (2, "") and "give it, too, or leave --episodes out" in error
