@@ -1,8 +1,8 @@
 """Learned agents as policies: the acting part of a network without torch, with the same bits on every machine.
 
 Every kind that is trained acts through the same few layers: perhaps an LSTM or a GRU, then linear layers with an
-activation between them. What its last layer says is read as logits of E and of D, as a value of every choice, or as a point of a
-Box.
+activation between them. What its last layer says is read as logits of E and of D, as a value of every choice, or as a
+point of a Box.
 """
 
 from collections.abc import Callable, Mapping
