@@ -22,6 +22,7 @@ from torch import Tensor, nn
 
 from grind_env.arguments import Application, Writes
 from grind_env.envs.learning import eased
+from grind_env.envs.tables import Outcome
 from grind_env.errors import GrindError, quoted
 from grind_env.policies.judging import evaluate
 from grind_env.policies.learned.network import Actor, LearnedPolicy, Network
@@ -38,6 +39,7 @@ FIRST_SEED, SEED_STRIDE, LAST_SEED = 100_000, 1_000, 398
 KIND = "ppo_"
 """Before the memory in the name of an agent."""
 LEAST_DEVIATION = 1e-2
+FINISHED, GOOD = Outcome._fields.index("finished"), Outcome._fields.index("good")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,6 +64,15 @@ class Settings:
     units: int = 64
     hidden: tuple[int, ...] = (64, 64)
     split: str = "inner"
+    budget: float | None = None
+    """Share of the parts that may be scrap, to be kept by a multiplier; None for no constraint."""
+    multiplier_rate: float = 0.5
+    """By which the multiplier, in rewards a part, grows with an update that scraps twice the budget."""
+
+    @property
+    def signals(self) -> int:
+        """Rewards, and with a budget scrap: each has a value."""
+        return 1 if self.budget is None else 2
 
 
 class Agent(nn.Module):
@@ -86,7 +97,7 @@ class Agent(nn.Module):
             width = settings.units + entries
         # matters: actor and critic share no layer, and the last one of the actor begins near 0
         self.actor = layers((width, *settings.hidden, sum(choices)), 0.01)
-        self.critic = layers((width, *settings.hidden, 1), 1.0)
+        self.critic = layers((width, *settings.hidden, settings.signals), 1.0)
 
     def forward(self, features: Tensor, state: Tensor, begun: Tensor) -> tuple[list[Tensor], Tensor, Tensor]:
         """Log-probabilities of every E and every D, values, and the next state.
@@ -147,6 +158,10 @@ class Scale:
         """Standardised features."""
         return torch.as_tensor((features - self.mean) / self.deviation, dtype=torch.float32)
 
+    def undone(self, standardised: Tensor) -> Tensor:
+        """What was standardised."""
+        return standardised * torch.as_tensor(self.deviation).float() + torch.as_tensor(self.mean).float()
+
 
 class Episodes:
     """The environments as the agent sees them.
@@ -165,8 +180,13 @@ class Episodes:
         self.features = self.view.features(observations)
         self.begun = np.ones(settings.envs, bool)
 
-    def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Step; rewards, which episodes were cut short, and the features before these began anew."""
+    def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Step.
+
+        Returns:
+            Rewards and scrap, shape (N, 2); finished parts, which episodes were cut short, and the features before
+            these began anew.
+        """
         observations, rewards, terminated, truncated, info = self.envs.step(actions)
         self.begun, last = terminated | truncated, observations
         if self.begun.any():
@@ -176,8 +196,10 @@ class Episodes:
         if self.begun.any():
             self.view.restart(self.begun)
             self.features = np.where(self.begun[:, None], self.view.features(observations, self.begun), seen)
+        # the chance of scrap, not what is found of it: it says more of every part, and a simulator knows it
+        finished, good = self.envs.last[0][:, [FINISHED, GOOD]].T
         # the reward is one more, so that the best fixed plan earns about 0, and scrap does not drown an update
-        return eased(rewards), truncated, seen
+        return np.stack([eased(rewards), finished - good], axis=1), finished, truncated, seen
 
 
 def train(problem: Problem, settings: Settings, seed: int) -> tuple[Agent, Scale]:
@@ -188,7 +210,8 @@ def train(problem: Problem, settings: Settings, seed: int) -> tuple[Agent, Scale
     space = episodes.view.action_space
     assert isinstance(space, spaces.MultiDiscrete)
     choices = space.nvec.tolist()
-    scale, worth = Scale(episodes.features.shape[1]), Scale(1)
+    scale, worth = Scale(episodes.features.shape[1]), Scale(settings.signals)
+    multiplier = 0.0
     agent = Agent(episodes.features.shape[1], choices, settings)
     optimiser = torch.optim.Adam(agent.parameters(), settings.learning_rate, eps=1e-5)  # 37: eps
     state = torch.zeros(1, n, settings.units)
@@ -198,8 +221,9 @@ def train(problem: Problem, settings: Settings, seed: int) -> tuple[Agent, Scale
         optimiser.param_groups[0]["lr"] = settings.learning_rate * (1.0 - update / updates)
         features = torch.zeros(steps, n, episodes.features.shape[1])
         actions = torch.zeros(steps, n, 2, dtype=torch.int64)
-        chances, begun, rewards = (torch.zeros(steps, n) for _ in range(3))
-        values = torch.zeros(steps + 1, n)
+        chances, begun = torch.zeros(steps, n), torch.zeros(steps, n)
+        rewards, values = torch.zeros(steps, n, settings.signals), torch.zeros(steps + 1, n, settings.signals)
+        scrap, parts = 0.0, 0.0
         before, raw = state, []
         for k in range(steps + 1):
             raw.append(episodes.features)
@@ -208,45 +232,51 @@ def train(problem: Problem, settings: Settings, seed: int) -> tuple[Agent, Scale
             shown, starts = scale(episodes.features)[None], torch.as_tensor(episodes.begun, dtype=torch.float32)[None]
             with torch.no_grad():
                 logs, value, after = agent(shown, state, starts)
-            values[k] = value[0, :, 0] * float(worth.deviation[0]) + float(worth.mean[0])
+            values[k] = worth.undone(value[0])
             if k == steps:
                 break
             state = after
             features[k], begun[k] = shown[0], starts[0]
             actions[k] = torch.cat([log[0].exp().multinomial(1) for log in logs], -1)
             chances[k] = likelihood(logs, actions[k][None])[0]
-            reward, truncated, last = episodes.step(actions[k].numpy())
-            rewards[k] = torch.as_tensor(reward)
+            reward, finished, truncated, last = episodes.step(actions[k].numpy())
+            rewards[k] = torch.as_tensor(reward[:, : settings.signals])
+            scrap, parts = scrap + reward[:, 1].sum(), parts + finished.sum()
             if truncated.any():
                 # a limit of time is no end: what was to come is in the value (Pardo et al., arXiv:1712.00378)
                 with torch.no_grad():
-                    rest = agent(scale(last)[None], state, torch.zeros(1, n))[1][0, :, 0]
-                rest = rest * float(worth.deviation[0]) + float(worth.mean[0])
-                rewards[k] += settings.gamma * rest * torch.as_tensor(truncated)
+                    rest = worth.undone(agent(scale(last)[None], state, torch.zeros(1, n))[1][0])
+                rewards[k] += settings.gamma * rest * torch.as_tensor(truncated)[:, None]
         # generalised advantages (Schulman et al., arXiv:1506.02438)
-        goes_on = 1.0 - torch.cat([begun[1:], starts])
-        advantages = torch.zeros(steps, n)
-        ahead = torch.zeros(n)
+        goes_on = 1.0 - torch.cat([begun[1:], starts])[..., None]
+        advantages = torch.zeros_like(rewards)
+        ahead = torch.zeros_like(rewards[0])
         for k in reversed(range(steps)):
             error = rewards[k] + settings.gamma * values[k + 1] * goes_on[k] - values[k]
             advantages[k] = ahead = error + settings.gamma * settings.gae_lambda * goes_on[k] * ahead
         returns = advantages + values[:-1]
-        # matters: the critic learns returns of mean 0 and deviation 1, which is also what keeps them from the GRU
-        worth.take(returns.reshape(-1, 1).double().numpy())
-        targets = worth(returns.numpy()[..., None])[..., 0]
+        # matters: the critic learns returns of mean 0 and deviation 1, or their size would drown the actor in the GRU
+        worth.take(returns.reshape(-1, settings.signals).double().numpy())
+        targets = worth(returns.numpy())
+        gains = advantages[..., 0]
+        if settings.budget is not None:
+            # the Lagrangian of PPO-Lagrangian (Ray, Achiam, Amodei, Benchmarking Safe Exploration, 2019)
+            multiplier += settings.multiplier_rate * (scrap / max(parts, 1.0) / settings.budget - 1.0)
+            multiplier = max(multiplier, 0.0)
+            gains = gains - multiplier * advantages[..., 1]
         for _ in range(settings.epochs):
             # 37: a minibatch has whole rows of some environments, because the GRU has to see them in their order
             for index in torch.randperm(n).chunk(settings.minibatches):
                 logs, value, _ = agent(features[:, index], before[:, index], begun[:, index])
                 # 37: the advantages of a minibatch have mean 0 and deviation 1
-                chosen = advantages[:, index]
+                chosen = gains[:, index]
                 chosen = (chosen - chosen.mean()) / (chosen.std() + 1e-8)
                 ratio = (likelihood(logs, actions[:, index]) - chances[:, index]).exp()
                 clipped = ratio.clamp(1.0 - settings.clip, 1.0 + settings.clip)
                 gain = torch.minimum(ratio * chosen, clipped * chosen).mean()
                 entropy = -sum((log.exp() * log).sum(-1).mean() for log in logs)
                 # matters: no clipping of the value
-                miss = (value[..., 0] - targets[:, index]).square().mean()
+                miss = (value - targets[:, index]).square().mean()
                 loss = settings.value * miss - gain - settings.entropy * entropy
                 optimiser.zero_grad()
                 loss.backward()
@@ -305,6 +335,7 @@ def main(
     seed: Annotated[int, typer.Option(min=0, max=LAST_SEED, help="Of the training.")] = 0,
     steps: Annotated[int, typer.Option(min=1, help="Environment steps.")] = 600_000,
     memory: Annotated[str, typer.Option(help=f"What it remembers or is shown: {', '.join(SEEN)}.")] = "gru",
+    budget: Annotated[float | None, typer.Option(help="Share of parts that may be scrap; no limit by default.")] = None,
     episodes: Annotated[int, typer.Option(min=2, help="Validation episodes to be judged on.")] = 128,
     output: Annotated[
         Path | None, typer.Option(help="File of the agent (.safetensors).", metavar="FILE"), Writes()
@@ -313,7 +344,9 @@ def main(
     """Train PPO with a GRU, or without, in one readable file; print its score, and save it."""
     if memory not in SEEN:
         raise GrindError(f"--memory is {quoted(memory)}, but must be one of {', '.join(SEEN)}")
-    settings = Settings(memory=memory, steps=steps)
+    if budget is not None and not 0.0 < budget < 1.0:
+        raise GrindError(f"--budget is {budget:g}, but must be a share between 0 and 1")
+    settings = Settings(memory=memory, steps=steps, budget=budget)
     problem = shown(find_problem(task), settings.memory)
     begin = time.process_time()
     agent, scale = train(problem, settings, seed)

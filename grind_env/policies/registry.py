@@ -77,8 +77,12 @@ BRANCHING = ("belief_rule", "look_ahead", "belief_planner", "mpc", REFERENCE)
 def policy_names(simulation: Simulation) -> list[str]:
     """Names of the policies of an environment, from those that know least to those that know most."""
     names = ["random", "handbook", *TUNED, "mpc", REFERENCE]
+    return [name for name in fitting(names, simulation) if name not in ABLATIONS]
+
+
+def fitting(names: Sequence[str], simulation: Simulation) -> list[str]:
+    """Those of some names of policies that can decide in an environment."""
     unfit = {
-        *ABLATIONS,
         *(["constant_per_kind"] if len(simulation.task.kinds) == 1 else []),
         *(BY_BLOCK if not simulation.by_block else ()),
         *(BRANCHING if not simulation.compiled else ()),
@@ -93,7 +97,7 @@ def check_names(simulation: Simulation, names: Sequence[str] | None) -> Sequence
         ConfigError: if one is no policy of it.
     """
     listed = policy_names(simulation)
-    known = [*listed, *ABLATIONS, *UNSCORED]
+    known = [*listed, *ABLATIONS, *fitting(UNSCORED, simulation)]
     if unknown := set(names or ()) - set(known):
         raise ConfigError(
             f"there is no policy {quoted(min(unknown))} for {simulation.task.name}: choose from {', '.join(known)}"

@@ -12,6 +12,7 @@ from grind_env.policies.planners.belief_planner import BeliefPlanner
 from grind_env.policies.planners.worth import KA, between, dullness, place, worth
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import check_names, make_policy, policy_names
+from grind_env.policies.tuned import ConfigError
 from tests.policies.harness import simulated
 
 PLATES = simulated("power_limited")
@@ -88,5 +89,7 @@ def test_it_is_named_but_in_no_list_and_says_where_it_cannot_plan():
     assert "belief_planner" not in policy_names(PLATES)
     assert list(check_names(PLATES, ["belief_planner"])) == ["belief_planner"]
     strokes = find_problem("stroke").simulation()
+    with pytest.raises(ConfigError, match=r"no policy 'belief_planner' for stroke: .*, empirical_rule$"):
+        make_policy("belief_planner", strokes)
     with pytest.raises(BeliefError, match="is not followed by a belief"):
-        run_seeds(make_policy("belief_planner", strokes), strokes, episode_seeds("validation", 1))
+        worth(strokes)
