@@ -9,6 +9,7 @@ from agents.commands import (
     gaps,
     plants,
     recipe,
+    safety,
     scores,
     train,
     tune,
@@ -24,5 +25,7 @@ app = Application(
     help="Tune, train and compare policies in the environments of grind_env.",
 )
 
-for command in (tune, train, recipe, benchmark, scores, gaps, dress_study, plants, figure, video, dataset, clone):
+for command in (
+    tune, train, recipe, safety, benchmark, scores, gaps, dress_study, plants, figure, video, dataset, clone,
+):
     command.register(app)
