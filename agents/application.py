@@ -1,6 +1,19 @@
 """The commands of `python -m agents` as one application."""
 
-from agents.commands import benchmark, dataset, dress_study, figure, gaps, plants, recipe, scores, train, tune, video
+from agents.commands import (
+    benchmark,
+    dataset,
+    dress_study,
+    figure,
+    gaps,
+    plants,
+    recipe,
+    scores,
+    track,
+    train,
+    tune,
+    video,
+)
 from grind_env.arguments import Application
 
 app = Application(
@@ -11,5 +24,5 @@ app = Application(
     help="Tune, train and compare policies in the environments of grind_env.",
 )
 
-for command in (tune, train, recipe, benchmark, scores, gaps, dress_study, plants, figure, video, dataset):
+for command in (tune, train, recipe, benchmark, scores, gaps, dress_study, plants, track, figure, video, dataset):
     command.register(app)
