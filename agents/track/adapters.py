@@ -68,7 +68,8 @@ def made(name: str) -> Adapter:
     """
     if name in ADAPTERS:
         return ADAPTERS[name]()
-    if (own := OWN.fullmatch(name)) and hasattr(found := imported(own[1], own[2]), "start"):
+    own = None if name.startswith(Guarded.PREFIX) else OWN.fullmatch(name)
+    if own and hasattr(found := imported(own[1], own[2]), "start"):
         adapter: Adapter = found() if isinstance(found, type) else found
         return adapter
     return Nominal(name)

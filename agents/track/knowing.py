@@ -15,7 +15,7 @@ from grind_env.policies.problem import Problem
 from grind_env.policies.registry import FIXED_PLANS, TUNED, policy_names
 from grind_env.policies.tuned import Parameters, arguments
 
-FIXED, PLANNER, RETUNED = "fixed plan, retuned", "planner, its plant", "adaptive_rule, retuned"
+FIXED, PLANNER, RETUNED = "fixed_plan_retuned", "planner_of_machine", "adaptive_rule_retuned"
 ANCHORS = (FIXED, PLANNER)
 """Score 0 and 100."""
 KNOWING = (*ANCHORS, RETUNED)

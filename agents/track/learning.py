@@ -14,19 +14,23 @@ from grind_env.envs.simulation import Simulation
 from grind_env.envs.tables import KindRow
 from grind_env.errors import GrindError
 from grind_env.policies.choices import Decision, nearest_speed
+from grind_env.policies.evaluation import episode_seeds, start_episodes, steps
 from grind_env.policies.guard import guarded
 from grind_env.policies.held import model_of
 from grind_env.policies.naming import named_policy
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.problem import Problem
 from grind_env.policies.registry import FIXED_PLANS, policy_names
+from grind_env.policies.scripted.empirical_rule import SHARE
 from grind_env.policies.scripted.learned_laws import AIM
 from grind_env.policies.tuned import read_tuned, tuned_folder
 
-SHARE = 0.88
-"""Of the power limit that is aimed at."""
-HIGHEST = 0.9
-"""Share of the readings of power that are below it."""
+EXPONENTS = np.array([0.7, 0.5, 1.0])
+"""Of E in peak power, Ra and size error."""
+TRIALS = 16
+"""Episodes of the plan on the model."""
+DAMPING = 0.5
+"""Share of what readings ask for by which E moves: lots differ from shift to shift, too."""
 TRIM, WIDEST = 1.15, 1.6
 """Most that E is trimmed by from shift to shift, and in all."""
 
@@ -59,8 +63,8 @@ class Scaled:
 class Trim:
     """The best fixed plan of the model, its E moved after every shift to where readings come as near as they may.
 
-    Power follows E by an exponent of about 0.7, Ra by 0.5, and what parts are off their size by 1. After a bad part E
-    does not rise.
+    That is as near to their limits as is usual, or as the plan brings them on the model. Power follows E by an exponent
+    of about 0.7, Ra by 0.5, and what parts are off their size by 1. After a bad part E does not rise.
     """
 
     name: ClassVar[str] = "trim"
@@ -75,18 +79,24 @@ class Trim:
             raise GrindError(f"no fixed plan is tuned for {problem.name}: run `python -m agents tune`")
         best = min(plans, key=lambda name: held[name].validation_cost)
         self.plan = named_policy(best, self.model)
+        episodes = start_episodes(self.model, episode_seeds("training", TRIALS))
+        read = self._read(np.concatenate([each.observation for each in steps(self.plan, self.model, episodes)]))
+        most = KindRow(*self.model.kinds.max(axis=0))
+        self.most = np.maximum(read, [SHARE * most.power, AIM, AIM * most.size])
         return Scaled(self.plan, self.factor)
 
     def learn(self, shift: Shift) -> Policy:
         """The plan with another E."""
-        seen, most = self.model.read(shift.observations), KindRow(*self.model.kinds.max(axis=0))
-        power = SHARE / (np.quantile(seen["peak_power"], HIGHEST) / most.power)
-        roughness = AIM / max(float(seen["roughness"].mean()), 0.1)
-        size = AIM / max(float(np.abs(seen["size_error"]).mean()) / most.size, 0.1) if most.size else np.inf
-        wanted = min(power ** (1.0 / 0.7), roughness**2.0, size, 1.0 if shift.bad.any() else TRIM)
-        moved = self.factor * min(max(wanted, 1.0 / TRIM), TRIM)
+        wanted = np.min((self.most / self._read(shift.observations)) ** (1.0 / EXPONENTS))
+        moved = self.factor * min(max(float(wanted) ** DAMPING, 1.0 / TRIM), 1.0 if shift.bad.any() else TRIM)
         self.factor = min(max(moved, 1.0 / WIDEST), WIDEST)
         return Scaled(self.plan, self.factor)
+
+    def _read(self, observations: NDArray[np.float32]) -> Array:
+        """Mean peak power, Ra and size error as blocks have shown them, each with 1 for none."""
+        seen = self.model.read(observations)
+        found = [np.abs(seen[name]).mean() for name in ("peak_power", "roughness", "size_error")]
+        return np.where(np.array(found) > 0.0, found, 1.0)
 
 
 @dataclass

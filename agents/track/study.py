@@ -8,7 +8,7 @@ from rich.console import Console
 from agents.pool import work_on_all
 from agents.progress import CellT, FoundT
 from agents.track.adapters import BLOCKS, HEADLINE, WIDE, made
-from agents.track.knowing import ANCHORS
+from agents.track.knowing import ANCHORS, KNOWING
 from agents.track.running import Cell, Request, Run, Tuning, kept, run, tune
 from grind_env.errors import GrindError, quoted
 from grind_env.plants import find_plants
@@ -73,7 +73,8 @@ def asked_for(
         if not find_plants(name, modules=True).one:
             raise GrindError(f"{name!r} is the name of many machines: give a seed, as '{name}:1'")
     for name in adapters:
-        made(name).start(problem)
+        if name not in KNOWING:
+            made(name).start(problem)
     usual = BLOCKS if problem.name == TASK else WIDE_BLOCKS
     chosen = usual if blocks is None else check_blocks(problem, blocks)
     names = adapters or ((*HEADLINE, *WIDE) if wide else HEADLINE)

@@ -143,13 +143,13 @@ class Step(NamedTuple):
     """A step of N episodes: what was seen before it, what was done, and what came of it."""
 
     observation: NDArray[np.float32]
-    """Shape (N, entries)."""
+    """Scaled, no unit, shape (N, entries)."""
     choice: tuple[Array, ...]
-    """E in mm/min and D, and a pre-dress where there is one, each shape (N,)."""
+    """E in mm/min and D, a number of executions, and a pre-dress (1) where there is one, each shape (N,)."""
     outcomes: Array
-    """Shape (N, fields of `Outcome`); 0 of an episode that was over."""
+    """In the units of `Outcome`, shape (N, fields of it); 0 of an episode that was over."""
     over: NDArray[np.bool_]
-    """Which were, shape (N,)."""
+    """1 for those that were, no unit, shape (N,)."""
 
 
 def steps(
