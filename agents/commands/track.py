@@ -50,18 +50,15 @@ def track(
     same code has found before is kept: interrupted, the same command goes on.
     """
     from agents.commands.interrupted import going_on
-    from agents.track.page import check_results, rich_tables, write
+    from agents.track.page import check_results, write
     from agents.track.running import Request
-    from agents.track.scores import scored
     from agents.track.study import asked_for, run_track
 
     console = table_console()
     folder = results or (runs if task or machines or adapters or blocks else RESULTS)
     check_results(folder)
-    parts = asked_for(task, machines or [], adapters or [], blocks, wide=wide)
+    cells = asked_for(task, machines or [], adapters or [], blocks, seeds, wide=wide)
     with going_on():
-        found = run_track(parts, seeds, jobs=jobs, console=console, request=Request(runs=runs))
-    for each in rich_tables(scored(found)):
-        console.print(each)
-    write(found, folder)
+        found = run_track(cells, jobs=jobs, console=console, request=Request(runs=runs))
+    console.print(write(found, folder), soft_wrap=True, highlight=False, markup=False)
     console.print(f"written to {folder}: track.csv and track.md", highlight=False)

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +10,10 @@ from agents.benchmark.trained import from_file
 from agents.track.adapter import Adapter, Shift
 from agents.track.knowing import RETUNED
 from agents.track.learning import Calibrated, Trim
-from grind_env.errors import GrindError, quoted, reason
 from grind_env.policies.guard import Guarded
 from grind_env.policies.held import model_of
 from grind_env.policies.learned.saved import SUFFIX
-from grind_env.policies.naming import OWN, named_policy, usual_name
+from grind_env.policies.naming import OWN, named_policy, own_policy, usual_name
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
 
@@ -69,20 +67,5 @@ def made(name: str) -> Adapter:
     if name in ADAPTERS:
         return ADAPTERS[name]()
     own = None if name.startswith(Guarded.PREFIX) else OWN.fullmatch(name)
-    if own and hasattr(found := imported(own[1], own[2]), "start"):
-        adapter: Adapter = found() if isinstance(found, type) else found
-        return adapter
-    return Nominal(name)
-
-
-def imported(module: str, name: str) -> Any:
-    """What stands under a name in a module.
-
-    Raises:
-        GrindError: there is nothing.
-    """
-    try:
-        return getattr(import_module(module), name)
-    except (Exception, SystemExit) as error:  # whatever the code of another does
-        text = quoted(f"{module}:{name}")
-        raise GrindError(f"{text} names nothing ({reason(error)}): name what is in a module") from None
+    found: Any = own_policy(own[1], own[2]) if own else None
+    return found if hasattr(found, "start") else Nominal(name)

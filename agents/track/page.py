@@ -9,7 +9,6 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from rich.table import Table
 
 from agents.provenance import provenance
 from agents.track.running import EPISODES
@@ -58,23 +57,13 @@ def check_results(folder: Path) -> None:
         check_own(folder / name, own, "--results")
 
 
-def rich_tables(rows: Sequence[Scored]) -> list[Table]:
-    """A table of each task."""
-    tables = []
-    for task in dict.fromkeys(each.task for each in rows):
-        shown = Table(*HEADINGS, title=task)
-        for each in rows:
-            if each.task == task:
-                shown.add_row(*_cells(each))
-        tables.append(shown)
-    return tables
-
-
-def write(found: Found, folder: Path) -> None:
-    """Write track.csv and track.md; errors as of `write_atomically`."""
+def write(found: Found, folder: Path) -> str:
+    """Write track.csv and track.md, which is given back; errors as of `write_atomically`."""
     folder.mkdir(parents=True, exist_ok=True)
-    for name, content in ((CSV, csv_text(found)), (PAGE, page(scored(found)))):
+    shown = page(scored(found))
+    for name, content in ((CSV, csv_text(found)), (PAGE, shown)):
         write_atomically(folder / name, partial(Path.write_text, data=content, encoding="utf-8", newline="\n"))
+    return shown
 
 
 def csv_text(found: Found) -> str:

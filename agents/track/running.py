@@ -2,9 +2,10 @@
 
 import hashlib
 import json
+import re
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -24,6 +25,8 @@ from grind_env.policies.problem import Problem
 
 EPISODES = 64
 """That judge."""
+TUNING = "tuning"
+"""In the place of an adapter: what is tuned on a machine, for those that know it."""
 
 Advance = Callable[[int], object]
 
@@ -44,27 +47,8 @@ class Cell(NamedTuple):
     @property
     def files(self) -> tuple[str, ...]:
         """Pattern of what is kept of it."""
-        return (f"{folder_of(self.problem, self.plant)}/{plain(self.adapter)}-{self.seed}.json",)
-
-    @property
-    def trains(self) -> bool:
-        """No agent is trained."""
-        return False
-
-
-class Tuning(NamedTuple):
-    """What is tuned on a machine."""
-
-    problem: Problem
-    plant: str
-
-    def __str__(self) -> str:
-        return f"{self.problem.name} on {self.plant}: tuning"
-
-    @property
-    def files(self) -> tuple[str, ...]:
-        """Pattern of what is kept of it."""
-        return (f"{folder_of(self.problem, self.plant)}/tuned.json",)
+        names = (re.sub(r"[^\w.-]", "_", Path(name).name) for name in (self.plant, self.adapter))
+        return (f"track/{self.problem.name}/{'/'.join(names)}-{self.seed}.json",)
 
     @property
     def trains(self) -> bool:
@@ -107,39 +91,38 @@ class Run:
     cpu_seconds: float = 0.0
 
 
-def folder_of(problem: Problem, plant: str) -> str:
-    """Where below `runs` what is found on a machine is kept."""
-    return f"track/{problem.name}/{plain(plant)}"
+def tuning_of(cell: Cell) -> Cell:
+    """What is tuned on the machine of a cell."""
+    return cell._replace(adapter=TUNING, seed=0, blocks=())
 
 
-def plain(name: str) -> str:
-    """A name as part of a path."""
-    return "".join(c if c.isalnum() or c in "._-" else "_" for c in Path(name).name)
-
-
-def tune(cell: Tuning, request: Request, advance: Advance) -> dict[str, Any]:
-    """What is tuned on a machine, which is kept."""
-    if (held := kept(cell, request)) is not None:
-        return held
-    found = tune_on(on(cell.problem, cell.plant), (request.runs / cell.files[0]).with_suffix(".db"))
-    advance(request.size)
-    return _keep(cell, request, found)
-
-
-def run(cell: Cell, request: Request, advance: Advance) -> Run:
-    """What comes of an adapter on a machine, which is kept with the code that found it.
+def find(cell: Cell, request: Request, advance: Advance) -> dict[str, Any]:
+    """What is found in a cell: the fields of a `Run`, or what was tuned. It is kept with the code that found it.
 
     Raises:
         GrindError: there is no such adapter, or its policies see more than measurements.
     """
     if (held := kept(cell, request)) is not None:
-        return Run(**held)
+        return held
+    path = request.runs / cell.files[0]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if cell.adapter == TUNING:
+        found: Mapping[str, Any] = tune_on(on(cell.problem, cell.plant), path.with_suffix(".db"))
+    else:
+        found = asdict(_run(cell, request, advance))
+    text = json.dumps({"code": code(cell), "found": found})
+    write_atomically(path, partial(Path.write_text, data=text, encoding="utf-8"))
+    # as it is read the next time
+    return dict(json.loads(text)["found"])
+
+
+def _run(cell: Cell, request: Request, advance: Advance) -> Run:
     before = time.process_time()
     floor, knows = Floor(cell.problem, cell.plant, cell.seed), cell.adapter in KNOWING
-    tunings = request.runs / Tuning(*cell[:2]).files[0]
-    adapter: Adapter = Known(cell.adapter, tunings) if knows else made(cell.adapter)
+    tuned = request.runs / tuning_of(cell).files[0]
+    adapter: Adapter = Known(cell.adapter, tuned) if knows else made(cell.adapter)
     policy = adapter.start(on(cell.problem, cell.plant) if knows else cell.problem)
-    result, ground = Run(), 0
+    result, ground, shift = Run(), 0, floor.simulation.most_steps
     for blocks in cell.blocks:
         while ground < blocks:
             done = floor.grind(_checked(policy, knows), knows=knows)
@@ -147,12 +130,11 @@ def run(cell: Cell, request: Request, advance: Advance) -> Run:
             result.scrap.append(done.scrap)
             result.parts.append(done.parts)
             policy = adapter.learn(done.shift)
-            ground += floor.simulation.most_steps
-            advance(request.size * floor.simulation.most_steps // cell.blocks[-1])
+            ground += shift
+            advance(request.size * shift // cell.blocks[-1])
         judged = floor.judge(_checked(policy, knows), EPISODES, knows=knows)
         result.judged[f"{blocks}"] = [judged.cost.tolist(), judged.good.tolist(), judged.finished.tolist()]
-    numbers = asdict(result) | {"cpu_seconds": time.process_time() - before}
-    return Run(**_keep(cell, request, numbers))
+    return replace(result, cpu_seconds=time.process_time() - before)
 
 
 def _checked(policy: Policy, knows: bool) -> Policy:
@@ -167,31 +149,17 @@ def _checked(policy: Policy, knows: bool) -> Policy:
     return policy
 
 
-def kept(cell: Cell | Tuning, request: Request) -> dict[str, Any] | None:
+def kept(cell: Cell, request: Request) -> dict[str, Any] | None:
     """What the same code has found in a cell before."""
     path = request.runs / cell.files[0]
-    if not path.exists():
-        return None
-    held = json.loads(read_text(path))
-    found: dict[str, Any] = held["found"]
-    return found if held["code"] == code(cell) else None
+    held: dict[str, Any] = json.loads(read_text(path)) if path.exists() else {}
+    return held["found"] if held.get("code") == code(cell) else None
 
 
-def _keep(cell: Cell | Tuning, request: Request, found: Mapping[str, Any]) -> dict[str, Any]:
-    path = request.runs / cell.files[0]
-    path.parent.mkdir(parents=True, exist_ok=True)
-    text = json.dumps({"code": code(cell), "found": found})
-    write_atomically(path, partial(Path.write_text, data=text, encoding="utf-8"))
-    held: dict[str, Any] = json.loads(text)["found"]
-    return held
-
-
-def code(cell: Cell | Tuning) -> str:
+def code(cell: Cell) -> str:
     """Stands for all that decides what is found in a cell."""
-    facts: list[object] = [_of_machine(cell.problem, cell.plant), cell[2:]]
-    if isinstance(cell, Tuning):
-        facts += [sources(Known.__module__)]
-    else:
+    facts: list[object] = [_of_machine(cell.problem, cell.plant), cell[2:], sources(Known.__module__)]
+    if cell.adapter != TUNING:
         facts += [sources(__name__), None if cell.adapter in KNOWING else _of_adapter(cell.problem, cell.adapter)]
     return hashlib.sha256("\0".join(map(str, facts)).encode()).hexdigest()[:16]
 

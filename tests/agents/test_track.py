@@ -14,7 +14,7 @@ from agents.track import knowing, study
 from agents.track.adapters import made
 from agents.track.floor import Floor, found
 from agents.track.knowing import FIXED, PLANNER
-from agents.track.running import Cell, Request, Run, run
+from agents.track.running import Cell, Request, Run, find
 from agents.track.scores import beaten, machine_scores, resampled, scored, worst_of
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
@@ -171,15 +171,15 @@ def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 def test_an_adapter_that_would_see_more_is_refused(module: str, tmp_path: Path) -> None:
     cell = Cell(PLATES, DRIFTING, f"{module}:Cheat", 0, (0, 60))
     with pytest.raises(GrindError, match="sees the state, but on the track there are measurements alone"):
-        run(cell, Request(runs=tmp_path), lambda done: None)
+        find(cell, Request(runs=tmp_path), lambda done: None)
     cell = cell._replace(adapter="full_state_rule")
     with pytest.raises(GrindError, match="full_state_rule sees the state"):
-        run(cell, Request(runs=tmp_path), lambda done: None)
+        find(cell, Request(runs=tmp_path), lambda done: None)
 
 
 def test_a_run_is_judged_with_what_was_learned_and_kept(module: str, tmp_path: Path) -> None:
     cell, request = Cell(PLATES, DRIFTING, f"{module}:Mine", 0, (0, 60, 120)), Request(runs=tmp_path)
-    done = run(cell, request, lambda done: None)
+    done = Run(**find(cell, request, lambda done: None))
     assert len(done.costs) == 2 and [*done.judged] == ["0", "60", "120"]
     floor = Floor(PLATES, DRIFTING, 0)
     for E in (7, 6.5):
@@ -187,10 +187,10 @@ def test_a_run_is_judged_with_what_was_learned_and_kept(module: str, tmp_path: P
     assert done.judged["120"][0] == floor.judge(named_policy("E6D1", floor.model), 64).cost.tolist()
     path = tmp_path / cell.files[0]
     path.write_text(path.read_text().replace(str(done.costs[0]), "1.0"))
-    assert run(cell, request, lambda done: None).costs[0] == 1.0
+    assert Run(**find(cell, request, lambda done: None)).costs[0] == 1.0
     held = json.loads(path.read_text())
     path.write_text(json.dumps(held | {"code": "another"}))
-    assert run(cell, request, lambda done: None).costs == done.costs
+    assert Run(**find(cell, request, lambda done: None)).costs == done.costs
 
 
 def test_scores_are_between_the_anchors_and_intervals_over_machines() -> None:
@@ -239,7 +239,7 @@ def test_the_command_runs_the_track(module: str, tmp_path: Path, monkeypatch: py
     with pytest.raises(SystemExit) as ended:
         main()
     said = capsys.readouterr().out
-    assert not ended.value.code and "4 cells, 4 of them to be worked on: about 0.0 core-hours at most" in said
+    assert not ended.value.code and "4 runs, 5 cells to be worked on: about 0.0 core-hours at most" in said
     rows = (tmp_path / "track.csv").read_text().splitlines()
     assert len(rows) == 1 + 4 * 2 and rows[0].startswith("task,plant,adapter,seed,blocks,cost")
     assert f"| {FIXED} | 0 | 0 (0 to 0) |" in (tmp_path / "track.md").read_text()
@@ -251,7 +251,7 @@ def test_the_command_runs_the_track(module: str, tmp_path: Path, monkeypatch: py
         (["--blocks", "0,61"], "--blocks has '61', but a shift of power_limited has 60: give multiples"),
         (["--machines", "public"], "'public' is the name of many machines: give a seed, as 'public:1'"),
         (["--adapters", "nobody"], "there is no policy 'nobody'"),
-        (["--adapters", "no_module:Mine"], "'no_module:Mine' names nothing"),
+        (["--adapters", "no_module:Mine"], "'no_module:Mine' names no policy"),
     ],
 )
 def test_what_the_track_does_not_have_is_told(
