@@ -3,6 +3,7 @@
 import re
 from dataclasses import dataclass, replace
 from importlib import import_module
+from typing import Any
 
 from grind_env.errors import did_you_mean, quoted, reason
 from grind_env.kernel.random import WORD
@@ -48,6 +49,10 @@ class Plants:
     first: Plant
     modules: bool = False
 
+    def __reduce__(self) -> Any:
+        """By the name: what grinds is made of functions that no copy holds."""
+        return _named, (self.text, self.modules)
+
     @property
     def one(self) -> bool:
         """Whether there is one only."""
@@ -70,6 +75,10 @@ def find_plants(text: str, *, modules: bool = False) -> Plants:
     first = find_plant(text, seed=0, modules=modules)
     others = find_plant(text, seed=1, modules=modules)
     return Plants(first.name if first == others else text, first, modules)
+
+
+def _named(text: str, modules: bool) -> Plants:
+    return find_plants(text, modules=modules)
 
 
 def find_plant(text: str, *, seed: int | None = None, modules: bool = False) -> Plant:
