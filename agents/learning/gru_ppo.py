@@ -67,7 +67,7 @@ class Settings:
     budget: float | None = None
     """Share of the parts that may be scrap, to be kept by a multiplier; None for no constraint."""
     multiplier_rate: float = 0.5
-    """By which the multiplier, in rewards a part, grows with an update that scraps twice the budget."""
+    """By which the multiplier, in rewards a part, grows at most with an update: one that scraps twice the budget."""
 
     @property
     def signals(self) -> int:
@@ -261,8 +261,9 @@ def train(problem: Problem, settings: Settings, seed: int) -> tuple[Agent, Scale
         gains = advantages[..., 0]
         if settings.budget is not None:
             # the Lagrangian of PPO-Lagrangian (Ray, Achiam, Amodei, Benchmarking Safe Exploration, 2019)
-            multiplier += settings.multiplier_rate * (scrap / max(parts, 1.0) / settings.budget - 1.0)
-            multiplier = max(multiplier, 0.0)
+            # it grows no faster than it can fall again: a beginner scraps half of all parts
+            excess = min(scrap / max(parts, 1.0) / settings.budget - 1.0, 1.0)
+            multiplier = max(multiplier + settings.multiplier_rate * excess, 0.0)
             gains = gains - multiplier * advantages[..., 1]
         for _ in range(settings.epochs):
             # 37: a minibatch has whole rows of some environments, because the GRU has to see them in their order
