@@ -16,7 +16,7 @@ from grind_env.policies.problem import Problem, find_problem
 TASK, WIDE_TASK = "power_limited", "wide_rails"
 MACHINES, WIDE_MACHINES, SEEDS = 20, 8, 3
 WIDE_BLOCKS = (0, 300)
-TUNING_SECONDS, SHIFT, JUDGING = 35.0, 0.3, 8.0
+TUNING_SECONDS, SHIFT, JUDGING = 100.0, 0.3, 8.0
 """CPU-seconds, by measurement: of tuning on a machine, and at most of a shift and of judging once."""
 
 
