@@ -6,7 +6,8 @@ from typing import Annotated
 import typer
 
 from agents.cells import RESULTS, RUNS
-from grind_env.arguments import Keeps
+from grind_env.arguments import FILE, Keeps
+from grind_env.commands import NamedProblem
 from grind_env.terminal import table_console
 
 
@@ -18,7 +19,7 @@ def register(app: typer.Typer) -> None:
 
 
 def track(
-    task: Annotated[str | None, typer.Option("--task", "--env", help="Task or id; power_limited by default.")] = None,
+    task: NamedProblem = "power_limited",
     machines: Annotated[
         list[str] | None,
         typer.Option("--machines", help="Their number, of held-out:1 on, or a name; may be repeated; 20 by default."),
@@ -29,6 +30,7 @@ def track(
             "--adapters",
             help="Name, policy, file or module:name of your own; may be repeated; the headline by default.",
         ),
+        FILE,
     ] = None,
     blocks: Annotated[
         str | None, typer.Option(help="Blocks on a machine when it is judged, whole shifts; 0,60,300,1200 by default.")
@@ -52,10 +54,10 @@ def track(
     from agents.commands.interrupted import going_on
     from agents.track.page import check_results, write
     from agents.track.running import Request
-    from agents.track.study import asked_for, run_track
+    from agents.track.study import TASK, asked_for, run_track
 
     console = table_console()
-    folder = results or (runs if task or machines or adapters or blocks else RESULTS)
+    folder = results or (runs if task != TASK or machines or adapters or blocks else RESULTS)
     check_results(folder)
     cells = asked_for(task, machines or [], adapters or [], blocks, seeds, wide=wide)
     with going_on():

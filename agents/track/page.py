@@ -86,7 +86,7 @@ def csv_text(found: Found) -> str:
 
 def page(rows: Sequence[Scored]) -> str:
     """The tables, Markdown."""
-    parts = [TITLE, "`python -m agents track`, on machines that are held out.", WHAT]
+    parts = [TITLE, "`python -m agents track`; its machines and seeds are in track.csv.", WHAT]
     for task in dict.fromkeys(each.task for each in rows):
         parts += [f"## {task}", table(HEADINGS, [_cells(each) for each in rows if each.task == task])]
     return "\n\n".join(parts) + "\n"

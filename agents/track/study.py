@@ -16,7 +16,7 @@ from grind_env.policies.problem import Problem, find_problem
 TASK, WIDE_TASK = "power_limited", "wide_rails"
 MACHINES, WIDE_MACHINES, SEEDS = 20, 8, 3
 WIDE_BLOCKS = (0, 300)
-TUNING_SECONDS, SHIFT, JUDGING = 35.0, 0.3, 8.0
+TUNING_SECONDS, SHIFT, JUDGING = 100.0, 0.3, 8.0
 """CPU-seconds, by measurement: of tuning on a machine, and at most of a shift and of judging once."""
 
 
@@ -44,16 +44,16 @@ def whole_track(seeds: int, *, wide: bool) -> list[Cell]:
 
 
 def asked_for(
-    task: str | None, machines: Sequence[str], adapters: Sequence[str], blocks: str | None, seeds: int, *, wide: bool
+    task: str, machines: Sequence[str], adapters: Sequence[str], blocks: str | None, seeds: int, *, wide: bool
 ) -> list[Cell]:
     """The cells that somebody asks for, those of the whole track where nothing is named.
 
     Raises:
         GrindError: there is no such task, machine or adapter, or the blocks are no whole shifts.
     """
-    if not (task or machines or adapters or blocks):
+    if task == TASK and not (machines or adapters or blocks):
         return whole_track(seeds, wide=wide)
-    problem = find_problem(task or TASK)
+    problem = find_problem(task)
     plants = [name for each in machines for name in (held_out(int(each)) if each.isdecimal() else [each])]
     for name in plants:
         if not find_plants(name, modules=True).one:
