@@ -9,7 +9,9 @@ from agents.commands import (
     gaps,
     plants,
     recipe,
+    safety,
     scores,
+    track,
     train,
     tune,
     video,
@@ -24,5 +26,9 @@ app = Application(
     help="Tune, train and compare policies in the environments of grind_env.",
 )
 
-for command in (tune, train, recipe, benchmark, scores, gaps, dress_study, plants, figure, video, dataset, clone):
+COMMANDS = (
+    *(tune, train, recipe, safety, benchmark, scores, gaps, dress_study, plants, track),
+    *(figure, video, dataset, clone),
+)
+for command in COMMANDS:
     command.register(app)

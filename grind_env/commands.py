@@ -46,8 +46,8 @@ Trust = Annotated[
 Plant = Annotated[
     str | None,
     typer.Option(
-        help="Machine that is not the model: meter:7, foreign:3+meter:7, held-out:5, module:name; meter or held-out is "
-        "another one in every episode."
+        help="Machine that is not the model: meter:7, foreign:3+meter:7, held-out:5, public:5, module:name; meter or "
+        "public is another one in every episode."
     ),
 ]
 FALSE = 1

@@ -12,9 +12,10 @@ from agents.commands.options import Ray
 from agents.learning.curve import SPENT, curve_path, read_curve, seconds_to
 from agents.learning.settings import DEFAULTS, LAST_SEED, settings_of
 from grind_env.arguments import Keeps
-from grind_env.commands import JobFile, NamedProblem, Parts
+from grind_env.commands import JobFile, NamedProblem, Parts, Plant
 from grind_env.errors import GrindError, printable
 from grind_env.files import write_atomically
+from grind_env.policies.held import on
 from grind_env.policies.problem import find_problem
 from grind_env.targets import check_own
 from grind_env.terminal import table_console
@@ -29,6 +30,7 @@ def train(
     task: NamedProblem = "power_limited",
     job: JobFile = None,
     parts: Parts = 1,
+    plant: Plant = None,
     kind: Annotated[str, typer.Option(help=f"Kind of agent: {', '.join(DEFAULTS)}.")] = "ppo",
     seed: Annotated[
         int, typer.Option(min=0, max=LAST_SEED, help="Seed of the agent and of its training episodes.")
@@ -50,7 +52,8 @@ def train(
 ) -> None:
     """Train an agent.
 
-    An agent already trained by the same code, settings and seed is kept, and a training that was interrupted goes on.
+    On machines that are not the model, such as `--plant public`, its memory holds the model, and it has no score. An
+    agent already trained by the same code, settings and seed is kept, and a training that was interrupted goes on.
     """
     # torch takes seconds to load
     from agents.learning.batches import PICTURE, compare_batches
@@ -59,6 +62,7 @@ def train(
     from agents.pool import work_on_all
 
     problem = find_problem(task, job, parts)
+    problem = problem if plant is None else on(problem, plant)
     settings = settings_of(problem, "ppo" if compare else kind, steps, split)
     contexts = settings.split
     if compare and ray is not None:

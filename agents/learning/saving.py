@@ -1,21 +1,16 @@
 """Writes what acting needs of a trained model of Stable-Baselines3; `grind_env.policies.learned.saved` reads it."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from safetensors.numpy import save
-
 from agents.learning.settings import Settings
 from agents.provenance import commit, installed
 from grind_env.envs.simulation import Simulation
-from grind_env.files import write_atomically
 from grind_env.policies.learned.network import acting_part
-from grind_env.policies.learned.saved import ENTRY, FORMAT, VERSION, check_finite, check_sums, spaces_digest
-from grind_env.policies.learned.view import LearnerView
-from grind_env.task_version import TASK_VERSION
+from grind_env.policies.learned.saved import write_policy
+from grind_env.policies.learned.view import LearnerForm
 
 PACKAGES = ("grind_env", "numpy", "stable_baselines3", "sb3_contrib", "torch")
 
@@ -36,25 +31,12 @@ def save_policy(path: Path, model: Any, simulation: Simulation, kind: str, setti
     policy = model.policy
     state = {name: values.detach().cpu().numpy() for name, values in policy.state_dict().items()}
     actor = acting_part(type(policy).__name__, state, policy.activation_fn.__name__.lower())
-    check_finite(path, actor.tensors)
-    network = actor.network
-    check_sums(path, network, actor.tensors)
-    document = {
-        "format": FORMAT,
-        VERSION: TASK_VERSION,
-        "task": simulation.task.name,
-        "kind": kind,
-        "memory": settings.memory,
-        "actions": settings.actions,
-        "network": {each.name: getattr(network, each.name) for each in fields(network)},
-        "spaces": spaces_digest(LearnerView(simulation, settings.memory, settings.actions)),
+    beside = {
         "settings": {each.name: _plain(getattr(settings, each.name)) for each in fields(settings)},
         "versions": {package: installed(package) for package in PACKAGES},
         "commit": commit(),
     }
-    path.parent.mkdir(parents=True, exist_ok=True)
-    data = save(actor.tensors, {ENTRY: json.dumps(document)})
-    write_atomically(path, lambda partial: partial.write_bytes(data))
+    write_policy(path, actor, simulation, kind, LearnerForm(settings.memory, settings.actions), beside)
 
 
 def _plain(value: Any) -> Any:

@@ -13,6 +13,7 @@ from grind_env.envs.learning import WORST_REWARD, eased
 from grind_env.envs.tables import Outcome, reward_terms
 from grind_env.envs.tasks import Task
 from grind_env.envs.vector_env import GrindVectorEnv
+from grind_env.policies.held import model_beside
 from grind_env.policies.learned.view import FORMS, Actions, LearnerView, MemoryKind
 from grind_env.policies.problem import Problem
 from grind_env.sb3.adapter import SB3VecEnv
@@ -87,7 +88,7 @@ class LearnerVecEnv(SB3VecEnv):
         # it holds for all later episodes
         env.reset(options={"split": split})
         self.notes = Notes()
-        self.view = LearnerView(env.simulation, memory, actions)
+        self.view = LearnerView(model_beside(problem) or env.simulation, memory, actions)
         self.worst_reward = worst_reward
         self.seconds = {"environment": 0.0, "features": 0.0}
         """Wall time spent in steps of the environment, and on the features."""

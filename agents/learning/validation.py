@@ -8,7 +8,8 @@ from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError
 from grind_env.policies.choices import Decision
-from grind_env.policies.evaluation import episode_seeds, run_seeds
+from grind_env.policies.evaluation import episode_seeds, roll_out, run_seeds, start_episodes
+from grind_env.policies.held import model_beside
 from grind_env.policies.learned.view import Actions, LearnerView, MemoryKind
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.problem import Problem
@@ -52,7 +53,9 @@ class Validation:
 
     def __init__(self, problem: Problem, episodes: int = EPISODES) -> None:
         self.simulation, self.seeds = problem.simulation(), episode_seeds("validation", episodes)
-        self.fixed, self.least = np.nan, np.nan
+        self.fixed, self.least, self.model = np.nan, np.nan, model_beside(problem)
+        if self.model is not None:
+            return
         try:
             scale = reference(problem.id)
             names = [name for name in policy_names(self.simulation) if name in FIXED_PLANS]
@@ -66,7 +69,9 @@ class Validation:
         """Mean cost of an episode in $, and an estimate of the normalised score.
 
         The fixed plan is run on the same episodes. What the planner, too slow for that, would save of its cost is taken
-        from the reference scores; the score is NaN in a problem that has none.
+        from the reference scores; the score is NaN in a problem that has none, and on machines that are not
+        the model.
         """
-        cost = float(run_seeds(agent, self.simulation, self.seeds).cost.mean())
+        begun = start_episodes(self.simulation, self.seeds)
+        cost = float(roll_out(agent, self.simulation, begun, self.model).cost.mean())
         return cost, 100.0 * (self.fixed - cost) / (self.fixed - self.least)

@@ -14,8 +14,9 @@ are drawn by a seed. Its name says which:
 | --- | --- |
 | `meter:7` | the member of a family that seed 7 draws |
 | `foreign:3+meter:7` | a mix of several, in whatever order; of *foreign* and *bursts*, what grinds, one at most |
-| `held-out:5` | one of a set that nothing is trained or tuned on |
-| `meter`, `foreign+meter:7`, `held-out` | without a seed, in environments: another one in every episode |
+| `held-out:5` | one of a set that nothing is trained or tuned on: two to four families |
+| `public:5` | one that is drawn likewise, to train and tune on |
+| `meter`, `foreign+meter:7`, `public` | without a seed, in environments: another one in every episode |
 | `module:name` | a `Plant` of one's own, in a module that can be imported |
 | `module:name:7` | a member of a `Family` of one's own, alone or in a mix |
 | `model` | the machine that is the model |

@@ -76,4 +76,5 @@ BURSTS = Family(
     chances=True,
     wraps=_bursting,
     hook=Hook(_before, BurstsOwn),
+    anew=("bursts_owed",),
 )

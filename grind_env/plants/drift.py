@@ -70,4 +70,5 @@ DRIFT = Family(
     chances=True,
     hook=Hook(_before, DriftOwn),
     gauge=Gauge(_read),
+    anew=("drift_idle",),
 )

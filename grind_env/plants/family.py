@@ -20,6 +20,8 @@ from grind_env.toml import read_toml
 
 PUBLIC, HELD_OUT = 1, 2
 """Streams of random numbers, which have none in common: of machines for development, and of those that test."""
+SEED = "_seed"
+"""Ends the field of a seed of chances."""
 FACTOR = "factor"
 """The spread of a number that is drawn even in its logarithm."""
 
@@ -65,6 +67,7 @@ class Family:
         wraps: gives a process made of another one, the same for the same; None where the process stays.
         hook: before every block, or None.
         gauge: what is shown of what is true, without noise, or None.
+        anew: fields that begin anew with every shift, with its wheel, its warmth or what was zeroed; the others last.
     """
 
     name: str
@@ -74,11 +77,12 @@ class Family:
     wraps: Callable[[Process], Process] | None = None
     hook: Hook | None = None
     gauge: Gauge | None = None
+    anew: tuple[str, ...] = ()
 
     def drawn(self, seed: int, stream: int = PUBLIC) -> dict[str, float]:
         """The numbers of a member, by field, of units as in `ranges`; the same on every machine."""
         numbers = {each.field: each.at(share_of(seed, stream, each.field)) for each in self.ranges}
-        own_seed = f"{self.name}_seed"
+        own_seed = f"{self.name}{SEED}"
         return numbers | ({own_seed: float(word_of(seed, stream, own_seed))} if self.chances else {})
 
 

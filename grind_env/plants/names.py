@@ -3,12 +3,13 @@
 import re
 from dataclasses import dataclass, replace
 from importlib import import_module
+from typing import Any
 
 from grind_env.errors import did_you_mean, quoted, reason
 from grind_env.kernel.random import WORD
 from grind_env.plants.bursts import BURSTS
 from grind_env.plants.drift import DRIFT
-from grind_env.plants.family import HELD_OUT, Family, share_of
+from grind_env.plants.family import HELD_OUT, PUBLIC, Family, share_of
 from grind_env.plants.fluid import FLUID
 from grind_env.plants.foreign import FOREIGN
 from grind_env.plants.graded import GRADED
@@ -20,12 +21,13 @@ from grind_env.plants.thermal import THERMAL
 
 FAMILIES: tuple[Family, ...] = (FOREIGN, BURSTS, THERMAL, METER, TABLE, GRADED, FLUID, SOFT, DRIFT)
 """In the order in which a mix has them: what grinds first."""
-HELD_OUT_NAME = "held-out"
+SETS = {"held-out": HELD_OUT, "public": PUBLIC}
+"""Sets of mixes by their names, each with its stream."""
 MODEL = Plant(name="model")
 """The machine that is the model."""
 FEWEST, MOST = 2, 4
-"""Families in a machine that is held out."""
-FORMS = "'meter:7', a mix as 'foreign:3+meter:7', 'held-out:5', or 'module:name' for one's own"
+"""Families in a machine of a set."""
+FORMS = "'meter:7', a mix as 'foreign:3+meter:7', 'held-out:5', 'public:5', or 'module:name' for one's own"
 
 _PART = re.compile(r"(?P<name>[\w.-]+)(?::(?P<seed>\d+))?")
 _OWN = re.compile(r"(?P<module>[A-Za-z_][\w.]*):(?P<name>[A-Za-z_]\w*)(?::(?P<seed>\d+))?")
@@ -46,6 +48,10 @@ class Plants:
     text: str
     first: Plant
     modules: bool = False
+
+    def __reduce__(self) -> Any:
+        """By the name: what grinds is made of functions that no copy holds."""
+        return _named, (self.text, self.modules)
 
     @property
     def one(self) -> bool:
@@ -71,14 +77,18 @@ def find_plants(text: str, *, modules: bool = False) -> Plants:
     return Plants(first.name if first == others else text, first, modules)
 
 
+def _named(text: str, modules: bool) -> Plants:
+    return find_plants(text, modules=modules)
+
+
 def find_plant(text: str, *, seed: int | None = None, modules: bool = False) -> Plant:
     """A machine by its name, always the same one.
 
     `family:seed` is one of a family, `a:1+b:2` one of several. `held-out:seed` is one of a set that nothing is to be
     trained or tuned on: two to four families, and numbers, of a stream of random numbers that has none in common with
-    that of the others; all of them have the same process. `module:name` is the `Plant` of that name in a module that
-    can be imported, `module:name:seed` a member of the `Family`, alone or in a mix. `model` is
-    the machine that is the model.
+    that of the others; `public:seed` is drawn likewise, but of the stream of these, to train and tune on. All machines
+    of both sets have the same process. `module:name` is the `Plant` of that name in a module that can be imported,
+    `module:name:seed` a member of the `Family`, alone or in a mix. `model` is the machine that is the model.
 
     Args:
         text: the name.
@@ -94,8 +104,8 @@ def find_plant(text: str, *, seed: int | None = None, modules: bool = False) -> 
         return MODEL
     names = text.split("+")
     if len(names) == 1:
-        if (part := _part(text, seed)) and part[0] == HELD_OUT_NAME:
-            return _held_out(_seed(part[1], text))
+        if (part := _part(text, seed)) and part[0] in SETS:
+            return _of_set(part[0], _seed(part[1], text))
         if (own := _own_part(text)) and own["seed"] is None:
             found = _imported(own["module"], own["name"], text, modules)
             if isinstance(found, Plant):
@@ -136,8 +146,9 @@ def _member(name: str, text: str, seed: int | None, modules: bool) -> tuple[str,
         family, digits = part
         if family in known:
             return family, known[family], _seed(digits, text)
-        if family == HELD_OUT_NAME:
-            raise PlantError(f"{quoted(text)} mixes a machine that is held out, which is a mix already: name it alone")
+        if family in SETS:
+            which = family.replace("-", " ")
+            raise PlantError(f"{quoted(text)} mixes a machine that is {which}, which is a mix already: name it alone")
     elif own := _own_part(name):
         found = _imported(own["module"], own["name"], text, modules)
         digits = own["seed"] or ("" if seed is None else str(seed))
@@ -169,16 +180,17 @@ def _seed(digits: str, text: str) -> int:
     return int(digits)
 
 
-def _held_out(seed: int) -> Plant:
-    """One of the set: all have the process of all families, neutral but for those that are drawn."""
-    count = FEWEST + int((MOST + 1 - FEWEST) * share_of(seed, HELD_OUT, HELD_OUT_NAME))
+def _of_set(name: str, seed: int) -> Plant:
+    """One of a set: all have the process of all families, neutral but for those that are drawn."""
+    stream = SETS[name]
+    count = FEWEST + int((MOST + 1 - FEWEST) * share_of(seed, stream, name))
     drawn: list[Family] = []
-    for family in sorted(FAMILIES, key=lambda each: share_of(seed, HELD_OUT, each.name)):
+    for family in sorted(FAMILIES, key=lambda each: share_of(seed, stream, each.name)):
         replaced = family.wraps is not None and any(each.wraps is not None for each in drawn)
         if len(drawn) < count and not replaced:
             drawn.append(family)
-    numbers = {field: x for family in drawn for field, x in family.drawn(seed, HELD_OUT).items()}
-    return mixed(f"{HELD_OUT_NAME}:{seed}", FAMILIES, numbers)
+    numbers = {field: x for family in drawn for field, x in family.drawn(seed, stream).items()}
+    return mixed(f"{name}:{seed}", FAMILIES, numbers)
 
 
 def _imported(module: str, name: str, text: str, allowed: bool) -> Plant | Family:

@@ -2,11 +2,11 @@
 
 import functools
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from grind_env.errors import GrindError, reason
-from grind_env.plants.family import Family
+from grind_env.plants.family import SEED, Family, word_of
 from grind_env.process.gauge import TRUTH, Gauge, beside
 from grind_env.process.process import PROCESS, Process, composed, joined
 
@@ -25,6 +25,7 @@ class Plant:
         gauge: what is shown of it, to which the tasks add their noise.
         own: what process and gauge remember as a shift begins, in this order and in the units of their fields; () for
             their defaults.
+        anew: fields of it that begin anew with every shift.
 
     Raises:
         PlantError: `own` has not a number for each of their fields.
@@ -34,6 +35,7 @@ class Plant:
     process: Process = PROCESS
     gauge: Gauge = TRUTH
     own: tuple[float, ...] = ()
+    anew: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         fields = self.remembers._fields
@@ -55,6 +57,22 @@ class Plant:
         """What of it the process remembers, as a `Job` takes it."""
         return self.own[: len(self.process.own._fields)]
 
+    def after(self, own: tuple[float, ...], shift: int) -> "Plant":
+        """The same machine as another shift begins, with chances of its own.
+
+        Args:
+            own: what process and gauge remember as the shift before ends, in the order and the units of `own`.
+            shift: a number of 32 bits, another one for every shift.
+        """
+
+        def begins(name: str, first: float, last: float) -> float:
+            if name.endswith(SEED):
+                return float(word_of(int(first), shift, name))
+            # the heat of the process itself is that of a part
+            return first if name in (*self.anew, *PROCESS.own._fields) else last
+
+        return replace(self, own=tuple(map(begins, self.remembers._fields, self.own, own)))
+
 
 def mixed(name: str, families: tuple[Family, ...], numbers: Mapping[str, float]) -> Plant:
     """A machine of some families, with these numbers by field, in their units, and neutral ones for the others.
@@ -67,7 +85,8 @@ def mixed(name: str, families: tuple[Family, ...], numbers: Mapping[str, float])
         own = joined(process.own, gauge.own)(**numbers)
     except (TypeError, ValueError) as error:
         raise PlantError(f"{name}: {reason(error)}; let what a family draws be fields of what it remembers") from None
-    return Plant(name=name, process=process, gauge=gauge, own=tuple(own))
+    anew = tuple(field for family in families for field in family.anew)
+    return Plant(name=name, process=process, gauge=gauge, own=tuple(own), anew=anew)
 
 
 @functools.cache

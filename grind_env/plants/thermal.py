@@ -45,4 +45,5 @@ THERMAL = Family(
     ranges=ranges_of("thermal"),
     hook=Hook(_before, ThermalOwn),
     gauge=Gauge(_read),
+    anew=("thermal_grown",),
 )

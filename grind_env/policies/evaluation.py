@@ -1,9 +1,11 @@
 """Runs a policy through the episodes of a list of seeds, side by side."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grind_env.arrays import Array
 from grind_env.envs.actions import ActionCodec
@@ -138,6 +140,39 @@ def done(decision: Decision, simulation: Simulation, codec: ActionCodec, episode
     return simulation.taken(episodes, codec.decode(codec.encode(*decision)))
 
 
+class Step(NamedTuple):
+    """A step of N episodes: what was seen before it, what was done, and what came of it."""
+
+    observation: NDArray[np.float32]
+    """Scaled, no unit, shape (N, entries)."""
+    choice: tuple[Array, ...]
+    """E in mm/min and D, a number of executions, and a pre-dress (1) where there is one, each shape (N,)."""
+    outcomes: Array
+    """In the units of `Outcome`, shape (N, fields of it); 0 of an episode that was over."""
+    over: NDArray[np.bool_]
+    """1 for those that were, no unit, shape (N,)."""
+
+
+def steps(
+    policy: Policy, simulation: Simulation, episodes: Episodes, model: Simulation | None = None
+) -> Iterator[Step]:
+    """The steps of the episodes from the first to the last, arguments as for `roll_out`; they are changed in place.
+
+    Raises:
+        ActionError: if the policy decides an E or a D that the environment does not have.
+    """
+    codec = ActionCodec(simulation.task)
+    held, shown = model or simulation, parted(policy, simulation, model, episodes)
+    policy.begin(held, len(episodes.block))
+    while not (over := simulation.over(episodes)).all():
+        observation = simulation.observe(episodes)
+        # what a policy does with what it is shown is its own matter
+        decision = policy.act(observation.copy(), reveal(policy.sees, held, shown(episodes)))
+        choice = done(decision, simulation, codec, episodes)
+        outcomes, _ = simulation.step(episodes, *choice, active=np.flatnonzero(~over))
+        yield Step(observation, choice, outcomes, over)
+
+
 def roll_out(policy: Policy, simulation: Simulation, episodes: Episodes, model: Simulation | None = None) -> Evaluation:
     """Run the policy from the first step of the episodes to the last; the episodes are left as they are.
 
@@ -153,20 +188,10 @@ def roll_out(policy: Policy, simulation: Simulation, episodes: Episodes, model: 
         ActionError: if the policy decides an E or a D that the environment does not have.
     """
     n = len(episodes.block)
-    episodes = episodes.pick(np.arange(n))
-    codec = ActionCodec(simulation.task)
-    totals = np.zeros((n, 3))
-    plan: list[tuple[Array, ...]] = []
-    held, shown = model or simulation, parted(policy, simulation, model, episodes)
-    policy.begin(held, n)
-    while (running := np.flatnonzero(~simulation.over(episodes))).size > 0:
-        decision = policy.act(simulation.observe(episodes), reveal(policy.sees, held, shown(episodes)))
-        choice = done(decision, simulation, codec, episodes)
-        outcomes, _ = simulation.step(episodes, *choice, active=running)
-        totals += outcomes[:, [COST, GOOD, FINISHED]]
-        over = np.ones(n, bool)
-        over[running] = False
-        plan.append(tuple(np.where(over, np.nan, values) for values in choice))
+    totals, plan = np.zeros((n, 3)), list[tuple[Array, ...]]()
+    for step in steps(policy, simulation, episodes.pick(np.arange(n)), model):
+        totals += step.outcomes[:, [COST, GOOD, FINISHED]]
+        plan.append(tuple(np.where(step.over, np.nan, values) for values in step.choice))
     speeds, executions = np.array(plan).transpose(1, 2, 0)
     cost, good, finished = totals.T
     return Evaluation(cost, good, finished, speeds, executions)

@@ -162,7 +162,7 @@ def evaluate(
     taken_for = MODEL.name if model is None else model
     held = None if machines is None else model_of(problem, taken_for)
     policy = named_policy(policy, held or simulation, modules=True) if isinstance(policy, str) else policy
-    _check_policy(policy)
+    check_policy(policy)
     start = start_episodes(simulation, chosen, split)
     run = roll_out(policy, simulation, start, held)
     anchored = machines is None and not SPLITS[split].beyond
@@ -182,7 +182,7 @@ def evaluate(
     return Judgement(name, sees, problem.name, said, split, run, score, paired, *of_machine, chosen.start)
 
 
-def _check_policy(policy: Any) -> None:
+def check_policy(policy: Any) -> None:
     """Check what is to decide.
 
     Raises:

@@ -10,6 +10,7 @@ from typing import Any, get_origin
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
 from grind_env.errors import quoted
+from grind_env.policies.planners.belief_planner import BeliefPlanner
 from grind_env.policies.planners.hindsight import Hindsight
 from grind_env.policies.planners.known_state import FullStateRule, ModelPredictive
 from grind_env.policies.planners.partly_known import DullnessRule, GrowthRule, RoughnessRule
@@ -37,6 +38,7 @@ UNTUNED: dict[str, Callable[[], Policy]] = {
     "random": Random,
     "handbook": Handbook,
     "empirical_rule": EmpiricalRule,
+    "belief_planner": BeliefPlanner,
     REFERENCE: Hindsight,
 }
 TUNED: dict[str, Callable[..., Policy]] = {
@@ -63,19 +65,24 @@ ABLATIONS = ("adaptive_speed", "adaptive_dress", "dullness_rule", "growth_rule",
 """The adaptive rule without one of its decisions, and the rule on the full state that knows the dullness of the wheel
 alone, or beside it how fast the lot dulls it, or which Ra wheel and part give. They can be named like all others, but
 stand in no list of policies: they are there to say what the other decision, and what that knowledge, is worth."""
-UNSCORED = ("empirical_rule",)
-"""Named like all others, too, but in no list: what others fall back to on a machine that is not the model."""
-BY_BLOCK = ("belief_rule", "look_ahead", "mpc")
+UNSCORED = ("empirical_rule", "belief_planner")
+"""Named like all others, too, but in no list, because the reference scores do not have them: what others fall back to
+on a machine that is not the model, and the planner on the belief."""
+BY_BLOCK = ("belief_rule", "look_ahead", "belief_planner", "mpc")
 """Policies that think in blocks."""
-BRANCHING = ("belief_rule", "look_ahead", "mpc", REFERENCE)
+BRANCHING = ("belief_rule", "look_ahead", "belief_planner", "mpc", REFERENCE)
 """Policies that grind a block many times before they decide."""
 
 
 def policy_names(simulation: Simulation) -> list[str]:
     """Names of the policies of an environment, from those that know least to those that know most."""
     names = ["random", "handbook", *TUNED, "mpc", REFERENCE]
+    return [name for name in fitting(names, simulation) if name not in ABLATIONS]
+
+
+def fitting(names: Sequence[str], simulation: Simulation) -> list[str]:
+    """Those of some names of policies that can decide in an environment."""
     unfit = {
-        *ABLATIONS,
         *(["constant_per_kind"] if len(simulation.task.kinds) == 1 else []),
         *(BY_BLOCK if not simulation.by_block else ()),
         *(BRANCHING if not simulation.compiled else ()),
@@ -90,7 +97,7 @@ def check_names(simulation: Simulation, names: Sequence[str] | None) -> Sequence
         ConfigError: if one is no policy of it.
     """
     listed = policy_names(simulation)
-    known = [*listed, *ABLATIONS, *UNSCORED]
+    known = [*listed, *ABLATIONS, *fitting(UNSCORED, simulation)]
     if unknown := set(names or ()) - set(known):
         raise ConfigError(
             f"there is no policy {quoted(min(unknown))} for {simulation.task.name}: choose from {', '.join(known)}"

@@ -1,5 +1,6 @@
 import json
 import math
+import pickle
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,8 +19,10 @@ from agents.learning.curve import SPENT, Point, curve_path, read_curve, seconds_
 from agents.learning.settings import CONFIGS, DEFAULTS, LAST_SEED, SEED_STRIDE, TRAINING_SEEDS, settings_folder
 from agents.learning.train import fingerprint, new_model, train, trained_agent
 from agents.learning.validation import EPISODES, Validation
+from grind_env import evaluate
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import SEEDS, SEEDS_EACH, episode_seeds, run_seeds
+from grind_env.policies.held import on
 from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import UNIFORM_PLANS, make_policy
@@ -54,6 +57,16 @@ def test_the_curve_tells_what_the_agent_costs_and_where_the_time_went(tmp_path: 
         assert all(getattr(point, name) >= 0.0 for name in SPENT)
         assert 0.0 < spent <= point.seconds
         assert point.environment > 0.0
+
+
+def test_on_other_machines_an_agent_in_training_holds_the_model_as_it_does_later(tmp_path: Path):
+    path = train(on(PROBLEM, "public"), "ppo", 3, TINY, tmp_path, quiet=True)
+    last = read_curve(curve_path(path))[-1]
+    later = evaluate(load_policy(path), PROBLEM, plant="public", seeds="validation", episodes=EPISODES)
+    assert last.cost == pytest.approx(later.evaluation.cost.mean()) and math.isnan(last.score)
+    simulation = on(PROBLEM, "public").simulation()
+    again = pickle.loads(pickle.dumps(simulation))
+    assert (again.process, again.gauge, again.plants) == (simulation.process, simulation.gauge, simulation.plants)
 
 
 def test_validation_scores_as_the_reference_scores_do():

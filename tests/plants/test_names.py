@@ -72,6 +72,18 @@ def test_a_mix_has_what_its_parts_have_in_whatever_order() -> None:
 
 
 @given(SEEDS)
+def test_those_of_the_public_set_are_drawn_likewise_from_the_public_numbers(seed: int) -> None:
+    plant = find_plant(f"public:{seed}")
+    families = differing(plant)
+    assert 2 <= len(families) <= 4 and families <= {*NAMES} and not {"foreign", "bursts"} <= families
+    assert (plant.process, plant.gauge) == (find_plant("held-out:0").process, find_plant("held-out:0").gauge)
+    numbers = dict(zip(plant.remembers._fields, plant.own, strict=True))
+    for family in FAMILIES:
+        if family.name in families:
+            assert {*family.drawn(seed).items()} <= {*numbers.items()}
+
+
+@given(SEEDS)
 def test_those_held_out_mix_families_and_have_numbers_of_their_own(seed: int) -> None:
     plant = find_plant(f"held-out:{seed}")
     families = differing(plant)
@@ -114,6 +126,7 @@ def test_no_number_of_those_held_out_is_one_of_the_public_ones() -> None:
         ("meter:1+meter:2", "has one machine of a family, but two of 'meter'"),
         ("bursts:1+foreign:2", "foreign and bursts each say what grinds, and a mix has one of these"),
         ("held-out:1+meter:2", "mixes a machine that is held out, which is a mix already: name it alone"),
+        ("public:1+meter:2", "mixes a machine that is public, which is a mix already: name it alone"),
         ("os:system", "'os:system' would run the code of a module, which a name in a file must not"),
         ("meter:1+os:system:2", "would run the code of a module"),
     ],

@@ -13,7 +13,7 @@ from grind_env.policies.planners.dynamic_programming import EPISODES_AT_ONCE
 from grind_env.policies.planners.hindsight import Hindsight
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.problem import find_problem
-from grind_env.policies.registry import ABLATIONS, UNSCORED, policy_names
+from grind_env.policies.registry import ABLATIONS, UNSCORED, fitting, policy_names
 from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.rules import Fixed, Random
 from tests.policies.harness import shortened, untuned
@@ -23,7 +23,9 @@ LENGTHS = {"power_limited": 3, "job_shop": 3, "reciprocation": 2, "wide_plates":
 BESIDES = ("reciprocation", "wide_plates", "stroke")
 """Those that are no task of cycle blocks."""
 NAMES = [
-    (env, name) for env in LENGTHS for name in (*policy_names(find_problem(env).simulation()), *ABLATIONS, *UNSCORED)
+    (env, name)
+    for env, simulation in ((env, find_problem(env).simulation()) for env in LENGTHS)
+    for name in (*policy_names(simulation), *ABLATIONS, *fitting(UNSCORED, simulation))
 ]
 
 

@@ -91,6 +91,7 @@ def test_an_episode_does_not_depend_on_those_beside_it(kind: str, tmp_path: Path
         ("actor_critic", 0, "tanh", "98dfa9d8279ad5d4"),
         ("recurrent_actor_critic", 24, "tanh", "ddf1fd6e055c0b7d"),
         ("q_network", 0, "relu", "779a533be13507b7"),
+        ("gru", 24, "tanh", "6856937e41bba947"),
     ],
 )
 def test_a_network_says_the_same_on_every_machine(family: str, lstm: int, activation: str, digest: str):

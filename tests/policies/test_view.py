@@ -12,7 +12,7 @@ pytestmark = pytest.mark.bits
 
 PLATES = simulated("power_limited")
 ENTRIES = len(PLATES.entries)
-MEMORIES: tuple[MemoryKind, ...] = ("belief", "stack", "estimates")
+MEMORIES: tuple[MemoryKind, ...] = ("belief", "stack", "estimates", "none")
 
 ESTIMATES = 4
 

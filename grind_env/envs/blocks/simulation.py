@@ -105,6 +105,16 @@ class BlockSimulation:
         # kept from step to step: of tens of MB the system would have to find every page anew
         self._cycles, self._parameters = np.empty((0, CYCLE_FIELDS)), np.empty((0, self.branches.base.shape[1]))
 
+    def __getstate__(self) -> dict[str, Any]:
+        """What grinds and shows other machines is found again by their name."""
+        left_out = ("process", "gauge") if self.plants is not None else ()
+        return {name: value for name, value in vars(self).items() if name not in left_out}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        if self.plants is not None:
+            self.process, self.gauge = self.plants.first.process, noisy(self.plants.first.gauge)
+
     @property
     def most_steps(self) -> int:
         """As `Simulation.most_steps`."""

@@ -1,8 +1,8 @@
 """Learned agents as policies: the acting part of a network without torch, with the same bits on every machine.
 
-Every kind that is trained acts through the same few layers: perhaps an LSTM, then linear layers with an activation
-between them. What its last layer says is read as logits of E and of D, as a value of every choice, or as a point of a
-Box.
+Every kind that is trained acts through the same few layers: perhaps an LSTM or a GRU, then linear layers with an
+activation between them. What its last layer says is read as logits of E and of D, as a value of every choice, or as a
+point of a Box.
 """
 
 from collections.abc import Callable, Mapping
@@ -27,6 +27,10 @@ Shape = tuple[int, ...]
 
 LSTM = "lstm_actor"
 """Name of the LSTM in the state of a recurrent policy of sb3-contrib."""
+GRU = "gru"
+"""Name of the GRU in that of `agents.learning.gru_ppo`."""
+GATES = {LSTM: 4, GRU: 3}
+"""Of each unit; the candidate counts as one."""
 
 
 class NetworkError(GrindError):
@@ -40,14 +44,16 @@ class Layers(NamedTuple):
     head: str
     squashed: bool = False
     """Whether the output goes through tanh, as SAC and TQC squash it."""
-    recurrent: bool = False
+    recurrent: str = ""
+    """Name of the layer that remembers, one of `GATES`; none if empty."""
 
 
 FAMILIES: Mapping[str, Layers] = {
     "actor_critic": Layers("mlp_extractor.policy_net.{}", "action_net"),
-    "recurrent_actor_critic": Layers("mlp_extractor.policy_net.{}", "action_net", recurrent=True),
+    "recurrent_actor_critic": Layers("mlp_extractor.policy_net.{}", "action_net", recurrent=LSTM),
     "q_network": Layers("q_net.q_net.{}", "q_net.q_net.{}"),
     "squashed_actor": Layers("actor.latent_pi.{}", "actor.mu", squashed=True),
+    "gru": Layers("actor.{}", "actor.{}", recurrent=GRU),
 }
 """The families that a file may name; none of them is looked up anywhere else."""
 
@@ -64,7 +70,7 @@ class Network:
     Args:
         family: one of `FAMILIES`.
         entries: length of the feature vector.
-        lstm: units of the LSTM; 0 for none.
+        lstm: units of the layer that remembers; 0 for none.
         hidden: units of the layers between.
         outputs: length of what comes out.
         activation: one of `ACTIVATIONS`.
@@ -89,11 +95,12 @@ class Network:
         shapes: dict[str, Shape] = {}
         width = self.entries
         if self.lstm:
-            gates = 4 * self.lstm
+            layer = FAMILIES[self.family].recurrent
+            gates = GATES[layer] * self.lstm
             for name, columns in (("ih", width), ("hh", self.lstm)):
-                shapes[f"{LSTM}.weight_{name}_l0"] = (gates, columns)
-                shapes[f"{LSTM}.bias_{name}_l0"] = (gates,)
-            width = self.lstm
+                shapes[f"{layer}.weight_{name}_l0"] = (gates, columns)
+                shapes[f"{layer}.bias_{name}_l0"] = (gates,)
+            width = self.lstm + (self.entries if layer == GRU else 0)
         for name, units in zip(self.linear(), (*self.hidden, self.outputs), strict=True):
             shapes[f"{name}.weight"], shapes[f"{name}.bias"] = (units, width), (units,)
             width = units
@@ -101,7 +108,7 @@ class Network:
 
 
 class LstmState(NamedTuple):
-    """Output and cell of the LSTM, each shape (N, units)."""
+    """Output and cell of the layer that remembers, each shape (N, units); a GRU has no cell, and leaves it as it is."""
 
     output: Numbers
     cell: Numbers
@@ -122,7 +129,7 @@ class Actor:
         self._factors = {name: np.ascontiguousarray(values.T, np.float64) for name, values in self.tensors.items()}
 
     def begin(self, n: int) -> LstmState:
-        """The state of N episodes before their first block; without units where there is no LSTM."""
+        """The state of N episodes before their first block; without units where nothing is remembered."""
         zeros = np.zeros((n, self.network.lstm))
         return LstmState(zeros, zeros)
 
@@ -135,8 +142,10 @@ class Actor:
         """
         values: Numbers = np.ascontiguousarray(features, np.float64)
         if self.network.lstm:
-            state = self._remember(values, state)
-            values = state.output
+            gru = FAMILIES[self.network.family].recurrent == GRU
+            state = (self._gru if gru else self._lstm)(values, state)
+            # what is seen goes past a GRU, too
+            values = np.concatenate([state.output, values], axis=1) if gru else state.output
         activation = ACTIVATIONS[self.network.activation]
         *body, head = self.network.linear()
         for name in body:
@@ -145,7 +154,7 @@ class Actor:
         squashed = tanh_layer(values) if FAMILIES[self.network.family].squashed else values
         return squashed.astype(np.float32), state
 
-    def _remember(self, values: Numbers, state: LstmState) -> LstmState:
+    def _lstm(self, values: Numbers, state: LstmState) -> LstmState:
         """One step of an LSTM (Hochreiter, Schmidhuber, Neural Computation 9, 1997, 1735); gates in torch's order."""
         gates = self._linear(values, f"{LSTM}.weight_ih_l0", f"{LSTM}.bias_ih_l0")
         gates += self._linear(state.output, f"{LSTM}.weight_hh_l0", f"{LSTM}.bias_hh_l0")
@@ -153,6 +162,14 @@ class Actor:
         candidate = np.split(tanh_layer(gates), 4, axis=1)[2]
         cell = keep * state.cell + enter * candidate
         return LstmState(show * tanh_layer(cell), cell)
+
+    def _gru(self, values: Numbers, state: LstmState) -> LstmState:
+        """One step of a GRU (Cho et al., arXiv:1406.1078); gates and where the reset acts are torch's."""
+        new = np.split(self._linear(values, f"{GRU}.weight_ih_l0", f"{GRU}.bias_ih_l0"), 3, axis=1)
+        old = np.split(self._linear(state.output, f"{GRU}.weight_hh_l0", f"{GRU}.bias_hh_l0"), 3, axis=1)
+        reset, keep = (logistic_layer(new[k] + old[k]) for k in range(2))
+        candidate = tanh_layer(new[2] + reset * old[2])
+        return state._replace(output=candidate + keep * (state.output - candidate))
 
     def _linear(self, values: Numbers, weight: str, bias: str) -> Numbers:
         return linear(values, self._factors[weight], self._factors[bias])
@@ -233,7 +250,7 @@ def acting_part(policy_class: str, state: Mapping[str, Tensor], activation: str)
         raise NetworkError(f"a {policy_class} with {activation} cannot be saved: only {', '.join(POLICIES)} can")
     family = POLICIES[policy_class]
     layers = FAMILIES[family]
-    lstm = state[f"{LSTM}.weight_hh_l0"].shape[1] if layers.recurrent else 0
+    lstm = state[f"{layers.recurrent}.weight_hh_l0"].shape[1] if layers.recurrent else 0
     hidden: list[int] = []
     while f"{layers.body.format(2 * len(hidden))}.weight" in state:
         hidden.append(len(state[f"{layers.body.format(2 * len(hidden))}.weight"]))
@@ -241,7 +258,7 @@ def acting_part(policy_class: str, state: Mapping[str, Tensor], activation: str)
         hidden.pop()
     names = Network(family=family, entries=1, lstm=lstm, hidden=tuple(hidden), outputs=1, activation=activation)
     head = f"{names.linear()[-1]}.weight"
-    first = f"{LSTM}.weight_ih_l0" if lstm else f"{names.linear()[0]}.weight"
+    first = f"{layers.recurrent}.weight_ih_l0" if lstm else f"{names.linear()[0]}.weight"
     network = Network(
         family=family,
         entries=state[first].shape[1],

@@ -9,7 +9,7 @@ import hashlib
 import json
 import zipfile
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path, PurePath
 from typing import Any, get_args
 
@@ -17,14 +17,15 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 from safetensors import SafetensorError, safe_open
+from safetensors.numpy import save
 
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError, quoted, reason
-from grind_env.files import MOST_BYTES, is_file, shown
+from grind_env.files import MOST_BYTES, is_file, shown, write_atomically
 from grind_env.policies.learned.network import (
     ACTIVATIONS,
     FAMILIES,
-    LSTM,
+    GRU,
     Actor,
     LearnedPolicy,
     Network,
@@ -121,6 +122,40 @@ def load_policy(path: Path, *, simulation: Simulation | None = None, name: str |
     )
 
 
+def write_policy(
+    path: Path, actor: Actor, simulation: Simulation, kind: str, form: LearnerForm, beside: Mapping[str, Any]
+) -> None:
+    """Write an agent, whole or not at all; its folder is made.
+
+    Args:
+        path: a .safetensors file.
+        actor: its network.
+        simulation: what it was trained on.
+        kind: name of the kind of agent.
+        form: how it sees and acts.
+        beside: what else the description says of how it was made, as JSON has it.
+
+    Raises:
+        PolicyFileError: if its weights are not finite or too large.
+    """
+    check_finite(path, actor.tensors)
+    check_sums(path, actor.network, actor.tensors)
+    document = {
+        "format": FORMAT,
+        VERSION: TASK_VERSION,
+        "task": simulation.task.name,
+        "kind": kind,
+        "memory": form.memory,
+        "actions": form.actions,
+        "network": asdict(actor.network),
+        "spaces": spaces_digest(form.view(simulation)),
+        **beside,
+    }
+    path.parent.mkdir(parents=True, exist_ok=True)
+    data = save(actor.tensors, {ENTRY: json.dumps(document)})
+    write_atomically(path, lambda partial: partial.write_bytes(data))
+
+
 def spaces_digest(view: LearnerView) -> str:
     """Hash of what a learner sees of a task and how it acts; equal digests mean the same numbers mean the same."""
     entries = [[*entry] for entry in view.entries]
@@ -177,9 +212,9 @@ def check_sums(path: Path, network: Network, tensors: Mapping[str, Tensor]) -> N
     largest = np.full(network.entries, FEATURE_BOUND)
     if network.lstm:
         # what it shows lies between -1 and 1
-        shown = np.ones(network.lstm)
-        check(LSTM, sums(LSTM, largest, "_ih_l0") + sums(LSTM, shown, "_hh_l0"))
-        largest = shown
+        shown, layer = np.ones(network.lstm), FAMILIES[network.family].recurrent
+        check(layer, sums(layer, largest, "_ih_l0") + sums(layer, shown, "_hh_l0"))
+        largest = np.concatenate([shown, largest]) if layer == GRU else shown
     for layer in network.linear():
         largest = sums(layer, largest)
         check(layer, largest)

@@ -6,7 +6,8 @@ the wheel:
 * `belief`: the estimates that the scripted rules use, and what can be believed of the wheel (`grind_env.belief`);
 * `means`: these, and running means of all that was measured;
 * `stack`: the last observations as they are;
-* `estimates`: the estimates alone.
+* `estimates`: the estimates alone;
+* `none`: nothing, for agents whose network remembers, or for the worth of a memory.
 
 It acts on the action space of the environment in one of three forms; a policy over whole numbers of dresses should
 not be a Gaussian, but some algorithms know nothing else.
@@ -28,7 +29,7 @@ from grind_env.policies.learned.means import RunningMeans
 from grind_env.policies.scripted.estimator import MEMORY, Estimate, LotMemory, SharpnessEstimator
 from grind_env.policies.scripted.rules import REFERENCE_AREA
 
-MemoryKind = Literal["belief", "means", "stack", "estimates"]
+MemoryKind = Literal["belief", "means", "stack", "estimates", "none"]
 """What a learner remembers."""
 Actions = Literal["grid", "index", "box"]
 """How it acts: E and D as two whole numbers, both as one, or two numbers between -1 and 1."""
@@ -110,7 +111,7 @@ class LearnerView:
         self.task, self.entries = simulation.task, entries
         self.codec = ActionCodec(simulation.task, FORMS[actions])
         self.action_space = self.codec.space
-        self.estimator = SharpnessEstimator(simulation) if memory != "stack" else None
+        self.estimator = SharpnessEstimator(simulation) if memory not in ("stack", "none") else None
         self.belief = BeliefMemory(simulation, MEMBERS) if memory in ("belief", "means") else None
         self.means = RunningMeans(len(entries)) if memory == "means" else None
         measured = spaces.Box(*bounds(entries), dtype=np.float32)
@@ -147,7 +148,7 @@ class LearnerView:
         if self.stack is not None:
             stacked: Features = self.stack.take(observation, None, chosen)
             return stacked
-        parts = [observation, self._estimates(observation, chosen)]
+        parts = [observation] if self.estimator is None else [observation, self._estimates(observation, chosen)]
         if self.belief is not None:
             # it shows the observation and behind it the belief
             belief = self.belief.take(observation, None, chosen)[:, observation.shape[1] :]

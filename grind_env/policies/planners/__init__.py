@@ -1,1 +1,1 @@
-"""Strong references: policies that know more than a machine measures; the exact optimum of a small task is a bound."""
+"""Planners: strong references that know more than a machine measures, and one on what can be believed of it."""

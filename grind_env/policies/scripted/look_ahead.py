@@ -13,9 +13,9 @@ from grind_env.envs.episodes import Episodes
 from grind_env.envs.model import MemberModel
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tables import Outcome, ShopMemory
-from grind_env.envs.tape import TapeRow
+from grind_env.envs.tasks import Task
 from grind_env.policies.choices import Decision, all_choices, nearest_speed, speed_bounds
-from grind_env.policies.columns import AREA, COST, LOADING, PRESSURE
+from grind_env.policies.columns import AREA, COST, LOADING, PRESSURE, ROUGHNESS
 from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.estimator import thrift
 from grind_env.policies.scripted.handbook import handbook_speeds
@@ -28,7 +28,6 @@ HASTE_WIDTH = 0.1
 
 SECONDS, SCRAP = (Outcome._fields.index(name) for name in ("seconds", "scrap_cost"))
 SURVIVAL, DRESSES = (ShopMemory._fields.index(name) for name in ("survival", "dresses"))
-ROUGHNESS = TapeRow._fields.index("ra_scale")
 
 
 class Prices(NamedTuple):
@@ -42,6 +41,35 @@ class Prices(NamedTuple):
     """Of time that due dates lack, $/s."""
     execution: Array
     """Of what a dress execution takes off a wheel that has to last, $."""
+
+
+def member_roughness(task: Task, members: int) -> Array:
+    """Factors on the roughness that a wheel leaves on a part, shape (members,).
+
+    Power does not show it: the members divide its spread among them.
+    """
+    levels = [NormalDist().inv_cdf((m + 0.5) / members) for m in range(members)]
+    return np.asarray(np.exp(np.hypot(task.spread.wheel_roughness, task.spread.part_roughness) * np.array(levels)))
+
+
+def member_wheels(simulation: Simulation, belief: WheelBelief, burnt: Array, roughness: Array, block: int) -> Episodes:
+    """Every member of every episode before a block as an episode of its own, up to the end of the part.
+
+    Args:
+        simulation: that is followed.
+        belief: of N episodes.
+        burnt: probability that the last block burnt the part, shape (N,).
+        roughness: factors of the members.
+        block: number of the coming block.
+    """
+    members = len(roughness)
+    everyone = np.arange(len(burnt) * members)
+    wheels: Episodes = belief.members.pick(everyone)
+    belief.model.write_factors(wheels, everyone, belief.factors().reshape(len(everyone), -1))
+    wheels.tape[:, 0, ROUGHNESS] = np.tile(roughness, len(burnt))
+    wheels.memory[:] = 0.0
+    wheels.memory[:, SURVIVAL] = 1.0 - np.repeat(burnt, members)
+    return simulation.branches.lengthened(wheels, simulation.branches.part_from(block))
 
 
 @dataclass(kw_only=True)
@@ -88,9 +116,7 @@ class LookAhead:
         task = simulation.task
         self.simulation, self.belief, self.block = simulation, WheelBelief(MemberModel(simulation), MEMBERS), 0
         self.belief.begin(episodes)
-        # power does not show the roughness that a wheel leaves on a part: the members divide its spread among them
-        levels = [NormalDist().inv_cdf((m + 0.5) / MEMBERS) for m in range(MEMBERS)]
-        self.roughness = np.exp(np.hypot(task.spread.wheel_roughness, task.spread.part_roughness) * np.array(levels))
+        self.roughness = member_roughness(task, MEMBERS)
         self.usual = np.tile(handbook_speeds(task), (episodes, 1))
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
@@ -98,7 +124,7 @@ class LookAhead:
         task, n = self.simulation.task, len(observation)
         burnt = self.belief.update(observation).burnt
         prices = self._prices(self.simulation.read(observation))
-        wheels = self._wheels(burnt)
+        wheels = member_wheels(self.simulation, self.belief, burnt, self.roughness, self.block)
         kind = self._kind()
         choices = Decision(*(np.tile(values, (n, 1)) for values in all_choices(task, self.speeds)))
         best = self._cheapest(wheels, choices, prices)
@@ -131,22 +157,6 @@ class LookAhead:
     def _kind(self) -> NDArray[np.int64]:
         """Kind of the coming block of every episode."""
         return self.simulation.branches.kind_of_row[self.belief.rows]
-
-    def _wheels(self, burnt: Array) -> Episodes:
-        """Every member of every episode before the coming block, as an episode of its own.
-
-        Args:
-            burnt: probability that the last block burnt the part, shape (N,).
-        """
-        belief, members = self.belief, len(self.roughness)
-        everyone = np.arange(len(burnt) * members)
-        wheels: Episodes = belief.members.pick(everyone)
-        belief.model.write_factors(wheels, everyone, belief.factors().reshape(len(everyone), -1))
-        wheels.tape[:, 0, ROUGHNESS] = np.tile(self.roughness, len(burnt))
-        wheels.memory[:] = 0.0
-        wheels.memory[:, SURVIVAL] = 1.0 - np.repeat(burnt, members)
-        branches = self.simulation.branches
-        return branches.lengthened(wheels, branches.part_from(self.block))
 
     def _cheapest(self, wheels: Episodes, choices: Decision, prices: Prices) -> Decision:
         """The cheapest of each episode's choices, given as shape (N, C), over its M wheels."""

@@ -1,0 +1,41 @@
+"""`python -m agents safety`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from agents.benchmark.plan import FLAGSHIP, chosen_problems
+from agents.cells import RESULTS, RUNS
+from grind_env.arguments import Keeps
+from grind_env.terminal import table_console
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command(epilog="Example: python -m agents safety --tasks power_limited --seeds 3")(safety)
+
+
+def safety(
+    tasks: Annotated[
+        str,
+        typer.Option("--tasks", "--task", "--env", help="Tasks or ids, separated by commas; `core` or `all` tasks."),
+    ] = FLAGSHIP,
+    seeds: Annotated[int, typer.Option(min=1, help="Trainings of each agent, from seed 0.")] = 3,
+    steps: Annotated[int, typer.Option(min=1, help="Environment steps of a training.")] = 600_000,
+    episodes: Annotated[int, typer.Option(min=2, help="Evaluation episodes.")] = 256,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
+    runs: Annotated[Path, typer.Option(help="Folder of what is kept."), Keeps()] = RUNS,
+    results: Annotated[Path, typer.Option(help="Folder of safety.csv and safety.md."), Keeps()] = RESULTS,
+) -> None:
+    """What PPO with a GRU earns and violates, unconstrained and with a budget of scrap, beside a guarded rule.
+
+    Power, size, Ra and burning are counted block by block, scrap part by part. What the same code has found before is
+    kept: interrupted, the same command goes on.
+    """
+    from agents.safety import page, run_safety
+
+    console, problems = table_console(), chosen_problems(tasks)
+    found = run_safety(problems, seeds, steps, episodes, jobs=jobs, console=console, runs=runs, results=results)
+    console.print(page(found), soft_wrap=True)
+    console.print(f"written to {results}: safety.csv and safety.md")

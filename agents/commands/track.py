@@ -1,0 +1,66 @@
+"""`python -m agents track`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from agents.cells import RESULTS, RUNS
+from grind_env.arguments import FILE, Keeps
+from grind_env.commands import NamedProblem
+from grind_env.terminal import table_console
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command(epilog="Example: python -m agents track --machines public:1 --adapters bc --blocks 0,60 --seeds 1")(
+        track
+    )
+
+
+def track(
+    task: NamedProblem = "power_limited",
+    machines: Annotated[
+        list[str] | None,
+        typer.Option("--machines", help="Their number, of held-out:1 on, or a name; may be repeated; 20 by default."),
+    ] = None,
+    adapters: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--adapters",
+            help="Name, policy, file or module:name of your own; may be repeated; the headline by default.",
+        ),
+        FILE,
+    ] = None,
+    blocks: Annotated[
+        str | None, typer.Option(help="Blocks on a machine when it is judged, whole shifts; 0,60,300,1200 by default.")
+    ] = None,
+    seeds: Annotated[int, typer.Option(min=1, help="Runs of each adapter on each machine.")] = 3,
+    wide: Annotated[bool, typer.Option("--wide", help="More adapters, and WideRails, too, on 8 machines.")] = False,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
+    runs: Annotated[Path, typer.Option(help="Folder of what is kept."), Keeps()] = RUNS,
+    results: Annotated[
+        Path | None,
+        typer.Option(help="Folder of track.csv and track.md; of some cells alone, by default that of what is kept."),
+        Keeps(),
+    ] = None,
+) -> None:
+    """How fast, how safely and how well policies adapt to machines that are not the model, from measurements alone.
+
+    An adapter grinds shift after shift on a machine that is held out, is told what was measured, and may change its
+    policy after each. What the machine remembers goes from one to the next; on the way 64 episodes judge it. What the
+    same code has found before is kept: interrupted, the same command goes on.
+    """
+    from agents.commands.interrupted import going_on
+    from agents.track.page import check_results, write
+    from agents.track.running import Request
+    from agents.track.study import TASK, asked_for, run_track
+
+    console = table_console()
+    folder = results or (runs if task != TASK or machines or adapters or blocks else RESULTS)
+    check_results(folder)
+    cells = asked_for(task, machines or [], adapters or [], blocks, seeds, wide=wide)
+    with going_on():
+        found = run_track(cells, jobs=jobs, console=console, request=Request(runs=runs))
+    console.print(write(found, folder), soft_wrap=True, highlight=False, markup=False)
+    console.print(f"written to {folder}: track.csv and track.md", highlight=False)

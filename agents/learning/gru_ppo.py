@@ -1,0 +1,364 @@
+"""PPO with a GRU in one file, to be read from top to bottom: plain PyTorch on the native vector environment.
+
+    python agents/learning/gru_ppo.py --task power_limited --seed 0 --output agent.safetensors
+    grind evaluate --policy agent.safetensors
+
+In the manner of CleanRL (Huang et al., J. Mach. Learn. Res. 23, 2022, 274). Where a line is a choice, the comment says
+whose: PPO is Schulman et al., arXiv:1707.06347; "37" is Huang et al., The 37 Implementation Details of PPO, ICLR blog
+2022; "matters" is Andrychowicz et al., arXiv:2006.05990.
+"""
+
+import time
+from dataclasses import asdict, dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+import torch
+import typer
+from gymnasium import spaces
+from torch import Tensor, nn
+
+from grind_env.arguments import Application, Writes
+from grind_env.envs.learning import eased
+from grind_env.envs.tables import Outcome
+from grind_env.errors import GrindError, quoted
+from grind_env.policies.judging import evaluate
+from grind_env.policies.learned.network import Actor, LearnedPolicy, Network
+from grind_env.policies.learned.saved import write_policy
+from grind_env.policies.learned.view import FORMS, LearnerForm, LearnerView, MemoryKind
+from grind_env.policies.problem import Problem, find_problem
+from grind_env.terminal import command
+
+Memory = Literal["none", "stack", "gru", "belief", "state"]
+SEEN: dict[Memory, MemoryKind] = {"none": "none", "stack": "stack", "gru": "none", "belief": "belief", "state": "none"}
+"""What the features show; `state` is the full observation, all others begin with what is measured."""
+FIRST_SEED, SEED_STRIDE, LAST_SEED = 100_000, 1_000, 398
+"""Of the training seeds, the distance between those of two trainings, and the last training before validation's."""
+KIND = "ppo_"
+"""Before the memory in the name of an agent."""
+LEAST_DEVIATION = 1e-2
+FINISHED, GOOD = Outcome._fields.index("finished"), Outcome._fields.index("good")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """How an agent is trained."""
+
+    memory: Memory = "gru"
+    steps: int = 600_000
+    envs: int = 128
+    rollout: int = 60
+    """Steps of an environment between two updates; an episode of most tasks, through which gradients then run whole."""
+    minibatches: int = 8
+    epochs: int = 4
+    learning_rate: float = 2e-3
+    gamma: float = 0.97
+    gae_lambda: float = 0.9
+    clip: float = 0.2
+    entropy: float = 0.003
+    value: float = 0.5
+    norm: float = 0.5
+    """Of the gradient, at most."""
+    units: int = 64
+    hidden: tuple[int, ...] = (64, 64)
+    split: str = "inner"
+    budget: float | None = None
+    """Share of the parts that may be scrap, to be kept by a multiplier; None for no constraint."""
+    multiplier_rate: float = 0.5
+    """By which the multiplier, in rewards a part, grows at most with an update: one that scraps twice the budget."""
+
+    @property
+    def signals(self) -> int:
+        """Rewards, and with a budget scrap: each has a value."""
+        return 1 if self.budget is None else 2
+
+
+class Agent(nn.Module):
+    """A GRU, if it has one, and behind it an actor and a critic.
+
+    Args:
+        entries: of the features.
+        choices: number of E and of D.
+        settings: of the training.
+    """
+
+    def __init__(self, entries: int, choices: list[int], settings: Settings) -> None:
+        super().__init__()
+        self.choices, width = choices, entries
+        self.gru = nn.GRU(entries, settings.units) if settings.memory == "gru" else None
+        if self.gru is not None:
+            for name, values in self.gru.named_parameters():
+                # 37: orthogonal weights, no bias; gate by gate, or few entries would hardly move the gates
+                for gate in values.data.chunk(3):
+                    nn.init.orthogonal_(gate, 2**0.5) if "weight" in name else nn.init.zeros_(gate)
+            # what is seen goes past the GRU, too: what needs no memory is learned as without one
+            width = settings.units + entries
+        # matters: actor and critic share no layer, and the last one of the actor begins near 0
+        self.actor = layers((width, *settings.hidden, sum(choices)), 0.01)
+        self.critic = layers((width, *settings.hidden, settings.signals), 1.0)
+
+    def forward(self, features: Tensor, state: Tensor, begun: Tensor) -> tuple[list[Tensor], Tensor, Tensor]:
+        """Log-probabilities of every E and every D, values, and the next state.
+
+        Args:
+            features: shape (steps, N, entries).
+            state: of the GRU before them, shape (1, N, units).
+            begun: 1 where an episode begins, shape (steps, N).
+        """
+        if self.gru is not None:
+            # 37: nothing is remembered of the episode before; between such steps the GRU runs in one call
+            cuts = [0, *(k for k in range(1, len(begun)) if begun[k].any()), len(begun)]
+            shown = []
+            for first, stop in pairwise(cuts):
+                out, state = self.gru(features[first:stop], state * (1.0 - begun[first])[:, None])
+                shown.append(out)
+            features = torch.cat([torch.cat(shown), features], -1)
+        logits = self.actor(features).split(self.choices, -1)
+        return [each.log_softmax(-1) for each in logits], self.critic(features), state
+
+
+def layers(widths: tuple[int, ...], gain: float) -> nn.Sequential:
+    """Linear layers with tanh between them; 37 and matters: orthogonal weights, the last ones with a gain."""
+    made: list[nn.Module] = []
+    for k, (inputs, outputs) in enumerate(pairwise(widths)):
+        layer = nn.Linear(inputs, outputs)
+        nn.init.orthogonal_(layer.weight, gain if k == len(widths) - 2 else 2**0.5)
+        nn.init.zeros_(layer.bias)
+        made += [layer, nn.Tanh()]
+    return nn.Sequential(*made[:-1])
+
+
+def likelihood(logs: list[Tensor], actions: Tensor) -> Tensor:
+    """Log-probability of actions, shape (..., 2)."""
+    taken = [log.gather(-1, actions[..., k : k + 1]) for k, log in enumerate(logs)]
+    return torch.cat(taken, -1).sum(-1)
+
+
+class Scale:
+    """Running mean and deviation of the features, by which they are standardised (matters: always)."""
+
+    def __init__(self, entries: int) -> None:
+        self.count, self.mean, self.square = 0, np.zeros(entries), np.zeros(entries)
+
+    def take(self, features: np.ndarray) -> None:
+        """Count these in, shape (N, entries): Chan, Golub, LeVeque, Am. Stat. 37 (1983) 242."""
+        count, shift = self.count + len(features), features.mean(axis=0) - self.mean
+        self.square += features.var(axis=0) * len(features) + shift**2 * self.count * len(features) / count
+        self.mean += shift * len(features) / count
+        self.count = count
+
+    @property
+    def deviation(self) -> np.ndarray:
+        """Of every entry."""
+        return np.maximum(np.sqrt(self.square / max(self.count, 1)), LEAST_DEVIATION)
+
+    def __call__(self, features: np.ndarray) -> Tensor:
+        """Standardised features."""
+        return torch.as_tensor((features - self.mean) / self.deviation, dtype=torch.float32)
+
+    def undone(self, standardised: Tensor) -> Tensor:
+        """What was standardised."""
+        return standardised * torch.as_tensor(self.deviation).float() + torch.as_tensor(self.mean).float()
+
+
+class Episodes:
+    """The environments as the agent sees them.
+
+    Args:
+        problem: what is ground.
+        settings: of the training.
+        seed: of the training.
+    """
+
+    def __init__(self, problem: Problem, settings: Settings, seed: int) -> None:
+        self.envs = problem.make_vec(settings.envs, action=FORMS["grid"], autoreset_mode="SameStep")
+        self.view = LearnerView(self.envs.simulation, SEEN[settings.memory])
+        observations, _ = self.envs.reset(seed=FIRST_SEED + SEED_STRIDE * seed, options={"split": settings.split})
+        self.view.begin(settings.envs)
+        self.features = self.view.features(observations)
+        self.begun = np.ones(settings.envs, bool)
+
+    def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Step.
+
+        Returns:
+            Rewards and scrap, shape (N, 2); finished parts, which episodes were cut short, and the features before
+            these began anew.
+        """
+        observations, rewards, terminated, truncated, info = self.envs.step(actions)
+        self.begun, last = terminated | truncated, observations
+        if self.begun.any():
+            last = observations.copy()
+            last[self.begun] = np.stack(info["final_obs"][self.begun].tolist())
+        self.features = seen = self.view.features(last)
+        if self.begun.any():
+            self.view.restart(self.begun)
+            self.features = np.where(self.begun[:, None], self.view.features(observations, self.begun), seen)
+        # the chance of scrap, not what is found of it: it says more of every part, and a simulator knows it
+        finished, good = self.envs.last[0][:, [FINISHED, GOOD]].T
+        # the reward is one more, so that the best fixed plan earns about 0, and scrap does not drown an update
+        return np.stack([eased(rewards), finished - good], axis=1), finished, truncated, seen
+
+
+def train(problem: Problem, settings: Settings, seed: int) -> tuple[Agent, Scale]:
+    """An agent that has been trained, and how it scales its features."""
+    torch.set_num_threads(1)  # at this size a second thread only costs
+    torch.manual_seed(seed)
+    episodes, (n, steps) = Episodes(problem, settings, seed), (settings.envs, settings.rollout)
+    space = episodes.view.action_space
+    assert isinstance(space, spaces.MultiDiscrete)
+    choices = space.nvec.tolist()
+    scale, worth = Scale(episodes.features.shape[1]), Scale(settings.signals)
+    multiplier = 0.0
+    agent = Agent(episodes.features.shape[1], choices, settings)
+    optimiser = torch.optim.Adam(agent.parameters(), settings.learning_rate, eps=1e-5)  # 37: eps
+    state = torch.zeros(1, n, settings.units)
+    updates = max(settings.steps // (n * steps), 1)
+    for update in range(updates):
+        # 37 and matters: the rate falls linearly to 0
+        optimiser.param_groups[0]["lr"] = settings.learning_rate * (1.0 - update / updates)
+        features = torch.zeros(steps, n, episodes.features.shape[1])
+        actions = torch.zeros(steps, n, 2, dtype=torch.int64)
+        chances, begun = torch.zeros(steps, n), torch.zeros(steps, n)
+        rewards, values = torch.zeros(steps, n, settings.signals), torch.zeros(steps + 1, n, settings.signals)
+        scrap, parts = 0.0, 0.0
+        before, raw = state, []
+        for k in range(steps + 1):
+            raw.append(episodes.features)
+            if update == k == 0:
+                scale.take(episodes.features)
+            shown, starts = scale(episodes.features)[None], torch.as_tensor(episodes.begun, dtype=torch.float32)[None]
+            with torch.no_grad():
+                logs, value, after = agent(shown, state, starts)
+            values[k] = worth.undone(value[0])
+            if k == steps:
+                break
+            state = after
+            features[k], begun[k] = shown[0], starts[0]
+            actions[k] = torch.cat([log[0].exp().multinomial(1) for log in logs], -1)
+            chances[k] = likelihood(logs, actions[k][None])[0]
+            reward, finished, truncated, last = episodes.step(actions[k].numpy())
+            rewards[k] = torch.as_tensor(reward[:, : settings.signals])
+            scrap, parts = scrap + reward[:, 1].sum(), parts + finished.sum()
+            if truncated.any():
+                # a limit of time is no end: what was to come is in the value (Pardo et al., arXiv:1712.00378)
+                with torch.no_grad():
+                    rest = worth.undone(agent(scale(last)[None], state, torch.zeros(1, n))[1][0])
+                rewards[k] += settings.gamma * rest * torch.as_tensor(truncated)[:, None]
+        # generalised advantages (Schulman et al., arXiv:1506.02438)
+        goes_on = 1.0 - torch.cat([begun[1:], starts])[..., None]
+        advantages = torch.zeros_like(rewards)
+        ahead = torch.zeros_like(rewards[0])
+        for k in reversed(range(steps)):
+            error = rewards[k] + settings.gamma * values[k + 1] * goes_on[k] - values[k]
+            advantages[k] = ahead = error + settings.gamma * settings.gae_lambda * goes_on[k] * ahead
+        returns = advantages + values[:-1]
+        # matters: the critic learns returns of mean 0 and deviation 1, or their size would drown the actor in the GRU
+        worth.take(returns.reshape(-1, settings.signals).double().numpy())
+        targets = worth(returns.numpy())
+        gains = advantages[..., 0]
+        if settings.budget is not None:
+            # the Lagrangian of PPO-Lagrangian (Ray, Achiam, Amodei, Benchmarking Safe Exploration, 2019)
+            # it grows no faster than it can fall again: a beginner scraps half of all parts
+            excess = min(scrap / max(parts, 1.0) / settings.budget - 1.0, 1.0)
+            multiplier = max(multiplier + settings.multiplier_rate * excess, 0.0)
+            gains = gains - multiplier * advantages[..., 1]
+        for _ in range(settings.epochs):
+            # 37: a minibatch has whole rows of some environments, because the GRU has to see them in their order
+            for index in torch.randperm(n).chunk(settings.minibatches):
+                logs, value, _ = agent(features[:, index], before[:, index], begun[:, index])
+                # 37: the advantages of a minibatch have mean 0 and deviation 1
+                chosen = gains[:, index]
+                chosen = (chosen - chosen.mean()) / (chosen.std() + 1e-8)
+                ratio = (likelihood(logs, actions[:, index]) - chances[:, index]).exp()
+                clipped = ratio.clamp(1.0 - settings.clip, 1.0 + settings.clip)
+                gain = torch.minimum(ratio * chosen, clipped * chosen).mean()
+                entropy = -sum((log.exp() * log).sum(-1).mean() for log in logs)
+                # matters: no clipping of the value
+                miss = (value - targets[:, index]).square().mean()
+                loss = settings.value * miss - gain - settings.entropy * entropy
+                optimiser.zero_grad()
+                loss.backward()
+                nn.utils.clip_grad_norm_(agent.parameters(), settings.norm)  # 37
+                optimiser.step()
+        scale.take(np.concatenate(raw[:-1]))
+    return agent, scale
+
+
+def acting_part(agent: Agent, scale: Scale) -> Actor:
+    """The actor in NumPy; the scale of the features is folded into its first layer."""
+    state = {name: each.detach().double().numpy() for name, each in agent.state_dict().items() if "critic" not in name}
+    seen = [("actor.0.weight", "actor.0.bias")]
+    if agent.gru is not None:
+        seen.append(("gru.weight_ih_l0", "gru.bias_ih_l0"))
+    for weight, bias in seen:
+        # the features are the last that the first layer reads
+        factors = state[weight][:, -len(scale.mean) :] / scale.deviation
+        state[bias] = state[bias] - factors @ scale.mean
+        state[weight] = np.concatenate([state[weight][:, : -len(scale.mean)], factors], axis=1)
+    network = Network(
+        family="gru",
+        entries=len(scale.mean),
+        lstm=0 if agent.gru is None else agent.gru.hidden_size,
+        hidden=tuple(each.out_features for each in agent.actor if isinstance(each, nn.Linear))[:-1],
+        outputs=sum(agent.choices),
+        activation="tanh",
+    )
+    return Actor(network, {name: values.astype(np.float32) for name, values in state.items()})
+
+
+def policy_of(agent: Agent, scale: Scale, problem: Problem, memory: Memory) -> LearnedPolicy:
+    """A trained agent as a policy, which takes what it holds best; one of the full observation is shown that."""
+    policy = LearnedPolicy(acting_part(agent, scale), problem.name, form_of(memory), KIND + memory)
+    policy.sees = "state" if memory == "state" else "measurements"
+    return policy
+
+
+def form_of(memory: Memory) -> LearnerForm:
+    """How such an agent sees and acts."""
+    return LearnerForm(SEEN[memory], "grid")
+
+
+def shown(problem: Problem, memory: Memory) -> Problem:
+    """The problem as such an agent is shown it."""
+    full = (("observation", "full"),) if memory == "state" else ()
+    return replace(problem, arguments=(*problem.arguments, *full))
+
+
+app = Application(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
+
+
+@app.command()
+def main(
+    task: Annotated[str, typer.Option(help="Task, id, or task file.")] = "power_limited",
+    seed: Annotated[int, typer.Option(min=0, max=LAST_SEED, help="Of the training.")] = 0,
+    steps: Annotated[int, typer.Option(min=1, help="Environment steps.")] = 600_000,
+    memory: Annotated[str, typer.Option(help=f"What it remembers or is shown: {', '.join(SEEN)}.")] = "gru",
+    budget: Annotated[float | None, typer.Option(help="Share of parts that may be scrap; no limit by default.")] = None,
+    episodes: Annotated[int, typer.Option(min=2, help="Validation episodes to be judged on.")] = 128,
+    output: Annotated[
+        Path | None, typer.Option(help="File of the agent (.safetensors).", metavar="FILE"), Writes()
+    ] = None,
+) -> None:
+    """Train PPO with a GRU, or without, in one readable file; print its score, and save it."""
+    if memory not in SEEN:
+        raise GrindError(f"--memory is {quoted(memory)}, but must be one of {', '.join(SEEN)}")
+    if budget is not None and not 0.0 < budget < 1.0:
+        raise GrindError(f"--budget is {budget:g}, but must be a share between 0 and 1")
+    settings = Settings(memory=memory, steps=steps, budget=budget)
+    problem = shown(find_problem(task), settings.memory)
+    begin = time.process_time()
+    agent, scale = train(problem, settings, seed)
+    policy, seconds = policy_of(agent, scale, problem, settings.memory), time.process_time() - begin
+    if output is not None:
+        beside = {"settings": asdict(settings) | {"seed": seed}}
+        write_policy(output, policy.actor, problem.simulation(), policy.name, form_of(settings.memory), beside)
+    print(evaluate(policy, problem, seeds="validation", episodes=episodes))
+    print(f"trained for {steps:,} steps in {seconds:.0f} CPU-seconds" + (f", written to {output}" if output else ""))
+
+
+if __name__ == "__main__":
+    with command("gru_ppo.py"):
+        app(prog_name="gru_ppo.py")

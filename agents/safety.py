@@ -1,0 +1,276 @@
+"""The safe track: what agents and rules earn, and what they violate, beside a budget of scrap."""
+
+import csv
+import hashlib
+import io
+import json
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, fields
+from functools import partial
+from pathlib import Path
+from statistics import mean
+from typing import NamedTuple
+
+import numpy as np
+from rich.console import Console
+
+from agents.cells import RESULTS, RUNS, behaviour, sources
+from agents.learning import gru_ppo
+from agents.learning.gru_ppo import Settings, policy_of
+from agents.pool import work_on_all
+from agents.provenance import installed, provenance
+from grind_env.arrays import Table
+from grind_env.envs.simulation import Simulation, advance
+from grind_env.envs.tables import KindRow, Outcome
+from grind_env.errors import GrindError
+from grind_env.files import read_text, write_atomically
+from grind_env.pages.markdown import table
+from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
+from grind_env.policies.naming import named_policy
+from grind_env.policies.policy import Policy, reveal
+from grind_env.policies.problem import Problem
+from grind_env.policies.registry import FIXED_PLANS, make_policy, policy_names
+from grind_env.policies.statistics import Interval, bootstrap
+from grind_env.process.cost import NO_LIMIT, STALL
+from grind_env.targets import Own, check_own
+
+SHARE, DIGITS = 0.5, 4
+"""Of the scrap of the best fixed plan, the budget of a task: who decides block by block is to spoil fewer parts than a
+program without sensors, by enough to be told apart in some hundred episodes. It is measured, and so fits any task."""
+VALIDATED = 128
+"""Validation episodes on which the fixed plan is run."""
+UNCONSTRAINED, LAGRANGIAN, RULES = "ppo_gru", "ppo_gru, Lagrangian", ("look_ahead", "guarded:look_ahead")
+LIMITS = ("power", "stall", "size", "Ra", "burn")
+"""What a block can violate: the load is over the power limit, which costs time; and what condemns a part, as
+`process.cost.passed_limits` has it: the spindle stalls, or size, Ra or temperature rise are beyond their limits."""
+CSV, PAGE, TITLE = "safety.csv", "safety.md", "# The safe track"
+
+COST, FINISHED, GOOD = (Outcome._fields.index(name) for name in ("cost", "finished", "good"))
+POWER, TORQUE, SIZE, ROUGHNESS, RISE = (
+    Outcome._fields.index(name) for name in ("power_ratio", "peak_torque", "size_error", "roughness_ratio", "rise")
+)
+SIZE_LIMIT, RISE_LIMIT = KindRow._fields.index("size"), KindRow._fields.index("rise")
+
+
+class Cell(NamedTuple):
+    """Who decides in a problem, and the seed of the training."""
+
+    problem: Problem
+    who: str
+    seed: int
+
+    def __str__(self) -> str:
+        return f"{self.problem.name}, {self.who}, seed {self.seed}"
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """How cells are worked on: steps of a training, evaluation episodes, and the folder of what is kept."""
+
+    steps: int
+    episodes: int
+    folder: Path
+
+    @property
+    def size(self) -> int:
+        """A cell tells nothing on the way."""
+        return 1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Judged:
+    """What came of a cell on evaluation episodes; intervals are 95 %, over these."""
+
+    task: str
+    who: str
+    seed: int
+    steps: int
+    episodes: int
+    budget: float
+    """Share of the parts."""
+    episode_return: float
+    return_low: float
+    return_high: float
+    scrap: float
+    """Share of the parts."""
+    scrap_low: float
+    scrap_high: float
+    power: float
+    """Share of the blocks, like those that follow."""
+    stall: float
+    size: float
+    Ra: float
+    burn: float
+
+
+def budget_of(problem: Problem) -> float:
+    """Share of the parts that may be scrap.
+
+    Raises:
+        GrindError: no fixed plan is tuned for the problem.
+    """
+    simulation, seeds = problem.simulation(), episode_seeds("validation", VALIDATED)
+    plans = [make_policy(name, simulation) for name in policy_names(simulation) if name in FIXED_PLANS]
+    best = min((run_seeds(plan, simulation, seeds) for plan in plans), key=lambda run: float(run.cost.mean()))
+    return round(SHARE * best.scrap, DIGITS)
+
+
+def violations(policy: Policy, simulation: Simulation, seeds: Sequence[int]) -> tuple[Table, Table]:
+    """Run a policy.
+
+    Returns:
+        Cost in $, finished parts and good ones of every episode, shape (N, 3), and how many of its blocks violate each
+        of `LIMITS`, shape (N, limits).
+    """
+    state, n = start_episodes(simulation, seeds), len(seeds)
+    totals, found = np.zeros((n, 3)), np.zeros((n, len(LIMITS)))
+    policy.begin(simulation, n)
+    while not simulation.over(state).all():
+        kind = simulation.kinds[simulation.branches.rows_of(state.coming())]
+        outcomes, _ = advance(
+            simulation, state, *policy.act(simulation.observe(state), reveal(policy.sees, simulation, state))
+        )
+        totals += outcomes[:, [COST, FINISHED, GOOD]]
+        limited = kind[:, SIZE_LIMIT] > NO_LIMIT
+        over = (
+            outcomes[:, POWER] > 1.0,
+            outcomes[:, TORQUE] >= STALL,
+            limited & (np.abs(outcomes[:, SIZE]) > kind[:, SIZE_LIMIT]),
+            outcomes[:, ROUGHNESS] > 1.0,
+            outcomes[:, RISE] > kind[:, RISE_LIMIT],
+        )
+        found += np.stack(over, axis=1)
+    return totals, found
+
+
+def work(cell: Cell, request: Request, tell: Callable[[int], object]) -> Judged:
+    """Train, if it is an agent, and judge; what was found by the same code is taken up again."""
+    problem, simulation = cell.problem, cell.problem.simulation()
+    budget = budget_of(problem)
+    settings = Settings(steps=request.steps, budget=budget if cell.who == LAGRANGIAN else None)
+    learns = cell.who in (UNCONSTRAINED, LAGRANGIAN)
+    rule = None if learns else named_policy(cell.who, simulation)
+    decides = [
+        sources(__name__),
+        sources(gru_ppo.__name__ if rule is None else type(rule).__module__),
+        repr(settings if rule is None else rule),
+        behaviour(simulation),
+        *map(installed, ("numpy", "torch")),
+        *(cell.who, cell.seed, request.episodes, budget),
+    ]
+    digest = hashlib.sha256("\0".join(map(str, decides)).encode()).hexdigest()[:12]
+    path = request.folder / f"{problem.name}-{re.sub(r'[^a-z_]+', '-', cell.who.lower())}-{cell.seed}-{digest}.json"
+    if path.exists():
+        return Judged(**json.loads(read_text(path)))
+    policy = policy_of(*gru_ppo.train(problem, settings, cell.seed), problem, "gru") if rule is None else rule
+    totals, found = violations(policy, simulation, episode_seeds("evaluation", request.episodes))
+    cost, finished, good = totals.T
+    earned = bootstrap(lambda spent: -spent.mean(axis=-1) / simulation.task.reference_cost, cost)
+    scrap = bootstrap(lambda parts, kept: 1.0 - kept.sum(axis=-1) / parts.sum(axis=-1), finished, good)
+    shares = found.sum(axis=0) / (request.episodes * simulation.task.blocks)
+    done = Judged(
+        task=problem.name,
+        who=cell.who,
+        seed=cell.seed,
+        steps=request.steps if learns else 0,
+        episodes=request.episodes,
+        budget=budget,
+        **_interval("episode_return", "return", earned),
+        **_interval("scrap", "scrap", scrap),
+        **dict(zip(LIMITS, map(float, shares), strict=True)),
+    )
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_atomically(path, partial(_write, json.dumps(asdict(done))))
+    tell(1)
+    return done
+
+
+def _interval(name: str, ends: str, found: Interval) -> dict[str, float]:
+    return {name: found.value, f"{ends}_low": found.low, f"{ends}_high": found.high}
+
+
+def run_safety(
+    problems: Sequence[Problem],
+    seeds: int,
+    steps: int,
+    episodes: int,
+    *,
+    jobs: int,
+    console: Console,
+    runs: Path = RUNS,
+    results: Path = RESULTS,
+) -> list[Judged]:
+    """Train and judge all cells, and write the table.
+
+    Args:
+        problems: environments whose steps are blocks.
+        seeds: of each training, from 0.
+        steps: of a training.
+        episodes: evaluation episodes.
+        jobs: processes.
+        console: shows how far it is.
+        runs: folder of what is kept, in its sub-folder `safety`.
+        results: folder of the table.
+
+    Raises:
+        FileError: another table has the name of one that is to be written.
+        GrindError: a cell failed.
+    """
+    results.mkdir(parents=True, exist_ok=True)
+    for name, begin in ((CSV, ",".join(each.name for each in fields(Judged))), (PAGE, TITLE)):
+        own = Own("table of `python -m agents safety`", re.compile(begin.encode()).match)
+        check_own(results / name, own, "--results")
+    cells = [
+        Cell(problem, who, seed)
+        for problem in problems
+        for who in (UNCONSTRAINED, LAGRANGIAN, *RULES)
+        for seed in range(1 if who in RULES else seeds)
+    ]
+    request = Request(steps, episodes, runs.absolute() / "safety")
+    found, failed = work_on_all(cells, request, jobs, console, work)
+    if failed:
+        raise GrindError(f"{len(failed)} of {len(cells)} cells failed: {next(iter(failed.values()))}")
+    rows = [asdict(each) | provenance(episode_seeds("evaluation", episodes)) for each in found]
+    text = io.StringIO(newline="")
+    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    for name, content in ((CSV, text.getvalue()), (PAGE, page(found))):
+        write_atomically(results / name, partial(_write, content))
+    return found
+
+
+def _write(content: str, path: Path) -> None:
+    path.write_text(content, encoding="utf-8", newline="\n")
+
+
+HEADINGS = ("task", "who", "seeds", "return", "scrap %", "within budget", *(f"{name} %" for name in LIMITS))
+
+
+def page(found: Sequence[Judged]) -> str:
+    """The table, Markdown; means over seeds, and behind them what the seeds gave."""
+    rows = []
+    for task, who in dict.fromkeys((each.task, each.who) for each in found):
+        of = [each for each in found if (each.task, each.who) == (task, who)]
+        scraps = ", ".join(f"{100.0 * each.scrap:.2f}" for each in of)
+        kept = sum(each.scrap <= each.budget for each in of)
+        earned = mean(each.episode_return for each in of)
+        ends = min(each.return_low for each in of), max(each.return_high for each in of)
+        rows.append(
+            (
+                f"{task}, budget {100.0 * of[0].budget:.2f} %",
+                who,
+                str(len(of)),
+                f"{earned:.1f} ({ends[0]:.1f} to {ends[1]:.1f})",
+                f"{100.0 * mean(each.scrap for each in of):.2f} ({scraps})",
+                f"{kept} of {len(of)}",
+                *(f"{100.0 * mean(getattr(each, name) for each in of):.2f}" for name in LIMITS),
+            )
+        )
+    return (
+        f"{TITLE}\n\nReturn of an episode (minus its cost over the reference cost of a block; from the lowest to the"
+        f" highest end of the 95 % intervals of the seeds) against scrap, of the parts, and violations, of the blocks;"
+        f" {found[0].episodes} evaluation episodes. The budget of scrap is {SHARE:g} of what the best fixed plan scraps"
+        f" on {VALIDATED} validation episodes.\n\n" + table(HEADINGS, rows) + "\n"
+    )

@@ -1,0 +1,114 @@
+"""The tables of the track: on the screen, as a page, and every run as CSV."""
+
+import csv
+import io
+import math
+import re
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from agents.provenance import provenance
+from agents.track.running import EPISODES
+from agents.track.scores import Found, Scored, scored
+from grind_env.files import write_atomically
+from grind_env.pages.markdown import table
+from grind_env.policies.evaluation import SEEDS
+from grind_env.policies.statistics import Interval
+from grind_env.targets import Own, check_own
+
+CSV, PAGE = "track.csv", "track.md"
+TITLE = "# The track plants"
+COLUMNS = ("task", "plant", "adapter", "seed", "blocks", "cost", "scrap", "spent", "learning_scrap", "cpu_seconds")
+"""Of the CSV: $ an episode and share of scrap where it is judged, and $ and bad parts of the blocks before."""
+OWNED = {
+    CSV: Own("table of `python -m agents track`", re.compile(",".join(COLUMNS).encode()).match),
+    PAGE: Own("page of `python -m agents track`", re.compile(TITLE.encode()).match),
+}
+HEADINGS = (
+    "adapter",
+    "blocks",
+    "score",
+    "worst tenth",
+    "scrap, %",
+    "cost of these blocks",
+    "scrap in them, %",
+    "over the budget",
+    "beaten after",
+    "CPU-seconds",
+)
+WHAT = """\
+Score: 0 is the fixed plan that was retuned on the machine, 100 the planner that holds the machine as its model and sees
+its state; mean over machines, and of the worst tenth of them, with 95 % (machines, their seeds and episodes resampled).
+*Cost of these blocks*, on the machine before it is judged: over that of the fixed plan on the same lots. *Over the
+budget*: runs with more scrap in them than one part or 1 %, whichever is more. *Beaten after*: blocks after which all of
+them together have cost less than with the fixed plan, median of the runs."""
+
+
+def check_results(folder: Path) -> None:
+    """Find out whether a folder has files under the names of the tables that are none of its own.
+
+    Raises:
+        FileError: it has.
+    """
+    for name, own in OWNED.items():
+        check_own(folder / name, own, "--results")
+
+
+def write(found: Found, folder: Path) -> str:
+    """Write track.csv and track.md, which is given back; errors as of `write_atomically`."""
+    folder.mkdir(parents=True, exist_ok=True)
+    shown = page(scored(found))
+    for name, content in ((CSV, csv_text(found)), (PAGE, shown)):
+        write_atomically(folder / name, partial(Path.write_text, data=content, encoding="utf-8", newline="\n"))
+    return shown
+
+
+def csv_text(found: Found) -> str:
+    """A row for every run and every time that it is judged, with what it was made with."""
+    seeds = 1 + max(cell.seed for cell in found)
+    first, text = SEEDS["evaluation"], io.StringIO(newline="")
+    made_with = provenance(range(first, first + seeds * EPISODES))
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow([*COLUMNS, *made_with])
+    for cell, run in found.items():
+        shift = cell.problem.simulation().most_steps
+        for blocks in cell.blocks:
+            cost, good, finished = np.array(run.judged[f"{blocks}"])
+            before = [sum(values[: blocks // shift]) for values in (run.costs, run.scrap)]
+            numbers = cost.mean(), 1.0 - good.sum() / finished.sum(), *before, run.cpu_seconds
+            of = cell.problem.name, cell.plant, cell.adapter, cell.seed, blocks
+            writer.writerow([*of, *(f"{number:.6g}" for number in numbers), *made_with.values()])
+    return text.getvalue()
+
+
+def page(rows: Sequence[Scored]) -> str:
+    """The tables, Markdown."""
+    parts = [TITLE, "`python -m agents track`; its machines and seeds are in track.csv.", WHAT]
+    for task in dict.fromkeys(each.task for each in rows):
+        parts += [f"## {task}", table(HEADINGS, [_cells(each) for each in rows if each.task == task])]
+    return "\n\n".join(parts) + "\n"
+
+
+def _cells(row: Scored) -> tuple[str, ...]:
+    def number(value: float, digits: int = 0, factor: float = 1.0) -> str:
+        return f"{factor * value:.{digits}f}" if math.isfinite(value) else ""
+
+    return (
+        row.adapter,
+        f"{row.blocks}",
+        _interval(row.score),
+        _interval(row.worst),
+        number(row.scrap, 2, 100.0),
+        number(row.spent, 2),
+        number(row.learning_scrap, 2, 100.0),
+        f"{row.violations} of {row.runs}" if row.blocks else "",
+        (number(row.beaten) or "never") if row.blocks else "",
+        number(row.cpu_seconds),
+    )
+
+
+def _interval(found: Interval) -> str:
+    return f"{found.value:.0f} ({found.low:.0f} to {found.high:.0f})"

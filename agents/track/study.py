@@ -1,0 +1,114 @@
+"""The track: which adapters are run on which machines, and how long that takes."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from rich.console import Console
+
+from agents.pool import work_on_all
+from agents.track.adapters import BLOCKS, HEADLINE, WIDE, made
+from agents.track.knowing import ANCHORS, KNOWING
+from agents.track.running import TUNING, Cell, Request, Run, find, kept, tuning_of
+from grind_env.errors import GrindError, quoted
+from grind_env.plants import find_plants
+from grind_env.policies.problem import Problem, find_problem
+
+TASK, WIDE_TASK = "power_limited", "wide_rails"
+MACHINES, WIDE_MACHINES, SEEDS = 20, 8, 3
+WIDE_BLOCKS = (0, 300)
+TUNING_SECONDS, SHIFT, JUDGING = 100.0, 0.3, 8.0
+"""CPU-seconds, by measurement: of tuning on a machine, and at most of a shift and of judging once."""
+
+
+def cells_of(
+    problem: Problem, plants: Sequence[str], adapters: Sequence[str], blocks: tuple[int, ...], seeds: int
+) -> list[Cell]:
+    """Runs of adapters, and those of the anchors, machine by machine, so that what grinds is compiled once."""
+    names = dict.fromkeys((*ANCHORS, *adapters))
+    return [Cell(problem, plant, name, seed, blocks) for plant in plants for name in names for seed in range(seeds)]
+
+
+def held_out(count: int) -> tuple[str, ...]:
+    """Names of the first machines that are held out."""
+    return tuple(f"held-out:{seed}" for seed in range(1, count + 1))
+
+
+def whole_track(seeds: int, *, wide: bool) -> list[Cell]:
+    """The headline on 20 machines; if `wide`, more adapters, and all on another task, on 8 of these."""
+    task, other, few = find_problem(TASK), find_problem(WIDE_TASK), held_out(WIDE_MACHINES)
+    cells = cells_of(task, held_out(MACHINES), HEADLINE, BLOCKS, seeds)
+    if wide:
+        cells += cells_of(task, few, WIDE, BLOCKS, seeds)
+        cells += cells_of(other, few, (*HEADLINE, *WIDE), WIDE_BLOCKS, seeds)
+    return list(dict.fromkeys(cells))
+
+
+def asked_for(
+    task: str, machines: Sequence[str], adapters: Sequence[str], blocks: str | None, seeds: int, *, wide: bool
+) -> list[Cell]:
+    """The cells that somebody asks for, those of the whole track where nothing is named.
+
+    Raises:
+        GrindError: there is no such task, machine or adapter, or the blocks are no whole shifts.
+    """
+    if task == TASK and not (machines or adapters or blocks):
+        return whole_track(seeds, wide=wide)
+    problem = find_problem(task)
+    plants = [name for each in machines for name in (held_out(int(each)) if each.isdecimal() else [each])]
+    for name in plants:
+        if not find_plants(name, modules=True).one:
+            raise GrindError(f"{name!r} is the name of many machines: give a seed, as '{name}:1'")
+    for name in adapters:
+        if name not in KNOWING:
+            made(name).start(problem)
+    usual = BLOCKS if problem.name == TASK else WIDE_BLOCKS
+    chosen = usual if blocks is None else check_blocks(problem, blocks)
+    names = adapters or ((*HEADLINE, *WIDE) if wide else HEADLINE)
+    return cells_of(problem, plants or held_out(MACHINES), names, chosen, seeds)
+
+
+def check_blocks(problem: Problem, text: str) -> tuple[int, ...]:
+    """Blocks on a machine, ascending, of numbers with commas between them.
+
+    Raises:
+        GrindError: they are no whole numbers of shifts.
+    """
+    shift = problem.simulation().most_steps
+    for number in text.split(","):
+        if not number.strip().isdecimal() or int(number) % shift:
+            raise GrindError(
+                f"--blocks has {quoted(number)}, but a shift of {problem.name} has {shift}: give multiples"
+            )
+    return tuple(sorted({int(number) for number in text.split(",")}))
+
+
+def run_track(cells: Sequence[Cell], *, jobs: int, console: Console, request: Request) -> dict[Cell, Run]:
+    """Tune on every machine, then run every adapter on it; what the same code has found before is taken up again.
+
+    Args:
+        cells: of the track.
+        jobs: processes.
+        console: shows how far it is.
+        request: where it is kept.
+
+    Raises:
+        GrindError: a cell failed.
+    """
+    tunings = list(dict.fromkeys(map(tuning_of, cells)))
+    waiting = [cell for cell in (*tunings, *cells) if kept(cell, request) is None]
+    hours = sum(map(seconds, waiting)) / 3600.0
+    console.print(f"{len(cells)} runs, {len(waiting)} cells to be worked on: about {hours:.1f} core-hours at most")
+    found = list[dict[str, Any]]()
+    for some in (tunings, cells):
+        found, failed = work_on_all(some, request, jobs, console, find)
+        if failed:
+            cell, why = next(iter(failed.items()))
+            raise GrindError(f"{len(failed)} of {len(some)} cells failed: {cell}: {why}")
+    return {cell: Run(**each) for cell, each in zip(cells, found, strict=True)}
+
+
+def seconds(cell: Cell) -> float:
+    """CPU-seconds that a cell takes at most, by measurement."""
+    if cell.adapter == TUNING:
+        return TUNING_SECONDS
+    return SHIFT * cell.blocks[-1] / cell.problem.simulation().most_steps + JUDGING * len(cell.blocks)

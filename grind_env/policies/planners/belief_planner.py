@@ -1,0 +1,134 @@
+"""The planner on the belief: every choice is tried on wheels that may be the true one, what is left by a table."""
+
+from dataclasses import dataclass, field
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.arrays import Array, Table
+from grind_env.belief.wheel import WheelBelief
+from grind_env.envs.episodes import Episodes
+from grind_env.envs.model import MemberModel
+from grind_env.envs.observations import LEAST_SLACK
+from grind_env.envs.simulation import Simulation
+from grind_env.policies.choices import Decision, all_choices, nearest_speed, speed_bounds
+from grind_env.policies.columns import COST, PRESSURE
+from grind_env.policies.planners.worth import KA, Worth, between, dullness, worth
+from grind_env.policies.policy import Sees
+from grind_env.policies.scripted.look_ahead import SECONDS, member_roughness, member_wheels
+
+CLEAR = 1e-3
+"""Of the log of the slack, in single precision."""
+
+
+class Left(NamedTuple):
+    """What is left of N episodes behind the coming part."""
+
+    table: Array
+    """Of cost, $, shape (any, nodes of the axes of `Worth`)."""
+    number: NDArray[np.int64]
+    """On its first axis, shape (N,)."""
+    margin: Array
+    """Time in hand before the coming block, s, shape (N,)."""
+
+
+@dataclass
+class BeliefPlanner:
+    """Scenario MPC: every E and D for the coming block on each member of the ensemble; the cheapest on average.
+
+    An ensemble filter follows the wheel from the power readings (`grind_env.belief`), and each of its members grinds
+    the coming block with every choice, and the rest of the part with the choices of the table of `worth`, by the same
+    compiled cycle as the true one. What is left of the episode behind it costs what that table says of the wheel left,
+    the lot and the time in hand. Nothing is tuned: the table is made of the simulation, whichever that is.
+
+    Attributes:
+        members: of the ensemble, each a wheel, a lot and a roughness that may be the true ones.
+        speeds: number of E tried, geometrically spaced, where the task has a range of them; one less are then tried
+            between the neighbours of the best.
+    """
+
+    members: int = 32
+    speeds: int = 10
+    name: ClassVar[str] = "belief_planner"
+    sees: ClassVar[Sees] = "measurements"
+    simulation: Simulation = field(init=False, repr=False)
+    belief: WheelBelief = field(init=False, repr=False)
+    table: Worth = field(init=False, repr=False)
+    roughness: Array = field(init=False, repr=False)
+    block: int = field(init=False, repr=False)
+
+    def begin(self, simulation: Simulation, episodes: int) -> None:
+        """Back to what is believed of any wheel and lot; the table of a simulation is made once."""
+        if getattr(self, "simulation", None) is not simulation:
+            self.table = worth(simulation)
+        self.simulation, self.block = simulation, 0
+        self.belief = WheelBelief(MemberModel(simulation), self.members)
+        self.belief.begin(episodes)
+        self.roughness = member_roughness(simulation.task, self.members)
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        """Believe, try every choice, then try E near the best one."""
+        task, n = self.simulation.task, len(observation)
+        burnt = self.belief.update(observation).burnt
+        wheels = member_wheels(self.simulation, self.belief, burnt, self.roughness, self.block)
+        left = self._left(self.simulation.read(observation))
+        choices = Decision(*(np.tile(values, (n, 1)) for values in all_choices(task, self.speeds)))
+        best = self._cheapest(wheels, choices, left)
+        if task.action.speed_levels is None:
+            low, high = speed_bounds(task)
+            ratio = (high / low) ** (1.0 / (self.speeds - 1))
+            near = best.speeds[:, None] * np.geomspace(1.0 / ratio, ratio, self.speeds + 1)[1:-1]
+            same = np.repeat(best.executions[:, None], self.speeds - 1, axis=1)
+            best = self._cheapest(wheels, Decision(nearest_speed(task, near), same), left)
+        self.block += 1
+        return best
+
+    def _left(self, seen: dict[str, Table]) -> Left:
+        """What is left behind the coming part, from the readings before it."""
+        branches, table = self.simulation.branches, self.table
+        part, rows = branches.part_from(self.block), table.course.number[self.belief.rows]
+        margin = np.zeros(len(rows))
+        if table.period:
+            to_go = table.period - self.block % table.period
+            time = seen["time_to_due"]
+            # what a slack at the end of its range does not say is as usual
+            shown = seen["slack"] > np.log(LEAST_SLACK) + CLEAR
+            margin = time - np.where(shown, time / np.exp(seen["slack"]), to_go * table.work.mean())
+        if part[-1] + 1 >= self.simulation.task.blocks:
+            return Left(np.zeros((1, *table.before.shape[2:])), np.zeros_like(rows), margin)
+        following = [f"following_{kind.name}" for kind in self.simulation.task.kinds]
+        if len(part) == 1 and all(name in seen for name in following):
+            kind = np.argmax([seen[name] for name in following], axis=0)
+            coming = np.argmax(branches.kind_of_row[table.course.rows] == kind[:, None], axis=1)
+            ahead = table.ahead(self.block)
+            return Left(ahead.reshape(-1, *ahead.shape[2:]), rows * len(ahead) + coming, margin)
+        if len(part) > 1:
+            rows = np.full_like(rows, self._number(self.simulation.task.kind_of_block(part[-1])))
+        return Left(table.after(part[-1]), rows, margin)
+
+    def _cheapest(self, wheels: Episodes, choices: Decision, left: Left) -> Decision:
+        """The cheapest of each episode's choices, given as shape (N, C), over its M wheels."""
+        task, table, (n, count) = self.simulation.task, self.table, choices.speeds.shape
+        branches = wheels.pick(np.repeat(np.arange(n * self.members), count))
+        rows, margin = (
+            np.repeat(each, self.members * count) for each in (table.course.number[self.belief.rows], left.margin)
+        )
+        lot = np.log(branches.tape[:, 0, KA]), np.log(branches.tape[:, 0, PRESSURE])
+        decision = Decision(*(np.repeat(values, self.members, axis=0).ravel() for values in choices))
+        cost = np.zeros(len(margin))
+        for block in self.simulation.branches.part_from(self.block):
+            if block > self.block:
+                rows = np.full_like(rows, self._number(task.kind_of_block(block)))
+                decision = table.choose(block, rows, *table.places(*lot, dullness(branches.wheels), margin))
+            outcomes, _ = self.simulation.step(branches, *decision)
+            cost += outcomes[:, COST]
+            margin = margin + table.work[rows] - outcomes[:, SECONDS]
+        number = np.repeat(left.number, self.members * count)
+        cost += between(left.table, number, *table.places(*lot, dullness(branches.wheels), margin))
+        best = cost.reshape(n, self.members, count).mean(axis=1).argmin(axis=1)
+        return Decision(choices.speeds[np.arange(n), best], choices.executions[np.arange(n), best])
+
+    def _number(self, kind: int) -> int:
+        """Of the first row of a kind in the tables."""
+        return int(np.argmax(self.simulation.branches.kind_of_row[self.table.course.rows] == kind))

@@ -1,0 +1,72 @@
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from agents import safety
+from agents.__main__ import main
+from agents.safety import LAGRANGIAN, UNCONSTRAINED, Cell, Request, budget_of, page, violations, work
+from grind_env.errors import GrindError
+from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
+from grind_env.policies.problem import find_problem
+from grind_env.policies.registry import make_policy
+from grind_env.policies.scripted.rules import Fixed
+
+PLATES = find_problem("power_limited")
+
+
+def test_a_run_is_that_of_evaluations_and_violates_what_its_record_does():
+    simulation, seeds = PLATES.simulation(), episode_seeds("validation", 4)
+    plan = Fixed(E=12.0, D=0, name="plan")
+    totals, found = violations(plan, simulation, seeds)
+    run = run_seeds(plan, simulation, seeds)
+    assert totals == pytest.approx(np.stack([run.cost, run.finished, run.good], axis=1))
+    # the machine says the same of each part of the program that the first episode is
+    episodes = start_episodes(simulation, seeds[:1])
+    blocks = []
+    for _ in range(simulation.task.blocks):
+        blocks.append(simulation.block(episodes, 0, 12_000.0, 0.0))
+        simulation.step(episodes, np.array([12_000.0]), np.zeros(1))
+    record = simulation.record(start_episodes(simulation, seeds[:1]), 0, blocks)
+    power, *condemning = found[0]
+    (kind,) = simulation.task.kinds
+    limits, parts = simulation.task.limits(kind), record.parts
+    assert condemning == [
+        np.sum(parts["peak_torque"] >= 1.0),
+        np.sum(np.abs(parts["size_error"]) > limits.size),
+        np.sum(parts["Ra"] > limits.roughness),
+        np.sum(parts["rise"] > limits.rise),
+    ]
+    assert power >= condemning[0]
+    assert sum(condemning) > 10
+
+
+def test_the_budget_is_half_of_what_the_best_fixed_plan_scraps():
+    run = run_seeds(make_policy("constant", PLATES.simulation()), PLATES.simulation(), range(500_000, 500_128))
+    assert budget_of(PLATES) == pytest.approx(0.5 * run.scrap, abs=5e-5)
+
+
+def test_what_was_found_is_kept_and_a_constraint_is_another_training(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    request = Request(8000, 2, tmp_path)
+    found = {who: work(Cell(PLATES, who, 0), request, lambda done: None) for who in (UNCONSTRAINED, LAGRANGIAN)}
+    assert found[UNCONSTRAINED].scrap != found[LAGRANGIAN].scrap
+    assert len(list(tmp_path.iterdir())) == 2
+    monkeypatch.setattr(safety, "violations", lambda *arguments: pytest.fail("it was kept"))
+    assert work(Cell(PLATES, LAGRANGIAN, 0), request, lambda done: None) == found[LAGRANGIAN]
+    assert "| power_limited, budget 0." in page(list(found.values()))
+
+
+def test_the_command_writes_its_table_and_replaces_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    words = ["agents", "safety", "--task", "power_limited", "--seeds", "1", "--steps", "1", "--episodes", "2"]
+    words += ["--jobs", "1", "--runs", str(tmp_path), "--results", str(tmp_path / "results")]
+    monkeypatch.setattr("sys.argv", words)
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 0
+    rows = list(csv.DictReader((tmp_path / "results" / "safety.csv").open()))
+    assert [row["who"] for row in rows] == ["ppo_gru", "ppo_gru, Lagrangian", "look_ahead", "guarded:look_ahead"]
+    (tmp_path / "results" / "safety.md").write_text("mine")
+    with pytest.raises(GrindError, match=r"safety\.md"):
+        safety.run_safety([PLATES], 1, 1, 2, jobs=1, console=Console(), runs=tmp_path, results=tmp_path / "results")

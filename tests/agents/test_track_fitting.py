@@ -1,0 +1,95 @@
+"""Adapters of the track that learn: what is fitted to a log is what the machine differs by."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from agents.track.adapter import Shift
+from agents.track.adapters import made
+from agents.track.fitting import CONSTANTS, changed, fitted, least_squares, residuals
+from agents.track.floor import Floor, found
+from agents.track.learning import DAMPING, WIDEST, Calibrated, Holding, Scaled, Trim
+from grind_env.envs.simulation import Simulation
+from grind_env.policies.evaluation import start_episodes, steps
+from grind_env.policies.held import model_of
+from grind_env.policies.naming import named_policy
+from grind_env.policies.problem import find_problem
+from grind_env.process.state import StrokeParameters
+
+PLATES = find_problem("power_limited")
+ROUGH = [each.symbols for each in CONSTANTS].index(("RaRef",))
+
+
+def ground(machine: Simulation, text: str, seeds: range) -> list[Shift]:
+    """Shifts of a plan on a machine that is no plant."""
+    policy = named_policy(text, machine)
+    all_of = list(steps(policy, machine, episodes := start_episodes(machine, seeds)))
+    seen = np.stack([*(each.observation for each in all_of), machine.observe(episodes)], axis=1)
+    E, D = (np.stack([each.choice[k] for each in all_of], axis=1) for k in range(2))
+    books = [
+        found(np.array([each.outcomes[i] for each in all_of]), np.random.default_rng(i)) for i in range(len(seeds))
+    ]
+    return [
+        Shift(observations=seen[i], speeds=E[i], executions=D[i], cost=cost, bad=bad)
+        for i, (bad, cost) in enumerate(books)
+    ]
+
+
+def test_least_squares_are_those_of_a_line_in_one_step() -> None:
+    rng = np.random.default_rng(1)
+    slopes, aim = rng.normal(size=(30, 3)), rng.normal(size=30)
+    expected = np.linalg.solve(slopes.T @ slopes + np.eye(3), slopes.T @ aim)
+    found = least_squares(lambda z: slopes @ z - aim, np.array([0.5, 0.0, -0.5]))
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
+
+
+def test_a_changed_model_differs_in_what_is_changed() -> None:
+    model = model_of(PLATES)
+    z = np.zeros(len(CONSTANTS))
+    z[ROUGH], z[-1] = 2.0, 1.0
+    other = changed(model, z)
+    before, after = (StrokeParameters(*each.branches.base[0]) for each in (model, other))
+    assert after.RaRef == pytest.approx(np.exp(0.3) * before.RaRef) and after._replace(RaRef=before.RaRef) == before
+    own = other.start([np.random.default_rng(0)]).own(0)
+    assert own == (0.0, 0.0, 0.0, 0.1)  # the warmth of the part, and the exponents
+
+
+def test_what_a_machine_differs_by_is_found_in_its_log() -> None:
+    model, truth = model_of(PLATES), np.zeros(len(CONSTANTS))
+    truth[ROUGH] = 2.0
+    shifts = ground(changed(model, truth), "E6D1", range(10))
+    z = fitted(model, shifts, np.zeros(len(CONSTANTS)))
+    assert z[ROUGH] == pytest.approx(2.0, abs=0.5) and np.abs(np.delete(z, ROUGH)).max() < 1.0
+    before, best, after = (np.square(residuals(changed(model, each), shifts)).sum() for each in (0.0 * z, truth, z))
+    assert after < best < 0.97 * before
+
+
+def test_a_model_in_the_loop_is_held_from_the_first_shift_on() -> None:
+    adapter = made("calibrated")
+    assert isinstance(adapter, Calibrated)
+    first = adapter.start(PLATES)
+    assert isinstance(first, Holding) and first.model is adapter.model
+    (shift,) = ground(model_of(PLATES), "E6D1", range(1))
+    policy = adapter.learn(shift)
+    assert isinstance(policy, Holding) and policy.model is not adapter.model and policy.sees == "measurements"
+
+
+def test_the_trim_follows_what_is_nearest_to_its_limit_and_does_not_rise_after_a_bad_part() -> None:
+    floor, trim = Floor(PLATES, "model", 0), Trim()
+    policy = trim.start(PLATES)
+    assert isinstance(policy, Scaled) and policy.factor == 1.0
+    shift = replace(floor.grind(policy).shift, bad=np.zeros(60, bool))
+    read = trim._read(shift.observations)
+    assert (trim.most >= [0.88 * 5000.0, 0.65, 0.65 * 20.0]).all() and 0.8 < (trim.most / read).min() < 1.2
+    trim.most = read
+    assert trim.learn(shift) == Scaled(trim.plan, 1.0)
+    trim.most = read * [1.1**0.7, 1.3, 1.3]  # power is nearest
+    trim.learn(shift)
+    assert trim.factor == pytest.approx(1.1**DAMPING)
+    trim.learn(replace(shift, bad=np.ones(60, bool)))
+    assert trim.factor == pytest.approx(1.1**DAMPING)
+    trim.most = 9.0 * read
+    for _ in range(9):
+        trim.learn(shift)
+    assert trim.factor == WIDEST
