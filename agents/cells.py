@@ -21,7 +21,8 @@ from grind_env.envs.contexts import find_split
 from grind_env.envs.simulation import Simulation, advance
 from grind_env.envs.splits import EVERY, SPLITS
 from grind_env.envs.tables import Outcome
-from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds, start_episodes
+from grind_env.policies.evaluation import Evaluation, episode_seeds, roll_out, start_episodes
+from grind_env.policies.held import model_beside
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
 from grind_env.policies.scripted.rules import Random
@@ -65,6 +66,9 @@ def kept_evaluation(
 ) -> Evaluation:
     """The evaluation of the seeds: every chunk that is kept of the same policy, code and problem, the others anew.
 
+    On a machine that is not the model a policy that sees measurements holds the model, and one that sees more, which is
+    a yardstick, the machine.
+
     Args:
         policy: the policy; its repr tells its parameters.
         problem: what it grinds.
@@ -76,9 +80,10 @@ def kept_evaluation(
         advance: called with the number of episodes of each chunk that is done.
     """
     simulation = problem.simulation()
+    model = model_beside(problem) if policy.sees == "measurements" else None
     place = folder / problem.name / "cells" / policy.name
     made_of = sources(type(policy).__module__), *map(sources, said_by(simulation))
-    decides = f"{made_of} {behaviour(simulation)} {policy!r}"
+    decides = f"{made_of} {behaviour(simulation)} {policy!r}" + ("" if model is None else behaviour(model))
     code = hashlib.sha256(decides.encode()).hexdigest()
     drawn_from = find_split(split)
     of_split = "" if drawn_from == SPLITS[EVERY] else f" {drawn_from}"
@@ -89,7 +94,7 @@ def kept_evaluation(
         path, fingerprint = place / f"{part.start}.npz", f"{code} {part}{of_split}"
         result = None if fresh else kept(path, fingerprint)
         if result is None:
-            result = run_seeds(policy, simulation, part, split)
+            result = roll_out(policy, simulation, start_episodes(simulation, part, split), model)
             keep(path, fingerprint, result)
         chunks.append(result)
         advance(len(part))

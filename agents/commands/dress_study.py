@@ -13,12 +13,12 @@ from agents.cells import RESULTS, RUNS
 from agents.commands.interrupted import going_on
 from agents.commands.options import Ray
 from grind_env.arguments import PROBLEM, Keeps
-from grind_env.commands import JobFile, Parts
+from grind_env.commands import JobFile, Parts, Plant
 from grind_env.envs.names import task_names
 from grind_env.errors import printable
 from grind_env.files import is_file, write_atomically
 from grind_env.policies.evaluation import episode_seeds
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.tuned import write_whole
 from grind_env.targets import Own, check_own
 from grind_env.terminal import table_console
@@ -42,18 +42,25 @@ def study(
     ] = None,
     job: JobFile = None,
     parts: Parts = 1,
+    plant: Plant = None,
     episodes: Annotated[int, typer.Option(min=2, help="Evaluation episodes.")] = STUDY_EPISODES,
     runs: Annotated[Path, typer.Option(help="Folder of what is kept."), Keeps()] = RUNS,
     results: Annotated[Path, typer.Option(help="Folder of the tables and pictures."), Keeps()] = FOLDER,
     ray: Ray = None,
 ) -> None:
-    """Cost against dress interval, dress lead and depth, and what decides when to dress."""
-    from agents.dressing.cells import Request, cells, deciding, find
+    """Cost against dress interval, dress lead, depth and passes, and what decides when to dress.
+
+    With --plant on another machine, for which plans are chosen anew; policies that see measurements stay those of the
+    model, and planners that see more hold the machine.
+    """
+    from agents.dressing.cells import Request, cells, deciding, find, on_plant
     from agents.dressing.figure import dress_figure
     from agents.dressing.study import TABLE, count, csv_text, dress_study
     from agents.pool import work_on_all
 
     problems = [find_problem(name, job, parts) for name in (task_names() if task is None else [task])]
+    if plant is not None:
+        problems = [on_plant(each, plant) for each in problems]
     for each in problems:
         check_own(results / f"{each.name}.csv", TABLE, "--results")
         if not is_file(results / f"{each.name}.csv"):
@@ -73,8 +80,14 @@ def study(
                 advance = partial(progress.advance, bars[each.name])
                 found = dress_study(each, deciders[each.name], episodes=episodes, runs=runs, advance=advance)
                 write_whole(results / f"{each.name}.csv", csv_text(found, episode_seeds("evaluation", episodes)))
-                write_picture(results / f"{each.name}.png", dress_figure(found, each.simulation().task.title))
+                write_picture(results / f"{each.name}.png", dress_figure(found, title(each)))
     print(printable(f"tables and pictures: {results}"))
+
+
+def title(problem: Problem) -> str:
+    """Of a picture: the task, and the machine where it is not the model."""
+    plant = dict(problem.arguments).get("plant")
+    return problem.simulation().task.title + (f", on {plant}" if plant else "")
 
 
 def write_picture(path: Path, picture: bytes) -> None:

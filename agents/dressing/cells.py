@@ -1,7 +1,8 @@
 """The findings of a dress study as cells, each of which a node may find."""
 
+import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from glob import escape
 from pathlib import Path
@@ -11,6 +12,7 @@ from agents.benchmark.trained import from_file
 from agents.cells import RUNS
 from agents.dressing.study import Finding, count, questions
 from grind_env.policies.evaluation import episode_seeds
+from grind_env.policies.held import on
 from grind_env.policies.learned.saved import SUFFIX
 from grind_env.policies.naming import SHIPPED
 from grind_env.policies.policy import Policy
@@ -63,6 +65,11 @@ class Request:
         return 1
 
 
+def on_plant(problem: Problem, plant: str) -> Problem:
+    """The problem on a machine, with a name of its own for what is kept and told."""
+    return replace(on(problem, plant), name=f"{problem.name}-{re.sub(r'[^a-z0-9+]+', '-', plant)}")
+
+
 def cells(problem: Problem) -> list[Cell]:
     """The cells of a study, those of planners, which take longest, first."""
     deciders = deciding(problem)
@@ -85,5 +92,5 @@ def deciding(problem: Problem, configs: Path | None = None) -> list[Policy]:
     simulation = problem.simulation()
     made = partial(make_policy, simulation=simulation, folder=configs)
     scripted = [made(name) for name in policy_names(simulation) if name not in BASELINES]
-    shipped = SHIPPED / f"{problem.name}{SUFFIX}"
+    shipped = SHIPPED / f"{simulation.task.name}{SUFFIX}"
     return [*scripted, *([from_file(shipped, simulation, "learned")] if shipped.exists() else [])]

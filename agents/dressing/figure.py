@@ -1,6 +1,7 @@
 """The picture of a dress study."""
 
 from collections.abc import Sequence
+from functools import partial
 from io import BytesIO
 
 import numpy as np
@@ -20,15 +21,21 @@ DEAREST = 20.0
 
 
 def dress_figure(found: Sequence[Finding], title: str) -> bytes:
-    """Draw the three answers for one task side by side, as PNG."""
-    figure = Figure(figsize=(13.0, 4.4), layout="constrained")
+    """Draw the answers for one problem side by side, as PNG; no dresser for a program that says how it is set."""
+    (own,) = about(found, "plan")
+    shown = [each for each in about(found, "interval") if each.cost <= DEAREST * own.cost]
+    drawn = [partial(draw_intervals, found=shown)]
+    widths = [1.0]
+    if dressers := about(found, "dresser"):
+        drawn += [partial(draw_dresser, found=dressers, own=own), partial(draw_passes, found=about(found, "passes"))]
+        widths += [1.2, 0.6]
+    drawn.append(partial(draw_deciders, found=about(found, "decision"), fixed=own))
+    widths.append(1.0)
+    figure = Figure(figsize=(4.2 * sum(widths), 4.4), layout="constrained")
     FigureCanvasAgg(figure)
     figure.suptitle(title)
-    left, middle, right = figure.subplots(1, 3, width_ratios=(1.0, 1.15, 1.1))
-    (own,) = about(found, "plan")
-    draw_intervals(left, [each for each in about(found, "interval") if each.cost <= DEAREST * own.cost])
-    draw_dresser(middle, about(found, "dresser"), own)
-    draw_deciders(right, about(found, "decision"), own)
+    for draw, axes in zip(drawn, np.atleast_1d(figure.subplots(1, len(drawn), width_ratios=widths)), strict=True):
+        draw(axes)
     figure.legend(fontsize=8, loc="outside lower right", ncols=1 + len(COLOURS))
     image = BytesIO()
     figure.savefig(image, format="png", dpi=90)
@@ -37,16 +44,28 @@ def dress_figure(found: Sequence[Finding], title: str) -> bytes:
 
 def draw_intervals(axes: Axes, found: Sequence[Finding]) -> None:
     """Cost against the blocks from dress to dress, which are drawn at equal distances."""
+    draw_costs(axes, found, [f"{each.every}\n{each.E:.2g}" for each in found])
+    axes.set_title("one dress every N blocks", fontsize=TITLE)
+    axes.set(xlabel="N, blocks, and the best E, m/min", ylabel="$ per good part")
+
+
+def draw_passes(axes: Axes, found: Sequence[Finding]) -> None:
+    """Cost against the passes of an execution, with the interval that is best with them."""
+    draw_costs(axes, found, [f"{each.passes}\n{each.every}" for each in found])
+    axes.set_title("passes of a dress", fontsize=TITLE)
+    axes.set_xlabel("passes, and the best N")
+
+
+def draw_costs(axes: Axes, found: Sequence[Finding], labels: Sequence[str]) -> None:
+    """Costs and their intervals, one beside the other."""
     at, cost = np.arange(len(found)), np.array([each.cost for each in found])
     low, high = np.array([each.cost_low for each in found]), np.array([each.cost_high for each in found])
     axes.errorbar(at, cost, np.stack([cost - low, high - cost]), color=BLUE, marker="o", capsize=3, lw=1.2)
-    axes.set_xticks(at, [f"{each.every}\n{each.E:.2g}" for each in found], fontsize=8)
+    axes.set_xticks(at, labels, fontsize=8)
     axes.set_yscale("log")
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0)))
     axes.yaxis.set_minor_locator(NullLocator())
     axes.yaxis.set_major_formatter("{x:g}")
-    axes.set_title("one dress every N blocks", fontsize=TITLE)
-    axes.set(xlabel="N, blocks, and the best E, m/min", ylabel="$ per good part")
     axes.grid(alpha=0.3)
 
 

@@ -1,6 +1,6 @@
 """How a wheel should be dressed: the interval, the dresser's settings, and what decides when.
 
-Three questions of a grinding engineer for each task. All E and all intervals are chosen on training episodes; the
+Four questions of a grinding engineer for each task. All E and all intervals are chosen on training episodes; the
 costs that are told come from evaluation episodes.
 """
 
@@ -27,6 +27,7 @@ from grind_env.arrays import Array
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
+from grind_env.envs.tasks import Dress
 from grind_env.policies.choices import speed_bounds, speed_grid
 from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds, start_episodes
 from grind_env.policies.planners.hindsight import plan_cost
@@ -49,6 +50,8 @@ PLANS = (1, 2, 3, 4, 6, 8, 12, 20, 32)
 LEADS = (0.4, 0.6, 0.8, 1.0, 1.4, 2.0)
 DEPTHS = (0.5, 0.75, 1.0, 1.5, 2.0)
 """Settings of the dresser, as factors of the task's own."""
+PASSES = (1, 2, 3, 4, 6)
+"""Of the diamond in an execution."""
 DEPTH_DIGITS = 3
 """mm; a control reads no finer depth."""
 
@@ -63,7 +66,7 @@ class Finding:
 
     task: str
     question: str
-    """`interval`, `plan` (the best of all intervals, by the training episodes), `dresser` or `decision`."""
+    """`interval`, `plan` (the best of all intervals, by the training episodes), `dresser`, `passes` or `decision`."""
     policy: str
     sees: str
     every: int
@@ -72,6 +75,7 @@ class Finding:
     """mm a wheel revolution."""
     depth: float
     """mm a pass."""
+    passes: int
     overlap: float
     """Overlap ratio of the new diamond."""
     E: float
@@ -89,11 +93,11 @@ class Finding:
 def dress_study(
     problem: Problem, deciders: Sequence[Policy], *, episodes: int = STUDY_EPISODES, runs: Path = RUNS, advance: Advance
 ) -> list[Finding]:
-    """Answer the three questions for a problem; that of the dresser only if a task says how it is set.
+    """Answer the four questions for a problem; those of the dresser only if a task says how it is set.
 
     Args:
         problem: what is ground.
-        deciders: policies that decide when to dress, for the third question.
+        deciders: policies that decide when to dress, for the last question.
         episodes: evaluation episodes.
         runs: what is found is kept below, in `<problem>/dress_study/`, and used again while the problem is the same.
         advance: called after every finding; there are `count(problem, deciders)`.
@@ -108,15 +112,13 @@ def dress_study(
 def questions(problem: Problem, deciders: Sequence[Policy], seeds: range, runs: Path) -> list[Callable[[], Finding]]:
     """What makes each of the findings of `dress_study`, in their order."""
     simulation = problem.simulation()
-    kept = partial(kept_finding, runs)
+    kept = partial(kept_finding, runs, problem.name)
     asked = [partial(kept, simulation, "interval", seeds, (every,)) for every in intervals(simulation)]
     asked.append(partial(kept, simulation, "plan", seeds, intervals(simulation)))
-    for lead, depth in dresser_settings(problem):
-        dress = simulation.task.dress
-        dress = replace(dress, lead=round(dress.lead * lead, 6), depth=round(dress.depth * depth, DEPTH_DIGITS))
+    for question, dress in dressers(problem):
         assert isinstance(simulation, BlockSimulation)
-        other = type(simulation)(replace(simulation.task, dress=dress))
-        asked.append(partial(kept, other, "dresser", seeds, PLANS))
+        other = type(simulation)(replace(simulation.task, dress=dress), plants=simulation.plants)
+        asked.append(partial(kept, other, question, seeds, PLANS))
     return [*asked, *(partial(decision, problem, policy, seeds, runs) for policy in deciders)]
 
 
@@ -125,14 +127,21 @@ def intervals(simulation: Simulation) -> list[int]:
     return [every for every in INTERVALS if every <= simulation.most_steps]
 
 
-def dresser_settings(problem: Problem) -> list[tuple[float, float]]:
-    """Factors on lead and depth that are tried; none for a part program, whose dress program says both."""
-    return [] if problem.id == JOB else list(product(LEADS, DEPTHS))
+def dressers(problem: Problem) -> list[tuple[str, Dress]]:
+    """Settings that are tried, with their question; none for a part program, whose dress program says them."""
+    if problem.id == JOB:
+        return []
+    own = problem.simulation().task.dress
+    tried = [
+        ("dresser", replace(own, lead=round(own.lead * lead, 6), depth=round(own.depth * depth, DEPTH_DIGITS)))
+        for lead, depth in product(LEADS, DEPTHS)
+    ]
+    return [*tried, *(("passes", replace(own, passes=passes)) for passes in PASSES)]
 
 
 def count(problem: Problem, deciders: Sequence[Policy]) -> int:
     """Number of findings of a study."""
-    return len(intervals(problem.simulation())) + 1 + len(dresser_settings(problem)) + len(deciders)
+    return len(intervals(problem.simulation())) + 1 + len(dressers(problem)) + len(deciders)
 
 
 def best_plan(simulation: Simulation, every: Sequence[int]) -> Fixed:
@@ -172,36 +181,46 @@ def mean_costs(plans: Sequence[Fixed], simulation: Simulation, episodes: Episode
     return costs
 
 
-def kept_finding(runs: Path, simulation: Simulation, question: str, seeds: range, every: Sequence[int]) -> Finding:
+def kept_finding(
+    runs: Path, name: str, simulation: Simulation, question: str, seeds: range, every: Sequence[int]
+) -> Finding:
     """The best fixed plan with these intervals on the evaluation episodes, kept or new."""
     code = f"{bare(inspect.getsource(best_plan))} {bare(inspect.getsource(mean_costs))} {sources(Fixed.__module__)}"
     made_by = f"{code} {behaviour(simulation)} {question} {seeds} {every} {SPEEDS} {TRAINING} {SCREENING}"
-    path = runs / simulation.task.name / "dress_study" / f"{hashlib.sha256(made_by.encode()).hexdigest()[:16]}.json"
+    path = runs / name / "dress_study" / f"{hashlib.sha256(made_by.encode()).hexdigest()[:16]}.json"
     # a file that is missing or damaged is made anew
     with suppress(OSError, ValueError, TypeError):
         return Finding(**json.loads(path.read_text(encoding="utf-8")))
     plan = best_plan(simulation, [interval for interval in every if interval <= simulation.most_steps])
-    result = finding(simulation, question, plan, run_seeds(plan, simulation, seeds), plan.every)
+    result = finding(name, simulation, question, plan, run_seeds(plan, simulation, seeds), plan.every)
     write_whole(path, json.dumps(asdict(result)))
     return result
 
 
 def decision(problem: Problem, policy: Policy, seeds: range, runs: Path) -> Finding:
-    """What a policy that decides comes to on the evaluation episodes, kept or new."""
-    return finding(problem.simulation(), "decision", policy, kept_evaluation(policy, problem, seeds, runs))
+    """What a policy that decides comes to on the evaluation episodes, kept or new.
+
+    On a machine that is not the model one that sees measurements holds the model, and one that sees more the machine.
+    """
+    return finding(
+        problem.name, problem.simulation(), "decision", policy, kept_evaluation(policy, problem, seeds, runs)
+    )
 
 
-def finding(simulation: Simulation, question: str, policy: Policy, run: Evaluation, every: int = 0) -> Finding:
+def finding(
+    name: str, simulation: Simulation, question: str, policy: Policy, run: Evaluation, every: int = 0
+) -> Finding:
     """What an evaluation says."""
     cost, dress = run.cost_per_good_part, simulation.task.dress
     return Finding(
-        task=simulation.task.name,
+        task=name,
         question=question,
         policy=policy.name,
         sees=policy.sees,
         every=every,
         lead=dress.lead,
         depth=dress.depth,
+        passes=dress.passes,
         overlap=new_overlap(simulation),
         E=run.speed,
         D=run.dresses,

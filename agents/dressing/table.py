@@ -31,6 +31,7 @@ HEADINGS = (
     "overlap",
     "N",
     "fixed plan with it, $",
+    "best passes",
 )
 
 
@@ -54,7 +55,7 @@ def read_study(path: Path) -> Study:
         first, last = map(int, rows[0]["seeds"].split(".."))
         # the first version was written down nowhere
         version = int(rows[0].get("task_version", 1))
-        if missing := {"plan", "dresser", "decision"} - {each.question for each in found}:
+        if missing := {"plan", "decision"} - {each.question for each in found}:
             raise ValueError(f"it does not answer {min(missing)!r}")
     except (KeyError, IndexError, TypeError, ValueError, CsvError) as error:
         task = path.stem
@@ -88,8 +89,7 @@ def line(study: Study) -> list[str]:
 
     (plan,) = about(study.found, "plan")
     threshold = min((deciders[name] for name in THRESHOLDS), key=lambda each: each.cost)
-    dresser = min(about(study.found, "dresser"), key=lambda each: each.cost)
-    return [
+    cells = [
         plan.task,
         str(study.episodes),
         str(plan.every),
@@ -97,9 +97,18 @@ def line(study: Study) -> list[str]:
         f"{threshold.policy} {cost(threshold)}",
         cost(deciders.get(LEARNED)),
         f"{least:.2f}",
+    ]
+    dressers, passes = (about(study.found, question) for question in ("dresser", "passes"))
+    if not dressers:
+        # a program says itself how it dresses
+        return [*cells, *[NONE] * (len(HEADINGS) - len(cells))]
+    dresser, often = (min(each, key=lambda one: one.cost) for each in (dressers, passes))
+    return [
+        *cells,
         f"{dresser.lead:g}",
         f"{dresser.depth:g}",
         f"{dresser.overlap:.1f}",
         str(dresser.every),
         cost(dresser),
+        f"{often.passes} {cost(often)}",
     ]

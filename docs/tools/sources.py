@@ -78,11 +78,13 @@ def results() -> Iterator[Page]:
     """Tables and figures of `agents/results`, as they are checked in."""
     for path in sorted((*RESULTS.rglob("*.md"), *RESULTS.rglob("*.png"))):
         yield f"benchmark/results/{path.relative_to(RESULTS).as_posix()}", path.read_bytes()
-    tasks = sorted(path.stem for path in (RESULTS / "dress_study").glob("*.png"))
-    pictures = [f"### {task}\n\n![dress study of {task}](results/dress_study/{task}.png)\n" for task in tasks]
-    yield "benchmark/dress_pictures.txt", "\n".join(pictures).encode()
-    studies = map(line, read_studies(RESULTS / "dress_study"))
-    yield "benchmark/dress_study.txt", table(HEADINGS, studies).encode()
+    for of, folder in (("study", RESULTS / "dress_study"), ("plants", RESULTS / "dress_study" / "plants")):
+        yield f"benchmark/dress_{of}.txt", table(HEADINGS, map(line, read_studies(folder))).encode()
+        shown = [
+            f"### {path.stem}\n\n![dress study of {path.stem}](results/{path.relative_to(RESULTS).as_posix()})\n"
+            for path in sorted(folder.glob("*.png"))
+        ]
+        yield f"benchmark/dress_{of}_pictures.txt", "\n".join(shown).encode()
 
 
 def write(folder: Path) -> int:

@@ -4,11 +4,14 @@ import numpy as np
 import pytest
 
 from agents.dressing import study as studies
+from agents.dressing.cells import on_plant
 from agents.dressing.figure import dress_figure
 from agents.dressing.study import best_plan, count, csv_text, dress_study, kept_finding, new_overlap
 from grind_env.policies.choices import speed_bounds
 from grind_env.policies.evaluation import episode_seeds, run_seeds
+from grind_env.policies.judging import evaluate
 from grind_env.policies.problem import find_problem
+from grind_env.policies.registry import make_policy
 from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.rules import Fixed
 from tests.policies.harness import changed
@@ -49,17 +52,19 @@ def test_the_speed_of_the_best_plan_lies_between_those_tried_first(monkeypatch):
     assert least <= 1.01 * min(costs)
 
 
-def test_a_study_answers_the_three_questions_and_can_be_taken_up_again(tmp_path, monkeypatch):
+def test_a_study_answers_the_four_questions_and_can_be_taken_up_again(tmp_path, monkeypatch):
     deciders = [Handbook()]
     steps = []
     found = dress_study(PROBLEM, deciders, episodes=2, runs=tmp_path, advance=lambda: steps.append(1))
     assert len(found) == len(steps) == count(PROBLEM, deciders)
-    assert {each.question for each in found} == {"interval", "plan", "dresser", "decision"}
-    own = [each for each in found if (each.lead, each.depth) == (TASK.dress.lead, TASK.dress.depth)]
+    assert {each.question for each in found} == {"interval", "plan", "dresser", "passes", "decision"}
+    own_dress = (TASK.dress.lead, TASK.dress.depth, TASK.dress.passes)
+    own = [each for each in found if (each.lead, each.depth, each.passes) == own_dress]
     # the dresser as it is, with the best of all intervals: one of the answers to the first question
-    dresser = next(each for each in own if each.question == "dresser")
-    (plan,) = (each for each in own if each.question == "plan")
-    assert dresser.cost == plan.cost == min(each.cost for each in own if each.question == "interval")
+    dresser, passes, plan = (
+        next(each for each in own if each.question == name) for name in ("dresser", "passes", "plan")
+    )
+    assert dresser.cost == passes.cost == plan.cost == min(each.cost for each in own if each.question == "interval")
     assert dress_figure(found, "Oracle").startswith(b"\x89PNG")
     assert len(csv_text(found, range(2)).splitlines()) == len(found) + 1
 
@@ -69,7 +74,23 @@ def test_a_study_answers_the_three_questions_and_can_be_taken_up_again(tmp_path,
 
 
 def test_a_damaged_finding_is_made_anew(tmp_path):
-    first = kept_finding(tmp_path, ORACLE, "interval", range(2), (2,))
+    first = kept_finding(tmp_path, "oracle6", ORACLE, "interval", range(2), (2,))
     (file,) = tmp_path.rglob("*.json")
     file.write_text('{"task": "oracle6"}', encoding="utf-8")
-    assert kept_finding(tmp_path, ORACLE, "interval", range(2), (2,)) == first
+    assert kept_finding(tmp_path, "oracle6", ORACLE, "interval", range(2), (2,)) == first
+
+
+def test_on_another_machine_plans_are_chosen_anew_and_those_who_decide_hold_the_model(tmp_path, monkeypatch):
+    monkeypatch.setattr(studies, "TRAINING", 4)
+    problem = on_plant(find_problem("slot"), "soft:2")
+    assert problem.name == "slot-soft-2"
+    rule = make_policy("look_ahead", simulation=problem.simulation())
+    found = {
+        each.question: each for each in dress_study(problem, [rule], episodes=4, runs=tmp_path, advance=lambda: None)
+    }
+    on_the_model = kept_finding(
+        tmp_path, "slot", find_problem("slot").simulation(), "plan", episode_seeds("evaluation", 4), studies.PLANS
+    )
+    assert found["plan"].cost != on_the_model.cost
+    apart = evaluate(rule, "slot", episodes=4, plant="soft:2")
+    assert found["decision"].cost == apart.evaluation.cost_per_good_part.value

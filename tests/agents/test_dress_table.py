@@ -20,6 +20,7 @@ PLAN = Finding(
     every=4,
     lead=0.1,
     depth=0.02,
+    passes=2,
     overlap=2.8,
     E=9.0,
     D=0.25,
@@ -38,6 +39,8 @@ FOUND = [
     replace(PLAN, question="interval", every=2, cost=5.9),
     PLAN,
     replace(PLAN, question="dresser", lead=0.14, depth=0.01, overlap=1.4, cost=3.0, every=8),
+    replace(PLAN, question="passes", passes=2, cost=5.9),
+    replace(PLAN, question="passes", passes=3, cost=5.0),
     decider("power_threshold", 5.0),
     decider("size_threshold", 4.4),
     decider("roughness_gauge", 7.0),
@@ -77,8 +80,15 @@ def test_a_line_by_hand():
         "overlap": "1.4",
         "N": "8",
         "fixed plan with it, $": "3.00 (-25 %)",
+        "best passes": "3 5.00 (+25 %)",
     }
     assert dict(zip(HEADINGS, line(Study(FOUND, 64)), strict=True))["learned, $"] == "–"
+
+
+def test_a_program_says_itself_how_it_dresses():
+    cells = line(Study([each for each in FOUND if each.question not in ("dresser", "passes")], 64))
+    assert cells[:7] == line(Study(FOUND, 64))[:7]
+    assert set(cells[7:]) == {"–"}
 
 
 def test_a_table_is_read_as_it_was_written(tmp_path):
