@@ -2,7 +2,6 @@ import json
 import os
 import subprocess
 import sys
-from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -10,7 +9,6 @@ import pytest
 from grind_env.cli import main
 from grind_env.control import ControlError, read
 from grind_env.control.check import MOST_ERRORS
-from grind_env.task_version import TASK_VERSION
 
 DRESSED = """G71 G94 G90 G19
 N10 G00 X-30.
@@ -290,7 +288,3 @@ def test_radii_are_those_of_table_entries(grind) -> None:
     for wrong in ("100=2", "-1=2"):
         status, out, _ = grind("trace", "M30", f"--radius={wrong}")
         assert (status, json.loads(out)["error"]) == (2, "setting")
-
-
-def test_the_version_is_that_of_the_package_and_of_its_tasks(grind) -> None:
-    assert grind("--version")[:2] == (0, f"grind_env {version('grind_env')}, tasks of version {TASK_VERSION}\n")

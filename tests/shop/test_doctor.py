@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from grind_env.shop import doctor
+from grind_env.task_version import TASK_VERSION
 from tests.command import Grind
 
 
@@ -42,3 +43,7 @@ def test_a_library_belongs_to_the_extras_that_ask_for_it() -> None:
     asked = ["numpy>=1.26", "pandas>=2.2; extra == 'data'", 'sb3-contrib<3,>=2.9; extra == "agents"']
     assert doctor._required(asked, "data") == ["pandas"]
     assert doctor._required(asked, "agents") == ["sb3-contrib"]
+
+
+def test_the_version_is_that_of_the_package_and_of_its_tasks(grind: Grind) -> None:
+    assert grind("--version") == (0, f"grind_env {version('grind_env')}, tasks of version {TASK_VERSION}\n", "")
