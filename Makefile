@@ -6,14 +6,22 @@ STAMP := $(VENV)/.installed
 # `make PINNED= VENV=build/newest test` has the newest version of everything.
 PINNED := --constraint constraints.txt
 
-.PHONY: setup test bits lint format benchmark speed ratios validate notebooks docs core readme soak clean
+.PHONY: setup test bits lint format benchmark speed ratios validate notebooks docs core readme package soak clean
 
 setup: $(STAMP)
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check $(PINNED) --editable '.[dev]'
-	touch $(STAMP)
+	touch $(AGENTS) $(STAMP)
+
+# What trains and judges agents, without what tests and writes pages.
+AGENTS := $(VENV)/.agents
+
+$(AGENTS): pyproject.toml constraints.txt
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check $(PINNED) --editable '.[agents]'
+	touch $(AGENTS)
 
 # Each process begins with one half of the files, so that few kernels are compiled, and few fixtures made, by both.
 test: setup
@@ -40,7 +48,7 @@ format: setup
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-benchmark: setup
+benchmark: $(AGENTS)
 	$(BIN)/python -m agents benchmark
 
 # `make speed BASE=<commit>` measures beside an older commit.
@@ -84,6 +92,15 @@ readme:
 	build/readme/bin/python -m pip install --quiet --disable-pip-version-check $(PINNED) \
 		"grind_env[plot,sb3,shop] @ file://$(CURDIR)/$$(ls -t build/wheel/grind_env-*.whl | head -1)"
 	build/readme/bin/python .ci/readme.py build/readme/bin
+
+# Wheel and sdist, in dist/.
+package:
+	$(PYTHON) -m venv build/package
+	build/package/bin/python -m pip install --quiet --disable-pip-version-check $(PINNED) build check-wheel-contents twine
+	rm -rf dist
+	build/package/bin/python -m build --outdir dist .
+	build/package/bin/python -m twine check --strict dist/*
+	build/package/bin/check-wheel-contents dist/*.whl
 
 clean:
 	rm -rf $(VENV) build dist
