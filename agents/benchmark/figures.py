@@ -30,6 +30,8 @@ SEES = {"measurements": "#0072B2", "state": "#D55E00", "future": "#000000"}
 MARKS = {"scripted": "o", "planner": "s", "learned": "D"}
 OVER = "adaptive_rule"
 """The policy that others are compared with."""
+PROFILED = 3
+"""Tasks from which on a profile says more than their scores."""
 LEAST, MOST = 40.0, 160.0
 """Ends of the axis of costs, %."""
 LEVELS = np.linspace(0.0, 100.0, 101)
@@ -54,7 +56,9 @@ def write_figures(results: Sequence[Result], folder: Path) -> list[Path]:
 def figure_names(runs: dict[str, Runs]) -> list[str]:
     """Names of the figures that can be drawn of policies with these scores."""
     compared = ["improvement"] if OVER in runs and len(runs) > 1 else []
-    return ["cost", *(["iqm", "profiles"] if runs else []), *compared]
+    tasks = max((of.scores.shape[1] for of in runs.values()), default=0)
+    profiles = ["profiles"] if tasks >= PROFILED else []
+    return ["cost", *(["iqm"] if runs else []), *profiles, *compared]
 
 
 def write_figure(figure: Figure, path: Path) -> None:

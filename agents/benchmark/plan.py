@@ -11,15 +11,20 @@ from agents.learning.settings import LAST_SEED, settings_of
 from grind_env.envs.names import task_names
 from grind_env.errors import quoted
 from grind_env.policies.problem import Problem, find_problem
-from grind_env.policies.registry import FIXED_PLANS, REFERENCE, policy_names
+from grind_env.policies.registry import FIXED_PLANS, REFERENCE, fitting, policy_names
 from grind_env.policies.tuned import ConfigError
 
 CORE = ("power_limited", "reciprocation", "wide_plates", "wide_rails", "blades", "rush", "job_shop")
 """Each asks something of its own. Slot, Oracle6, Memory, Noise and Credit are diagnostic, Wen has its own scores."""
 FLAGSHIP = "power_limited"
-LONG = (REFERENCE, "mpc")
-"""Policies that take long to run."""
+ON_BELIEF = "belief_planner"
+LONG = (REFERENCE, ON_BELIEF, "mpc")
+"""Policies that take long to run: the planners."""
 EPISODES, INTERPOLATION_EPISODES = 128, 64
+PLAIN = {f"plain_{memory}": memory for memory in ("none", "stack", "gru", "belief", "state")}
+"""Kinds of agents of `agents/learning/gru_ppo.py`, with what they remember or are shown."""
+LIMIT, LIMITED = 1_000_000, "@1M"
+"""Blocks that may be ground to make a policy, and what ends the name of a rule that was tuned on no more."""
 
 
 class Cell(NamedTuple):
@@ -45,6 +50,9 @@ class Cell(NamedTuple):
     @property
     def files(self) -> tuple[str, ...]:
         """Patterns of what is kept of it: evaluations, and the agent with its checkpoint."""
+        if self.policy.endswith(LIMITED):
+            base = self.policy.removesuffix(LIMITED)
+            return f"{LIMITED}/{base}/**/*", f"{LIMITED}/{escape(self.task)}/cells/{base}/**/*"
         evaluations = f"{escape(self.task)}/cells/{self.name}/**/*"
         return (f"{escape(self.task)}/{self.name}-*", evaluations) if self.trains else (evaluations,)
 
@@ -110,7 +118,7 @@ def planned(
     Raises:
         ConfigError: if no problem has a policy of a name, there is no such kind, or there are too many seeds.
     """
-    names = {problem: policy_names(problem.simulation()) for problem in problems}
+    names = {problem: named(problem) for problem in problems}
     known = list(dict.fromkeys(name for each in names.values() for name in each))
     if unknown := set(policies or ()) - set(known):
         raise ConfigError(f"there is no policy {quoted(min(unknown))}: choose from {', '.join(known)}")
@@ -120,7 +128,14 @@ def planned(
     cells = []
     for problem in problems:
         for kind in kinds:
-            settings_of(problem, kind)
+            if kind not in PLAIN:
+                settings_of(problem, kind)
             cells += [Cell(problem, kind, seed) for seed in range(seeds)]
         cells += [Cell(problem, name) for name in names[problem] if name in wanted]
     return sorted(cells, key=lambda cell: (cell.policy not in LONG, cell.seed is None))
+
+
+def named(problem: Problem) -> list[str]:
+    """The policies of a problem, the planner on the belief among them."""
+    simulation = problem.simulation()
+    return [*policy_names(simulation), *fitting([ON_BELIEF], simulation)]

@@ -1,0 +1,76 @@
+"""The grid: which cells remake all results, and how long cells take."""
+
+from collections.abc import Sequence
+
+from agents.benchmark.plan import FLAGSHIP, LIMIT, LIMITED, LONG, PLAIN, Cell, Request, named, planned
+from agents.benchmark.price import tuned_on
+from agents.cells import CHUNK
+from agents.learning.settings import settings_of
+from grind_env.policies.evaluation import SEEDS
+from grind_env.policies.problem import Problem
+from grind_env.policies.registry import FIXED_PLANS
+
+EPISODES, SEEDS_EACH, FLAGSHIP_SEEDS, LONG_SEEDS = 512, 5, 10, 3
+"""Evaluation episodes; trainings of every plain kind, on the flagship task, and of the kinds that take long."""
+LONG_KINDS = ("ppo", "bc")
+TRAINING = {"none": 25.0, "stack": 28.0, "gru": 75.0, "belief": 45.0, "state": 25.0}
+"""CPU-seconds of a plain training of a million steps, by measurement, as the numbers that follow."""
+STEP = {"bc": 9e-3, "bc_ppo": 1e-3, "dqn": 2e-3, "sac": 5e-3, "tqc": 5e-3}
+USUAL_STEP = 1.5e-4
+"""Seconds of a step of the other trainings, validation with it."""
+DECISION = {"hindsight": 6e-3, "belief_planner": 2.6e-3, "mpc": 1.1e-3, "look_ahead": 6e-4}
+USUAL_DECISION = 6e-5
+"""Seconds of a decision."""
+
+
+def grid(
+    problems: Sequence[Problem], policies: Sequence[str] | None, kinds: Sequence[str] | None, seeds: int | None
+) -> list[Cell]:
+    """The cells of the grid, those that take long first.
+
+    Args:
+        problems: what is ground.
+        policies: names; all of a problem by default, and then rules that were tuned on `LIMIT` blocks, too.
+        kinds: of learned agents; by default all plain ones, and `LONG_KINDS`.
+        seeds: trainings of each; by default `SEEDS_EACH`, or as the others say.
+    """
+    chosen = [*PLAIN, *LONG_KINDS] if kinds is None else kinds
+    cells = dict.fromkeys(planned(problems, policies, [], 0))
+    for problem in problems:
+        for kind in chosen:
+            usual = LONG_SEEDS if kind in LONG_KINDS else FLAGSHIP_SEEDS if problem.name == FLAGSHIP else SEEDS_EACH
+            cells |= dict.fromkeys(planned([problem], [], [kind], usual if seeds is None else seeds))
+        simulation = problem.simulation()
+        rules = [name for name in named(problem) if name not in (*FIXED_PLANS, *LONG)] if policies is None else []
+        cells |= dict.fromkeys(
+            Cell(problem, f"{name}{LIMITED}") for name in rules if tuned_on(name, simulation) > LIMIT
+        )
+    return sorted(cells, key=lambda cell: -DECISION.get(cell.policy, 0.0) - cell.trains)
+
+
+def hours(cells: Sequence[Cell], request: Request) -> tuple[float, float]:
+    """Core-hours of all cells, about, and of those of which no evaluation is kept."""
+    all_of = [seconds(cell, request) / 3600.0 for cell in cells]
+    waiting = [each for cell, each in zip(cells, all_of, strict=True) if not begun(cell, request)]
+    return sum(all_of), sum(waiting)
+
+
+def seconds(cell: Cell, request: Request) -> float:
+    """CPU-seconds of a cell."""
+    steps = cell.problem.simulation().most_steps
+    spent = request.size * steps * DECISION.get(cell.policy, USUAL_DECISION)
+    if cell.policy.endswith(LIMITED):
+        return spent + LIMIT * USUAL_DECISION
+    if cell.policy in PLAIN:
+        return spent + TRAINING[PLAIN[cell.policy]] * (request.steps or 1_000_000) / 1_000_000
+    if cell.trains:
+        return spent + settings_of(cell.problem, cell.policy, request.steps).steps * STEP.get(cell.policy, USUAL_STEP)
+    return spent
+
+
+def begun(cell: Cell, request: Request) -> bool:
+    """Whether an evaluation of a cell is kept, of whatever code: of its last episodes."""
+    last = SEEDS["evaluation"] + (request.episodes - 1) // CHUNK * CHUNK
+    limited = cell.policy.endswith(LIMITED)
+    runs = request.runs / LIMITED if limited else request.runs
+    return (runs / cell.task / "cells" / cell.name.removesuffix(LIMITED) / f"{last}.npz").exists()
