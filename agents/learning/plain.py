@@ -12,12 +12,14 @@ from safetensors import safe_open
 
 from agents.cells import RUNS, bare, behaviour, sources
 from agents.learning import gru_ppo
-from agents.learning.gru_ppo import Memory, Settings, form_of, policy_of
+from agents.learning.gru_ppo import Memory, Settings, form_of, policy_of, shown
 from agents.provenance import commit, installed
 from grind_env.policies.learned.saved import ENTRY, SUFFIX, write_policy
 from grind_env.policies.problem import Problem
 
 LIBRARIES = ("torch", "numpy")
+BESIDE = ("grind_env.envs.learning", "grind_env.policies.learned.view")
+"""Where else lies what decides a training; what `gru_ppo` prints with does not."""
 
 
 class Training(NamedTuple):
@@ -79,8 +81,9 @@ def fingerprint(problem: Problem, settings: Settings, seed: int) -> str:
     simulation = problem.simulation()
     parts = [
         bare(inspect.getsource(gru_ppo)),
-        sources("grind_env.policies.learned.view"),
-        behaviour(simulation),
+        *map(sources, BESIDE),
+        # what the true state reads is there in training, whoever is shown it later
+        *(behaviour(each) for each in (simulation, shown(problem, "state").simulation())),
         simulation.task.reference_cost,
         settings,
         seed,
