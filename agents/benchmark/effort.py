@@ -55,11 +55,6 @@ class Cell(NamedTuple):
         """Where it is kept, apart from the hindsight of the scores."""
         return f"hindsight/{self.sweeps}-{self.seed}"
 
-    @property
-    def trains(self) -> bool:
-        """No agent is trained."""
-        return False
-
 
 @dataclass(frozen=True, slots=True)
 class Request:
@@ -84,6 +79,12 @@ class Point(NamedTuple):
     score: Interval
 
 
+def searches(problems: Sequence[Problem]) -> list[Cell]:
+    """All searches of the curves, those that take long first."""
+    each = {(sweeps, seed) for sweeps, count in EFFORTS for seed in range(count)}
+    return [Cell(problem, *one) for one in sorted(each, reverse=True) for problem in problems]
+
+
 def search(cell: Cell, request: Request, advance: Advance) -> Evaluation:
     """The episodes under the plans of a search."""
     seeds, place = episode_seeds("evaluation", request.episodes), request.runs / cell.place
@@ -96,9 +97,7 @@ def curves(problems: Sequence[Problem], request: Request, jobs: int, console: Co
     Raises:
         GrindError: a search failed.
     """
-    searches = [(sweeps, seed) for sweeps, count in EFFORTS for seed in range(count)]
-    # those that take long first
-    cells = [Cell(problem, *each) for each in sorted(set(searches), reverse=True) for problem in problems]
+    cells = searches(problems)
     found, failed = work_on_all(cells, request, jobs, console, search)
     if failed:
         raise GrindError(f"{len(failed)} of {len(cells)} searches failed: {next(iter(failed.values()))}")

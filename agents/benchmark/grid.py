@@ -2,16 +2,19 @@
 
 from collections.abc import Sequence
 
+from agents.benchmark import effort
 from agents.benchmark.plan import FLAGSHIP, LIMIT, LIMITED, LONG, PLAIN, Cell, Request, named, planned
 from agents.benchmark.price import tuned_on
 from agents.cells import CHUNK
 from agents.learning.settings import settings_of
 from grind_env.policies.evaluation import SEEDS
+from grind_env.policies.planners.hindsight import SWEEPS
 from grind_env.policies.problem import Problem
 from grind_env.policies.registry import FIXED_PLANS
 
-EPISODES, SEEDS_EACH, FLAGSHIP_SEEDS, LONG_SEEDS = 512, 5, 10, 3
-"""Evaluation episodes; trainings of every plain kind, on the flagship task, and of the kinds that take long."""
+EPISODES, INTERPOLATION_EPISODES = 512, 256
+SEEDS_EACH, FLAGSHIP_SEEDS, LONG_SEEDS = 5, 10, 3
+"""Trainings of every plain kind, on the flagship task, and of the kinds that take long."""
 LONG_KINDS = ("ppo", "bc")
 TRAINING = {"none": 28.0, "stack": 33.0, "gru": 80.0, "belief": 55.0, "state": 28.0}
 """CPU-seconds of a plain training of a million steps, by measurement, as the numbers that follow."""
@@ -19,8 +22,8 @@ STEP = {"bc": 9e-3, "bc_ppo": 1e-3, "dqn": 2e-3, "sac": 5e-3, "tqc": 5e-3}
 USUAL_STEP = 1.5e-4
 """Seconds of a step of the other trainings, validation with it."""
 DECISION = {"hindsight": 6e-3, "belief_planner": 2.6e-3, "mpc": 1.1e-3, "look_ahead": 6e-4}
-USUAL_DECISION = 6e-5
-"""Seconds of a decision."""
+USUAL_DECISION, TUNING_BLOCK = 6e-5, 2e-5
+"""Seconds of a decision, and of a block on which a rule is tuned."""
 
 
 def grid(
@@ -48,19 +51,22 @@ def grid(
     return sorted(cells, key=lambda cell: -DECISION.get(cell.policy, 0.0) - cell.trains)
 
 
-def hours(cells: Sequence[Cell], request: Request) -> tuple[float, float]:
+def hours(cells: Sequence[Cell | effort.Cell], request: Request) -> tuple[float, float]:
     """Core-hours of all cells, about, and of those of which no evaluation is kept."""
     all_of = [seconds(cell, request) / 3600.0 for cell in cells]
     waiting = [each for cell, each in zip(cells, all_of, strict=True) if not begun(cell, request)]
     return sum(all_of), sum(waiting)
 
 
-def seconds(cell: Cell, request: Request) -> float:
+def seconds(cell: Cell | effort.Cell, request: Request) -> float:
     """CPU-seconds of a cell."""
     steps = cell.problem.simulation().most_steps
+    if isinstance(cell, effort.Cell):
+        # the plan that sweeps begin with takes about as long as one
+        return effort.EPISODES * steps * DECISION["hindsight"] * (cell.sweeps + 1) / (SWEEPS + 1)
     spent = request.size * steps * DECISION.get(cell.policy, USUAL_DECISION)
     if cell.policy.endswith(LIMITED):
-        return spent + LIMIT * USUAL_DECISION
+        return spent + LIMIT * TUNING_BLOCK
     if cell.policy in PLAIN:
         return spent + TRAINING[PLAIN[cell.policy]] * (request.steps or 1_000_000) / 1_000_000
     if cell.trains:
@@ -68,8 +74,10 @@ def seconds(cell: Cell, request: Request) -> float:
     return spent
 
 
-def begun(cell: Cell, request: Request) -> bool:
+def begun(cell: Cell | effort.Cell, request: Request) -> bool:
     """Whether an evaluation of a cell is kept, of whatever code: of its last episodes."""
+    if isinstance(cell, effort.Cell):
+        return any(request.runs.glob(cell.files[0]))
     last = SEEDS["evaluation"] + (request.episodes - 1) // CHUNK * CHUNK
     limited = cell.policy.endswith(LIMITED)
     runs = request.runs / LIMITED if limited else request.runs

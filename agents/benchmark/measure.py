@@ -1,6 +1,6 @@
 """Measures one cell: makes the policy if there is none yet, and runs it through the episodes."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from agents.benchmark.plan import LIMIT, LIMITED, PLAIN, Cell, Request
@@ -92,8 +92,8 @@ def measure(cell: Cell, request: Request, advance: Advance = lambda episodes: No
         evaluation=run(EVERY, request.episodes),
         interpolation=run("interpolation", request.interpolation_episodes) if request.interpolation_episodes else None,
         made=made,
-        # behind the evaluation, which has compiled what it needs
-        price=price_of(policy, problem.simulation(), runs / cell.task / "cells" / policy.name / "price.json"),
+        # behind the evaluation, which has compiled what it needs; in a simulation for which no table has been made
+        price=price_of(policy, replace(problem).simulation(), runs / cell.task / "cells" / policy.name / "price.json"),
     )
 
 

@@ -56,8 +56,13 @@ def benchmark(
     steps: Annotated[int | None, typer.Option(min=1, help="Training steps; by default those of the kind.")] = None,
     episodes: Annotated[int | None, typer.Option(min=2, help=f"Evaluation episodes; {EPISODES} by default.")] = None,
     interpolation_episodes: Annotated[
-        int, typer.Option(min=0, help="Evaluation episodes with contexts of the split interpolation; 0 for none.")
-    ] = INTERPOLATION_EPISODES,
+        int | None,
+        typer.Option(
+            min=0,
+            help="Evaluation episodes with contexts of the split interpolation; 0 for none;"
+            f" {INTERPOLATION_EPISODES} by default.",
+        ),
+    ] = None,
     jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
     ray: Ray = None,
     runs: Annotated[Path, typer.Option(help="Folder of what is kept."), Keeps()] = RUNS,
@@ -84,9 +89,7 @@ def benchmark(
     How long it takes is said before it begins. Killed at any moment, the same command goes on where it was. Results
     that are in the folder already stay there, but for those of the same task whose episodes begin with another seed.
     """
-    from agents.benchmark import grid
-    from agents.benchmark.effort import Request as Effort
-    from agents.benchmark.effort import curves, write_curves
+    from agents.benchmark import effort, grid, plan
     from agents.benchmark.judge import judged
     from agents.benchmark.measure import measure
     from agents.benchmark.results import CSV, TABLE, merged, read_results, result_of, write_results
@@ -97,9 +100,11 @@ def benchmark(
     if report:
         rebuild(results or RESULTS, console, html)
         return
-    published = whole and tasks is None and policies is None and kinds is None
+    published = whole and all(each is None for each in (tasks, policies, kinds, steps))
     folder = results or (RESULTS if published else runs)
     check_own(folder / CSV, TABLE, "--results")
+    if whole:
+        check_own(folder / effort.CSV, effort.OWNED, "--results")
     read_results(folder)  # better now than after hours of work
     chosen = chosen_problems(tasks or ("core" if whole else FLAGSHIP), job, parts)
     if whole:
@@ -107,7 +112,10 @@ def benchmark(
     else:
         trained = ["ppo"] if kinds is None else listed(kinds) or []
         cells = planned(chosen, listed(policies), trained, 1 if seeds is None else seeds)
-    episodes = episodes or (grid.EPISODES if whole else EPISODES)
+    usual = grid if whole else plan
+    episodes = episodes or usual.EPISODES
+    if interpolation_episodes is None:
+        interpolation_episodes = usual.INTERPOLATION_EPISODES
     request = Request(
         episodes=episodes,
         interpolation_episodes=interpolation_episodes,
@@ -116,16 +124,13 @@ def benchmark(
         configs=configs,
         fresh=fresh,
     )
-    taken, waiting = grid.hours(cells, request)
+    taken, waiting = grid.hours([*cells, *(effort.searches(chosen) if whole else [])], request)
     console.print(f"{len(cells)} cells: about {taken:.1f} core-hours, {waiting:.1f} of them for what is not kept yet")
     with going_on(fresh):
         found, failed = work_on_all(cells, request, jobs, console, measure, ray)
-        points = curves(chosen, Effort(runs=runs), jobs, console) if whole else []
     before = read_results(folder)
     table = judged(merged(before, [result_of(each) for each in found]))
     write_results(table, folder)
-    if points:
-        write_curves(points, folder)
     for problem in chosen:
         if any(each.task == problem.name for each in table):
             title = problem.simulation().task.title
@@ -136,6 +141,9 @@ def benchmark(
     ):
         print(f"agents: of other episodes, and no longer in the table: {', '.join(gone)}", file=sys.stderr)
     if whole and not failed:
+        with going_on(fresh):
+            points = effort.curves(chosen, effort.Request(runs=runs), jobs, console)
+        effort.write_curves(points, folder)
         rebuild(folder, console)
     write_html(table, html, console)
     if failed:

@@ -128,6 +128,7 @@ def test_the_page_says_what_is_worth_what_and_how_sure_the_measure_is():
     assert all(value == pytest.approx(32.5, abs=4.0) for value in gains.values())
     assert "| rush | 100.00 ± 0.50 | 101.00 ± 0.50 |" in text
     assert effort_table(points) in text
+    assert "gains less than 0.5 points in 0 of 1 tasks, and 5.00 at most." in text
     # every table but those of differences shows the score, second
     (line,) = [each for each in text.partition("### rush")[2].splitlines() if each.startswith("| policy |")][:1]
     assert line.split(" | ")[1] == "score (95 %)"
@@ -186,6 +187,15 @@ def test_what_a_decision_costs_is_counted():
     moves = effort_moves(simulation)
     assert more == pytest.approx((moves * (6 + 5 + 4 + 3 + 2 + 1) + 6) / 6)
     assert 0.0 < constant.ms < hindsight.ms
+
+
+def test_a_table_that_is_made_before_is_counted_whatever_is_kept(tmp_path):
+    request = Requested(episodes=2, interpolation_episodes=0, runs=tmp_path)
+    cell = Measurement(ORACLE, "belief_planner")
+    first = measure(cell, request).price
+    assert first.begun > 0
+    (tmp_path / "oracle6" / "cells" / "belief_planner" / "price.json").unlink()
+    assert measure(cell, request).price[:2] == first[:2]
 
 
 def effort_moves(simulation):
