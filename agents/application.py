@@ -7,7 +7,6 @@ from agents.commands import (
     dress_study,
     figure,
     gaps,
-    hindsight,
     plants,
     recipe,
     safety,
@@ -28,7 +27,7 @@ app = Application(
 )
 
 COMMANDS = (
-    *(tune, train, recipe, safety, benchmark, hindsight, scores, gaps, dress_study, plants, track),
+    *(tune, train, recipe, safety, benchmark, scores, gaps, dress_study, plants, track),
     *(figure, video, dataset, clone),
 )
 for command in COMMANDS:

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from agents.benchmark.aggregate import MEASURES, Runs, aggregates, all_runs, improvements, profile, scored_tasks
 from agents.benchmark.judge import CLIP
+from agents.benchmark.plan import AT
 from agents.benchmark.results import Result
 from agents.benchmark.summary import KNOWLEDGE, Summary, summaries, tasks_of
 from grind_env.files import write_atomically
@@ -76,7 +77,7 @@ def cost_figure(results: Sequence[Result]) -> Figure:
     sees = {each.policy: each.sees for each in results}
     found: dict[str, list[float]] = {}
     for task in tasks:
-        for name, cost in costs[task].items():
+        for name, cost in ((name, cost) for name, cost in costs[task].items() if AT not in name):
             found.setdefault(name, []).append(min(cost.value, MOST))
     shown = [name for name, values in found.items() if min(values) < MOST]
     policies = sorted(shown, key=lambda name: (KNOWLEDGE.index(sees[name]), -float(np.mean(found[name]))))

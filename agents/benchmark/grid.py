@@ -2,15 +2,13 @@
 
 from collections.abc import Sequence
 
-from agents.benchmark import effort
-from agents.benchmark.plan import FLAGSHIP, LIMIT, LIMITED, LONG, PLAIN, Cell, Request, named, planned
+from agents.benchmark.plan import AT, FLAGSHIP, LIMIT, LIMITED, LONG, PLAIN, SWEEPS, Cell, Request, named, planned
 from agents.benchmark.price import tuned_on
 from agents.cells import CHUNK
 from agents.learning.settings import settings_of
-from grind_env.policies.evaluation import SEEDS
-from grind_env.policies.planners.hindsight import SWEEPS
+from grind_env.policies.planners import hindsight
 from grind_env.policies.problem import Problem
-from grind_env.policies.registry import FIXED_PLANS
+from grind_env.policies.registry import FIXED_PLANS, REFERENCE
 
 EPISODES, INTERPOLATION_EPISODES = 512, 256
 SEEDS_EACH, FLAGSHIP_SEEDS, LONG_SEEDS = 5, 10, 3
@@ -33,7 +31,7 @@ def grid(
 
     Args:
         problems: what is ground.
-        policies: names; all of a problem by default, and then rules that were tuned on `LIMIT` blocks, too.
+        policies: names; all of a problem by default, and then the variants, too.
         kinds: of learned agents; by default all plain ones, and `LONG_KINDS`.
         seeds: trainings of each; by default `SEEDS_EACH`, or as the others say.
     """
@@ -43,29 +41,30 @@ def grid(
         for kind in chosen:
             usual = LONG_SEEDS if kind in LONG_KINDS else FLAGSHIP_SEEDS if problem.name == FLAGSHIP else SEEDS_EACH
             cells |= dict.fromkeys(planned([problem], [], [kind], usual if seeds is None else seeds))
-        simulation = problem.simulation()
-        rules = [name for name in named(problem) if name not in (*FIXED_PLANS, *LONG)] if policies is None else []
-        cells |= dict.fromkeys(
-            Cell(problem, f"{name}{LIMITED}") for name in rules if tuned_on(name, simulation) > LIMIT
-        )
-    return sorted(cells, key=lambda cell: -DECISION.get(cell.policy, 0.0) - cell.trains)
+        if policies is None:
+            simulation = problem.simulation()
+            rules = [name for name in named(problem) if name not in (*FIXED_PLANS, *LONG)]
+            variants = [f"{name}{AT}{LIMITED}" for name in rules if tuned_on(name, simulation) > LIMIT]
+            variants += [f"{REFERENCE}{AT}{sweeps}" for sweeps in SWEEPS]
+            cells |= dict.fromkeys(Cell(problem, name) for name in variants)
+    return sorted(cells, key=lambda cell: -DECISION.get(cell.base, 0.0) - cell.trains)
 
 
-def hours(cells: Sequence[Cell | effort.Cell], request: Request) -> tuple[float, float]:
+def hours(cells: Sequence[Cell], request: Request) -> tuple[float, float]:
     """Core-hours of all cells, about, and of those of which no evaluation is kept."""
     all_of = [seconds(cell, request) / 3600.0 for cell in cells]
     waiting = [each for cell, each in zip(cells, all_of, strict=True) if not begun(cell, request)]
     return sum(all_of), sum(waiting)
 
 
-def seconds(cell: Cell | effort.Cell, request: Request) -> float:
+def seconds(cell: Cell, request: Request) -> float:
     """CPU-seconds of a cell."""
     steps = cell.problem.simulation().most_steps
-    if isinstance(cell, effort.Cell):
+    if cell.base == REFERENCE and cell.variant:
         # the plan that sweeps begin with takes about as long as one
-        return effort.EPISODES * steps * DECISION["hindsight"] * (cell.sweeps + 1) / (SWEEPS + 1)
+        return CHUNK * steps * DECISION[REFERENCE] * (int(cell.variant) + 1) / (hindsight.SWEEPS + 1)
     spent = request.size * steps * DECISION.get(cell.policy, USUAL_DECISION)
-    if cell.policy.endswith(LIMITED):
+    if cell.variant:
         return spent + LIMIT * TUNING_BLOCK
     if cell.policy in PLAIN:
         return spent + TRAINING[PLAIN[cell.policy]] * (request.steps or 1_000_000) / 1_000_000
@@ -74,11 +73,6 @@ def seconds(cell: Cell | effort.Cell, request: Request) -> float:
     return spent
 
 
-def begun(cell: Cell | effort.Cell, request: Request) -> bool:
-    """Whether an evaluation of a cell is kept, of whatever code: of its last episodes."""
-    if isinstance(cell, effort.Cell):
-        return any(request.runs.glob(cell.files[0]))
-    last = SEEDS["evaluation"] + (request.episodes - 1) // CHUNK * CHUNK
-    limited = cell.policy.endswith(LIMITED)
-    runs = request.runs / LIMITED if limited else request.runs
-    return (runs / cell.task / "cells" / cell.name.removesuffix(LIMITED) / f"{last}.npz").exists()
+def begun(cell: Cell, request: Request) -> bool:
+    """Whether an evaluation of a cell is kept, of whatever code."""
+    return any(request.runs.glob(cell.files[-1].replace("**/*", "*.npz")))

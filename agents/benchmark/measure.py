@@ -7,11 +7,12 @@ from agents.benchmark.plan import LIMIT, LIMITED, PLAIN, Cell, Request
 from agents.benchmark.price import Price, model_of, price_of, taught_with, tuned_on
 from agents.benchmark.trained import from_file
 from agents.budgets import TUNING_EPISODES
-from agents.cells import Advance, kept_evaluation
+from agents.cells import CHUNK, Advance, kept_evaluation
 from agents.learning.curve import Point, curve_path, read_curve, seconds_to
 from agents.learning.settings import settings_of
 from grind_env.envs.splits import EVERY
 from grind_env.policies.evaluation import Evaluation, episode_seeds
+from grind_env.policies.planners.hindsight import Hindsight
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.problem import Problem
 from grind_env.policies.registry import make_policy
@@ -79,8 +80,10 @@ def measure(cell: Cell, request: Request, advance: Advance = lambda episodes: No
     """
     make = plain if cell.policy in PLAIN else trained if cell.trains else scripted
     policy, problem, made = make(cell, request)
-    # a rule that was tuned on less has the name of the rule, but what is kept of it is not that of the rule
-    runs = request.runs / LIMITED if cell.policy.endswith(LIMITED) else request.runs
+    runs, episodes, between = request.runs / cell.apart, request.episodes, request.interpolation_episodes
+    if cell.variant and cell.variant != LIMITED:
+        # of the curve of hindsight, which is long to make, and paired
+        episodes, between = min(episodes, CHUNK), 0
 
     def run(split: str, count: int) -> Evaluation:
         seeds = episode_seeds("evaluation", count)
@@ -89,8 +92,8 @@ def measure(cell: Cell, request: Request, advance: Advance = lambda episodes: No
     return Measured(
         cell=cell,
         sees=policy.sees,
-        evaluation=run(EVERY, request.episodes),
-        interpolation=run("interpolation", request.interpolation_episodes) if request.interpolation_episodes else None,
+        evaluation=run(EVERY, episodes),
+        interpolation=run("interpolation", between) if between else None,
         made=made,
         # behind the evaluation, which has compiled what it needs; in a simulation for which no table has been made
         price=price_of(policy, replace(problem).simulation(), runs / cell.task / "cells" / policy.name / "price.json"),
@@ -99,16 +102,19 @@ def measure(cell: Cell, request: Request, advance: Advance = lambda episodes: No
 
 def scripted(cell: Cell, request: Request) -> tuple[Policy, Problem, Made]:
     """A policy that is not trained, with its tuned parameters, and its problem."""
-    base, configs, simulation = cell.policy.removesuffix(LIMITED), request.configs, cell.problem.simulation()
-    if base != cell.policy:
+    base, configs, simulation = cell.base, request.configs, cell.problem.simulation()
+    if cell.variant == LIMITED:
         # it takes seconds to import
         from agents.tuning.rules import tune
 
-        runs = request.runs / LIMITED / base
+        runs = request.runs / cell.apart / base
         configs, evaluations = runs / "parameters", LIMIT // (TUNING_EPISODES * simulation.most_steps)
         tune(cell.problem, [base], evaluations=evaluations, starts=1, folder=configs, runs=runs, fresh=request.fresh)
     made = Made(model=model_of(cell, None), blocks=tuned_on(base, simulation, configs))
-    return make_policy(base, simulation, configs), cell.problem, made
+    policy = make_policy(base, simulation, configs)
+    if cell.variant and isinstance(policy, Hindsight):
+        policy = Hindsight(int(cell.variant))
+    return policy, cell.problem, made
 
 
 def plain(cell: Cell, request: Request) -> tuple[Policy, Problem, Made]:

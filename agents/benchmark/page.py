@@ -2,16 +2,15 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from itertools import groupby
 from typing import NamedTuple
 
 from agents.benchmark.aggregate import Runs, aggregates, all_runs, scored_tasks
-from agents.benchmark.effort import Point
 from agents.benchmark.figures import OVER, figure_names
 from agents.benchmark.judge import CLIP, Sampled, is_ratio
-from agents.benchmark.plan import LIMIT, LIMITED, ON_BELIEF
+from agents.benchmark.plan import AT, LIMIT, LIMITED, ON_BELIEF, SWEEPS
 from agents.benchmark.results import Result
 from agents.benchmark.summary import HEADINGS, KNOWLEDGE, NONE, Summary, best, brief, shown, summaries, tasks_of
+from grind_env.policies.planners import hindsight
 from grind_env.policies.registry import REFERENCE
 from grind_env.policies.statistics import Interval
 
@@ -53,21 +52,19 @@ COLUMNS = f"""\
 *Over best rule*: points more than the best scripted policy that sees the same, paired. *Model*: what of the
 simulator's equations a policy holds when it decides; none, those with nominal constants, or the exact ones.
 *Interpolation*: score on contexts that training left out. *Blocks*: ground to make it, tuning and teacher included,
-validation left out; `{LIMITED}` is a rule that was tuned on {LIMIT:,} at most, its other row has no limit. *Simulated*:
-blocks that it tries for a decision, or that were tried to make it. *Making*: CPU time (of `ppo` and `bc` wall time of
-one thread; of a rule that of its blocks). *Decision*: CPU time. {NONE}: not known, or none. Agents `plain_*` are PPO of
-`agents/learning/gru_ppo.py`, by what they remember or are shown."""
+validation left out; `{AT}{LIMITED}` is a rule that was tuned on {LIMIT:,} at most, its other row has no limit.
+*Simulated*: blocks that it tries for a decision, or that were tried to make it. *Making*: CPU time (of `ppo` and `bc`
+wall time of one thread; of a rule that of its blocks). *Decision*: CPU time. {NONE}: not known, or none. Agents
+`plain_*` are PPO of `agents/learning/gru_ppo.py`, by what they remember or are shown."""
 
 
-def page(results: Sequence[Result], curves: Sequence[Point] = ()) -> str:
-    """The page of all results; `curves` of hindsight are shown where there are some."""
+def page(results: Sequence[Result]) -> str:
+    """The page of all results."""
     runs = all_runs(results)
     samples = {task: Sampled(each for each in results if each.task == task) for task in tasks_of(results)}
     lines = {task: summaries(results, task) for task in samples}
     parts = [HEAD, "## In short", headline(lines), *verdicts(samples), *worths(samples)]
-    if curves:
-        parts += ["## Hindsight as the measure", *measure_of(curves)]
-    parts += ["## Task by task", COLUMNS]
+    parts += [*measure_of(samples), "## Task by task", COLUMNS]
     for task, of in lines.items():
         parts += [f"### {task}", table(HEADINGS, [line.cells(is_ratio(task)) for line in of])]
     if runs:
@@ -184,34 +181,23 @@ def worths(samples: Mapping[str, Sampled]) -> list[str]:
     return ["## What is worth what", f"Points of score, paired. {what}.", table(("task", *FACULTIES), rows)]
 
 
-def measure_of(curves: Sequence[Point]) -> list[str]:
-    """What hindsight would score with another search, and how much the longest ones gain."""
-    gains: dict[str, float] = {}
-    for point in curves:
-        gains[point.task] = max(gains.get(point.task, 0.0), point.score.value - 100.0)
-    held = sum(gain < NOTHING for gain in gains.values())
-    return [
-        f"Score of hindsight over its search, the one of today 100, on the first {curves[0].episodes} evaluation"
-        f" episodes, paired (`python -m agents hindsight`). More search gains less than {NOTHING:g} points in {held} of"
-        f" {len(gains)} tasks, and {max(gains.values()):.2f} at most.",
-        effort_table(curves),
-    ]
-
-
-def effort_table(curves: Sequence[Point]) -> str:
-    """The curve of every task as a line of a table."""
-    by_task = {task: list(of) for task, of in groupby(curves, key=lambda point: point.task)}
-    efforts = [_effort(point) for point in next(iter(by_task.values()), [])]
-    rows = [[task, *(_fine(point.score) for point in of)] for task, of in by_task.items()]
-    return table(("task", *efforts), rows)
-
-
-def _effort(point: Point) -> str:
-    return f"{point.sweeps} sweeps" + (f", best of {point.searches}" if point.searches > 1 else "")
-
-
-def _fine(score: Interval) -> str:
-    return f"{score.value:.2f} ± {score.half_width:.2f}"
+def measure_of(samples: Mapping[str, Sampled]) -> list[str]:
+    """What hindsight would gain by another search, where it was tried."""
+    rows, held = [], 0
+    for task, of in samples.items():
+        gains = [of.gain(f"{REFERENCE}{AT}{sweeps}", REFERENCE) for sweeps in SWEEPS]
+        if is_ratio(task) or None in gains:
+            continue
+        held += max(gain.value for gain in gains if gain is not None) < NOTHING
+        rows.append([task, *(f"{gain.value:.2f} ± {gain.half_width:.2f}" for gain in gains if gain is not None)])
+    if not rows:
+        return []
+    said = (
+        f"Points that hindsight would score beyond 100 if it swept over its plans another number of times than the"
+        f" {hindsight.SWEEPS} of today, paired. More search gains less than {NOTHING:g} points in {held} of {len(rows)}"
+        " tasks."
+    )
+    return ["## Hindsight as the measure", said, table(("task", *(f"{each} sweeps" for each in SWEEPS)), rows)]
 
 
 def over_tasks(results: Sequence[Result], runs: Mapping[str, Runs]) -> str:
@@ -250,7 +236,7 @@ def made_by(results: Sequence[Result]) -> list[str]:
 
 def options(results: Sequence[Result]) -> list[str]:
     """Options of the commands that make the results of a task: one for the kinds of each number of training seeds."""
-    if any(each.policy.endswith(LIMITED) for each in results):
+    if any(AT in each.policy for each in results):
         return ["--grid --results agents/results"]
     trained = Counter(each.policy for each in results if each.seed is not None)
     most = max(results, key=lambda each: each.episodes)

@@ -10,7 +10,7 @@ from unittest.mock import patch
 
 import numpy as np
 
-from agents.benchmark.plan import LIMITED, ON_BELIEF, PLAIN, Cell
+from agents.benchmark.plan import ON_BELIEF, PLAIN, Cell
 from agents.cells import fingerprint_of
 from agents.learning.settings import Settings
 from grind_env.envs.actions import ActionCodec
@@ -52,11 +52,10 @@ class Price(NamedTuple):
 
 def model_of(cell: Cell, settings: Settings | None) -> str:
     """What of the simulator's equations a policy holds when it decides: `none`, `nominal` or `exact`."""
-    base = cell.policy.removesuffix(LIMITED)
     if cell.trains:
-        memory = PLAIN.get(base) or (settings.memory if settings else "")
+        memory = PLAIN.get(cell.policy) or (settings.memory if settings else "")
         return "none" if memory in (*WITHOUT, "gru") else "nominal"
-    return "nominal" if base in NOMINAL else "exact" if base in EXACT else "none"
+    return "nominal" if cell.base in NOMINAL else "exact" if cell.base in EXACT else "none"
 
 
 def tuned_on(policy: str, simulation: Simulation, configs: Path | None = None) -> int:

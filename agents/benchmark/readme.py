@@ -3,13 +3,11 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from agents.benchmark.effort import read_curves
 from agents.benchmark.judge import is_ratio
 from agents.benchmark.page import page, table
 from agents.benchmark.plan import FLAGSHIP, LONG
 from agents.benchmark.results import Result
 from agents.benchmark.summary import KNOWLEDGE, NONE, Summary, shown, summaries
-from agents.cells import RESULTS
 from agents.provenance import ROOT
 from grind_env.files import read_text
 from grind_env.policies.statistics import Interval
@@ -86,4 +84,4 @@ def between(text: str, begin: str, end: str, results: str) -> str:
 def write_readme(results: Sequence[Result], plants: Plants, path: Path = README) -> None:
     """Put the section into a page, and write that of all results beside the checked-in ones."""
     write_whole(path, replaced(read_text(path), results, plants))
-    write_whole(ROOT / PAGE, page(results, read_curves(RESULTS)))
+    write_whole(ROOT / PAGE, page(results))

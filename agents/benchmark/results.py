@@ -147,7 +147,7 @@ def result_of(measured: Measured) -> Result:
     return Result(
         task=cell.task,
         policy=cell.policy,
-        kind="learned" if cell.seed is not None else "planner" if cell.policy in LONG else "scripted",
+        kind="learned" if cell.seed is not None else "planner" if cell.base in LONG else "scripted",
         sees=measured.sees,
         seed=cell.seed,
         episodes=len(run.cost),

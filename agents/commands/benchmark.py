@@ -47,7 +47,8 @@ def benchmark(
     job: JobFile = None,
     parts: Parts = 1,
     policies: Annotated[
-        str | None, typer.Option(help="Names of policies, separated by commas; all by default.")
+        str | None,
+        typer.Option(help="Names of policies, or RULE@1M and hindsight@SWEEPS, separated by commas; all by default."),
     ] = None,
     kinds: Annotated[
         str | None, typer.Option(help="Kinds of learned agents, separated by commas; may be empty; ppo by default.")
@@ -74,8 +75,9 @@ def benchmark(
         bool,
         typer.Option(
             "--grid",
-            help="What is not said is that of the published results: core tasks, all policies, rules tuned on a million"
-            " blocks beside them, all kinds of agents, more seeds and episodes, hindsight's curve, and their page.",
+            help="What is not said is that of the published results: core tasks, all policies, the variants that are"
+            " named RULE@1M (tuned on a million blocks) and hindsight@SWEEPS, all kinds of agents, more seeds and"
+            " episodes; and their page.",
         ),
     ] = False,
     fresh: Annotated[bool, typer.Option("--fresh", help="Do again what is already done.")] = False,
@@ -89,7 +91,7 @@ def benchmark(
     How long it takes is said before it begins. Killed at any moment, the same command goes on where it was. Results
     that are in the folder already stay there, but for those of the same task whose episodes begin with another seed.
     """
-    from agents.benchmark import effort, grid, plan
+    from agents.benchmark import grid, plan
     from agents.benchmark.judge import judged
     from agents.benchmark.measure import measure
     from agents.benchmark.results import CSV, TABLE, merged, read_results, result_of, write_results
@@ -103,8 +105,6 @@ def benchmark(
     published = whole and all(each is None for each in (tasks, policies, kinds, steps))
     folder = results or (RESULTS if published else runs)
     check_own(folder / CSV, TABLE, "--results")
-    if whole:
-        check_own(folder / effort.CSV, effort.OWNED, "--results")
     read_results(folder)  # better now than after hours of work
     chosen = chosen_problems(tasks or ("core" if whole else FLAGSHIP), job, parts)
     if whole:
@@ -124,7 +124,7 @@ def benchmark(
         configs=configs,
         fresh=fresh,
     )
-    taken, waiting = grid.hours([*cells, *(effort.searches(chosen) if whole else [])], request)
+    taken, waiting = grid.hours(cells, request)
     console.print(f"{len(cells)} cells: about {taken:.1f} core-hours, {waiting:.1f} of them for what is not kept yet")
     with going_on(fresh):
         found, failed = work_on_all(cells, request, jobs, console, measure, ray)
@@ -141,9 +141,6 @@ def benchmark(
     ):
         print(f"agents: of other episodes, and no longer in the table: {', '.join(gone)}", file=sys.stderr)
     if whole and not failed:
-        with going_on(fresh):
-            points = effort.curves(chosen, effort.Request(runs=runs), jobs, console)
-        effort.write_curves(points, folder)
         rebuild(folder, console)
     write_html(table, html, console)
     if failed:

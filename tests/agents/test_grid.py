@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from agents import __main__
-from agents.benchmark import effort, grid
-from agents.benchmark.effort import EFFORTS, Cell, Point, Request, curve, read_curves, search, write_curves
+from agents.benchmark import grid
 from agents.benchmark.judge import Sampled, judged
 from agents.benchmark.measure import Made, Measured, measure
-from agents.benchmark.page import effort_table, page, verdict
-from agents.benchmark.plan import CORE, LIMIT, LIMITED, PLAIN, chosen_problems
+from agents.benchmark.page import page, verdict
+from agents.benchmark.plan import CORE, LIMIT, PLAIN, chosen_problems, planned
 from agents.benchmark.plan import Cell as Measurement
 from agents.benchmark.plan import Request as Requested
 from agents.benchmark.price import Price, measured, model_of, taught_with, tuned_on
@@ -29,8 +28,8 @@ from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds
 from grind_env.policies.planners.hindsight import Hindsight
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
-from grind_env.policies.statistics import Interval, bootstrap
-from grind_env.policies.tuned import read_tuned
+from grind_env.policies.statistics import bootstrap
+from grind_env.policies.tuned import ConfigError, read_tuned
 
 ORACLE, SLOT = find_problem("oracle6"), find_problem("slot")
 RNG = np.random.default_rng(5)
@@ -120,15 +119,18 @@ def test_the_best_agent_is_held_against_the_best_rule_and_the_planner():
 
 
 def test_the_page_says_what_is_worth_what_and_how_sure_the_measure_is():
-    points = [Point("rush", *effort, 32, Interval(100.0 + k, 99.5 + k, 100.5 + k)) for k, effort in enumerate(EFFORTS)]
-    text = page(judged([*rows(), *rows("blades")]), points)
+    ours = rows()
+    best = np.asarray(ours[4].cost, float)
+    ours += [row(f"hindsight@{sweeps}", best[:30] - 0.004 * k) for k, sweeps in enumerate((1, 6, 12), start=-2)]
+    text = page(judged([*ours, *rows("blades")]))
     assert "beats the best rule in 2 of 2 tasks" in text
     assert "| rush | – | " in text.partition("## What is worth what")[2], "no stack was run"
     gains = {task: Sampled(rows(task)).gain("plain_gru", "plain_none").value for task in ("rush", "blades")}
     assert all(value == pytest.approx(32.5, abs=4.0) for value in gains.values())
-    assert "| rush | 100.00 ± 0.50 | 101.00 ± 0.50 |" in text
-    assert effort_table(points) in text
-    assert "gains less than 0.5 points in 0 of 1 tasks, and 5.00 at most." in text
+    # 0.4 cents of 4 $
+    (line,) = [each for each in text.partition("## Hindsight")[2].splitlines() if each.startswith("| rush |")][:1]
+    assert [float(each.split()[0]) for each in line.split(" | ")[1:]] == pytest.approx([-0.2, -0.1, 0.0], abs=0.01)
+    assert "gains less than 0.5 points in 1 of 1 tasks." in text
     # every table but those of differences shows the score, second
     (line,) = [each for each in text.partition("### rush")[2].splitlines() if each.startswith("| policy |")][:1]
     assert line.split(" | ")[1] == "score (95 %)"
@@ -169,12 +171,12 @@ def test_agents_of_the_readers_file_are_trained_once_and_play_as_they_were_train
 def test_a_limited_rule_is_tuned_on_no_more_blocks_and_kept_apart(tmp_path, monkeypatch):
     monkeypatch.setattr("agents.benchmark.measure.LIMIT", 48 * 6 * 20)
     request = Requested(episodes=3, interpolation_episodes=0, runs=tmp_path)
-    limited = measure(Measurement(ORACLE, f"adaptive_rule{LIMITED}", None), request)
+    limited = measure(Measurement(ORACLE, "adaptive_rule@1M", None), request)
     whole = measure(Measurement(ORACLE, "adaptive_rule", None), request)
     # a generation of the search may begin below the limit
     assert 0 < limited.made.blocks < 2 * 48 * 6 * 20 < whole.made.blocks
     assert not np.array_equal(limited.evaluation.cost, whole.evaluation.cost)
-    again = measure(Measurement(ORACLE, f"adaptive_rule{LIMITED}", None), request)
+    again = measure(Measurement(ORACLE, "adaptive_rule@1M", None), request)
     assert np.array_equal(again.evaluation.cost, limited.evaluation.cost)
 
 
@@ -215,8 +217,8 @@ def test_what_policies_were_made_with():
     levels = len(ActionCodec(simulation.task, "multidiscrete").levels) * (simulation.task.action.executions + 1)
     assert taught_with(bc, simulation) == (tuned_on("full_state_rule", simulation), 15_000 * levels * 11)
     assert taught_with(ppo, simulation) == (0, 0)
-    holds = {name: model_of(Measurement(ORACLE, name), None) for name in ("constant", f"look_ahead{LIMITED}", "mpc")}
-    assert holds == {"constant": "none", f"look_ahead{LIMITED}": "nominal", "mpc": "exact"}
+    holds = {name: model_of(Measurement(ORACLE, name), None) for name in ("constant", "look_ahead@1M", "mpc")}
+    assert holds == {"constant": "none", "look_ahead@1M": "nominal", "mpc": "exact"}
     assert {kind: model_of(Measurement(ORACLE, kind, 0), None) for kind in PLAIN} == {
         kind: "nominal" if kind == "plain_belief" else "none" for kind in PLAIN
     }
@@ -232,9 +234,9 @@ def test_the_grid_has_every_kind_and_its_hours_are_kept():
     assert {count for (task, kind), count in seeds.items() if kind != "bc" and task == "power_limited"} == {10}
     assert {count for (_, kind), count in seeds.items() if kind == "bc"} == {3}
     names = {each.policy for each in cells if each.task == "rush"}
-    assert {"belief_planner", "hindsight", "look_ahead", f"belief_rule{LIMITED}"} <= names
+    assert {"belief_planner", "hindsight", "look_ahead", "belief_rule@1M"} <= names
     # the shipped one was tuned on fewer
-    assert f"look_ahead{LIMITED}" not in names
+    assert "look_ahead@1M" not in names
     assert tuned_on("look_ahead", find_problem("rush").simulation()) < LIMIT
     hours, waiting = grid.hours(cells, Requested(episodes=grid.EPISODES))
     assert waiting <= hours <= 8.0
@@ -242,22 +244,25 @@ def test_the_grid_has_every_kind_and_its_hours_are_kept():
     assert [cell.name for cell in few if cell.trains] == ["plain_gru-0", "plain_gru-1"]
 
 
-def test_more_search_is_measured_on_the_same_episodes(tmp_path):
-    request = Request(episodes=4, runs=tmp_path)
-    costs = {}
-    for sweeps, count in EFFORTS:
-        for seed in range(count):
-            cell = Cell(ORACLE, sweeps, seed)
-            costs[cell] = search(cell, request, lambda episodes: None).cost
-    expected = run_seeds(Hindsight(6, 2), ORACLE.simulation(), episode_seeds("evaluation", 4)).cost
-    assert np.array_equal(costs[Cell(ORACLE, 6, 2)], expected)
-    found = {(point.sweeps, point.searches): point.score for point in curve(ORACLE, costs, 4)}
-    assert found[effort.TODAY] == (100.0, 100.0, 100.0)
-    assert found[0, 1].value <= found[1, 1].value <= 100.0 <= found[6, 1].value <= found[6, 4].value
-    points = curve(ORACLE, costs, 4)
-    write_curves(points, tmp_path)
-    assert read_curves(tmp_path) == points
-    assert read_curves(tmp_path / "nowhere") == []
+def test_more_search_is_a_variant_on_the_first_episodes(tmp_path):
+    request = Requested(episodes=70, interpolation_episodes=2, runs=tmp_path)
+    more = measure(Measurement(ORACLE, "hindsight@5"), request)
+    expected = run_seeds(Hindsight(5), ORACLE.simulation(), episode_seeds("evaluation", 64)).cost
+    assert np.array_equal(more.evaluation.cost, expected)
+    assert (more.interpolation, result_of(more).kind, more.made.model) == (None, "planner", "exact")
+    today = measure(Measurement(ORACLE, "hindsight"), request)
+    assert len(today.evaluation.cost) == 70
+    again = measure(Measurement(ORACLE, "hindsight@5"), request)
+    assert np.array_equal(again.evaluation.cost, expected)
+
+
+@pytest.mark.parametrize("name", ["hindsight@", "hindsight@x", "mpc@3", "handbook@2M"])
+def test_a_variant_that_cannot_be(name):
+    with pytest.raises(ConfigError, match=f"'{name}' is no variant: give RULE@1M or hindsight@SWEEPS"):
+        planned([ORACLE], [name], [], 0)
+    with pytest.raises(ConfigError, match="no policy 'nobody'"):
+        planned([ORACLE], ["nobody@1M"], [], 0)
+    assert Measurement(ORACLE, "adaptive_rule@1M") in planned([ORACLE], ["adaptive_rule@1M"], [], 0)
 
 
 def run(monkeypatch, *arguments):
@@ -268,23 +273,11 @@ def run(monkeypatch, *arguments):
     return stopped.value.code or 0
 
 
-def test_the_command_of_the_curve(tmp_path, monkeypatch, capsys):
-    folders = "--runs", tmp_path / "runs", "--results", tmp_path
-    assert run(monkeypatch, "hindsight", "--tasks", "oracle6", "--episodes", 2, "--jobs", 1, *folders) == 0
-    assert "| oracle6 | " in capsys.readouterr().out
-    assert [point.task for point in read_curves(tmp_path)] == ["oracle6"] * len(EFFORTS)
-    (tmp_path / "hindsight.csv").write_text("mine", encoding="utf-8")
-    assert run(monkeypatch, "hindsight", "--tasks", "oracle6", "--episodes", 2, *folders) == 2
-    assert "hindsight.csv" in capsys.readouterr().err
-
-
 def test_the_grid_by_the_command_line_says_its_hours_and_goes_on(tmp_path, monkeypatch, capsys):
     def work_here(cells, request, jobs, console, work, cluster=None):
         return [work(cell, request, lambda done: None) for cell in cells], {}
 
-    for module in ("agents.pool", "agents.benchmark.effort"):
-        monkeypatch.setattr(f"{module}.work_on_all", work_here)
-    monkeypatch.setattr(effort, "EFFORTS", ((0, 1), (3, 1)))
+    monkeypatch.setattr("agents.pool.work_on_all", work_here)
     tiny = ("--tasks", "oracle6", "--policies", "handbook", "--kinds", "plain_none", "--seeds", 1, "--steps", 7680,
             "--episodes", 3, "--interpolation-episodes", 0, "--jobs", 1, "--runs", tmp_path)  # fmt: skip
     assert run(monkeypatch, "benchmark", "--grid", *tiny) == 0
@@ -294,7 +287,7 @@ def test_the_grid_by_the_command_line_says_its_hours_and_goes_on(tmp_path, monke
     assert {each.policy for each in read_results(tmp_path)} == {
         *("handbook", "constant", "interval", "constant_per_kind", "hindsight", "plain_none")
     }
-    assert [point.task for point in read_curves(tmp_path)] == ["oracle6"] * 2
+    assert (tmp_path / "figures" / "cost.png").exists()
     assert run(monkeypatch, "benchmark", "--grid", *tiny) == 0
     assert (tmp_path / "benchmark.csv").read_bytes() == table
 
