@@ -17,8 +17,14 @@ from grind_env.policies.statistics import Interval
 Lines = Mapping[str, Sequence[Summary]]
 """The lines of every task."""
 
-FEW, RULES, AGENTS = 7, 1, 3
-"""Policies in the headline at most, and of these rules on measurements, and agents of each knowledge."""
+FEW = {
+    ("scripted", KNOWLEDGE[0]): 1,
+    ("learned", KNOWLEDGE[0]): 3,
+    ("planner", KNOWLEDGE[0]): 1,
+    ("learned", KNOWLEDGE[1]): 1,
+    ("planner", KNOWLEDGE[1]): 1,
+}
+"""Policies in the headline at most, by kind and by what they see."""
 NEAR = 3.0
 """Points that the best learned agent may stay behind the planner on the belief."""
 WIDE = 0.1
@@ -63,8 +69,8 @@ def page(results: Sequence[Result]) -> str:
     runs = all_runs(results)
     samples = {task: Sampled(each for each in results if each.task == task) for task in tasks_of(results)}
     lines = {task: summaries(results, task) for task in samples}
-    parts = [HEAD, "## In short", headline(lines), *verdicts(samples), *worths(samples)]
-    parts += [*measure_of(samples), "## Task by task", COLUMNS]
+    parts = [HEAD, *(["## In short", headline(results, lines, runs)] if runs else [])]
+    parts += [*verdicts(samples), *worths(samples), *measure_of(samples), "## Task by task", COLUMNS]
     for task, of in lines.items():
         parts += [f"### {task}", table(HEADINGS, [line.cells(is_ratio(task)) for line in of])]
     if runs:
@@ -79,34 +85,15 @@ def table(headings: Sequence[str], rows: Sequence[Sequence[str]], left: int = 1)
     return "\n".join("| " + " | ".join(cells) + " |" for cells in (headings, rules, *rows))
 
 
-def headline(lines: Lines) -> str:
-    """Scores of the best few policies on every task, a number with x where a score would be noise."""
-    few = best_few(lines)
-    by_name = {task: {line.policy: line for line in of} for task, of in lines.items()}
-    rows = [
-        [task, *(shown(line.ratio if is_ratio(task) else line.score, is_ratio(task)) if line else NONE for line in of)]
-        for task, found in by_name.items()
-        for of in [[found.get(name) for name in few]]
-    ]
-    sees = {line.policy: line.sees for of in lines.values() for line in of}
-    return table(("task", *(f"{name} ({sees[name]})" for name in few)), rows)
-
-
-def best_few(lines: Lines) -> list[str]:
-    """The best rule on measurements, the best agents of each knowledge, and the planners, from poor to good."""
-    scores: dict[tuple[str, str], dict[str, list[float]]] = {}
-    for line in (line for of in lines.values() for line in of):
-        if line.score is not None:
-            scores.setdefault((line.kind, line.sees), {}).setdefault(line.policy, []).append(
-                max(line.score.value, CLIP)
-            )
-    tasks, few = len(lines), dict[str, float]()
-    for (kind, sees), of in scores.items():
-        # who was not run everywhere has no mean to be compared
-        means = {name: sum(each) / tasks for name, each in of.items() if len(each) == tasks and name != REFERENCE}
-        most = {"scripted": RULES if sees == KNOWLEDGE[0] else 0, "learned": AGENTS, "planner": FEW}[kind]
-        few |= dict(sorted(means.items(), key=lambda item: -item[1])[:most])
-    return sorted(few, key=lambda name: few[name])[-FEW:]
+def headline(results: Sequence[Result], lines: Lines, runs: Mapping[str, Runs]) -> str:
+    """Scores of the best few policies on every task that has one, from poor to good."""
+    kinds = {each.policy: (each.kind, each.sees) for each in results}
+    ordered = sorted(runs, key=lambda name: float(runs[name].scores.mean()))
+    few = {name for kind, most in FEW.items() for name in [name for name in ordered if kinds[name] == kind][-most:]}
+    shown_of = {task: {line.policy: shown(line.score, False) for line in lines[task]} for task in scored_tasks(results)}
+    names = [name for name in ordered if name in few and name != REFERENCE]
+    rows = [[task, *(scores[name] for name in names)] for task, scores in shown_of.items()]
+    return table(("task", *(f"{name} ({kinds[name][1]})" for name in names)), rows)
 
 
 class Verdict(NamedTuple):
@@ -154,13 +141,14 @@ def verdicts(samples: Mapping[str, Sampled]) -> list[str]:
     if not found:
         return []
     beaten = sum(each.over.low > 0.0 for each in found)
-    near = sum(each.behind is not None and each.behind.value >= -NEAR for each in found)
+    behind = [each.behind for each in found if each.behind is not None]
+    near = sum(each.value >= -NEAR for each in behind)
     wide = [each.task for each in found if each.scale.half_width > WIDE * each.scale.value]
     said = (
         f"From the same measurements the best learned agent beats the best rule in {beaten} of {len(found)} tasks, the"
-        f" interval of the paired difference apart from 0, and is within {NEAR:g} points of `{ON_BELIEF}` in {near}."
-        " The best of several is chosen on the episodes that judge it. *100 points*: what hindsight saves an episode"
-        " over the best fixed plan"
+        f" interval of the paired difference apart from 0, and is within {NEAR:g} points of `{ON_BELIEF}` in {near} of"
+        f" the {len(behind)} where that was run. The best of several is chosen on the episodes that judge it. *100"
+        " points*: what hindsight saves an episode over the best fixed plan"
         + (f", which is known to no better than {100.0 * WIDE:g} % in {', '.join(wide)}" if wide else "")
         + "; differences on the same episodes are known better."
     )
