@@ -17,8 +17,8 @@ README = ROOT / "README.md"
 BEGIN, END = "<!-- results: written by `python -m agents benchmark --report` -->", "<!-- end of results -->"
 PAGE = "agents/results/README.md"
 WITHOUT_SENSORS = ("handbook", "interval", "constant")
-AGENTS = 3
-"""Agents in the table of the README at most."""
+AGENTS, RECIPE = 3, "ppo"
+"""Agents in the table of the README at most, and the one of its recipe."""
 
 Plants = Mapping[tuple[str, int], Interval]
 """Score on machines that are not the model, by adapter and blocks on the machine."""
@@ -55,12 +55,12 @@ def section(results: Sequence[Result], plants: Plants | None = None, task: str =
 
 
 def telling(lines: Sequence[Summary]) -> list[Summary]:
-    """Of the policies of a task those without sensors, the best rule and agents on measurements, and the planners."""
+    """Those without sensors, the best rule and agents on measurements, the agent of the recipe, and the planners."""
     plans = [line for line in lines if line.policy in WITHOUT_SENSORS]
     measured = [line for line in reversed(lines) if line.sees == KNOWLEDGE[0] and line not in plans]
     rules, agents = ([line for line in measured if line.kind == kind] for kind in ("scripted", "learned"))
     kept = [*plans, *rules[:1], *agents[:AGENTS]]
-    return [line for line in lines if line in kept or line.policy in LONG]
+    return [line for line in lines if line in kept or line.policy in (*LONG, RECIPE)]
 
 
 def replaced(text: str, results: Sequence[Result], plants: Plants | None = None) -> str:
