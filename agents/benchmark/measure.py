@@ -17,6 +17,9 @@ from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.problem import Problem
 from grind_env.policies.registry import make_policy
 
+GENERATION = 16
+"""Points of CMA-ES that are tried together, at most, of so few coefficients."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Made:
@@ -108,7 +111,8 @@ def scripted(cell: Cell, request: Request) -> tuple[Policy, Problem, Made]:
         from agents.tuning.rules import tune
 
         runs = request.runs / cell.apart / base
-        configs, evaluations = runs / "parameters", LIMIT // (TUNING_EPISODES * simulation.most_steps)
+        # a search ends with a generation
+        configs, evaluations = runs / "parameters", LIMIT // (TUNING_EPISODES * simulation.most_steps) - GENERATION
         tune(cell.problem, [base], evaluations=evaluations, starts=1, folder=configs, runs=runs, fresh=request.fresh)
     made = Made(model=model_of(cell, None), blocks=tuned_on(base, simulation, configs))
     policy = make_policy(base, simulation, configs)

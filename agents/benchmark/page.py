@@ -185,7 +185,7 @@ def measure_of(samples: Mapping[str, Sampled]) -> list[str]:
         f" {hindsight.SWEEPS} of today, paired. More search gains less than {NOTHING:g} points in {held} of {len(rows)}"
         " tasks."
     )
-    return ["## Hindsight as the measure", said, table(("task", *(f"{each} sweeps" for each in SWEEPS)), rows)]
+    return ["## Hindsight as the measure", said, table(("task", *(f"sweeps: {each}" for each in SWEEPS)), rows)]
 
 
 def over_tasks(results: Sequence[Result], runs: Mapping[str, Runs]) -> str:

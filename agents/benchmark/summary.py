@@ -69,7 +69,7 @@ class Summary:
     @property
     def making_seconds(self) -> float | None:
         """Of its training; of a rule that of the blocks that it was tuned on, which are little but its decisions."""
-        if self.train_seconds is None and self.blocks is not None and self.decision_ms is not None:
+        if self.kind == "scripted" and self.blocks is not None and self.decision_ms is not None:
             return 1e-3 * self.blocks * self.decision_ms
         return self.train_seconds
 
