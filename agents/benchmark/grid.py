@@ -11,13 +11,13 @@ from grind_env.policies.problem import Problem
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE
 
 EPISODES, INTERPOLATION_EPISODES = 512, 256
-SEEDS_EACH, FLAGSHIP_SEEDS, LONG_SEEDS = 5, 10, 3
-"""Trainings of every plain kind, on the flagship task, and of the kinds that take long."""
-LONG_KINDS = ("ppo", "bc")
+SEEDS, FLAGSHIP_SEEDS = 5, 10
+"""Trainings of every kind, and of every plain one on the flagship task."""
+OTHERS = ("ppo", "bc")
+"""Kinds beside the plain ones."""
 TRAINING = {"none": 28.0, "stack": 33.0, "gru": 80.0, "belief": 55.0, "state": 28.0}
 """CPU-seconds of a plain training of a million steps, by measurement, as the numbers that follow."""
-STEP = {"bc": 9e-3, "bc_ppo": 1e-3, "dqn": 2e-3, "sac": 5e-3, "tqc": 5e-3}
-USUAL_STEP = 1.5e-4
+STEP, USUAL_STEP = {"bc": 4e-3}, 1e-4
 """Seconds of a step of the other trainings, validation with it."""
 DECISION = {"hindsight": 6e-3, "belief_planner": 2.6e-3, "mpc": 1.1e-3, "look_ahead": 6e-4}
 USUAL_DECISION, TUNING_BLOCK = 6e-5, 2e-5
@@ -32,14 +32,14 @@ def grid(
     Args:
         problems: what is ground.
         policies: names; all of a problem by default, and then the variants, too.
-        kinds: of learned agents; by default all plain ones, and `LONG_KINDS`.
-        seeds: trainings of each; by default `SEEDS_EACH`, or as the others say.
+        kinds: of learned agents; by default all plain ones, and `OTHERS`.
+        seeds: trainings of each; by default `SEEDS` or `FLAGSHIP_SEEDS`.
     """
-    chosen = [*PLAIN, *LONG_KINDS] if kinds is None else kinds
+    chosen = [*PLAIN, *OTHERS] if kinds is None else kinds
     cells = dict.fromkeys(planned(problems, policies, [], 0))
     for problem in problems:
         for kind in chosen:
-            usual = LONG_SEEDS if kind in LONG_KINDS else FLAGSHIP_SEEDS if problem.name == FLAGSHIP else SEEDS_EACH
+            usual = FLAGSHIP_SEEDS if problem.name == FLAGSHIP and kind in PLAIN else SEEDS
             cells |= dict.fromkeys(planned([problem], [], [kind], usual if seeds is None else seeds))
         if policies is None:
             simulation = problem.simulation()

@@ -232,13 +232,15 @@ def test_the_grid_has_every_kind_and_its_hours_are_kept():
              for task in CORE for kind in (*PLAIN, "bc")}  # fmt: skip
     assert {count for (task, kind), count in seeds.items() if kind != "bc" and task != "power_limited"} == {5}
     assert {count for (task, kind), count in seeds.items() if kind != "bc" and task == "power_limited"} == {10}
-    assert {count for (_, kind), count in seeds.items() if kind == "bc"} == {3}
+    assert {count for (_, kind), count in seeds.items() if kind == "bc"} == {5}
     names = {each.policy for each in cells if each.task == "rush"}
     assert {"belief_planner", "hindsight", "look_ahead", "belief_rule@1M"} <= names
     # the shipped one was tuned on fewer
     assert "look_ahead@1M" not in names
     assert tuned_on("look_ahead", find_problem("rush").simulation()) < LIMIT
-    hours, waiting = grid.hours(cells, Requested(episodes=grid.EPISODES))
+    hours, waiting = grid.hours(
+        cells, Requested(episodes=grid.EPISODES, interpolation_episodes=grid.INTERPOLATION_EPISODES)
+    )
     assert waiting <= hours <= 8.0
     few = grid.grid([ORACLE], ["handbook"], ["plain_gru"], 2)
     assert [cell.name for cell in few if cell.trains] == ["plain_gru-0", "plain_gru-1"]
