@@ -146,9 +146,10 @@ def verdicts(samples: Mapping[str, Sampled]) -> list[str]:
     wide = [each.task for each in found if each.scale.half_width > WIDE * each.scale.value]
     said = (
         f"From the same measurements the best learned agent beats the best rule in {beaten} of {len(found)} tasks, the"
-        f" interval of the paired difference apart from 0, and is within {NEAR:g} points of `{ON_BELIEF}` in {near} of"
-        f" the {len(behind)} where that was run. The best of several is chosen on the episodes that judge it. *100"
-        " points*: what hindsight saves an episode over the best fixed plan"
+        " interval of the paired difference apart from 0"
+        + (f", and is within {NEAR:g} points of `{ON_BELIEF}` in {near} of {len(behind)}" if behind else "")
+        + ". The best of several is chosen on the episodes that judge it. *100 points*: what hindsight saves an episode"
+        " over the best fixed plan"
         + (f", which is known to no better than {100.0 * WIDE:g} % in {', '.join(wide)}" if wide else "")
         + "; differences on the same episodes are known better."
     )

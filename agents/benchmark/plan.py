@@ -69,10 +69,12 @@ class Cell(NamedTuple):
     @property
     def files(self) -> tuple[str, ...]:
         """Patterns of what is kept of it: evaluations, and the agent with its checkpoint."""
-        evaluations = f"{escape(self.apart)}{escape(self.task)}/cells/{self.name.partition(AT)[0]}/**/*"
-        tuned = (f"{escape(self.apart)}{self.base}/**/*",) if self.variant == LIMITED else ()
-        trained = (f"{escape(self.task)}/{self.name}-*",) if self.trains else ()
-        return (*trained, *tuned, evaluations)
+        task, made = escape(self.task), []
+        if self.trains:
+            made = [f"{task}/{self.name}-*"]
+        elif self.variant == LIMITED:
+            made = [f"{self.apart}{self.base}/{task}/**/*", f"{self.apart}{self.base}/parameters/{task}.toml"]
+        return *made, f"{self.apart}{task}/cells/{self.name.partition(AT)[0]}/**/*"
 
     @property
     def trains(self) -> bool:
