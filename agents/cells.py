@@ -76,10 +76,7 @@ def kept_evaluation(
         advance: called with the number of episodes of each chunk that is done.
     """
     simulation = problem.simulation()
-    place = folder / problem.name / "cells" / policy.name
-    made_of = sources(type(policy).__module__), *map(sources, said_by(simulation))
-    decides = f"{made_of} {behaviour(simulation)} {policy!r}"
-    code = hashlib.sha256(decides.encode()).hexdigest()
+    place, code = folder / problem.name / "cells" / policy.name, fingerprint_of(policy, simulation)
     drawn_from = find_split(split)
     of_split = "" if drawn_from == SPLITS[EVERY] else f" {drawn_from}"
     place = place / split if of_split else place
@@ -94,6 +91,12 @@ def kept_evaluation(
         chunks.append(result)
         advance(len(part))
     return Evaluation.joined(chunks)
+
+
+def fingerprint_of(policy: Policy, simulation: Simulation) -> str:
+    """Stands for a policy with its parameters, its code, and the problem."""
+    made_of = sources(type(policy).__module__), *map(sources, said_by(simulation))
+    return hashlib.sha256(f"{made_of} {behaviour(simulation)} {policy!r}".encode()).hexdigest()
 
 
 def kept(path: Path, fingerprint: str) -> Evaluation | None:

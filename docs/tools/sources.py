@@ -77,7 +77,10 @@ def _index(text: str) -> str:
 def results() -> Iterator[Page]:
     """Tables and figures of `agents/results`, as they are checked in."""
     for path in sorted((*RESULTS.rglob("*.md"), *RESULTS.rglob("*.png"))):
-        yield f"benchmark/results/{path.relative_to(RESULTS).as_posix()}", path.read_bytes()
+        # pages of the checkout link to those of `docs/`, which stand above them on the site
+        content = path.read_bytes()
+        content = content.replace(b"](../../docs/benchmark/", b"](../") if path.suffix == ".md" else content
+        yield f"benchmark/results/{path.relative_to(RESULTS).as_posix()}", content
     tasks = sorted(path.stem for path in (RESULTS / "dress_study").glob("*.png"))
     pictures = [f"### {task}\n\n![dress study of {task}](results/dress_study/{task}.png)\n" for task in tasks]
     yield "benchmark/dress_pictures.txt", "\n".join(pictures).encode()
