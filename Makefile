@@ -42,7 +42,6 @@ lint: setup
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(BIN)/nbstripout --verify notebooks/*.ipynb
 
 format: setup
 	$(BIN)/ruff check --fix .
@@ -63,8 +62,10 @@ ratios: setup
 validate: setup
 	$(BIN)/python -m grind_env.validation
 
-# Those that the package or themselves have outdated, executed into build/notebooks.
+# Those that the package or themselves have outdated, executed into build/notebooks: do they show what is checked in?
+# `docs/tools/notebooks.py keep` checks in what they have shown.
 notebooks: setup $(patsubst %,build/%,$(wildcard notebooks/*.ipynb))
+	$(BIN)/python docs/tools/notebooks.py compare
 
 build/notebooks/%.ipynb: notebooks/%.ipynb $(STAMP) $(shell find grind_env -type f -not -name '*.pyc')
 	$(BIN)/python -m jupyter nbconvert --to notebook --execute --ExecutePreprocessor.timeout=1800 --output-dir build/notebooks $<
@@ -72,7 +73,7 @@ build/notebooks/%.ipynb: notebooks/%.ipynb $(STAMP) $(shell find grind_env -type
 # The site, in build/docs: warnings are errors, the examples in docstrings run, links within the site lead somewhere.
 SPHINX := $(BIN)/python -m sphinx -q -W --keep-going -c docs -d build/doctrees
 
-docs: notebooks
+docs: setup
 	rm -rf build/docs build/doctrees
 	$(BIN)/python docs/tools/sources.py build/pages
 	$(SPHINX) -b html build/pages build/docs

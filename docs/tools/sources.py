@@ -49,9 +49,9 @@ def by_hand() -> Iterator[Page]:
 
 
 def tutorials() -> Iterator[Page]:
-    """The executed notebooks."""
+    """The notebooks, with what they have shown."""
     for path in sorted((ROOT / "notebooks").glob("*.ipynb")):
-        yield f"tutorials/{path.name}", as_page((ROOT / "build" / "notebooks" / path.name).read_bytes())
+        yield f"tutorials/{path.name}", as_page(path.read_bytes())
 
 
 def from_code() -> Iterator[Page]:
