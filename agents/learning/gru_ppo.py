@@ -6,7 +6,7 @@
 In the manner of CleanRL (Huang et al., J. Mach. Learn. Res. 23, 2022, 274). Where a line is a choice, the comment says
 whose: PPO is Schulman et al., arXiv:1707.06347; "37" is Huang et al., The 37 Implementation Details of PPO, ICLR blog
 2022; "matters" is Andrychowicz et al., arXiv:2006.05990; "tried" is a choice of this file, with what it is worth on
-PowerLimited: points of the score on 256 validation episodes, paired.
+PowerLimited in points of the score, on 256 validation episodes, paired, one seed of training.
 """
 
 import time
@@ -69,8 +69,6 @@ class Settings:
     value: float = 0.5
     guess: float = 0.5
     """Weight of the error of the guess of what is hidden."""
-    most: float = 3.0
-    """Standard deviations at which an advantage is cut."""
     alike: float = 1.0
     """Levels of E over which what is learned of one spreads."""
     norm: float = 0.5
@@ -110,12 +108,12 @@ class Agent(nn.Module):
                     nn.init.orthogonal_(gate, 2**0.5) if "weight" in name else nn.init.zeros_(gate)
             # what is seen goes past the GRU, too: what needs no memory is learned as without one
             width = settings.units + entries
+            # tried, +2.7: the GRU is told what there is to remember (Mirowski et al., arXiv:1611.03673)
+            self.guess = nn.Linear(settings.units, hidden)
         # matters: actor and critic share no layer, and the last one of the actor begins near 0
         self.actor = layers((width, *settings.hidden, sum(choices)), 0.01)
         # a critic acts nowhere, so it may see everything (Pinto et al., arXiv:1710.06542), and what the actor remembers
         self.critic = layers((width + hidden, *settings.hidden, settings.signals), 1.0)
-        # tried, +2.7: the GRU is told what there is to remember (Mirowski et al., arXiv:1611.03673)
-        self.guess = nn.Linear(width, hidden)
         # tried, +3.1: near levels of E are alike, so their logits share what is learned
         away = torch.arange(choices[0]).float() - torch.arange(choices[0])[:, None]
         near = (-0.5 * (away / settings.alike).square()).exp()
@@ -123,7 +121,7 @@ class Agent(nn.Module):
         self.blur[: choices[0], : choices[0]] = near / near.norm(dim=0)
 
     def forward(self, seen: Tensor, state: Tensor, begun: Tensor) -> tuple[list[Tensor], Tensor, Tensor, Tensor]:
-        """Log-probabilities of every E and every D, values, the guess of what is hidden, and the next state.
+        """Log-probabilities of every E and every D, values, how wrong a guess of what is hidden is, and the next state.
 
         Args:
             seen: shape (steps, N, entries + hidden).
@@ -131,6 +129,7 @@ class Agent(nn.Module):
             begun: 1 where an episode begins, shape (steps, N).
         """
         features, hidden = seen[..., : self.entries], seen[..., self.entries :]
+        wrong = torch.zeros(())
         if self.gru is not None:
             # 37: nothing is remembered of the episode before; between such steps the GRU runs in one call
             cuts = [0, *(k for k in range(1, len(begun)) if begun[k].any()), len(begun)]
@@ -138,11 +137,13 @@ class Agent(nn.Module):
             for first, stop in pairwise(cuts):
                 out, state = self.gru(features[first:stop], state * (1.0 - begun[first])[:, None])
                 outputs.append(out)
-            features = torch.cat([torch.cat(outputs), features], -1)
+            remembered = torch.cat(outputs)
+            wrong = (self.guess(remembered) - hidden).square().mean()
+            features = torch.cat([remembered, features], -1)
         logits = (self.actor(features) @ self.blur).split(self.choices, -1)
         # what is remembered is for the actor and the guess to shape
         values = self.critic(torch.cat([features.detach(), hidden], -1))
-        return [each.log_softmax(-1) for each in logits], values, self.guess(features), state
+        return [each.log_softmax(-1) for each in logits], values, wrong, state
 
 
 def layers(widths: tuple[int, ...], gain: float) -> nn.Sequential:
@@ -327,21 +328,17 @@ def train(problem: Problem, settings: Settings, seed: int) -> tuple[Agent, Stand
         for _ in range(settings.epochs):
             # 37: a minibatch has whole rows of some environments, because the GRU has to see them in their order
             for index in torch.randperm(n).chunk(settings.minibatches):
-                logs, value, guess, _ = agent(seen[:, index], before[:, index], begun[:-1, index])
+                logs, value, wrong, _ = agent(seen[:, index], before[:, index], begun[:-1, index])
                 # 37: the advantages of a minibatch have mean 0 and deviation 1
                 chosen = gains[:, index]
                 chosen = (chosen - chosen.mean()) / (chosen.std() + 1e-8)
-                # tried, +2.6: scrap is rare and costs so much that it would drown what is to be learned of good parts
-                chosen = chosen.clamp(-settings.most, settings.most)
                 ratio = (likelihood(logs, actions[:, index]) - chances[:, index]).exp()
                 clipped = ratio.clamp(1.0 - settings.clip, 1.0 + settings.clip)
                 gain = torch.minimum(ratio * chosen, clipped * chosen).mean()
                 entropy = -sum((log.exp() * log).sum(-1).mean() for log in logs)
                 # matters: no clipping of the value
                 miss = (value - targets[:, index]).square().mean()
-                wrong = (guess - seen[:, index, episodes.entries :]).square().sum(-1).mean()
-                loss = settings.value * miss - gain - settings.entropy * left * entropy
-                loss = loss + settings.guess * wrong / max(guess.shape[-1], 1)
+                loss = settings.value * miss + settings.guess * wrong - gain - settings.entropy * left * entropy
                 optimiser.zero_grad()
                 loss.backward()
                 nn.utils.clip_grad_norm_(agent.parameters(), settings.norm)  # 37
