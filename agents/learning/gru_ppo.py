@@ -44,8 +44,6 @@ FIRST_SEED, SEED_STRIDE, LAST_SEED = 100_000, 1_000, 398
 KIND = "ppo_"
 """Before the memory in the name of an agent."""
 LEAST_DEVIATION = 1e-2
-RECENT = 0.7
-"""Weight of the returns of the update before beside those of the last one."""
 FINISHED, GOOD = Outcome._fields.index("finished"), Outcome._fields.index("good")
 
 
@@ -88,7 +86,7 @@ class Settings:
 
 
 class Agent(nn.Module):
-    """A GRU, if it has one, and behind it an actor, a guess of what is hidden, and a critic that is shown it.
+    """A GRU, if it has one, with a guess of what is hidden, and behind it an actor and a critic.
 
     Args:
         entries: of the features.
@@ -112,8 +110,7 @@ class Agent(nn.Module):
             self.guess = nn.Linear(settings.units, hidden)
         # matters: actor and critic share no layer, and the last one of the actor begins near 0
         self.actor = layers((width, *settings.hidden, sum(choices)), 0.01)
-        # a critic acts nowhere, so it may see everything (Pinto et al., arXiv:1710.06542), and what the actor remembers
-        self.critic = layers((width + hidden, *settings.hidden, settings.signals), 1.0)
+        self.critic = layers((width, *settings.hidden, settings.signals), 1.0)
         # tried, +3.1: near levels of E are alike, so their logits share what is learned
         away = torch.arange(choices[0]).float() - torch.arange(choices[0])[:, None]
         near = (-0.5 * (away / settings.alike).square()).exp()
@@ -142,8 +139,7 @@ class Agent(nn.Module):
             features = torch.cat([remembered, features], -1)
         logits = (self.actor(features) @ self.blur).split(self.choices, -1)
         # what is remembered is for the actor and the guess to shape
-        values = self.critic(torch.cat([features.detach(), hidden], -1))
-        return [each.log_softmax(-1) for each in logits], values, wrong, state
+        return [each.log_softmax(-1) for each in logits], self.critic(features.detach()), wrong, state
 
 
 def layers(widths: tuple[int, ...], gain: float) -> nn.Sequential:
@@ -164,28 +160,22 @@ def likelihood(logs: list[Tensor], actions: Tensor) -> Tensor:
 
 
 class Worth:
-    """Mean and deviation of the returns of late, of which the critic learns what is left (37 and matters)."""
+    """Running mean and deviation of the returns, shape (signals,)."""
 
     def __init__(self, signals: int) -> None:
-        self.mean, self.deviation = torch.zeros(signals), torch.ones(signals)
+        self.count, self.mean, self.square = 0, torch.zeros(signals), torch.zeros(signals)
 
-    def take(self, returns: Tensor, last: nn.Linear, keep: float) -> None:
-        """Count these in, shape (..., signals), and let the last layer say the same as before.
+    def take(self, returns: Tensor) -> None:
+        """Count these in, shape (N, signals): Chan, Golub, LeVeque, Am. Stat. 37 (1983) 242."""
+        count, shift = self.count + len(returns), returns.mean(0) - self.mean
+        self.square += returns.var(0, correction=0) * len(returns) + shift**2 * self.count * len(returns) / count
+        self.mean = self.mean + shift * len(returns) / count
+        self.count = count
 
-        That is PopArt (van Hasselt et al., arXiv:1602.07714): the returns of a beginner are many times as large.
-        """
-        flat = returns.flatten(0, -2)
-        mean = keep * self.mean + (1.0 - keep) * flat.mean(0)
-        spread = keep * self.deviation.square() + (1.0 - keep) * (flat - mean).square().mean(0)
-        deviation = spread.sqrt().clamp(min=LEAST_DEVIATION)
-        with torch.no_grad():
-            last.weight *= (self.deviation / deviation)[:, None]
-            last.bias.copy_((self.undone(last.bias) - mean) / deviation)
-        self.mean, self.deviation = mean, deviation
-
-    def undone(self, standardised: Tensor) -> Tensor:
-        """What was standardised."""
-        return standardised * self.deviation + self.mean
+    @property
+    def deviation(self) -> Tensor:
+        """Of each signal."""
+        return (self.square / max(self.count, 1)).sqrt().clamp(min=LEAST_DEVIATION)
 
 
 class Seen:
@@ -292,7 +282,7 @@ def train(problem: Problem, settings: Settings, seed: int) -> tuple[Agent, Stand
             begun[k] = episodes.begun
             with torch.no_grad():
                 logs, value, _, after = agent(episodes.seen[None], state, begun[k, None])
-            values[k] = worth.undone(value[0])
+            values[k] = worth.mean + worth.deviation * value[0]
             if k == steps:
                 break
             state, seen[k] = after, episodes.seen
@@ -304,7 +294,7 @@ def train(problem: Problem, settings: Settings, seed: int) -> tuple[Agent, Stand
             if truncated.any():
                 # a limit of time is no end: what was to come is in the value (Pardo et al., arXiv:1712.00378)
                 with torch.no_grad():
-                    rest = worth.undone(agent(last[None], state, torch.zeros(1, n))[1][0])
+                    rest = worth.mean + worth.deviation * agent(last[None], state, torch.zeros(1, n))[1][0]
                 rewards[k] += settings.gamma * rest * torch.as_tensor(truncated)[:, None]
         # generalised advantages (Schulman et al., arXiv:1506.02438)
         goes_on = 1.0 - begun[1:, :, None]
@@ -314,9 +304,8 @@ def train(problem: Problem, settings: Settings, seed: int) -> tuple[Agent, Stand
             error = rewards[k] + settings.gamma * values[k + 1] * goes_on[k] - values[k]
             advantages[k] = ahead = error + settings.gamma * settings.gae_lambda * goes_on[k] * ahead
         returns = advantages + values[:-1]
-        last_layer = agent.critic[-1]
-        assert isinstance(last_layer, nn.Linear)
-        worth.take(returns, last_layer, RECENT if update else 0.0)
+        # matters: the critic learns returns of mean 0 and deviation 1
+        worth.take(returns.flatten(0, 1))
         targets = (returns - worth.mean) / worth.deviation
         gains = advantages[..., 0]
         if settings.budget is not None:
