@@ -6,14 +6,22 @@ STAMP := $(VENV)/.installed
 # `make PINNED= VENV=build/newest test` has the newest version of everything.
 PINNED := --constraint constraints.txt
 
-.PHONY: setup test bits lint format benchmark speed ratios validate notebooks docs core readme soak clean
+.PHONY: setup test bits lint format benchmark speed ratios validate notebooks docs core readme package soak clean
 
 setup: $(STAMP)
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check $(PINNED) --editable '.[dev]'
-	touch $(STAMP)
+	touch $(AGENTS) $(STAMP)
+
+# What trains and judges agents, without what tests and writes pages.
+AGENTS := $(VENV)/.agents
+
+$(AGENTS): pyproject.toml constraints.txt
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check $(PINNED) --editable '.[agents]'
+	touch $(AGENTS)
 
 # Each process begins with one half of the files, so that few kernels are compiled, and few fixtures made, by both.
 test: setup
@@ -34,13 +42,12 @@ lint: setup
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(BIN)/nbstripout --verify notebooks/*.ipynb
 
 format: setup
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-benchmark: setup
+benchmark: $(AGENTS)
 	$(BIN)/python -m agents benchmark
 
 # `make speed BASE=<commit>` measures beside an older commit.
@@ -55,8 +62,10 @@ ratios: setup
 validate: setup
 	$(BIN)/python -m grind_env.validation
 
-# Those that the package or themselves have outdated, executed into build/notebooks.
+# Those that the package or themselves have outdated, executed into build/notebooks: do they show what is checked in?
+# `docs/tools/notebooks.py keep` checks in what they have shown.
 notebooks: setup $(patsubst %,build/%,$(wildcard notebooks/*.ipynb))
+	$(BIN)/python docs/tools/notebooks.py compare
 
 build/notebooks/%.ipynb: notebooks/%.ipynb $(STAMP) $(shell find grind_env -type f -not -name '*.pyc')
 	$(BIN)/python -m jupyter nbconvert --to notebook --execute --ExecutePreprocessor.timeout=1800 --output-dir build/notebooks $<
@@ -64,7 +73,7 @@ build/notebooks/%.ipynb: notebooks/%.ipynb $(STAMP) $(shell find grind_env -type
 # The site, in build/docs: warnings are errors, the examples in docstrings run, links within the site lead somewhere.
 SPHINX := $(BIN)/python -m sphinx -q -W --keep-going -c docs -d build/doctrees
 
-docs: notebooks
+docs: setup
 	rm -rf build/docs build/doctrees
 	$(BIN)/python docs/tools/sources.py build/pages
 	$(SPHINX) -b html build/pages build/docs
@@ -84,6 +93,15 @@ readme:
 	build/readme/bin/python -m pip install --quiet --disable-pip-version-check $(PINNED) \
 		"grind_env[plot,sb3,shop] @ file://$(CURDIR)/$$(ls -t build/wheel/grind_env-*.whl | head -1)"
 	build/readme/bin/python .ci/readme.py build/readme/bin
+
+# Wheel and sdist, in dist/.
+package:
+	$(PYTHON) -m venv build/package
+	build/package/bin/python -m pip install --quiet --disable-pip-version-check $(PINNED) build check-wheel-contents twine
+	rm -rf dist
+	build/package/bin/python -m build --outdir dist .
+	build/package/bin/python -m twine check --strict dist/*
+	build/package/bin/check-wheel-contents dist/*.whl
 
 clean:
 	rm -rf $(VENV) build dist

@@ -82,9 +82,7 @@ def kept_evaluation(
     simulation = problem.simulation()
     model = model_beside(problem) if policy.sees == "measurements" else None
     place = folder / problem.name / "cells" / policy.name
-    made_of = sources(type(policy).__module__), *map(sources, said_by(simulation))
-    decides = f"{made_of} {behaviour(simulation)} {policy!r}" + ("" if model is None else behaviour(model))
-    code = hashlib.sha256(decides.encode()).hexdigest()
+    code = fingerprint_of(policy, simulation) + ("" if model is None else behaviour(model))
     drawn_from = find_split(split)
     of_split = "" if drawn_from == SPLITS[EVERY] else f" {drawn_from}"
     place = place / split if of_split else place
@@ -99,6 +97,12 @@ def kept_evaluation(
         chunks.append(result)
         advance(len(part))
     return Evaluation.joined(chunks)
+
+
+def fingerprint_of(policy: Policy, simulation: Simulation) -> str:
+    """Stands for a policy with its parameters, its code, and the problem."""
+    made_of = sources(type(policy).__module__), *map(sources, said_by(simulation))
+    return hashlib.sha256(f"{made_of} {behaviour(simulation)} {policy!r}".encode()).hexdigest()
 
 
 def kept(path: Path, fingerprint: str) -> Evaluation | None:

@@ -1,4 +1,4 @@
-"""Two policies grinding the same episode, side by side, as an animated picture."""
+"""A policy grinding an episode, or two side by side, as an animated picture."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -15,6 +15,7 @@ from grind_env.envs.splits import EVERY
 from grind_env.errors import GrindError
 from grind_env.files import write_atomically
 from grind_env.policies.held import model_beside, parted
+from grind_env.policies.learned.network import LearnedPolicy
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.problem import Problem
 from grind_env.render.frames import TALL, render
@@ -30,6 +31,10 @@ FASTEST = 50.0
 
 TURNS = 0.29
 """Turns of the wheel from one picture to the next, as drawn."""
+
+
+TRAINED = "trained agent"
+"""Title of one: who looks on does not know the names of algorithms."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,7 +83,8 @@ def watch(policy: Policy, problem: Problem, seed: int, frames: int, split: str =
 
 
 def _titled(view: View, policy: Policy) -> View:
-    return replace(view, extent=replace(view.extent, title=policy.name.replace("_", " ")))
+    title = TRAINED if isinstance(policy, LearnedPolicy) else policy.name.replace("_", " ")
+    return replace(view, extent=replace(view.extent, title=title))
 
 
 def _in_motion(before: View, after: View, k: int, frames: int) -> View:
@@ -103,7 +109,7 @@ def _in_motion(before: View, after: View, k: int, frames: int) -> View:
 def record(
     policies: Sequence[Policy], problem: Problem, seed: int, path: Path, film: Film | None = None, split: str = EVERY
 ) -> int:
-    """Write an animation of the policies, side by side, on the episode of a seed.
+    """Write an animation of the policies, if there are several side by side, on the episode of a seed.
 
     Args:
         policies: from left to right.

@@ -3,6 +3,7 @@
 import io
 import json
 import sys
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -23,6 +24,7 @@ from grind_env.shop.commands.arguments import (
     ProgramFile,
     Variables,
 )
+from grind_env.task_version import TASK_VERSION
 from grind_env.terminal import BAD_INPUT, command, table_console
 
 if TYPE_CHECKING:
@@ -70,8 +72,19 @@ grind_env simulates the surface-grinding cycles of a CNC grinder. Three commands
 All commands: grind --help"""
 
 
+def _version(asked: bool) -> None:
+    if asked:
+        print(f"grind_env {version('grind_env')}, tasks of version {TASK_VERSION}")
+        raise typer.Exit
+
+
 @app.callback(invoke_without_command=True)
-def commands(context: typer.Context) -> None:
+def commands(
+    context: typer.Context,
+    asked: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Say which version this is.")
+    ] = False,
+) -> None:
     """Simulator of the surface-grinding cycles of a 9/Series CNC grinder control."""
     if context.invoked_subcommand is None:
         print(FIRST_STEPS)
@@ -178,9 +191,7 @@ def run(
 
     The program grinds one part, and one more after each M00, at which the operator loads the next part and touches the
     wheel off on it. At M01 the operator gauges the part: the wear of the wheel so far is compensated. The wheel is
-    dressed by D and by the .1 form of a cycle; M98 with the number of the dress program dresses nothing. The time is
-    that of the control, with the loading of each part and the set-up of each dress as the job has them. The strokes
-    are those of the cycles and those of a table that goes on between them.
+    dressed by D and by the .1 form of a cycle; M98 with the number of the dress program dresses nothing.
 
     A job file is a TOML text with the part, its limits, wheel, machine and times, such as
     grind_env/examples/plate_g82.toml. Each table [[part.stages]] in it is a stage with limits of its own, such as
@@ -195,32 +206,7 @@ def run(
     over it that are no strokes along the table, or in the air at a second station; the lines are named. Exit status 1
     means that a part is more likely scrap than good, or not judged.
 
-    Columns of the table, a row for every part, or for successive parts that are alike: part (its number); time (with
-    loading and dresses); strokes (of the table); dresses (executions of the dress program, where there are any);
-    size err. (stock left where the part is farthest from its size; negative where too much is off); taper (range of the
-    depth ground off); Ra (mean roughness); power (highest grinding power, above that of the idling spindle); temp.
-    (highest rise of the surface temperature that counts: in the plunges that leave the finished surface, or in all of
-    them where the job allows a rise); good (probability that the part keeps every limit); cost (of time, wheel, dresses
-    and expected scrap). Below it the mean size error is split: wheel wear since the wheel was last gauged or dressed,
-    deflection of wheel and machine, and the rest, which the program leaves.
-
-    The second table is what engineers compare blocks by, a row each: Q'w (highest specific removal rate), V'w (specific
-    volume of one run), vs/vw (speed ratio), aggr. (highest aggressiveness, 10^6 (vw/vs) (ae/ds)^0.5) and ec (specific
-    energy: all energy over all volume). Below it each dress program has its lead, its overlap ratio Ud (active width of
-    the diamond over the lead) and its severity over that of a medium dress (0.02 mm deep, 0.1 mm lead). With --json
-    each execution of a block has them in `cycles`, each dress in `dresses`.
-
-    Columns of --record, whose units stand in the header of a .csv file, a row per stroke or groove infeed: part;
-    line (of the cycle block); number (in the cycle); groove; time, seconds (begin and duration, s); E (mm/min); Z
-    (programmed depth, mm); b, Lw (engaged width, ground length, mm); grown (by how much the hot part stands higher,
-    mm); ae (depth of cut, mm); Q (specific removal rate, mm2/s); heq (equivalent chip thickness, um); Ft, Fn
-    (forces, N/mm); power (above idle, W); u_s (specific energy, J/mm3); lc (contact length, mm); fg (force per
-    grain, N); vs (wheel speed, m/s); load (what the drive shows, W: torque times the speed that is set); torque
-    (over that at which the spindle stalls); T (temperature rise, K); heat (power into the part, W); eps (energy
-    partition to the work); Br (burn ratio); G (G-ratio, 0 where nothing is cut); dw, worn (wheel wear, mm, mm3);
-    Rg, Ra (roughness made and left, um); and of the wheel after it A (wear-flat area), lam (loading), V (volume
-    ground since the dress, mm3/mm), ds (diameter, mm), W (wear since gauged, mm). On
-    a machine that is not the model, a last column plant has its name.
+    Columns of the tables and of --record are on the page "Columns of a run" (docs/reference/columns.md).
     """
     from grind_env.control.options import variables_of
     from grind_env.machine.grind_file import grind_file

@@ -10,6 +10,7 @@ import typer
 
 from grind_env.arguments import CONFIGS, FILE, JOB, PROBLEM, Writes
 from grind_env.targets import Own
+from grind_env.terminal import progress_bar
 
 if TYPE_CHECKING:
     from grind_env.envs.simulation import Simulation
@@ -109,9 +110,18 @@ def evaluate(
 
     problem = find_problem(env, job, parts)
     chosen = _policy(policy, problem.simulation(), configs, trust)
-    found = judge(
-        chosen, problem, seeds=seeds, split=split, episodes=episodes, first_seed=first_seed, plant=plant, model=model
-    )
+    with progress_bar("steps", problem.simulation().most_steps) as advance:
+        found = judge(
+            chosen,
+            problem,
+            seeds=seeds,
+            split=split,
+            episodes=episodes,
+            first_seed=first_seed,
+            plant=plant,
+            model=model,
+            advance=advance,
+        )
     if submit is not None:
         from grind_env.policies.rows.making import row_of
         from grind_env.policies.rows.row import write_row

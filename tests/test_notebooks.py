@@ -1,12 +1,18 @@
 """What every notebook keeps to, without being run: `make notebooks` runs them."""
 
 import ast
+import io
 import json
 import re
+from base64 import b64decode, b64encode
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from PIL import Image
+
+from docs.tools.notebooks import COLOURS, MOST, compare, keep, light
 
 NOTEBOOKS = sorted((Path(__file__).parents[1] / "notebooks").glob("*.ipynb"))
 
@@ -16,8 +22,8 @@ def cells(path: Path, kind: str) -> list[str]:
     return ["".join(cell["source"]) for cell in found if cell["cell_type"] == kind]
 
 
-def test_there_are_seven_in_order():
-    assert [path.name[:3] for path in NOTEBOOKS] == [f"{number:02d}_" for number in range(1, 8)]
+def test_there_are_eight_in_order():
+    assert [path.name[:3] for path in NOTEBOOKS] == [f"{number:02d}_" for number in range(1, 9)]
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
@@ -53,7 +59,6 @@ def test_a_knob_turns_what_a_cell_before_it_draws_for_a_static_page(path):
     for cell in json.loads(path.read_text("utf-8"))["cells"]:
         if cell["cell_type"] != "code":
             continue
-        assert cell["outputs"] == [] and cell["execution_count"] is None
         code = ast.parse("".join(cell["source"]))
         calls = [node for node in ast.walk(code) if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)]
         turned = [call for call in calls if call.func.id == "interact"]
@@ -66,3 +71,53 @@ def test_a_knob_turns_what_a_cell_before_it_draws_for_a_static_page(path):
         functions = [node for node in code.body if isinstance(node, ast.FunctionDef)]
         before |= {function.name: [each.arg for each in function.args.args] for function in functions}
     assert knobs
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_it_shows_what_it_showed_when_it_was_executed(path):
+    text = path.read_text("utf-8")
+    assert len(text.encode()) <= MOST
+    run = [
+        cell
+        for cell in json.loads(text)["cells"]
+        if cell["cell_type"] == "code" and "skip-execution" not in cell["metadata"].get("tags", [])
+    ]
+    assert [cell["execution_count"] for cell in run] == [*range(1, len(run) + 1)]
+    outputs = [output for cell in run for output in cell["outputs"]]
+    assert sum("image/png" in output.get("data", {}) for output in outputs) >= 2
+    assert not [output for output in outputs if output["output_type"] == "error" or output.get("name") == "stderr"]
+
+
+def notebook(text: str, *, tags: tuple[str, ...] = (), picture: str = "") -> dict[str, Any]:
+    """One that has been executed."""
+    outputs = [
+        {"output_type": "stream", "name": "stderr", "text": ["compiling, about 20 s\n"]},
+        {"output_type": "stream", "name": "stdout", "text": [text]},
+    ]
+    if picture:
+        data = {"image/png": picture, "text/plain": ["<Figure size 9x3>"]}
+        outputs.append({"output_type": "display_data", "data": data, "metadata": {}})
+    cell = {"cell_type": "code", "execution_count": 7, "metadata": {"tags": [*tags]}, "outputs": outputs, "source": []}
+    return {"cells": [cell]}
+
+
+def test_another_text_is_told_unless_it_varies(tmp_path):
+    kept, executed = tmp_path / "kept.ipynb", tmp_path / "executed.ipynb"
+    executed.write_text(json.dumps(notebook("2.46 $\n")))
+    assert keep(executed, kept) == "" == compare(executed, kept)
+    assert "compiling" not in kept.read_text()
+    executed.write_text(json.dumps(notebook("2.47 $\n")))
+    assert compare(executed, kept) == "cell 0 shows\n2.47 $\n\nand not\n2.46 $\n"
+    executed.write_text(json.dumps(notebook("in 3 s\n", tags=("varies",))))
+    keep(executed, kept)
+    executed.write_text(json.dumps(notebook("in 5 s\n", tags=("varies",))))
+    assert compare(executed, kept) == ""
+
+
+def test_a_picture_is_kept_with_few_colours():
+    rng, pixels = np.random.default_rng(0), io.BytesIO()
+    Image.fromarray(rng.integers(0, 256, (64, 64, 3), dtype=np.uint8)).save(pixels, "PNG")
+    small = light(b64encode(pixels.getvalue()).decode())
+    assert len(small) < 0.5 * len(b64encode(pixels.getvalue()))
+    with Image.open(io.BytesIO(b64decode(small))) as image:
+        assert image.size == (64, 64) and len(image.getcolors() or ()) <= COLOURS

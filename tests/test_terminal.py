@@ -148,6 +148,7 @@ def sample(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.usefixtures("few_lots")
 @pytest.mark.parametrize("name", TABLES)
 def test_tables_are_whole_in_a_pipe(name: str, sample: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(sample)

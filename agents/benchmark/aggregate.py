@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from agents.benchmark.judge import CLIP, Sampled, is_ratio
+from agents.benchmark.plan import AT
 from agents.benchmark.results import Result
 from agents.benchmark.summary import tasks_of
 from grind_env.arrays import Array
@@ -52,13 +53,13 @@ def scored_tasks(results: Sequence[Result]) -> dict[str, Sampled]:
 
 
 def all_runs(results: Sequence[Result]) -> dict[str, Runs]:
-    """Scores of every policy that was run on all scored tasks.
+    """Scores of every policy that was run on all scored tasks, without variants.
 
     Where tasks have different numbers of runs, the first ones of each are taken, as many as all of them have.
     """
     tasks = scored_tasks(results)
     found: dict[str, Runs] = {}
-    for policy in dict.fromkeys(each.policy for each in results):
+    for policy in dict.fromkeys(each.policy for each in results if AT not in each.policy):
         runs = [of.runs(policy) or of.runs(SINGLE_KIND.get(policy, policy)) for of in tasks.values()]
         count = min(map(len, runs), default=0)
         if not count:

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from agents.benchmark.aggregate import MEASURES, Runs, aggregates, all_runs, improvements, profile, scored_tasks
 from agents.benchmark.judge import CLIP
+from agents.benchmark.plan import AT
 from agents.benchmark.results import Result
 from agents.benchmark.summary import KNOWLEDGE, Summary, summaries, tasks_of
 from grind_env.files import write_atomically
@@ -30,6 +31,8 @@ SEES = {"measurements": "#0072B2", "state": "#D55E00", "future": "#000000"}
 MARKS = {"scripted": "o", "planner": "s", "learned": "D"}
 OVER = "adaptive_rule"
 """The policy that others are compared with."""
+PROFILED = 3
+"""Tasks from which on a profile says more than their scores."""
 LEAST, MOST = 40.0, 160.0
 """Ends of the axis of costs, %."""
 LEVELS = np.linspace(0.0, 100.0, 101)
@@ -54,7 +57,9 @@ def write_figures(results: Sequence[Result], folder: Path) -> list[Path]:
 def figure_names(runs: dict[str, Runs]) -> list[str]:
     """Names of the figures that can be drawn of policies with these scores."""
     compared = ["improvement"] if OVER in runs and len(runs) > 1 else []
-    return ["cost", *(["iqm", "profiles"] if runs else []), *compared]
+    tasks = max((of.scores.shape[1] for of in runs.values()), default=0)
+    profiles = ["profiles"] if tasks >= PROFILED else []
+    return ["cost", *(["iqm"] if runs else []), *profiles, *compared]
 
 
 def write_figure(figure: Figure, path: Path) -> None:
@@ -72,7 +77,7 @@ def cost_figure(results: Sequence[Result]) -> Figure:
     sees = {each.policy: each.sees for each in results}
     found: dict[str, list[float]] = {}
     for task in tasks:
-        for name, cost in costs[task].items():
+        for name, cost in ((name, cost) for name, cost in costs[task].items() if AT not in name):
             found.setdefault(name, []).append(min(cost.value, MOST))
     shown = [name for name, values in found.items() if min(values) < MOST]
     policies = sorted(shown, key=lambda name: (KNOWLEDGE.index(sees[name]), -float(np.mean(found[name]))))

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from agents.benchmark.judge import is_ratio
-from agents.benchmark.readme import made_by
+from agents.benchmark.page import made_by
 from agents.benchmark.results import Result
 from agents.benchmark.summary import HEADINGS, Summary, summaries, tasks_of
 from grind_env.shop.report.document import Line, Section, figure, listing, page, plotly_text, table
@@ -29,7 +29,7 @@ def _section(results: Sequence[Result], task: str) -> Section:
     lines = summaries(results, task)
     rows = [line.cells(is_ratio(task)) for line in lines]
     return Section(
-        task, [table(HEADINGS, rows, left=2), figure(_costs(lines), "$ per good part, 95 %", HEIGHT + BAR * len(lines))]
+        task, [table(HEADINGS, rows), figure(_costs(lines), "$ per good part, 95 %", HEIGHT + BAR * len(lines))]
     )
 
 

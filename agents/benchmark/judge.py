@@ -1,6 +1,6 @@
 """Costs and scores of results on the same episodes, and their intervals."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from itertools import groupby
 from typing import Any
@@ -11,7 +11,14 @@ from agents.benchmark.results import Result
 from grind_env.arrays import Array
 from grind_env.envs.names import environment_id
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE, UNIFORM_PLANS
-from grind_env.policies.statistics import Interval, percentile_interval, resampled_means, resampled_runs, score_of_means
+from grind_env.policies.statistics import (
+    RESAMPLES,
+    Interval,
+    percentile_interval,
+    resampled_means,
+    resampled_runs,
+    score_of_means,
+)
 from grind_env.scores import find_reference
 
 CLIP = -100.0
@@ -19,60 +26,111 @@ CLIP = -100.0
 INTERPOLATION = "interpolation_"
 """What the names of columns begin with that are of contexts of that split."""
 
+Draws = tuple[Array, Array]
+"""Numbers of k results, shape (k,), and those of each resample, shape (resamples, k)."""
+
 
 class Sampled:
-    """Results of one task with resamples of its episodes, the same ones for all of them.
+    """Results of one task with resamples of its episodes, the same ones for all of as many episodes.
+
+    Results of fewer episodes than others are of the first ones of these, and are compared with them on those.
 
     Args:
-        results: of one task and the same episodes; at least one.
+        results: of one task, whose episodes begin with the same seed; at least one.
         interpolation: take the episodes with contexts of that split.
 
     Attributes:
         results: the results that have such episodes.
-        cost: mean cost of an episode, $, shape (k,), and of each resample, shape (resamples, k).
-        good: likewise, mean number of good parts.
+        lengths: number of episodes of each, shape (k,).
     """
 
     def __init__(self, results: Iterable[Result], interpolation: bool = False) -> None:
         prefix = INTERPOLATION if interpolation else ""
         self.results = list(results)
-        values = np.array(
-            [np.asarray(getattr(each, f"{prefix}{name}"), float) for name in ("cost", "good") for each in self.results]
+        self._costs, self._goods = (
+            [np.asarray(getattr(each, f"{prefix}{name}"), float) for each in self.results] for name in ("cost", "good")
         )
-        k = len(self.results)
-        means, draws = values.mean(axis=-1), resampled_means(values)
-        self.cost, self.good = (means[:k], draws[:, :k]), (means[k:], draws[:, k:])
+        self.lengths = np.array([len(values) for values in self._costs])
         self.index = {(each.policy, each.seed): i for i, each in enumerate(self.results)}
+        self._drawn: dict[int, tuple[Draws, Draws]] = {}
+
+    def of_first(self, n: int) -> tuple[Draws, Draws]:
+        """Means over the first n episodes, NaN of results that have fewer.
+
+        Returns:
+            Mean cost of an episode, $, shape (k,), and of each resample, shape (resamples, k); the same of good parts.
+        """
+        if n not in self._drawn:
+            k = len(self.results)
+            short = np.full(n, np.nan)
+            values = np.array([each[:n] if len(each) >= n else short for each in (*self._costs, *self._goods)])
+            means, draws = values.mean(axis=-1), resampled_means(values)
+            self._drawn[n] = (means[:k], draws[:, :k]), (means[k:], draws[:, k:])
+        return self._drawn[n]
 
     def fixed(self) -> int | None:
         """Number of the fixed plan of least mean cost; None if one that every task has was not run."""
         plans = {name: self.index[name, None] for name in FIXED_PLANS if (name, None) in self.index}
-        known = plans.keys() >= set(UNIFORM_PLANS)
-        return min(plans.values(), key=lambda i: float(self.cost[0][i])) if known else None
+        if not plans.keys() >= set(UNIFORM_PLANS):
+            return None
+        (mean, _), _ = self.of_first(self.lengths[list(plans.values())].min())
+        return min(plans.values(), key=lambda i: float(mean[i]))
 
     def runs(self, policy: str) -> list[int]:
         """Numbers of the results of a policy, in the order of their seeds."""
         return [i for i, each in enumerate(self.results) if each.policy == policy]
 
-    def scores(self) -> tuple[Array, Array] | None:
+    def scores(self) -> Draws | None:
         """Scores, shape (k,), and those of each resample, shape (resamples, k); None if an anchor was not run."""
+        return self._against(score_of_means, self.fixed(), self.index.get((REFERENCE, None)))
+
+    def ratios(self) -> Draws | None:
+        """Costs over that of the best fixed plan, likewise."""
+        return self._against(np.divide, self.fixed())
+
+    def costs(self) -> Draws:
+        """Costs per good part, $, likewise."""
+        return self._each(lambda cost, good, i: cost[..., i] / good[..., i], self.lengths)
+
+    def scale(self) -> Interval | None:
+        """What 100 points are, $ an episode: what hindsight saves over the best fixed plan."""
         fixed, planner = self.fixed(), self.index.get((REFERENCE, None))
         if fixed is None or planner is None:
             return None
-        mean, draws = (score_of_means(J, J[..., [fixed]], J[..., [planner]]) for J in self.cost)
-        return mean, draws
+        (mean, draws), _ = self.of_first(self.lengths[[fixed, planner]].min())
+        return percentile_interval(float(mean[fixed] - mean[planner]), draws[:, fixed] - draws[:, planner])
 
-    def ratios(self) -> tuple[Array, Array] | None:
-        """Costs over that of the best fixed plan, likewise."""
-        fixed = self.fixed()
-        if fixed is None:
+    def gain(self, ours: str, theirs: str) -> Interval | None:
+        """Points that one policy scores more than another, paired: over the same episodes, and the runs of each.
+
+        None if one of both or an anchor was not run.
+        """
+        fixed, planner = self.fixed(), self.index.get((REFERENCE, None))
+        runs = self.runs(ours), self.runs(theirs)
+        if fixed is None or planner is None or not all(runs):
             return None
-        mean, draws = (J / J[..., [fixed]] for J in self.cost)
-        return mean, draws
+        (mean, draws), _ = self.of_first(self.lengths[[*runs[0], *runs[1], fixed, planner]].min())
+        drawn = [resampled_runs(draws[:, of, None], seed)[..., 0].mean(axis=-1) for seed, of in enumerate(runs)]
+        one, other = (score_of_means(mean[of].mean(), mean[fixed], mean[planner]) for of in runs)
+        ones, others = (score_of_means(each, draws[:, fixed], draws[:, planner]) for each in drawn)
+        return percentile_interval(float(one - other), ones - others)
 
-    def costs(self) -> tuple[Array, Array]:
-        """Costs per good part, $, likewise."""
-        return self.cost[0] / self.good[0], self.cost[1] / self.good[1]
+    def _against(self, of_costs: Callable[..., Array], *anchors: int | None) -> Draws | None:
+        """A function of the mean costs of each result and of the anchors, over the episodes that all of them have."""
+        known = [each for each in anchors if each is not None]
+        if len(known) < len(anchors):
+            return None
+        lengths = np.minimum(self.lengths, self.lengths[known].min())
+        return self._each(lambda cost, _, i: of_costs(cost[..., i], *(cost[..., [k]] for k in known)), lengths)
+
+    def _each(self, number: Callable[[Array, Array, list[int]], Array], lengths: Array) -> Draws:
+        """A number of each result over so many of its episodes, and of each resample."""
+        mean, draws = np.empty(len(lengths)), np.empty((RESAMPLES, len(lengths)))
+        for n in np.unique(lengths):
+            of = np.flatnonzero(lengths == n).tolist()
+            (cost, costs), (good, goods) = self.of_first(int(n))
+            mean[of], draws[:, of] = number(cost, good, of), number(costs, goods, of)
+        return mean, draws
 
 
 def sampled_interpolation(results: Iterable[Result]) -> Sampled | None:

@@ -1,16 +1,47 @@
-"""Measures one cell: trains the agent if there is none yet, and runs the policy through the episodes."""
+"""Measures one cell: makes the policy if there is none yet, and runs it through the episodes."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
-from agents.benchmark.plan import Cell, Request
+from agents.benchmark.plan import LIMIT, LIMITED, PLAIN, Cell, Request
+from agents.benchmark.price import Price, model_of, price_of, taught_with, tuned_on
 from agents.benchmark.trained import from_file
-from agents.cells import Advance, kept_evaluation
+from agents.budgets import TUNING_EPISODES
+from agents.cells import CHUNK, Advance, kept_evaluation
 from agents.learning.curve import Point, curve_path, read_curve, seconds_to
 from agents.learning.settings import settings_of
 from grind_env.envs.splits import EVERY
 from grind_env.policies.evaluation import Evaluation, episode_seeds
+from grind_env.policies.planners.hindsight import Hindsight
 from grind_env.policies.policy import Policy, Sees
+from grind_env.policies.problem import Problem
 from grind_env.policies.registry import make_policy
+
+GENERATION = 16
+"""Points of CMA-ES that are tried together, at most, of so few coefficients."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Made:
+    """How the policy of a cell was made.
+
+    Attributes:
+        model: what of the simulator's equations it holds when it decides; see `price.model_of`.
+        blocks: of interaction, tuning and that of its teacher included.
+        calls: blocks that were simulated beside these.
+        trained_on: split that the contexts of the training were drawn from; None of a policy that is not trained.
+        steps: of the training.
+        seconds: of the training: CPU time, or of what has a curve wall time of its one thread.
+        curve: learning curve of the agent; empty of a policy that has none.
+    """
+
+    model: str | None = None
+    blocks: int | None = None
+    calls: int = 0
+    trained_on: str | None = None
+    steps: int | None = None
+    seconds: float | None = None
+    curve: tuple[Point, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,31 +53,21 @@ class Measured:
         sees: what the policy sees.
         evaluation: on the evaluation seeds, split `all`.
         interpolation: on the same seeds with contexts of the split `interpolation`, if asked for.
-        trained_on: split that the contexts of the training were drawn from; None of a policy that is not trained.
-        curve: learning curve of the agent; empty of a policy that is not trained.
+        made: how the policy was made.
+        price: of its decisions.
     """
 
     cell: Cell
     sees: Sees
     evaluation: Evaluation
     interpolation: Evaluation | None = None
-    trained_on: str | None = None
-    curve: tuple[Point, ...] = ()
-
-    @property
-    def steps(self) -> int | None:
-        """Training steps."""
-        return self.curve[-1].steps if self.curve else None
-
-    @property
-    def train_seconds(self) -> float | None:
-        """Wall time of the training."""
-        return self.curve[-1].seconds if self.curve else None
+    made: Made = Made()
+    price: Price | None = None
 
     @property
     def seconds_to_95(self) -> float | None:
         """Wall time after which the validation score stays above 95 % of the final one."""
-        return seconds_to(self.curve) if self.curve else None
+        return seconds_to(self.made.curve) if self.made.curve else None
 
 
 def measure(cell: Cell, request: Request, advance: Advance = lambda episodes: None) -> Measured:
@@ -60,30 +81,87 @@ def measure(cell: Cell, request: Request, advance: Advance = lambda episodes: No
     Raises:
         GrindError: if the policy has not been tuned, cannot be trained or does not fit the problem.
     """
-    problem, simulation, curve = cell.problem, cell.problem.simulation(), []
-    policy: Policy
-    trained_on = None
-    if cell.seed is None:
-        policy = make_policy(cell.policy, simulation, request.configs)
-    else:
-        # torch takes seconds to import
-        from agents.learning.train import trained_agent
-
-        path = trained_agent(problem, cell.policy, cell.seed, request.steps, request.runs, request.fresh, quiet=True)
-        policy = from_file(path, simulation, cell.name)
-        trained_on = settings_of(problem, cell.policy).split
-        if curve_path(path).exists():
-            curve = read_curve(curve_path(path))
+    make = plain if cell.policy in PLAIN else trained if cell.trains else scripted
+    policy, problem, made = make(cell, request)
+    runs, episodes, between = request.runs / cell.apart, request.episodes, request.interpolation_episodes
+    if cell.variant and cell.variant != LIMITED:
+        # of the curve of hindsight, which is long to make, and paired
+        episodes, between = min(episodes, CHUNK), 0
 
     def run(split: str, count: int) -> Evaluation:
         seeds = episode_seeds("evaluation", count)
-        return kept_evaluation(policy, problem, seeds, request.runs, split=split, fresh=request.fresh, advance=advance)
+        return kept_evaluation(policy, problem, seeds, runs, split=split, fresh=request.fresh, advance=advance)
 
     return Measured(
         cell=cell,
         sees=policy.sees,
-        evaluation=run(EVERY, request.episodes),
-        interpolation=run("interpolation", request.interpolation_episodes) if request.interpolation_episodes else None,
-        trained_on=trained_on,
-        curve=tuple(curve),
+        evaluation=run(EVERY, episodes),
+        interpolation=run("interpolation", between) if between else None,
+        made=made,
+        # behind the evaluation, which has compiled what it needs; in a simulation for which no table has been made
+        price=price_of(policy, replace(problem).simulation(), runs / cell.task / "cells" / policy.name / "price.json"),
     )
+
+
+def scripted(cell: Cell, request: Request) -> tuple[Policy, Problem, Made]:
+    """A policy that is not trained, with its tuned parameters, and its problem."""
+    base, configs, simulation = cell.base, request.configs, cell.problem.simulation()
+    if cell.variant == LIMITED:
+        # it takes seconds to import
+        from agents.tuning.rules import tune
+
+        runs = request.runs / cell.apart / base
+        # a search ends with a generation
+        configs, evaluations = runs / "parameters", LIMIT // (TUNING_EPISODES * simulation.most_steps) - GENERATION
+        tune(cell.problem, [base], evaluations=evaluations, starts=1, folder=configs, runs=runs, fresh=request.fresh)
+    made = Made(model=model_of(cell, None), blocks=tuned_on(base, simulation, configs))
+    policy = make_policy(base, simulation, configs)
+    if cell.variant and isinstance(policy, Hindsight):
+        policy = Hindsight(int(cell.variant))
+    return policy, cell.problem, made
+
+
+def plain(cell: Cell, request: Request) -> tuple[Policy, Problem, Made]:
+    """An agent of `gru_ppo`, and the problem as it is shown it."""
+    # torch takes seconds to import
+    from agents.learning.gru_ppo import shown
+    from agents.learning.plain import plain_agent, training_of
+
+    assert cell.seed is not None
+    memory: Any = PLAIN[cell.policy]
+    problem = shown(cell.problem, memory)
+    path = plain_agent(problem, cell.policy, memory, cell.seed, request.steps, request.runs, fresh=request.fresh)
+    policy, found = from_file(path, problem.simulation(), cell.name), training_of(path)
+    policy.sees = "state" if memory == "state" else "measurements"
+    return (
+        policy,
+        problem,
+        Made(
+            model=model_of(cell, None),
+            blocks=found.steps,
+            trained_on=found.split,
+            steps=found.steps,
+            seconds=found.cpu_seconds,
+        ),
+    )
+
+
+def trained(cell: Cell, request: Request) -> tuple[Policy, Problem, Made]:
+    """An agent of one of the other kinds, and its problem."""
+    from agents.learning.train import trained_agent
+
+    assert cell.seed is not None
+    problem, simulation, settings = cell.problem, cell.problem.simulation(), settings_of(cell.problem, cell.policy)
+    path = trained_agent(problem, cell.policy, cell.seed, request.steps, request.runs, request.fresh, quiet=True)
+    curve = tuple(read_curve(curve_path(path))) if curve_path(path).exists() else ()
+    steps, (taught, calls) = curve[-1].steps if curve else None, taught_with(settings, simulation)
+    made = Made(
+        model=model_of(cell, settings),
+        blocks=None if steps is None else steps + taught,
+        calls=calls,
+        trained_on=settings.split,
+        steps=steps,
+        seconds=curve[-1].seconds if curve else None,
+        curve=curve,
+    )
+    return from_file(path, simulation, cell.name), problem, made

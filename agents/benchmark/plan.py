@@ -11,15 +11,24 @@ from agents.learning.settings import LAST_SEED, settings_of
 from grind_env.envs.names import task_names
 from grind_env.errors import quoted
 from grind_env.policies.problem import Problem, find_problem
-from grind_env.policies.registry import FIXED_PLANS, REFERENCE, policy_names
+from grind_env.policies.registry import FIXED_PLANS, REFERENCE, fitting, policy_names
 from grind_env.policies.tuned import ConfigError
 
 CORE = ("power_limited", "reciprocation", "wide_plates", "wide_rails", "blades", "rush", "job_shop")
 """Each asks something of its own. Slot, Oracle6, Memory, Noise and Credit are diagnostic, Wen has its own scores."""
 FLAGSHIP = "power_limited"
-LONG = (REFERENCE, "mpc")
-"""Policies that take long to run."""
+ON_BELIEF = "belief_planner"
+LONG = (REFERENCE, ON_BELIEF, "mpc")
+"""Policies that take long to run: the planners."""
 EPISODES, INTERPOLATION_EPISODES = 128, 64
+PLAIN = {f"plain_{memory}": memory for memory in ("none", "stack", "gru", "belief", "state")}
+"""Kinds of agents of `agents/learning/gru_ppo.py`, with what they remember or are shown."""
+AT = "@"
+"""In the name of a variant of a policy: `belief_rule@1M` is tuned on fewer blocks, `hindsight@6` sweeps so often."""
+LIMIT, LIMITED = 1_000_000, "1M"
+"""Blocks that may be ground to make a policy, and the variant of a rule that was tuned on no more."""
+SWEEPS = (1, 6, 12)
+"""Variants of hindsight in the grid: what it would be with less search, and with more."""
 
 
 class Cell(NamedTuple):
@@ -43,10 +52,29 @@ class Cell(NamedTuple):
         return self.policy if self.seed is None else f"{self.policy}-{self.seed}"
 
     @property
+    def base(self) -> str:
+        """The policy of which it is a variant, or it itself."""
+        return self.policy.partition(AT)[0]
+
+    @property
+    def variant(self) -> str:
+        """Which variant of that; empty for none."""
+        return self.policy.partition(AT)[2]
+
+    @property
+    def apart(self) -> str:
+        """Folder of what is kept of a variant, which has the name of the policy itself; empty for none."""
+        return f"{AT}{self.variant}/" if self.variant else ""
+
+    @property
     def files(self) -> tuple[str, ...]:
         """Patterns of what is kept of it: evaluations, and the agent with its checkpoint."""
-        evaluations = f"{escape(self.task)}/cells/{self.name}/**/*"
-        return (f"{escape(self.task)}/{self.name}-*", evaluations) if self.trains else (evaluations,)
+        task, made = escape(self.task), []
+        if self.trains:
+            made = [f"{task}/{self.name}-*"]
+        elif self.variant == LIMITED:
+            made = [f"{self.apart}{self.base}/{task}/**/*", f"{self.apart}{self.base}/parameters/{task}.toml"]
+        return *made, f"{self.apart}{task}/cells/{self.name.partition(AT)[0]}/**/*"
 
     @property
     def trains(self) -> bool:
@@ -103,16 +131,21 @@ def planned(
 
     Args:
         problems: what is ground.
-        policies: names; where a problem has no such policy, it is left out. All of a problem by default.
+        policies: names, of variants, too; where a problem has no such policy, it is left out. By default all of a
+            problem, and no variants.
         kinds: of learned agents.
         seeds: how many of each kind are trained, with seeds 0, 1, ...
 
     Raises:
         ConfigError: if no problem has a policy of a name, there is no such kind, or there are too many seeds.
     """
-    names = {problem: policy_names(problem.simulation()) for problem in problems}
+    names = {problem: named(problem) for problem in problems}
     known = list(dict.fromkeys(name for each in names.values() for name in each))
-    if unknown := set(policies or ()) - set(known):
+    variants = [name for name in policies or () if AT in name]
+    for name, _, variant in (each.partition(AT) for each in variants):
+        if variant != LIMITED and not (name == REFERENCE and variant.isdecimal()):
+            raise ConfigError(f"{quoted(name + AT + variant)} is no variant: give RULE@{LIMITED} or {REFERENCE}@SWEEPS")
+    if unknown := {name.partition(AT)[0] for name in policies or ()} - set(known):
         raise ConfigError(f"there is no policy {quoted(min(unknown))}: choose from {', '.join(known)}")
     if not 0 <= seeds <= LAST_SEED + 1:
         raise ConfigError(f"{seeds} training seeds are asked for, but there are 0 to {LAST_SEED + 1}")
@@ -120,7 +153,15 @@ def planned(
     cells = []
     for problem in problems:
         for kind in kinds:
-            settings_of(problem, kind)
+            if kind not in PLAIN:
+                settings_of(problem, kind)
             cells += [Cell(problem, kind, seed) for seed in range(seeds)]
         cells += [Cell(problem, name) for name in names[problem] if name in wanted]
+        cells += [Cell(problem, name) for name in variants if name.partition(AT)[0] in names[problem]]
     return sorted(cells, key=lambda cell: (cell.policy not in LONG, cell.seed is None))
+
+
+def named(problem: Problem) -> list[str]:
+    """The policies of a problem, the planner on the belief among them."""
+    simulation = problem.simulation()
+    return [*policy_names(simulation), *fitting([ON_BELIEF], simulation)]

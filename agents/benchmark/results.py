@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pyarrow import parquet
 
 from agents.benchmark.measure import Measured
+from agents.benchmark.plan import LONG
 from agents.provenance import provenance, shown_seeds
 from grind_env.arrays import Array
 from grind_env.errors import reason
@@ -27,7 +28,6 @@ Episodes = NDArray[np.float32]
 
 PARQUET, CSV = "benchmark.parquet", "benchmark.csv"
 TABLE = Own("table of `python -m agents benchmark`", re.compile(b"task,policy,kind,").match)
-PLANNERS = ("mpc", "hindsight")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -81,8 +81,19 @@ class Result:
     steps: int | None
     """Of the training."""
     train_seconds: float | None
+    """CPU time, or of what has a learning curve wall time of its one thread."""
     seconds_to_95: float | None
     """Seconds after which the validation score stays above 95 % of the final one."""
+    model: str | None = None
+    """What of the simulator's equations it holds when it decides: `none`, `nominal` or `exact`."""
+    blocks: int | None = None
+    """Of interaction that made it: of training or tuning, that of its teacher included, validation left out."""
+    making_calls: float | None = None
+    """Blocks that were simulated to make it, beside these."""
+    decision_calls: float | None = None
+    """Blocks that it simulates for a decision."""
+    decision_ms: float | None = None
+    """CPU time of a decision."""
     task_version: int
     seeds: str
     commit: str
@@ -107,8 +118,10 @@ class Result:
 
 EPISODES = ("cost", "good", "interpolation_cost", "interpolation_good")
 COLUMNS = [each.name for each in fields(Result) if each.name not in EPISODES]
-WHOLE = ("seed", "episodes", "interpolation_episodes", "steps", "task_version")
-TEXT = ("task", "policy", "kind", "sees", "interpolation_seeds", "trained_on")
+WHOLE = ("seed", "episodes", "interpolation_episodes", "steps", "blocks", "task_version")
+TEXT = ("task", "policy", "kind", "sees", "interpolation_seeds", "trained_on", "model")
+LATER = ("model", "blocks", "making_calls", "decision_calls", "decision_ms")
+"""Columns that tables of before do not have."""
 FACTS = COLUMNS[COLUMNS.index("seeds") :]
 
 
@@ -127,13 +140,14 @@ SCHEMA = pyarrow.schema([(each.name, column_type(each.name)) for each in fields(
 def result_of(measured: Measured) -> Result:
     """The row of a cell, without what depends on other cells; see `judge.judged`."""
     cell, run, between = measured.cell, measured.evaluation, measured.interpolation
+    made, price = measured.made, measured.price
     speeds = run.speeds / 1000.0
     low, high = np.nanpercentile(speeds, [10.0, 90.0])
     facts: dict[str, Any] = dict(provenance(episode_seeds("evaluation", len(run.cost))))
     return Result(
         task=cell.task,
         policy=cell.policy,
-        kind="learned" if cell.seed is not None else "planner" if cell.policy in PLANNERS else "scripted",
+        kind="learned" if cell.seed is not None else "planner" if cell.base in LONG else "scripted",
         sees=measured.sees,
         seed=cell.seed,
         episodes=len(run.cost),
@@ -146,10 +160,15 @@ def result_of(measured: Measured) -> Result:
         interpolation_episodes=0 if between is None else len(between.cost),
         interpolation_scrap=None if between is None else between.scrap,
         interpolation_seeds=None if between is None else shown_seeds(episode_seeds("evaluation", len(between.cost))),
-        trained_on=measured.trained_on,
-        steps=measured.steps,
-        train_seconds=measured.train_seconds,
+        trained_on=made.trained_on,
+        steps=made.steps,
+        train_seconds=made.seconds,
         seconds_to_95=measured.seconds_to_95,
+        model=made.model,
+        blocks=made.blocks,
+        making_calls=None if price is None else float(made.calls + price.begun),
+        decision_calls=None if price is None else price.calls,
+        decision_ms=None if price is None else price.ms,
         **facts,
         cost=single(run, "cost"),
         good=single(run, "good"),
@@ -165,20 +184,27 @@ def single(run: Evaluation | None, name: str) -> Episodes:
 
 
 def merged(old: Iterable[Result], new: Sequence[Result]) -> list[Result]:
-    """New results in place of old ones; old ones of other episodes of the same task cannot be compared, and go."""
-    episodes = {each.task: episodes_of(each) for each in new}
+    """New results in place of old ones.
+
+    Those of fewer or more episodes are compared on the ones that they share, the first; old ones of a task that begin
+    with another seed cannot be, and go.
+    """
     replaced = {each.key for each in new}
+    first: dict[str, dict[str, str]] = {}
+    for each in new:
+        first.setdefault(each.task, {}).update(first_seeds(each))
     kept = [
         each
         for each in old
-        if each.key not in replaced and episodes.get(each.task, episodes_of(each)) == episodes_of(each)
+        if each.key not in replaced
+        and all(first.get(each.task, {}).get(of, seed) == seed for of, seed in first_seeds(each).items())
     ]
     return sorted([*kept, *new], key=lambda each: (each.task, each.kind, each.policy, each.seed or 0))
 
 
-def episodes_of(result: Result) -> tuple[str, str | None]:
-    """Which episodes a result is of."""
-    return result.seeds, result.interpolation_seeds
+def first_seeds(result: Result) -> dict[str, str]:
+    """The first seeds that a result is of."""
+    return {of: getattr(result, of).split("..")[0] for of in ("seeds", "interpolation_seeds") if getattr(result, of)}
 
 
 def read_results(folder: Path) -> list[Result]:
@@ -192,14 +218,17 @@ def read_results(folder: Path) -> list[Result]:
         return []
     try:
         file = io.BytesIO(read_bytes(path))
-        missing = set(SCHEMA.names) - set(parquet.read_schema(file).names)
+        names = parquet.read_schema(file).names
+        there = [name for name in SCHEMA.names if name not in LATER or name in names]
+        missing = set(there) - set(names)
         # the first version was written down nowhere
         if missing == {"task_version"}:
             return []
         if missing:
             raise ValueError(f"it has no column {min(missing)!r}")
         present = [("task_version", "=", TASK_VERSION)]
-        rows: list[dict[str, Any]] = parquet.read_table(file, schema=SCHEMA, filters=present).to_pylist()
+        schema = pyarrow.schema([SCHEMA.field(name) for name in there])
+        rows: list[dict[str, Any]] = parquet.read_table(file, schema=schema, filters=present).to_pylist()
         return [Result(**{**row, **{name: np.array(row[name], np.float32) for name in EPISODES}}) for row in rows]
     except (OSError, pyarrow.ArrowException, TypeError, ValueError) as error:
         raise ConfigError(f"{path} is damaged ({reason(error)}): delete it and run the benchmark again") from error

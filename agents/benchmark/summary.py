@@ -15,55 +15,98 @@ KNOWLEDGE = ("measurements", "state", "future")
 """From least to most, the order of the table."""
 HEADINGS = (
     "policy",
+    "score (95 %)",
+    "over best rule",
     "sees",
+    "model",
     "runs",
+    "episodes",
     "$/good part",
     "scrap %",
-    "E m/min",
     "dresses/part",
-    "score (95 %)",
     "interpolation",
-    "training s",
+    "blocks",
+    "simulated",
+    "making, s",
+    "decision, ms",
 )
+ON_SCREEN = 11
+"""Columns that a terminal has room for; what a policy was made with is in the files."""
 NONE = "–"
+MEANS = ("blocks", "making_calls", "decision_calls", "decision_ms", "train_seconds")
+"""Columns of results of which a line has the mean."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Summary:
-    """One line of a table: means over the runs of a policy."""
+    """One line of a table: means over the runs of a policy; what is not known of it is None."""
 
     policy: str
+    kind: str
     sees: str
+    model: str | None
     runs: int
+    episodes: int
     cost: Interval
     """$ per good part."""
     scrap: float
-    speed: float
-    """E, m/min."""
     dresses: float
     """Executions a part."""
     score: Interval | None
     ratio: Interval | None
     """Cost over that of the best fixed plan."""
+    over: Interval | None
+    """Points more than the best rule with the same inputs, paired."""
     interpolation_score: Interval | None
     """With contexts of the split `interpolation`, as the ratio that follows."""
     interpolation_ratio: Interval | None
+    blocks: float | None
+    making_calls: float | None
+    decision_calls: float | None
+    decision_ms: float | None
     train_seconds: float | None
+
+    @property
+    def making_seconds(self) -> float | None:
+        """Of its training; of a rule that of the blocks that it was tuned on, which are little but its decisions."""
+        if self.kind == "scripted" and self.blocks is not None and self.decision_ms is not None:
+            return 1e-3 * self.blocks * self.decision_ms
+        return self.train_seconds
 
     def cells(self, ratio: bool) -> tuple[str, ...]:
         """The texts under `HEADINGS`; `ratio` for a task of which the ratio is reported in place of the score."""
         return (
             self.policy,
+            shown(self.ratio if ratio else self.score, ratio),
+            NONE if ratio else brief(self.over, False),
             self.sees,
+            self.model or NONE,
             str(self.runs),
+            str(self.episodes),
             f"{self.cost.value:.3f} ± {self.cost.half_width:.3f}",
             f"{100.0 * self.scrap:.2f}",
-            f"{self.speed:.1f}",
             f"{self.dresses:.2f}",
-            shown(self.ratio if ratio else self.score, ratio),
             brief(self.interpolation_ratio if ratio else self.interpolation_score, ratio),
-            NONE if self.train_seconds is None else f"{self.train_seconds:.0f}",
+            counted(self.blocks),
+            self._simulated(),
+            NONE if self.making_seconds is None else f"{self.making_seconds:.0f}",
+            NONE if self.decision_ms is None else f"{self.decision_ms:.2f}",
         )
+
+    def _simulated(self) -> str:
+        """Blocks that it simulates for a decision, and that were simulated to make it."""
+        if self.decision_calls is None:
+            return NONE
+        parts = [f"{self.decision_calls:,.0f} a decision"] if self.decision_calls else []
+        parts += [f"{counted(self.making_calls)} in all"] if self.making_calls else []
+        return " and ".join(parts) or "0"
+
+
+def counted(number: float | None) -> str:
+    """A number of blocks."""
+    if number is None:
+        return NONE
+    return f"{number / 1e6:.2f} M" if number >= 5e3 else f"{number:.0f}"
 
 
 def shown(interval: Interval | None, ratio: bool) -> str:
@@ -95,42 +138,61 @@ def tasks_of(results: Sequence[Result]) -> list[str]:
     return [*(name for name in CORE if name in found), *(name for name in found if name not in CORE)]
 
 
+def best(sampled: Sampled, kind: str, sees: str) -> str | None:
+    """The policy of a kind with such inputs that scores best; None if there is none, or no score."""
+    scores = sampled.scores()
+    if scores is None:
+        return None
+    names = dict.fromkeys(each.policy for each in sampled.results if (each.kind, each.sees) == (kind, sees))
+    return max(names, key=lambda name: float(scores[0][sampled.runs(name)].mean()), default=None)
+
+
 def summaries(results: Sequence[Result], task: str) -> list[Summary]:
     """The lines of a task, from those that know least to those that know most, and from poor to good."""
     group = [each for each in results if each.task == task]
     sampled, between = Sampled(group), sampled_interpolation(group)
     costs, scores, ratios = sampled.costs(), sampled.scores(), sampled.ratios()
+    rules = {sees: best(sampled, "scripted", sees) for sees in KNOWLEDGE}
     lines = []
     for policy in dict.fromkeys(each.policy for each in group):
         runs = sampled.runs(policy)
         of_policy = [sampled.results[i] for i in runs]
-        seconds = [each.train_seconds for each in of_policy if each.train_seconds is not None]
-        cost = over_runs(costs, runs)
+        first = of_policy[0]
+        cost, rule = over_runs(costs, runs), rules[first.sees]
         assert cost is not None
         lines.append(
             Summary(
                 policy=policy,
-                sees=of_policy[0].sees,
+                kind=first.kind,
+                sees=first.sees,
+                model=first.model,
                 runs=len(runs),
+                episodes=int(sampled.lengths[runs].min()),
                 cost=cost,
                 scrap=float(np.mean([each.scrap for each in of_policy])),
-                speed=float(np.mean([each.E_mean for each in of_policy])),
                 dresses=float(np.mean([each.dresses_per_part for each in of_policy])),
                 score=over_runs(scores, runs),
                 ratio=over_runs(ratios, runs),
+                over=None if rule in (None, policy) else sampled.gain(policy, str(rule)),
                 interpolation_score=None if between is None else over_runs(between.scores(), between.runs(policy)),
                 interpolation_ratio=None if between is None else over_runs(between.ratios(), between.runs(policy)),
-                train_seconds=float(np.mean(seconds)) if seconds else None,
+                **{name: mean_of(of_policy, name) for name in MEANS},
             )
         )
     return sorted(lines, key=lambda line: (KNOWLEDGE.index(line.sees), -line.cost.value))
 
 
+def mean_of(results: Sequence[Result], name: str) -> float | None:
+    """Mean of a column over runs of which it is known."""
+    values = [value for each in results if (value := getattr(each, name)) is not None]
+    return float(np.mean(values)) if values else None
+
+
 def rich_table(results: Sequence[Result], task: str, title: str) -> Table:
     """The table of a task for a terminal."""
     table = Table(title=title)
-    for k, heading in enumerate(HEADINGS):
-        table.add_column(heading, justify="left" if k < 2 else "right", no_wrap=True)
+    for k, heading in enumerate(HEADINGS[:ON_SCREEN]):
+        table.add_column(heading, justify="right" if k else "left", no_wrap=True)
     for line in summaries(results, task):
-        table.add_row(*line.cells(is_ratio(task)))
+        table.add_row(*line.cells(is_ratio(task))[:ON_SCREEN])
     return table

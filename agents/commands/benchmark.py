@@ -33,28 +33,37 @@ def register(app: typer.Typer) -> None:
 
 def benchmark(
     tasks: Annotated[
-        str,
+        str | None,
         typer.Option(
             "--tasks",
             "--task",
             "--env",
             "--program",
-            help="Tasks, ids, task files (.toml) or part programs, separated by commas; `core` or `all` tasks.",
+            help="Tasks, ids, task files (.toml) or part programs, separated by commas; `core` or `all` tasks;"
+            f" {FLAGSHIP} by default.",
         ),
         PROBLEM,
-    ] = FLAGSHIP,
+    ] = None,
     job: JobFile = None,
     parts: Parts = 1,
     policies: Annotated[
-        str | None, typer.Option(help="Names of policies, separated by commas; all by default.")
+        str | None,
+        typer.Option(help="Names of policies, or RULE@1M and hindsight@SWEEPS, separated by commas; all by default."),
     ] = None,
-    kinds: Annotated[str, typer.Option(help="Kinds of learned agents, separated by commas; may be empty.")] = "ppo",
-    seeds: Annotated[int, typer.Option(min=0, help="Agents to train of each kind.")] = 1,
+    kinds: Annotated[
+        str | None, typer.Option(help="Kinds of learned agents, separated by commas; may be empty; ppo by default.")
+    ] = None,
+    seeds: Annotated[int | None, typer.Option(min=0, help="Agents to train of each kind; 1 by default.")] = None,
     steps: Annotated[int | None, typer.Option(min=1, help="Training steps; by default those of the kind.")] = None,
-    episodes: Annotated[int, typer.Option(min=2, help="Evaluation episodes.")] = EPISODES,
+    episodes: Annotated[int | None, typer.Option(min=2, help=f"Evaluation episodes; {EPISODES} by default.")] = None,
     interpolation_episodes: Annotated[
-        int, typer.Option(min=0, help="Evaluation episodes with contexts of the split interpolation; 0 for none.")
-    ] = INTERPOLATION_EPISODES,
+        int | None,
+        typer.Option(
+            min=0,
+            help="Evaluation episodes with contexts of the split interpolation; 0 for none;"
+            f" {INTERPOLATION_EPISODES} by default.",
+        ),
+    ] = None,
     jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
     ray: Ray = None,
     runs: Annotated[Path, typer.Option(help="Folder of what is kept."), Keeps()] = RUNS,
@@ -62,6 +71,15 @@ def benchmark(
     results: Annotated[
         Path | None, typer.Option(help="Folder of the tables; by default that of what is kept."), Keeps()
     ] = None,
+    whole: Annotated[
+        bool,
+        typer.Option(
+            "--grid",
+            help="What is not said is that of the published results: core tasks, all policies, the variants that are"
+            " named RULE@1M (tuned on a million blocks) and hindsight@SWEEPS, all kinds of agents, more seeds and"
+            " episodes; and their page.",
+        ),
+    ] = False,
     fresh: Annotated[bool, typer.Option("--fresh", help="Do again what is already done.")] = False,
     html: Annotated[Path | None, typer.Option(help="Write the tables to this .html file, too."), Writes()] = None,
     report: Annotated[
@@ -70,9 +88,10 @@ def benchmark(
 ) -> None:
     """Compare policies, agents trained for it among them, on the same evaluation episodes.
 
-    Killed at any moment, the same command goes on where it was. Results that are in the folder already stay there, but
-    for those of other episodes of the same task, which cannot be compared.
+    How long it takes is said before it begins. Killed at any moment, the same command goes on where it was. Results
+    that are in the folder already stay there, but for those of the same task whose episodes begin with another seed.
     """
+    from agents.benchmark import grid, plan
     from agents.benchmark.judge import judged
     from agents.benchmark.measure import measure
     from agents.benchmark.results import CSV, TABLE, merged, read_results, result_of, write_results
@@ -83,11 +102,20 @@ def benchmark(
     if report:
         rebuild(results or RESULTS, console, html)
         return
-    folder = results or runs
+    published = whole and all(each is None for each in (tasks, policies, kinds, steps))
+    folder = results or (RESULTS if published else runs)
     check_own(folder / CSV, TABLE, "--results")
     read_results(folder)  # better now than after hours of work
-    chosen = chosen_problems(tasks, job, parts)
-    cells = planned(chosen, listed(policies), listed(kinds) or [], seeds)
+    chosen = chosen_problems(tasks or ("core" if whole else FLAGSHIP), job, parts)
+    if whole:
+        cells = grid.grid(chosen, listed(policies), listed(kinds), seeds)
+    else:
+        trained = ["ppo"] if kinds is None else listed(kinds) or []
+        cells = planned(chosen, listed(policies), trained, 1 if seeds is None else seeds)
+    usual = grid if whole else plan
+    episodes = episodes or usual.EPISODES
+    if interpolation_episodes is None:
+        interpolation_episodes = usual.INTERPOLATION_EPISODES
     request = Request(
         episodes=episodes,
         interpolation_episodes=interpolation_episodes,
@@ -96,6 +124,8 @@ def benchmark(
         configs=configs,
         fresh=fresh,
     )
+    taken, waiting = grid.hours(cells, request)
+    console.print(f"{len(cells)} cells: about {taken:.1f} core-hours, {waiting:.1f} of them for what is not kept yet")
     with going_on(fresh):
         found, failed = work_on_all(cells, request, jobs, console, measure, ray)
     before = read_results(folder)
@@ -110,6 +140,8 @@ def benchmark(
         {f"{task} {policy}" for task, policy, _ in {each.key for each in before} - {each.key for each in table}}
     ):
         print(f"agents: of other episodes, and no longer in the table: {', '.join(gone)}", file=sys.stderr)
+    if whole and not failed:
+        rebuild(folder, console)
     write_html(table, html, console)
     if failed:
         print(f"agents: {len(failed)} of {len(cells)} cells failed: {', '.join(map(str, failed))}", file=sys.stderr)
@@ -131,6 +163,7 @@ def rebuild(folder: Path, console: Console, html: Path | None = None) -> None:
     from agents.benchmark.figures import write_figures
     from agents.benchmark.readme import PAGE, write_readme
     from agents.benchmark.results import read_results
+    from agents.track.summary import on_plants
 
     table = read_results(folder)
     if not table:
@@ -141,7 +174,7 @@ def rebuild(folder: Path, console: Console, html: Path | None = None) -> None:
     for path in write_figures(table, folder / "figures"):
         console.print(f"written to {path}", highlight=False)
     if folder.resolve() == RESULTS:
-        write_readme(table)
+        write_readme(table, on_plants())
         console.print(f"written to README.md and {PAGE}", highlight=False)
     write_html(table, html, console)
 

@@ -23,8 +23,8 @@ def video(
     left: Annotated[
         str, typer.Option(help="A policy, the .safetensors file of a trained agent, or a constant: E8D0."), FILE
     ],
-    right: Annotated[str, typer.Option(help="Likewise."), FILE],
     output: Annotated[Path, typer.Option(help="The .gif file to write."), Writes()],
+    right: Annotated[str | None, typer.Option(help="Likewise; none by default."), FILE] = None,
     task: NamedProblem = "power_limited",
     job: JobFile = None,
     parts: Parts = 1,
@@ -33,11 +33,11 @@ def video(
     pictures: Annotated[int, typer.Option(min=1, help="Pictures of each block.")] = PICTURES,
     configs: Configs = None,
 ) -> None:
-    """Film two policies, side by side, on the same episode."""
+    """Film a policy, or two side by side on the same episode."""
     from agents.video import Film, record
     from grind_env.policies.naming import named_policy
 
     problem = find_problem(task, job, parts)
-    policies = [named_policy(name, problem.simulation(), configs) for name in (left, right)]
+    policies = [named_policy(name, problem.simulation(), configs) for name in (left, right) if name is not None]
     size = record(policies, problem, seed, output, Film(frames=pictures), split)
     print(printable(f"{output}: {size / 1e6:.1f} MB"))

@@ -5,11 +5,12 @@
 
 In the manner of CleanRL (Huang et al., J. Mach. Learn. Res. 23, 2022, 274). Where a line is a choice, the comment says
 whose: PPO is Schulman et al., arXiv:1707.06347; "37" is Huang et al., The 37 Implementation Details of PPO, ICLR blog
-2022; "matters" is Andrychowicz et al., arXiv:2006.05990.
+2022; "matters" is Andrychowicz et al., arXiv:2006.05990; "tried" is a choice of this file, with what it is worth on
+PowerLimited in points of the score, on 256 validation episodes, paired, one seed of training.
 """
 
 import time
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, astuple, dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal
@@ -21,7 +22,11 @@ from gymnasium import spaces
 from torch import Tensor, nn
 
 from grind_env.arguments import Application, Writes
-from grind_env.envs.learning import eased
+from grind_env.arrays import Array
+from grind_env.envs.learning import eased, usual
+from grind_env.envs.memory import Flags
+from grind_env.envs.shown import CLIP, Standard
+from grind_env.envs.simulation import Simulation
 from grind_env.envs.tables import Outcome
 from grind_env.errors import GrindError, quoted
 from grind_env.policies.judging import evaluate
@@ -47,7 +52,7 @@ class Settings:
     """How an agent is trained."""
 
     memory: Memory = "gru"
-    steps: int = 600_000
+    steps: int = 1_000_000
     envs: int = 128
     rollout: int = 60
     """Steps of an environment between two updates; an episode of most tasks, through which gradients then run whole."""
@@ -58,7 +63,12 @@ class Settings:
     gae_lambda: float = 0.9
     clip: float = 0.2
     entropy: float = 0.003
+    """It falls to 0, as the learning rate does."""
     value: float = 0.5
+    guess: float = 0.5
+    """Weight of the error of the guess of what is hidden."""
+    alike: float = 1.0
+    """Levels of E over which what is learned of one spreads."""
     norm: float = 0.5
     """Of the gradient, at most."""
     units: int = 64
@@ -76,17 +86,18 @@ class Settings:
 
 
 class Agent(nn.Module):
-    """A GRU, if it has one, and behind it an actor and a critic.
+    """A GRU, if it has one, with a guess of what is hidden, and behind it an actor and a critic.
 
     Args:
         entries: of the features.
+        hidden: number of entries behind them that the simulator alone knows.
         choices: number of E and of D.
         settings: of the training.
     """
 
-    def __init__(self, entries: int, choices: list[int], settings: Settings) -> None:
+    def __init__(self, entries: int, hidden: int, choices: list[int], settings: Settings) -> None:
         super().__init__()
-        self.choices, width = choices, entries
+        self.entries, self.choices, width = entries, choices, entries
         self.gru = nn.GRU(entries, settings.units) if settings.memory == "gru" else None
         if self.gru is not None:
             for name, values in self.gru.named_parameters():
@@ -95,28 +106,40 @@ class Agent(nn.Module):
                     nn.init.orthogonal_(gate, 2**0.5) if "weight" in name else nn.init.zeros_(gate)
             # what is seen goes past the GRU, too: what needs no memory is learned as without one
             width = settings.units + entries
+            # tried, +2.7: the GRU is told what there is to remember (Mirowski et al., arXiv:1611.03673)
+            self.guess = nn.Linear(settings.units, hidden)
         # matters: actor and critic share no layer, and the last one of the actor begins near 0
         self.actor = layers((width, *settings.hidden, sum(choices)), 0.01)
         self.critic = layers((width, *settings.hidden, settings.signals), 1.0)
+        # tried, +3.1: near levels of E are alike, so their logits share what is learned
+        away = torch.arange(choices[0]).float() - torch.arange(choices[0])[:, None]
+        near = (-0.5 * (away / settings.alike).square()).exp()
+        self.blur = torch.eye(sum(choices))
+        self.blur[: choices[0], : choices[0]] = near / near.norm(dim=0)
 
-    def forward(self, features: Tensor, state: Tensor, begun: Tensor) -> tuple[list[Tensor], Tensor, Tensor]:
-        """Log-probabilities of every E and every D, values, and the next state.
+    def forward(self, seen: Tensor, state: Tensor, begun: Tensor) -> tuple[list[Tensor], Tensor, Tensor, Tensor]:
+        """Log-probabilities of every E and every D, values, how wrong a guess of what is hidden is, and the next state.
 
         Args:
-            features: shape (steps, N, entries).
+            seen: shape (steps, N, entries + hidden).
             state: of the GRU before them, shape (1, N, units).
             begun: 1 where an episode begins, shape (steps, N).
         """
+        features, hidden = seen[..., : self.entries], seen[..., self.entries :]
+        wrong = torch.zeros(())
         if self.gru is not None:
             # 37: nothing is remembered of the episode before; between such steps the GRU runs in one call
             cuts = [0, *(k for k in range(1, len(begun)) if begun[k].any()), len(begun)]
-            shown = []
+            outputs = []
             for first, stop in pairwise(cuts):
                 out, state = self.gru(features[first:stop], state * (1.0 - begun[first])[:, None])
-                shown.append(out)
-            features = torch.cat([torch.cat(shown), features], -1)
-        logits = self.actor(features).split(self.choices, -1)
-        return [each.log_softmax(-1) for each in logits], self.critic(features), state
+                outputs.append(out)
+            remembered = torch.cat(outputs)
+            wrong = (self.guess(remembered) - hidden).square().mean()
+            features = torch.cat([remembered, features], -1)
+        logits = (self.actor(features) @ self.blur).split(self.choices, -1)
+        # what is remembered is for the actor and the guess to shape
+        return [each.log_softmax(-1) for each in logits], self.critic(features.detach()), wrong, state
 
 
 def layers(widths: tuple[int, ...], gain: float) -> nn.Sequential:
@@ -136,31 +159,48 @@ def likelihood(logs: list[Tensor], actions: Tensor) -> Tensor:
     return torch.cat(taken, -1).sum(-1)
 
 
-class Scale:
-    """Running mean and deviation of the features, by which they are standardised (matters: always)."""
+class Worth:
+    """Running mean and deviation of the returns, shape (signals,)."""
 
-    def __init__(self, entries: int) -> None:
-        self.count, self.mean, self.square = 0, np.zeros(entries), np.zeros(entries)
+    def __init__(self, signals: int) -> None:
+        self.count, self.mean, self.square = 0, torch.zeros(signals), torch.zeros(signals)
 
-    def take(self, features: np.ndarray) -> None:
-        """Count these in, shape (N, entries): Chan, Golub, LeVeque, Am. Stat. 37 (1983) 242."""
-        count, shift = self.count + len(features), features.mean(axis=0) - self.mean
-        self.square += features.var(axis=0) * len(features) + shift**2 * self.count * len(features) / count
-        self.mean += shift * len(features) / count
+    def take(self, returns: Tensor) -> None:
+        """Count these in, shape (N, signals): Chan, Golub, LeVeque, Am. Stat. 37 (1983) 242."""
+        count, shift = self.count + len(returns), returns.mean(0) - self.mean
+        self.square += returns.var(0, correction=0) * len(returns) + shift**2 * self.count * len(returns) / count
+        self.mean = self.mean + shift * len(returns) / count
         self.count = count
 
     @property
-    def deviation(self) -> np.ndarray:
-        """Of every entry."""
-        return np.maximum(np.sqrt(self.square / max(self.count, 1)), LEAST_DEVIATION)
+    def deviation(self) -> Tensor:
+        """Of each signal."""
+        return (self.square / max(self.count, 1)).sqrt().clamp(min=LEAST_DEVIATION)
 
-    def __call__(self, features: np.ndarray) -> Tensor:
-        """Standardised features."""
-        return torch.as_tensor((features - self.mean) / self.deviation, dtype=torch.float32)
 
-    def undone(self, standardised: Tensor) -> Tensor:
-        """What was standardised."""
-        return standardised * torch.as_tensor(self.deviation).float() + torch.as_tensor(self.mean).float()
+class Seen:
+    """What is seen of N episodes: the features of a memory, and behind them what the simulator alone knows.
+
+    It is an `EpisodeMemory`, and the form of itself.
+
+    Args:
+        problem: what is ground, as the agent is shown it.
+        memory: of the agent.
+    """
+
+    def __init__(self, problem: Problem, memory: Memory) -> None:
+        simulation = problem.simulation()
+        self.measured, self.view = len(simulation.entries), LearnerView(simulation, SEEN[memory])
+        self.space, self.begin, self.restart = self.view.observation_space, self.view.begin, self.view.restart
+
+    def memory(self, simulation: Simulation | None, observation_space: object, action_space: object) -> "Seen":
+        """See `grind_env.envs.shown.MemoryForm`."""
+        return self
+
+    def take(self, observations: Array, actions: Array | None, mask: Flags) -> Array:
+        """Take in full observations of the episodes in `mask`, and show them."""
+        features = self.view.features(observations[:, : self.measured], mask)
+        return np.concatenate([features, observations[:, self.measured :]], axis=1)
 
 
 class Episodes:
@@ -173,91 +213,100 @@ class Episodes:
     """
 
     def __init__(self, problem: Problem, settings: Settings, seed: int) -> None:
-        self.envs = problem.make_vec(settings.envs, action=FORMS["grid"], autoreset_mode="SameStep")
-        self.view = LearnerView(self.envs.simulation, SEEN[settings.memory])
+        self.envs = problem.make_vec(settings.envs, observation="full", action=FORMS["grid"], autoreset_mode="SameStep")
+        self.memory, self.everyone = Seen(problem, settings.memory), np.ones(settings.envs, bool)
+        # matters: all is standardised; by what good play sees, for what a beginner spoils reads many times as much
+        self.standard = usual(self.envs.simulation, self.envs.codec, [self.memory])
         observations, _ = self.envs.reset(seed=FIRST_SEED + SEED_STRIDE * seed, options={"split": settings.split})
-        self.view.begin(settings.envs)
-        self.features = self.view.features(observations)
-        self.begun = np.ones(settings.envs, bool)
+        self.memory.begin(settings.envs)
+        self.seen = self._standardised(self.memory.take(observations, None, self.everyone))
+        self.begun = torch.ones(settings.envs)
 
-    def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    @property
+    def entries(self) -> int:
+        """Number of features."""
+        return self.memory.space.shape[0]
+
+    def step(self, actions: np.ndarray) -> tuple[np.ndarray, float, np.ndarray, Tensor]:
         """Step.
 
         Returns:
-            Rewards and scrap, shape (N, 2); finished parts, which episodes were cut short, and the features before
-            these began anew.
+            Rewards and scrap, shape (N, 2); finished parts, which episodes were cut short, and what is seen before
+            these begin anew.
         """
         observations, rewards, terminated, truncated, info = self.envs.step(actions)
-        self.begun, last = terminated | truncated, observations
-        if self.begun.any():
+        over, last = terminated | truncated, observations
+        if over.any():
             last = observations.copy()
-            last[self.begun] = np.stack(info["final_obs"][self.begun].tolist())
-        self.features = seen = self.view.features(last)
-        if self.begun.any():
-            self.view.restart(self.begun)
-            self.features = np.where(self.begun[:, None], self.view.features(observations, self.begun), seen)
+            last[over] = np.stack(info["final_obs"][over].tolist())
+        seen = shows = self.memory.take(last, None, self.everyone)
+        if over.any():
+            self.memory.restart(over)
+            shows = np.where(over[:, None], self.memory.take(observations, None, over), seen)
+        self.seen, self.begun = self._standardised(shows), torch.as_tensor(over, dtype=torch.float32)
         # the chance of scrap, not what is found of it: it says more of every part, and a simulator knows it
         finished, good = self.envs.last[0][:, [FINISHED, GOOD]].T
         # the reward is one more, so that the best fixed plan earns about 0, and scrap does not drown an update
-        return np.stack([eased(rewards), finished - good], axis=1), finished, truncated, seen
+        earned = np.stack([eased(rewards), finished - good], axis=1)
+        return earned, float(finished.sum()), truncated, self._standardised(seen)
+
+    def _standardised(self, seen: Array) -> Tensor:
+        values = torch.as_tensor((seen - np.array(self.standard.mean)) / self.standard.deviation, dtype=torch.float32)
+        # the features are not cut, for the scale is folded into the layer that reads them
+        values[:, self.entries :].clamp_(-CLIP, CLIP)
+        return values
 
 
-def train(problem: Problem, settings: Settings, seed: int) -> tuple[Agent, Scale]:
+def train(problem: Problem, settings: Settings, seed: int) -> tuple[Agent, Standard]:
     """An agent that has been trained, and how it scales its features."""
     torch.set_num_threads(1)  # at this size a second thread only costs
     torch.manual_seed(seed)
     episodes, (n, steps) = Episodes(problem, settings, seed), (settings.envs, settings.rollout)
-    space = episodes.view.action_space
+    space = episodes.memory.view.action_space
     assert isinstance(space, spaces.MultiDiscrete)
-    choices = space.nvec.tolist()
-    scale, worth = Scale(episodes.features.shape[1]), Scale(settings.signals)
-    multiplier = 0.0
-    agent = Agent(episodes.features.shape[1], choices, settings)
+    width = episodes.seen.shape[1]
+    agent = Agent(episodes.entries, width - episodes.entries, space.nvec.tolist(), settings)
+    worth, multiplier = Worth(settings.signals), 0.0
     optimiser = torch.optim.Adam(agent.parameters(), settings.learning_rate, eps=1e-5)  # 37: eps
     state = torch.zeros(1, n, settings.units)
     updates = max(settings.steps // (n * steps), 1)
     for update in range(updates):
         # 37 and matters: the rate falls linearly to 0
-        optimiser.param_groups[0]["lr"] = settings.learning_rate * (1.0 - update / updates)
-        features = torch.zeros(steps, n, episodes.features.shape[1])
-        actions = torch.zeros(steps, n, 2, dtype=torch.int64)
-        chances, begun = torch.zeros(steps, n), torch.zeros(steps, n)
+        left = 1.0 - update / updates
+        optimiser.param_groups[0]["lr"] = settings.learning_rate * left
+        seen, actions = torch.zeros(steps, n, width), torch.zeros(steps, n, 2, dtype=torch.int64)
+        chances, begun = torch.zeros(steps, n), torch.zeros(steps + 1, n)
         rewards, values = torch.zeros(steps, n, settings.signals), torch.zeros(steps + 1, n, settings.signals)
-        scrap, parts = 0.0, 0.0
-        before, raw = state, []
+        scrap, parts, before = 0.0, 0.0, state
         for k in range(steps + 1):
-            raw.append(episodes.features)
-            if update == k == 0:
-                scale.take(episodes.features)
-            shown, starts = scale(episodes.features)[None], torch.as_tensor(episodes.begun, dtype=torch.float32)[None]
+            begun[k] = episodes.begun
             with torch.no_grad():
-                logs, value, after = agent(shown, state, starts)
-            values[k] = worth.undone(value[0])
+                logs, value, _, after = agent(episodes.seen[None], state, begun[k, None])
+            values[k] = worth.mean + worth.deviation * value[0]
             if k == steps:
                 break
-            state = after
-            features[k], begun[k] = shown[0], starts[0]
+            state, seen[k] = after, episodes.seen
             actions[k] = torch.cat([log[0].exp().multinomial(1) for log in logs], -1)
             chances[k] = likelihood(logs, actions[k][None])[0]
             reward, finished, truncated, last = episodes.step(actions[k].numpy())
             rewards[k] = torch.as_tensor(reward[:, : settings.signals])
-            scrap, parts = scrap + reward[:, 1].sum(), parts + finished.sum()
+            scrap, parts = scrap + reward[:, 1].sum(), parts + finished
             if truncated.any():
                 # a limit of time is no end: what was to come is in the value (Pardo et al., arXiv:1712.00378)
                 with torch.no_grad():
-                    rest = worth.undone(agent(scale(last)[None], state, torch.zeros(1, n))[1][0])
+                    rest = worth.mean + worth.deviation * agent(last[None], state, torch.zeros(1, n))[1][0]
                 rewards[k] += settings.gamma * rest * torch.as_tensor(truncated)[:, None]
         # generalised advantages (Schulman et al., arXiv:1506.02438)
-        goes_on = 1.0 - torch.cat([begun[1:], starts])[..., None]
+        goes_on = 1.0 - begun[1:, :, None]
         advantages = torch.zeros_like(rewards)
         ahead = torch.zeros_like(rewards[0])
         for k in reversed(range(steps)):
             error = rewards[k] + settings.gamma * values[k + 1] * goes_on[k] - values[k]
             advantages[k] = ahead = error + settings.gamma * settings.gae_lambda * goes_on[k] * ahead
         returns = advantages + values[:-1]
-        # matters: the critic learns returns of mean 0 and deviation 1, or their size would drown the actor in the GRU
-        worth.take(returns.reshape(-1, settings.signals).double().numpy())
-        targets = worth(returns.numpy())
+        # matters: the critic learns returns of mean 0 and deviation 1
+        worth.take(returns.flatten(0, 1))
+        targets = (returns - worth.mean) / worth.deviation
         gains = advantages[..., 0]
         if settings.budget is not None:
             # the Lagrangian of PPO-Lagrangian (Ray, Achiam, Amodei, Benchmarking Safe Exploration, 2019)
@@ -268,7 +317,7 @@ def train(problem: Problem, settings: Settings, seed: int) -> tuple[Agent, Scale
         for _ in range(settings.epochs):
             # 37: a minibatch has whole rows of some environments, because the GRU has to see them in their order
             for index in torch.randperm(n).chunk(settings.minibatches):
-                logs, value, _ = agent(features[:, index], before[:, index], begun[:, index])
+                logs, value, wrong, _ = agent(seen[:, index], before[:, index], begun[:-1, index])
                 # 37: the advantages of a minibatch have mean 0 and deviation 1
                 chosen = gains[:, index]
                 chosen = (chosen - chosen.mean()) / (chosen.std() + 1e-8)
@@ -278,29 +327,33 @@ def train(problem: Problem, settings: Settings, seed: int) -> tuple[Agent, Scale
                 entropy = -sum((log.exp() * log).sum(-1).mean() for log in logs)
                 # matters: no clipping of the value
                 miss = (value - targets[:, index]).square().mean()
-                loss = settings.value * miss - gain - settings.entropy * entropy
+                loss = settings.value * miss + settings.guess * wrong - gain - settings.entropy * left * entropy
                 optimiser.zero_grad()
                 loss.backward()
                 nn.utils.clip_grad_norm_(agent.parameters(), settings.norm)  # 37
                 optimiser.step()
-        scale.take(np.concatenate(raw[:-1]))
-    return agent, scale
+    return agent, Standard(*(values[: episodes.entries] for values in astuple(episodes.standard)))
 
 
-def acting_part(agent: Agent, scale: Scale) -> Actor:
-    """The actor in NumPy; the scale of the features is folded into its first layer."""
-    state = {name: each.detach().double().numpy() for name, each in agent.state_dict().items() if "critic" not in name}
+def acting_part(agent: Agent, scale: Standard) -> Actor:
+    """The actor in NumPy; its first layer takes the scale of the features in, and its last what levels of E share."""
+    acts = {name: each for name, each in agent.state_dict().items() if name.startswith(("actor", "gru"))}
+    state = {name: each.detach().double().numpy() for name, each in acts.items()}
+    entries, mean = len(scale.mean), np.array(scale.mean)
     seen = [("actor.0.weight", "actor.0.bias")]
     if agent.gru is not None:
         seen.append(("gru.weight_ih_l0", "gru.bias_ih_l0"))
     for weight, bias in seen:
         # the features are the last that the first layer reads
-        factors = state[weight][:, -len(scale.mean) :] / scale.deviation
-        state[bias] = state[bias] - factors @ scale.mean
-        state[weight] = np.concatenate([state[weight][:, : -len(scale.mean)], factors], axis=1)
+        factors = state[weight][:, -entries:] / scale.deviation
+        state[bias] = state[bias] - factors @ mean
+        state[weight] = np.concatenate([state[weight][:, :-entries], factors], axis=1)
+    for part in ("weight", "bias"):
+        last = f"actor.{len(agent.actor) - 1}.{part}"
+        state[last] = agent.blur.double().numpy().T @ state[last]
     network = Network(
         family="gru",
-        entries=len(scale.mean),
+        entries=entries,
         lstm=0 if agent.gru is None else agent.gru.hidden_size,
         hidden=tuple(each.out_features for each in agent.actor if isinstance(each, nn.Linear))[:-1],
         outputs=sum(agent.choices),
@@ -309,7 +362,7 @@ def acting_part(agent: Agent, scale: Scale) -> Actor:
     return Actor(network, {name: values.astype(np.float32) for name, values in state.items()})
 
 
-def policy_of(agent: Agent, scale: Scale, problem: Problem, memory: Memory) -> LearnedPolicy:
+def policy_of(agent: Agent, scale: Standard, problem: Problem, memory: Memory) -> LearnedPolicy:
     """A trained agent as a policy, which takes what it holds best; one of the full observation is shown that."""
     policy = LearnedPolicy(acting_part(agent, scale), problem.name, form_of(memory), KIND + memory)
     policy.sees = "state" if memory == "state" else "measurements"
@@ -334,7 +387,7 @@ app = Application(add_completion=False, pretty_exceptions_enable=False, rich_mar
 def main(
     task: Annotated[str, typer.Option(help="Task, id, or task file.")] = "power_limited",
     seed: Annotated[int, typer.Option(min=0, max=LAST_SEED, help="Of the training.")] = 0,
-    steps: Annotated[int, typer.Option(min=1, help="Environment steps.")] = 600_000,
+    steps: Annotated[int, typer.Option(min=1, help="Environment steps.")] = 1_000_000,
     memory: Annotated[str, typer.Option(help=f"What it remembers or is shown: {', '.join(SEEN)}.")] = "gru",
     budget: Annotated[float | None, typer.Option(help="Share of parts that may be scrap; no limit by default.")] = None,
     episodes: Annotated[int, typer.Option(min=2, help="Validation episodes to be judged on.")] = 128,

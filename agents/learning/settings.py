@@ -8,7 +8,7 @@ from typing import Any, get_args
 from grind_env.envs.contexts import find_split
 from grind_env.envs.learning import WORST_REWARD
 from grind_env.envs.tasks import Task
-from grind_env.errors import quoted, reason
+from grind_env.errors import did_you_mean, quoted, reason
 from grind_env.policies.learned.view import Actions, MemoryKind
 from grind_env.policies.problem import Problem
 from grind_env.policies.tuned import ConfigError, tuned_folder
@@ -162,7 +162,9 @@ def settings_for(kind: str, name: str, folder: Path = CONFIGS) -> Settings:
         ConfigError: if there is no such kind, or the file is damaged or sets something else.
     """
     if kind not in DEFAULTS:
-        raise ConfigError(f"there is no kind of agent {quoted(kind)}: choose from {', '.join(DEFAULTS)}")
+        raise ConfigError(
+            f"there is no kind of agent {quoted(kind)}{did_you_mean(kind, DEFAULTS)}: choose from {', '.join(DEFAULTS)}"
+        )
     default = DEFAULTS[kind]
     path = folder / f"{name}.toml"
     if not path.exists():

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rich.table import Table
 
-from agents.benchmark.readme import table
+from agents.benchmark.page import table
 from agents.benchmark.summary import NONE
 from agents.provenance import provenance
 from agents.reference.gaps import ADAPTING_D, ADAPTING_E, BEST, FIXED, KNOWN, PLANNER, ROLES, Gap, TaskGaps
@@ -66,8 +66,8 @@ def page(tasks: Sequence[TaskGaps], episodes: int) -> str:
         " of a paired bootstrap over episodes.",
     ]
     for title, headings, rows in tables(tasks):
-        lines += ["", f"{title}:", "", *table(headings, rows)]
-    lines += ["", "What the tasks are to hold:", "", *table(VERDICTS, verdicts(tasks), left=len(VERDICTS))]
+        lines += ["", f"{title}:", "", table(headings, rows)]
+    lines += ["", "What the tasks are to hold:", "", table(VERDICTS, verdicts(tasks), left=len(VERDICTS))]
     return "\n".join([*lines, ""])
 
 

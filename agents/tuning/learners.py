@@ -16,7 +16,7 @@ from agents.learning.checkpoint import CheckpointError
 from agents.learning.settings import CONFIGS, DEFAULTS, Number, Settings
 from agents.learning.train import fingerprint, train
 from agents.tuning.studies import open_study, sqlite_url
-from grind_env.errors import quoted, reason
+from grind_env.errors import did_you_mean, quoted, reason
 from grind_env.files import ReadError
 from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.learned.saved import load_policy
@@ -84,7 +84,9 @@ def tune_learner(
         CheckpointError: if a checkpoint is damaged or cannot be written, which is no fault of the settings.
     """
     if kind not in DEFAULTS:
-        raise ConfigError(f"there is no kind of agent {quoted(kind)}: choose from {', '.join(DEFAULTS)}")
+        raise ConfigError(
+            f"there is no kind of agent {quoted(kind)}{did_you_mean(kind, DEFAULTS)}: choose from {', '.join(DEFAULTS)}"
+        )
     path = search.configs / f"{problem.name}.toml"
     # what is found goes there: better to learn now than after hours of training that it cannot
     _tables(path)

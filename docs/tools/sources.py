@@ -49,9 +49,9 @@ def by_hand() -> Iterator[Page]:
 
 
 def tutorials() -> Iterator[Page]:
-    """The executed notebooks."""
+    """The notebooks, with what they have shown."""
     for path in sorted((ROOT / "notebooks").glob("*.ipynb")):
-        yield f"tutorials/{path.name}", as_page((ROOT / "build" / "notebooks" / path.name).read_bytes())
+        yield f"tutorials/{path.name}", as_page(path.read_bytes())
 
 
 def from_code() -> Iterator[Page]:
@@ -77,7 +77,10 @@ def _index(text: str) -> str:
 def results() -> Iterator[Page]:
     """Tables and figures of `agents/results`, as they are checked in."""
     for path in sorted((*RESULTS.rglob("*.md"), *RESULTS.rglob("*.png"))):
-        yield f"benchmark/results/{path.relative_to(RESULTS).as_posix()}", path.read_bytes()
+        # pages of the checkout link to those of `docs/`, which stand above them on the site
+        content = path.read_bytes()
+        content = content.replace(b"](../../docs/benchmark/", b"](../") if path.suffix == ".md" else content
+        yield f"benchmark/results/{path.relative_to(RESULTS).as_posix()}", content
     for of, folder in (("study", RESULTS / "dress_study"), ("plants", RESULTS / "dress_study" / "plants")):
         yield f"benchmark/dress_{of}.txt", table(HEADINGS, map(line, read_studies(folder))).encode()
         shown = [

@@ -77,6 +77,21 @@ def interval(
     write_figure(interval_figure(found), output)
 
 
+@app.command(epilog="Example: grind figure dress --env power_limited --E 7 --every 10 -o dress.pdf")
+def dress(
+    output: Output,
+    env: NamedProblem = "power_limited",
+    speed: Annotated[float, typer.Option("--E", help="Table speed, m/min.")] = 7.0,
+    every: Annotated[int, typer.Option(min=1, help="Blocks from dress to dress.")] = 10,
+) -> None:
+    """What a dress changes: the last part on a dull wheel, and the next one after the dress, 170 mm wide."""
+    from grind_env.figures.dress import dress_figure, dressed_run
+    from grind_env.render.figures import prepare_figure, write_figure
+
+    prepare_figure(output)
+    write_figure(dress_figure(dressed_run(env, speed, every)), output)
+
+
 @app.command(epilog="Example: grind figure policy-map --env power_limited -o map.pdf")
 def policy_map(
     output: Output,

@@ -1,6 +1,6 @@
 """Runs a policy through the episodes of a list of seeds, side by side."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields
 from typing import NamedTuple
 
@@ -173,7 +173,17 @@ def steps(
         yield Step(observation, choice, outcomes, over)
 
 
-def roll_out(policy: Policy, simulation: Simulation, episodes: Episodes, model: Simulation | None = None) -> Evaluation:
+def nobody(steps: int) -> None:
+    """Told of steps, and not interested."""
+
+
+def roll_out(
+    policy: Policy,
+    simulation: Simulation,
+    episodes: Episodes,
+    model: Simulation | None = None,
+    advance: Callable[[int], object] = nobody,
+) -> Evaluation:
     """Run the policy from the first step of the episodes to the last; the episodes are left as they are.
 
     Every decision goes through the action space, and the policy sees no more than it declares.
@@ -183,6 +193,7 @@ def roll_out(policy: Policy, simulation: Simulation, episodes: Episodes, model: 
         simulation: what grinds.
         episodes: at their first block.
         model: what the policy takes that for, if it is something else; see `held.parted`.
+        advance: called with the number of steps that have been made since it was called last.
 
     Raises:
         ActionError: if the policy decides an E or a D that the environment does not have.
@@ -192,6 +203,7 @@ def roll_out(policy: Policy, simulation: Simulation, episodes: Episodes, model: 
     for step in steps(policy, simulation, episodes.pick(np.arange(n)), model):
         totals += step.outcomes[:, [COST, GOOD, FINISHED]]
         plan.append(tuple(np.where(step.over, np.nan, values) for values in step.choice))
+        advance(1)
     speeds, executions = np.array(plan).transpose(1, 2, 0)
     cost, good, finished = totals.T
     return Evaluation(cost, good, finished, speeds, executions)

@@ -1,6 +1,7 @@
 """What a policy is worth: cost per good part and score on frozen seeds, with intervals."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, get_args
 
@@ -10,7 +11,7 @@ from grind_env.envs.machines import machines_of
 from grind_env.envs.splits import EVERY, SPLITS
 from grind_env.errors import GrindError, quoted
 from grind_env.plants.names import MODEL
-from grind_env.policies.evaluation import SEEDS, Evaluation, episode_seeds, roll_out, start_episodes
+from grind_env.policies.evaluation import SEEDS, Evaluation, episode_seeds, nobody, roll_out, start_episodes
 from grind_env.policies.held import model_of, on
 from grind_env.policies.naming import named_policy
 from grind_env.policies.policy import Policy, Sees
@@ -116,6 +117,7 @@ def evaluate(
     first_seed: int | None = None,
     plant: str | None = None,
     model: str | None = None,
+    advance: Callable[[int], object] = nobody,
 ) -> Judgement:
     """Run a policy on frozen seeds, and judge it.
 
@@ -132,6 +134,7 @@ def evaluate(
         plant: name of the machine (`grind_env.plants`), by default the model; without a seed in it, every episode draws
             one.
         model: name of the one machine that planners, beliefs and experts take it for, by default the model.
+        advance: called with the number of steps that have been made since it was called last.
 
     Raises:
         GrindError: there is no such problem, policy or split, there are no such seeds, or the policy decides what the
@@ -164,7 +167,7 @@ def evaluate(
     policy = named_policy(policy, held or simulation, modules=True) if isinstance(policy, str) else policy
     check_policy(policy)
     start = start_episodes(simulation, chosen, split)
-    run = roll_out(policy, simulation, start, held)
+    run = roll_out(policy, simulation, start, held, advance)
     anchored = machines is None and not SPLITS[split].beyond
     known, score = find_reference(problem.id) if anchored else None, None
     paired = (chosen.start, split) == (SEEDS[REFERENCE_SEEDS], EVERY)

@@ -13,7 +13,7 @@ from grind_env.envs.job.text import MOST_PARTS, batch_name
 from grind_env.envs.names import ANY_TASK, OTHERS, WEN, environment_id, task_names
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks.reading import is_file as is_task_file
-from grind_env.errors import GrindError, quoted
+from grind_env.errors import GrindError, did_you_mean, quoted
 from grind_env.files import is_file
 
 JOB = "grind/Job-v0"
@@ -104,8 +104,9 @@ def find_problem(text: str, job: str | None = None, parts: int = 1) -> Problem:
         return Problem(_own_name(path, path.stem), ANY_TASK, (("task", str(path)),))
     if program == JOB or is_file(Path(program)):
         return _of_program(None if program == JOB else program, job, parts)
+    like = did_you_mean(text, [*names, *map(environment_id, names)])
     raise ProblemError(
-        f"there is no problem {quoted(text)}: give one of {', '.join(names)}, an id, a task file (.toml), or"
+        f"there is no problem {quoted(text)}{like}: give one of {', '.join(names)}, an id, a task file (.toml), or"
         " a part program"
     )
 

@@ -9,7 +9,7 @@ from typing import Any, get_origin
 
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
-from grind_env.errors import quoted
+from grind_env.errors import did_you_mean, quoted
 from grind_env.policies.planners.belief_planner import BeliefPlanner
 from grind_env.policies.planners.hindsight import Hindsight
 from grind_env.policies.planners.known_state import FullStateRule, ModelPredictive
@@ -99,8 +99,10 @@ def check_names(simulation: Simulation, names: Sequence[str] | None) -> Sequence
     listed = policy_names(simulation)
     known = [*listed, *ABLATIONS, *fitting(UNSCORED, simulation)]
     if unknown := set(names or ()) - set(known):
+        name = min(unknown)
         raise ConfigError(
-            f"there is no policy {quoted(min(unknown))} for {simulation.task.name}: choose from {', '.join(known)}"
+            f"there is no policy {quoted(name)}{did_you_mean(name, known)} for {simulation.task.name}: choose from "
+            f"{', '.join(known)}"
         )
     return listed if names is None else names
 

@@ -48,10 +48,13 @@ class Fleet:
     numbers: tuple[int, ...]
     drawn: int = 0
 
+    def count(self, use: LotUse, seeds: Sequence[tuple[int, ...]]) -> int:
+        """How many machines a use has on so many lots."""
+        return min(MACHINES[use], len(seeds), len(self.numbers))
+
     def under(self, trials: Trials, use: LotUse, seeds: Sequence[tuple[int, ...]]) -> Trials:
         """Trials on lots and on the machines of a use, other ones for each if there are enough."""
-        count = min(MACHINES[use], len(seeds), len(self.numbers))
-        places = [(FIRST[use] + k) % len(self.numbers) for k in range(count)]
+        places = [(FIRST[use] + k) % len(self.numbers) for k in range(self.count(use, seeds))]
         job, root = trials.simulation.job, self.uncertainty.root
         machines = [world(job, self.uncertainty, root, self.seed, self.numbers[place]) for place in places]
         return trials.on(seeds, machines, self.uncertainty.drift)

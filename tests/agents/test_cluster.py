@@ -344,11 +344,17 @@ def test_a_run_of_a_tuning_far_from_its_database_goes_on_in_its_file(tmp_path, m
     assert (runs / run.file).stat().st_mtime_ns == before
 
 
-def test_cells_name_all_that_is_kept_of_them(tmp_path):
+def test_cells_name_all_that_is_kept_of_them(tmp_path, monkeypatch):
     request = Request(episodes=3, interpolation_episodes=2, runs=tmp_path)
     cell = Cell(ORACLE, "handbook")
     measure(cell, request)
-    assert len(packed(tmp_path, cell.files)) == 2 == len(packed(tmp_path, ["**/*"]))
+    assert len(packed(tmp_path, cell.files)) == 3 == len(packed(tmp_path, ["**/*"]))
+    for variant in (Cell(ORACLE, "hindsight@1"), Cell(ORACLE, "power_threshold@1M")):
+        monkeypatch.setattr("agents.benchmark.measure.LIMIT", 48 * 6 * 20)
+        before = packed(tmp_path, ["**/*"]).keys()
+        measure(variant, request)
+        found = packed(tmp_path, ["**/*"]).keys() - before
+        assert len(found) >= 2 and found == packed(tmp_path, variant.files).keys()
     study = SimpleNamespace(episodes=2, runs=tmp_path / "study", configs=None)
     listed = cells(ORACLE)
     assert len({str(each) for each in listed}) == len(listed)

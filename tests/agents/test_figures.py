@@ -46,12 +46,17 @@ def dots(panel):
 
 
 def test_the_figures_are_small_and_fit_a_page(tmp_path):
-    paths = write_figures(ROWS, tmp_path / "figures")
+    rows = [*ROWS, *results(["blades"])]
+    paths = write_figures(rows, tmp_path / "figures")
     assert [path.name for path in paths] == ["cost.png", "iqm.png", "profiles.png", "improvement.png"]
     for path in paths:
         assert path.stat().st_size < 150_000
         assert 800 <= Image.open(path).width <= 1200
-    assert [path.read_bytes() for path in write_figures(ROWS, tmp_path / "again")] == [p.read_bytes() for p in paths]
+    assert [path.read_bytes() for path in write_figures(rows, tmp_path / "again")] == [p.read_bytes() for p in paths]
+
+
+def test_profiles_are_drawn_from_three_scored_tasks_on(tmp_path):
+    assert [path.name for path in write_figures(ROWS, tmp_path)] == ["cost.png", "iqm.png", "improvement.png"]
 
 
 def test_without_a_scored_task_only_costs_are_drawn(tmp_path):

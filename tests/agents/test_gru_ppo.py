@@ -10,7 +10,20 @@ import torch
 from safetensors.numpy import load, save
 
 from agents.learning import gru_ppo
-from agents.learning.gru_ppo import SEEN, Agent, Memory, Scale, Settings, acting_part, form_of, policy_of, shown, train
+from agents.learning.gru_ppo import (
+    SEEN,
+    Agent,
+    Episodes,
+    Memory,
+    Settings,
+    Worth,
+    acting_part,
+    form_of,
+    policy_of,
+    shown,
+    train,
+)
+from grind_env.envs.shown import CLIP, Standard
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.learned.network import Network
@@ -22,27 +35,34 @@ FILE = Path(gru_ppo.__file__)
 SMALL = Settings(steps=96, envs=4, rollout=8, minibatches=2, epochs=1, units=5, hidden=(7, 6))
 
 
-def filled(memory: Memory, entries: int, choices: tuple[int, ...] = (5, 3)) -> tuple[Agent, Scale, np.ndarray]:
-    """An agent whose decisions differ, the scale of its features, and some of them."""
+def filled(memory: Memory, entries: int, choices: tuple[int, ...] = (5, 3)) -> tuple[Agent, Standard, np.ndarray]:
+    """An agent whose decisions differ, the scale of its features, and these and two hidden entries behind them."""
     torch.manual_seed(3)
-    agent, scale = Agent(entries, list(choices), replace(SMALL, memory=memory)), Scale(entries)
+    agent = Agent(entries, 2, list(choices), replace(SMALL, memory=memory))
     with torch.no_grad():
         for values in agent.parameters():
             values += 0.3 * torch.randn_like(values)
-    features = np.random.default_rng(0).normal(2.0, 3.0, (9, 6, entries)).astype(np.float32)
-    scale.take(features.reshape(-1, entries).astype(np.float64))
-    return agent, scale, features
+    rng = np.random.default_rng(0)
+    scale = Standard(tuple(rng.normal(2.0, 1.0, entries)), tuple(rng.uniform(0.5, 3.0, entries)))
+    return agent, scale, rng.normal(2.0, 3.0, (9, 6, entries + 2)).astype(np.float32)
+
+
+def standardised(features: np.ndarray, scale: Standard) -> torch.Tensor:
+    """As a training shows features and hidden entries."""
+    entries = len(scale.mean)
+    scaled = (features[..., :entries] - scale.mean) / scale.deviation
+    return torch.as_tensor(np.concatenate([scaled, features[..., entries:]], axis=-1)).float()
 
 
 @pytest.mark.parametrize("memory", ["gru", "none"])
 def test_torch_and_numpy_say_the_same(memory: Memory):
-    agent, scale, features = filled(memory, 4)
+    agent, scale, seen = filled(memory, 4)
     actor = acting_part(agent, scale)
     begun = torch.zeros(9, 6)
     begun[0] = 1.0
-    logs, _, _ = agent(scale(features), torch.zeros(1, 6, SMALL.units), begun)
+    logs, *_ = agent(standardised(seen, scale), torch.zeros(1, 6, SMALL.units), begun)
     state = actor.begin(6)
-    for k, each in enumerate(features):
+    for k, each in enumerate(seen[..., :4]):
         said, state = actor.outputs(each, state)
         parts = np.split(said, [5], axis=1)
         for log, part in zip(logs, parts, strict=True):
@@ -52,26 +72,58 @@ def test_torch_and_numpy_say_the_same(memory: Memory):
 
 
 def test_episodes_that_begin_in_a_rollout_remember_nothing():
-    agent, scale, features = filled("gru", 4)
+    agent, scale, found = filled("gru", 4)
+    seen = standardised(found, scale)
     begun = torch.zeros(9, 6)
     begun[0], begun[4, 2] = 1.0, 1.0
-    whole, values, _ = agent(scale(features), torch.ones(1, 6, SMALL.units), begun)
-    alone, _, _ = agent(scale(features[4:, 2:3]), torch.zeros(1, 1, SMALL.units), torch.zeros(5, 1))
+    whole, values, _, _ = agent(seen, torch.ones(1, 6, SMALL.units), begun)
+    alone, _, _, _ = agent(seen[4:, 2:3], torch.zeros(1, 1, SMALL.units), torch.zeros(5, 1))
     assert torch.allclose(whole[0][4:, 2], alone[0][:, 0], atol=1e-6)
     begun[4, 2] = 0.0
-    through, later, _ = agent(scale(features), torch.zeros(1, 6, SMALL.units), begun)
+    through, later, _, _ = agent(seen, torch.zeros(1, 6, SMALL.units), begun)
     assert not torch.allclose(whole[0][4:, 2], through[0][4:, 2], atol=1e-3)
     others = [0, 1, 3, 4, 5]
     assert torch.allclose(values[:, others], later[:, others], atol=1e-6)
 
 
-def test_the_scale_is_that_of_all_features_together():
-    features = np.random.default_rng(1).normal(5.0, 2.0, (300, 3))
-    scale = Scale(3)
-    for part in np.split(features, [40, 170]):
-        scale.take(part)
-    assert scale.mean == pytest.approx(features.mean(axis=0))
-    assert scale.deviation == pytest.approx(features.std(axis=0))
+def test_what_is_hidden_shapes_what_is_remembered_and_no_decision():
+    agent, scale, found = filled("gru", 4)
+    seen = standardised(found, scale)
+    other = seen.clone()
+    other[..., 4:] += 1.0
+    said, told = (agent(each, torch.zeros(1, 6, SMALL.units), torch.zeros(9, 6)) for each in (seen, other))
+    assert all(torch.equal(a, b) for a, b in zip(said[0], told[0], strict=True))
+    assert torch.equal(said[1], told[1])
+    assert said[2] != told[2]
+    # the critic does not shape what is remembered, and the guess does
+    assert agent.gru is not None
+    said[1].sum().backward(retain_graph=True)
+    assert all(values.grad is None for values in agent.gru.parameters())
+    said[2].backward()
+    assert all(values.grad is not None and values.grad.any() for values in agent.gru.parameters())
+
+
+def test_the_worth_is_that_of_all_returns_together():
+    returns = torch.randn(300, 2, generator=torch.Generator().manual_seed(1)) * 2.0 + torch.tensor([5.0, -90.0])
+    worth = Worth(2)
+    for part in returns.split([40, 130, 130]):
+        worth.take(part)
+    assert worth.mean.numpy() == pytest.approx(returns.numpy().mean(axis=0), rel=1e-5)
+    assert worth.deviation.numpy() == pytest.approx(returns.numpy().std(axis=0), rel=1e-4)
+
+
+def test_what_is_seen_is_what_is_measured_and_behind_it_what_is_hidden():
+    episodes = Episodes(PROBLEM, SMALL, 0)
+    full = Episodes(shown(PROBLEM, "state"), replace(SMALL, memory="state"), 0)
+    assert episodes.entries == len(PROBLEM.simulation().entries)
+    assert full.entries == full.seen.shape[1] == episodes.seen.shape[1]
+    assert episodes.seen.shape[1] > episodes.entries
+    for _ in range(20):
+        assert torch.allclose(episodes.seen[:, : episodes.entries], full.seen[:, : episodes.entries])
+        hidden = full.seen[:, episodes.entries :].clamp(-CLIP, CLIP)
+        assert torch.equal(episodes.seen[:, episodes.entries :], hidden)
+        for each in (episodes, full):
+            each.step(np.ones((SMALL.envs, 2), np.int64))
 
 
 @pytest.mark.parametrize("memory", SEEN)

@@ -19,6 +19,7 @@ from tests.command import Grind
 pytest.importorskip("matplotlib")
 
 from grind_env.figures.cycle import cycle_figure
+from grind_env.figures.dress import around_dress, dress_figure, dressed_run
 from grind_env.figures.interval import interval_figure
 from grind_env.figures.policy_map import NAMES, PolicyMap, policy_map, policy_map_figure
 from grind_env.figures.wheel import wheel_figure
@@ -107,6 +108,21 @@ def test_without_intervals_there_is_nothing_to_draw(swept: Sweep) -> None:
         interval_figure(replace(swept, speeds=(replace(swept.own, every=0),)))
 
 
+def test_a_dress_is_shown_between_whole_parts() -> None:
+    record = dressed_run("power_limited", 6.0, 3)
+    dull, sharp, seconds = around_dress(record)
+    # D of the third block dresses within it
+    assert (dull, sharp) == (2, 4)
+    assert seconds == pytest.approx(record.dresses["seconds"][0])
+    figure = dress_figure(record)
+    power = figure.axes[1].lines
+    for line, number in zip(power, (dull, sharp), strict=False):
+        strokes = record.strokes[record.strokes["part"] == number]
+        np.testing.assert_allclose(line.get_ydata(), 0.001 * strokes["power"])
+    with pytest.raises(GrindError, match="no dress lies between two whole parts"):
+        around_dress(dressed_run("power_limited", 6.0, 99))
+
+
 def test_an_agent_slows_down_and_dresses_as_the_wheel_dulls(mapped: PolicyMap) -> None:
     middle = len(mapped.growths) // 4
     assert mapped.speeds[middle, 0] > mapped.speeds[middle, -1]
@@ -145,6 +161,7 @@ def test_what_sees_no_belief_has_no_map(policy: str) -> None:
         (("wheel", PLATE, "--parts", 2), 85.0),
         (("interval", PLATE, "--dress-every", "1..2", "--parts", 2), 85.0),
         (("policy-map", "--episodes", 2), 170.0),
+        (("dress", "--E", 4.5, "--every", 5), 170.0),
     ],
 )
 def test_each_is_one_command(words: tuple[object, ...], size: float, grind: Grind, tmp_path: Path) -> None:

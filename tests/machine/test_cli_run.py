@@ -211,7 +211,9 @@ def test_check_and_trace_agree_with_run(name: str, capsys: pytest.CaptureFixture
 
 def test_help_says_what_stops_dresses_and_columns_are(capsys: pytest.CaptureFixture[str]) -> None:
     assert grind("run", "--help") == 0
-    out = " ".join(capsys.readouterr().out.split())
+    said = capsys.readouterr().out
+    assert len(said.splitlines()) <= 60
+    out = " ".join(said.split())
     for words in (
         "after each M00",
         "examples/plate_g82.toml",
@@ -220,9 +222,13 @@ def test_help_says_what_stops_dresses_and_columns_are(capsys: pytest.CaptureFixt
         "M98 with the number of the dress program dresses",
     ):
         assert words in out
-    table, columns = out[out.index("Columns of the table") :].split("Columns of --record")
-    assert not [heading for heading, _ in COLUMNS.values() if heading.split("\n")[0] not in table]
-    assert not [name for name in STROKE_ROW.names or () if not re.search(rf"\b{name}\b", columns)]
+    page = Path(__file__).parents[2] / "docs" / "reference" / "columns.md"
+    assert "docs/reference/columns.md" in out
+    parts, strokes = page.read_text(encoding="utf-8").split("## Blocks")
+    named = [re.findall(r"^\| ([^|]+) \|", text, re.MULTILINE) for text in (parts, strokes.split("## Strokes")[1])]
+    headings = [heading.replace("\n", " ").partition(" ")[0] for heading, _ in COLUMNS.values()]
+    assert not [heading for heading in headings if not any(each.startswith(heading) for each in named[0])]
+    assert not {*(STROKE_ROW.names or ())} - {name for each in named[1] for name in each.split(", ")}
 
 
 def test_warnings_are_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

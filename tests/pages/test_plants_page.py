@@ -19,4 +19,4 @@ def test_it_has_every_family_with_every_number_and_its_source() -> None:
 
 def test_the_names_that_it_gives_are_names() -> None:
     named = re.findall(r"^\| `([\w+:-]+)` \|", plants_page(), re.MULTILINE)
-    assert len([find_plant(name) for name in named if not name.startswith("module:") and ":" in name]) == 3
+    assert len([find_plant(name) for name in named if not name.startswith("module:") and ":" in name]) == 4

@@ -231,7 +231,7 @@ def test_a_wrong_description_is_refused(key: str, value: Any, match: str, good: 
         ("hidden", [1] * 17, "description is damaged"),
         ("hidden", [128.0, 128.0], "description is damaged"),
         ("hidden", "128", "description is damaged"),
-        ("lstm", 64, "its tensors are not those"),
+        ("lstm", 64, "description is damaged"),
         ("activation", "exec", "description is damaged"),
     ],
 )

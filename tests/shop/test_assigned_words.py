@@ -1,5 +1,6 @@
 """Words that read a variable are varied by the number that is assigned to it, and by nothing else."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,17 +12,18 @@ from grind_env.control import read, read_file
 from grind_env.files import read_bytes
 from grind_env.machine.grind import grind
 from grind_env.machine.job.file import load_job
+from grind_env.machine.job.uncertainty import CERTAIN
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.outcome import Optimised
 from grind_env.shop.optimise.variation import Variation, variation_of
 from grind_env.shop.optimise.wishes import WishError, wishes_of
 from grind_env.shop.trials import LotUse, lots_of, trials_of
-from tests.shop.programs import DRESS, FEEDS, INCH, JOB, PLATE
+from tests.shop.programs import DRESS, FEEDS, INCH, JOB, KNOWN, PLATE
 
 pytestmark = pytest.mark.usefixtures("few_lots")
 
-SHOP = load_job(Path(__file__).parents[2] / "grind_env" / "examples" / "plate_g82.toml")
+SHOP = replace(load_job(Path(__file__).parents[2] / "grind_env" / "examples" / "plate_g82.toml"), uncertainty=CERTAIN)
 ASSIGNED = (
     PLATE.replace("N30 G00 X-30.", "#101 = 15000. (ROUGH)\n N31 #102=9000\n#103=+1(DRESSES)\n#104=-.01\nN30 G00 X-30.")
     .replace("E15000.", "E#101")
@@ -42,7 +44,7 @@ def asked_for(text: str, folder: Path, vary: str | None = None, keep: tuple[int,
 def found_in(text: str, folder: Path, **asked: object) -> Optimised:
     path = folder / "part.nc"
     path.write_text(text, encoding="utf-8")
-    path.with_suffix(".toml").write_text(JOB, encoding="utf-8")
+    path.with_suffix(".toml").write_text(JOB + KNOWN, encoding="utf-8")
     return find_words(path, parts=3, seconds=1000.0, **asked)  # type: ignore[arg-type]
 
 

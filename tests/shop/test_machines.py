@@ -20,7 +20,9 @@ from grind_env.process.state import FORCES
 from grind_env.shop.calls import optimise, sweep
 from grind_env.shop.machines import Fleet, fleet_of
 from grind_env.shop.optimise import table
-from grind_env.shop.optimise.wishes import WishError
+from grind_env.shop.optimise.editing import text_of
+from grind_env.shop.optimise.variation import variation_of
+from grind_env.shop.optimise.wishes import WishError, wishes_of
 from grind_env.shop.trials import LotUse, Trials, lots_of, trials_of
 from tests.shop.programs import EXAMPLES, KNOWN, PLATE
 from tests.shop.promises import TABLE, Kept, said
@@ -131,6 +133,15 @@ def test_machines_are_those_on_which_the_program_grinds_good_parts() -> None:
         on = each.under(as_it_is, LotUse.JUDGEMENT, lots)
         scrap.append(float(on.measure(on.own[None]).scrap.mean()))
     assert scrap[0] < 0.01 < 0.03 < scrap[1]
+
+
+@pytest.mark.parametrize("listed", [(), (PartConditions(), PartConditions())])
+def test_how_many_lots_there_are_is_known_before_machines_are_drawn(listed: tuple[PartConditions, ...]) -> None:
+    path = EXAMPLES / "plate_g82.nc"
+    job, text = replace(load_job(path.with_suffix(".toml")), parts=listed), text_of(path.read_bytes())
+    asked = variation_of(read_file(path), text, job, wishes_of(["E"]), max(len(listed), 1), 1)
+    for use in (LotUse.SEARCH, LotUse.COMPARISON, LotUse.JUDGEMENT):
+        assert asked.lots(use, 40) == len(asked.trials(use, 40).seeds)
 
 
 def test_a_program_that_the_model_condemns_does_not_make_the_model_unlikely() -> None:

@@ -106,11 +106,13 @@ def test_the_programs_tried_lie_around_the_one_chosen(found: Optimised) -> None:
     assert seconds == sorted(seconds) and min(each.cost for each in found.cheapest) <= chosen.cost
 
 
+@pytest.mark.usefixtures("few_lots")
 def test_the_same_seed_finds_the_same() -> None:
     runs = [find_words(EXAMPLES / "keyway_g81.nc", parts=3, seconds=1000.0, seed=5) for _ in range(2)]
     assert runs[0] == runs[1]
 
 
+@pytest.mark.usefixtures("few_lots")
 def test_a_program_that_is_not_better_is_not_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     output = tmp_path / "out.nc"
     options = ["--vary", "E", "--bounds", "E=8000..9000", "--parts", "2", *LONG, "-o", output]
@@ -119,6 +121,7 @@ def test_a_program_that_is_not_better_is_not_written(tmp_path: Path, capsys: pyt
     assert not output.exists()
 
 
+@pytest.mark.usefixtures("few_lots")
 def test_a_limit_that_forbids_all_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     output = tmp_path / "out.nc"
     options = ["--vary", "E", "--margin", "Ra=.2", "--parts", "2", *LONG, "--json", "-o", output]
@@ -129,6 +132,7 @@ def test_a_limit_that_forbids_all_is_named(tmp_path: Path, capsys: pytest.Captur
     assert not output.exists()
 
 
+@pytest.mark.usefixtures("few_lots")
 @pytest.mark.parametrize("refused", [1, 2, 99])
 def test_the_next_best_is_judged_where_the_best_is_beyond_a_limit(
     refused: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
@@ -155,6 +159,7 @@ def test_the_next_best_is_judged_where_the_best_is_beyond_a_limit(
         )
 
 
+@pytest.mark.usefixtures("few_lots")
 def test_without_time_the_best_one_alone_is_judged(monkeypatch: pytest.MonkeyPatch) -> None:
     now, judge, judged = [0.0], finding._judge, []
 
@@ -173,6 +178,7 @@ def test_without_time_the_best_one_alone_is_judged(monkeypatch: pytest.MonkeyPat
     assert len(judged) == 1
 
 
+@pytest.mark.usefixtures("few_lots")
 def test_what_is_written_is_what_was_judged(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, output = write(tmp_path, "lower"), tmp_path / "out.nc"
     arguments = ["optimise", path, "--vary", "E", "--bounds", "E=12000..20000", "--round", "E=1000", "--parts", "3"]

@@ -73,7 +73,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Few lots, and no words without limits."""
     monkeypatch.setattr(finding, "JUDGED", 8)
     monkeypatch.setattr(comparing, "COMPARED", 4)
-    monkeypatch.setattr(finding, "_freed", lambda *arguments: {})
+    monkeypatch.setattr(finding, "freed_of", lambda *arguments: {})
 
 
 @pytest.mark.usefixtures("quick")

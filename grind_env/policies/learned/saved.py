@@ -245,6 +245,8 @@ def read_description(path: Path, text: str | None) -> Description:
                 f" train it anew with `python -m agents train --task {task} --kind {kind}`"
             )
         network = document["network"]
+        if network["lstm"] and not FAMILIES[_one_of(tuple(FAMILIES), network["family"])].recurrent:
+            raise ValueError(f"{network['family']} has no layer that remembers")
         return Description(
             task=task,
             kind=kind,

@@ -4,6 +4,7 @@ import typer
 
 from grind_env.shop.commands.advise import advise
 from grind_env.shop.commands.calibrate import calibrate
+from grind_env.shop.commands.doctor import doctor
 from grind_env.shop.commands.optimise import optimise
 from grind_env.shop.commands.report import report
 from grind_env.shop.commands.start import catalogue, init, job
@@ -24,3 +25,4 @@ def register(app: typer.Typer) -> None:
         epilog="Example: grind calibrate log.csv --program plate.nc --job plate.toml --gauge parts.csv -o shop.toml"
     )(calibrate)
     app.command(epilog="Example: grind warm-up")(warm_up)
+    app.command(epilog="Example: grind doctor")(doctor)

@@ -5,7 +5,7 @@ from dataclasses import replace
 from functools import partial
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,19 +13,18 @@ from grind_env.arrays import Array
 from grind_env.control import Programs, read, read_file
 from grind_env.errors import GrindError
 from grind_env.files import read_bytes
-from grind_env.machine.job import Job, Part
+from grind_env.machine.job import Job
 from grind_env.machine.job.file import job_beside, load_job
 from grind_env.machine.script.settings import DRESS_SECONDS
 from grind_env.plants import find_plant
 from grind_env.plants.names import MODEL
-from grind_env.process.cost import NO_LIMIT
 from grind_env.shop.optimise.budget import ENOUGH_TRIALS, Budget, TimeUp, time_said
-from grind_env.shop.optimise.comparing import COMPARED, compared
+from grind_env.shop.optimise.comparing import compared
 from grind_env.shop.optimise.editing import ProgramText, text_of
+from grind_env.shop.optimise.freed import freed_of, without
 from grind_env.shop.optimise.judgement import (
     QUANTITIES,
     Change,
-    Freed,
     few,
     limits_of,
     not_freed,
@@ -38,8 +37,9 @@ from grind_env.shop.optimise.judgement import (
     wishes_kept,
     words_of,
 )
+from grind_env.shop.optimise.leaving import JUDGED, SEARCHED, following, judging
 from grind_env.shop.optimise.outcome import Optimised, Trade, Verdict, WishUse, cheapest_by_time
-from grind_env.shop.optimise.search import GENERATIONS, Point
+from grind_env.shop.optimise.search import Point
 from grind_env.shop.optimise.unrolling import unrolled
 from grind_env.shop.optimise.variation import (
     Pace,
@@ -52,20 +52,8 @@ from grind_env.shop.optimise.variation import (
 from grind_env.shop.optimise.wishes import Wishes
 from grind_env.shop.trials import LIMITS, SAME, LotUse, Measures, Trials, lots_said
 
-SEARCHED, JUDGED = 20, 256
-"""Lots on which programs are searched, and on which the best one is judged; more of short batches, and fewer of a
-program that the control executes, if there is no time for them."""
-FEWER = 4
-"""Generations of a search without a limit, over those of the whole one."""
-
-TO_COMPARE, TO_JUDGE = 100, 4
-"""Programs for which the search leaves time."""
-MOST_COMPARING, MOST_JUDGING, OVER = 0.2, 0.12, 1.2
-"""Shares of the budget that it leaves for comparison and judgement, at most, and times the budget up to which programs
-are judged and words without each limit are searched."""
-
-FREE = {"temp": ("rise_allowance", 2000.0), "Ra": ("roughness_limit", NO_LIMIT), "size": ("tolerance", NO_LIMIT)}
-"""Field of a part that holds a limit, and what it is without."""
+OVER = 1.2
+"""Times the budget up to which programs are judged, and words without each limit are searched."""
 
 
 def find_words(
@@ -141,15 +129,15 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
     tried: dict[Point, Trade] = {}
     compiled = variation.base.simulation.compiled
     pace = Pace()
-    following = partial(_following, variation, pace) if compiled else nothing_more
-    search = variation.search(variation.trials(LotUse.SEARCH, SEARCHED), progress, "searching", tried, pace, following)
+    leaves = partial(following, variation, pace) if compiled else nothing_more
+    search = variation.search(variation.trials(LotUse.SEARCH, SEARCHED), progress, "searching", tried, pace, leaves)
     known = budget.spent
     search.run(variation.start, variation.seed, grid=variation.grid() if compiled else ())
     seconds = (budget.spent - known) / len(search.costs)
     feasible = any(each.keeps for each in tried.values())
     points = search.ranked[:1]
     if feasible:
-        points = compared(variation, search.ranked, tried, pace, partial(_judging, variation, pace), progress)
+        points = compared(variation, search.ranked, tried, pace, partial(judging, variation, pace), progress)
     lots = JUDGED if compiled else budget.judged(JUDGED, seconds / SEARCHED)
     before = variation.trials(LotUse.JUDGEMENT, lots)
     progress("judging", 0)
@@ -173,7 +161,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
     beyond = new.violation(variation.margins)[0]
     sought = feasible and before.simulation.compiled and machine is None
     left = Budget(OVER * budget.seconds - budget.spent)
-    freed = _freed(variation, before, point, pace, left, progress) if sought else {}
+    freed = freed_of(variation, before, point, pace, left, progress) if sought else {}
     limits = limits_of(variation, old, new, freed)
     on = lots_said(before.lots, "unseen lots")
     verdict, reason = verdict_of(
@@ -287,85 +275,3 @@ def _require_said(variation: Variation, before: Trials, after: Trials, point: Po
             "better program can be written; vary fewer words with --vary"
         )
     return said
-
-
-def _judging(variation: Variation, pace: Pace) -> float:
-    """Time that is left for the judgement of what a search has found, s.
-
-    It is no more than `MOST_JUDGING` of the budget, for a pace that is known badly must not end a search at once.
-    """
-    lots = len(variation.trials(LotUse.JUDGEMENT, TO_JUDGE * JUDGED).seeds)
-    seconds, budget = pace.seconds * lots + variation.reading, variation.budget.seconds
-    return min(seconds, MOST_JUDGING * budget)
-
-
-def _following(variation: Variation, pace: Pace) -> float:
-    """Time that is left for all that follows a search, s: comparison and judgement."""
-    return min(pace.seconds * TO_COMPARE * COMPARED, MOST_COMPARING * variation.budget.seconds) + _judging(
-        variation, pace
-    )
-
-
-def _freed(
-    variation: Variation, judged: Trials, best: Point, pace: Pace, budget: Budget, progress: Progress
-) -> dict[str, Freed]:
-    """The best words without each limit: what they save on unseen lots, and how far they are beyond it.
-
-    Limits for which the time is up are left out.
-    """
-    less = attrgetter(variation.wishes.quantity)
-    with_all, words = less(variation.measure(judged, [best]))[0], {}
-    others = [(k, name, free) for k, name in enumerate(LIMITS) if (free := without(variation.job, name)) is not None]
-    needed = pace.seconds * (TO_COMPARE * COMPARED + TO_JUDGE * len(judged.seeds))
-    for number, (k, name, free) in enumerate(others):
-        seconds = (budget.seconds - budget.spent) / (len(others) - number)
-        if seconds < needed:
-            break
-        margins = variation.margins.copy()
-        margins[k] = np.inf
-        other = variation.with_job(free, margins, Budget(seconds))
-        tried: dict[Point, Trade] = {}
-        label = f"without the limit of {name}"
-        trials = other.trials(LotUse.SEARCH, SEARCHED)
-        search = other.search(trials, progress, label, tried, Pace(), partial(_following, other, pace))
-        search.run(best, variation.seed, GENERATIONS // FEWER)
-        points = compared(other, search.ranked, tried, pace, partial(_judging, other, pace), progress, label)
-        point = _best_of(other, points) or best
-        found = less(other.measure(other.trials(LotUse.JUDGEMENT, JUDGED), [point]))[0]
-        share = float(variation.measure(judged, [point]).ratios[0, k])
-        words[name] = Freed(paired(with_all - found), share)
-    return words
-
-
-def _best_of(variation: Variation, points: Sequence[Point]) -> Point | None:
-    """The first of some points that keeps on unseen lots what is asked."""
-    trials = variation.trials(LotUse.JUDGEMENT, JUDGED)
-    old = trials.measure(trials.own[None])
-    for point in points:
-        if not (variation.shares(trials, variation.measure(trials, [point]), old) > 1.0).any():
-            return point
-    return None
-
-
-def without(job: Job, limit: str) -> Job | None:
-    """The job without a limit; None if it has none."""
-    machine = job.setup.machine
-    if limit == "power":
-        stronger = replace(machine, power_limit=min(4.0 * machine.power_limit, 500_000.0))
-        return replace(job, setup=replace(job.setup, machine=stronger))
-    name, free = FREE[limit]
-    kinds = [
-        job.part,
-        *(each.part for each in job.parts if each.part is not None),
-        *(each.part for each in job.stations),
-    ]
-    if free == NO_LIMIT and all(getattr(asked, name) == NO_LIMIT for kind in kinds for asked in (kind, *kind.stages)):
-        return None
-
-    def freed(part: Part) -> Part:
-        other: dict[str, Any] = {name: free}
-        return replace(part, stages=tuple(replace(stage, **other) for stage in part.stages), **other)
-
-    parts = tuple(each if each.part is None else replace(each, part=freed(each.part)) for each in job.parts)
-    stations = tuple(replace(each, part=freed(each.part)) for each in job.stations)
-    return replace(job, part=freed(job.part), parts=parts, stations=stations, met=())

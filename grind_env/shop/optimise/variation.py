@@ -127,6 +127,13 @@ class Variation(NamedTuple):
         seeds = self._lots(use, lots)
         return trials.on(seeds) if self.fleet is None else self.fleet.under(trials, use, seeds)
 
+    def lots(self, use: LotUse, lots: int) -> int:
+        """On how many the program is tried."""
+        seeds = self._lots(use, lots)
+        if not self.base.simulation.job.parts:
+            return len(seeds)
+        return 1 if self.fleet is None else self.fleet.count(use, seeds)
+
     def _lots(self, use: LotUse, lots: int) -> Sequence[tuple[int, ...]]:
         """More of them of short batches, for what scraps one part of 200 is hardly met in few parts."""
         more = -(-USUAL_RUNS // self.runs) if self.base.simulation.compiled else 1

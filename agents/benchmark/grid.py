@@ -1,0 +1,78 @@
+"""The grid: which cells remake all results, and how long cells take."""
+
+from collections.abc import Sequence
+
+from agents.benchmark.plan import AT, FLAGSHIP, LIMIT, LIMITED, LONG, PLAIN, SWEEPS, Cell, Request, named, planned
+from agents.benchmark.price import tuned_on
+from agents.cells import CHUNK
+from agents.learning.settings import settings_of
+from grind_env.policies.planners import hindsight
+from grind_env.policies.problem import Problem
+from grind_env.policies.registry import FIXED_PLANS, REFERENCE
+
+EPISODES, INTERPOLATION_EPISODES = 512, 256
+SEEDS, FLAGSHIP_SEEDS = 5, 10
+"""Trainings of every kind, and of every plain one on the flagship task."""
+OTHERS = ("ppo", "bc")
+"""Kinds beside the plain ones."""
+TRAINING = {"none": 28.0, "stack": 33.0, "gru": 80.0, "belief": 55.0, "state": 28.0}
+"""CPU-seconds of a plain training of a million steps, by measurement, as the numbers that follow."""
+STEP, USUAL_STEP = {"bc": 4e-3}, 1e-4
+"""Seconds of a step of the other trainings, validation with it."""
+DECISION = {"hindsight": 6e-3, "belief_planner": 2.6e-3, "mpc": 1.1e-3, "look_ahead": 6e-4}
+USUAL_DECISION, TUNING_BLOCK = 6e-5, 2e-5
+"""Seconds of a decision, and of a block on which a rule is tuned."""
+
+
+def grid(
+    problems: Sequence[Problem], policies: Sequence[str] | None, kinds: Sequence[str] | None, seeds: int | None
+) -> list[Cell]:
+    """The cells of the grid, those that take long first.
+
+    Args:
+        problems: what is ground.
+        policies: names; all of a problem by default, and then the variants, too.
+        kinds: of learned agents; by default all plain ones, and `OTHERS`.
+        seeds: trainings of each; by default `SEEDS` or `FLAGSHIP_SEEDS`.
+    """
+    chosen = [*PLAIN, *OTHERS] if kinds is None else kinds
+    cells = dict.fromkeys(planned(problems, policies, [], 0))
+    for problem in problems:
+        for kind in chosen:
+            usual = FLAGSHIP_SEEDS if problem.name == FLAGSHIP and kind in PLAIN else SEEDS
+            cells |= dict.fromkeys(planned([problem], [], [kind], usual if seeds is None else seeds))
+        if policies is None:
+            simulation = problem.simulation()
+            rules = [name for name in named(problem) if name not in (*FIXED_PLANS, *LONG)]
+            variants = [f"{name}{AT}{LIMITED}" for name in rules if tuned_on(name, simulation) > LIMIT]
+            variants += [f"{REFERENCE}{AT}{sweeps}" for sweeps in SWEEPS]
+            cells |= dict.fromkeys(Cell(problem, name) for name in variants)
+    return sorted(cells, key=lambda cell: -DECISION.get(cell.base, 0.0) - cell.trains)
+
+
+def hours(cells: Sequence[Cell], request: Request) -> tuple[float, float]:
+    """Core-hours of all cells, about, and of those of which no evaluation is kept."""
+    all_of = [seconds(cell, request) / 3600.0 for cell in cells]
+    waiting = [each for cell, each in zip(cells, all_of, strict=True) if not begun(cell, request)]
+    return sum(all_of), sum(waiting)
+
+
+def seconds(cell: Cell, request: Request) -> float:
+    """CPU-seconds of a cell."""
+    steps = cell.problem.simulation().most_steps
+    if cell.base == REFERENCE and cell.variant:
+        # the plan that sweeps begin with takes about as long as one
+        return CHUNK * steps * DECISION[REFERENCE] * (int(cell.variant) + 1) / (hindsight.SWEEPS + 1)
+    spent = request.size * steps * DECISION.get(cell.policy, USUAL_DECISION)
+    if cell.variant:
+        return spent + LIMIT * TUNING_BLOCK
+    if cell.policy in PLAIN:
+        return spent + TRAINING[PLAIN[cell.policy]] * (request.steps or 1_000_000) / 1_000_000
+    if cell.trains:
+        return spent + settings_of(cell.problem, cell.policy, request.steps).steps * STEP.get(cell.policy, USUAL_STEP)
+    return spent
+
+
+def begun(cell: Cell, request: Request) -> bool:
+    """Whether an evaluation of a cell is kept, of whatever code."""
+    return any(request.runs.glob(cell.files[-1].replace("**/*", "*.npz")))

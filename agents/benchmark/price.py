@@ -1,0 +1,116 @@
+"""What a policy was made with, what it holds of the simulator, and what a decision of it costs."""
+
+import json
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+from unittest.mock import patch
+
+import numpy as np
+
+from agents.benchmark.plan import ON_BELIEF, PLAIN, Cell
+from agents.cells import fingerprint_of
+from agents.learning.settings import Settings
+from grind_env.envs.actions import ActionCodec
+from grind_env.envs.episodes import Episodes
+from grind_env.envs.simulation import Simulation
+from grind_env.files import read_text
+from grind_env.policies.evaluation import done, episode_seeds, start_episodes
+from grind_env.policies.policy import Policy, reveal
+from grind_env.policies.registry import REFERENCE
+from grind_env.policies.tuned import read_tuned, tuned_folder, write_whole
+
+EPISODES = 16
+"""Validation episodes on which a decision is timed."""
+NOMINAL = ("burn_line", "adaptive_rule", "belief_rule", "look_ahead", ON_BELIEF)
+"""They hold the equations with nominal constants, by which they read or follow the wheel."""
+EXACT = ("mpc", REFERENCE)
+"""They hold the simulator, with the true lot and wheel of the episode."""
+WITHOUT = ("none", "stack", "state")
+"""Memories and views without an equation; the estimates that others begin with are of the nominal ones."""
+RULE = {"mpc": "full_state_rule"}
+"""What is tuned of a policy, if it is another one."""
+HORIZON = 10
+"""Of the planner that labels for `bc`, where its settings say nothing."""
+
+
+class Price(NamedTuple):
+    """What decisions cost.
+
+    Attributes:
+        begun: blocks that are simulated before the first one.
+        calls: blocks that are simulated for a decision.
+        ms: CPU time of a decision, among those of `EPISODES` episodes.
+    """
+
+    begun: int
+    calls: float
+    ms: float
+
+
+def model_of(cell: Cell, settings: Settings | None) -> str:
+    """What of the simulator's equations a policy holds when it decides: `none`, `nominal` or `exact`."""
+    if cell.trains:
+        memory = PLAIN.get(cell.policy) or (settings.memory if settings else "")
+        return "none" if memory in (*WITHOUT, "gru") else "nominal"
+    return "nominal" if cell.base in NOMINAL else "exact" if cell.base in EXACT else "none"
+
+
+def tuned_on(policy: str, simulation: Simulation, configs: Path | None = None) -> int:
+    """Blocks that were ground to tune a policy, without those of validation; 0 if nothing of it is tuned."""
+    tuned = read_tuned(simulation.task.name, tuned_folder(simulation.task, configs)).get(RULE.get(policy, policy))
+    return 0 if tuned is None else tuned.evaluations * tuned.training_seeds[1] * simulation.most_steps
+
+
+def taught_with(settings: Settings, simulation: Simulation) -> tuple[int, int]:
+    """Blocks that the rule of a teacher was tuned on, and blocks that it simulates for its labels, at most."""
+    if settings.algorithm != "cloned_ppo":
+        return 0, 0
+    codec, hyper = ActionCodec(simulation.task, "multidiscrete"), settings.hyper
+    choices = len(codec.levels) * (codec.executions + 1)
+    calls = hyper["labels"] * choices * (hyper.get("horizon", HORIZON) + 1)
+    return tuned_on("full_state_rule", simulation), int(calls) if hyper.get("horizon", HORIZON) else 0
+
+
+def price_of(policy: Policy, simulation: Simulation, path: Path) -> Price:
+    """What decisions of a policy cost; what is kept in the file of the same policy and code is not measured again."""
+    code = fingerprint_of(policy, simulation)
+    if path.exists() and (held := json.loads(read_text(path)))["code"] == code:
+        return Price(*held["price"])
+    price = measured(policy, simulation)
+    write_whole(path, json.dumps({"code": code, "price": price}))
+    return price
+
+
+def measured(policy: Policy, simulation: Simulation) -> Price:
+    """The same, measured."""
+    episodes = start_episodes(simulation, episode_seeds("validation", EPISODES))
+    codec, decisions, seconds = ActionCodec(simulation.task), 0, 0.0
+    with counted(type(simulation)) as count:
+        policy.begin(simulation, EPISODES)
+        begun, count[0] = count[0], 0
+        while not (over := simulation.over(episodes)).all():
+            shown = simulation.observe(episodes), reveal(policy.sees, simulation, episodes)
+            begin = time.process_time()
+            decision = policy.act(*shown)
+            seconds += time.process_time() - begin
+            going = np.flatnonzero(~over)
+            decisions += len(going)
+            simulation.step(episodes, *done(decision, simulation, codec, episodes), active=going)
+    # the episodes themselves are ground, too
+    return Price(begun, count[0] / decisions - 1.0, 1e3 * seconds / decisions)
+
+
+@contextmanager
+def counted(kind: type[Any]) -> Iterator[list[int]]:
+    """Counts the blocks that simulations of a kind grind, of however many episodes at once."""
+    step, count = kind.step, [0]
+
+    def counting(self: Any, episodes: Episodes, *choice: Any, active: Any = None, **others: Any) -> Any:
+        count[0] += len(episodes.block) if active is None else len(active)
+        return step(self, episodes, *choice, active=active, **others)
+
+    with patch.object(kind, "step", counting):
+        yield count

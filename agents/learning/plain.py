@@ -1,0 +1,92 @@
+"""The agents of `gru_ppo` as kinds of a benchmark: trained once, and kept."""
+
+import hashlib
+import inspect
+import json
+import time
+from dataclasses import asdict
+from pathlib import Path
+from typing import NamedTuple
+
+from safetensors import safe_open
+
+from agents.cells import RUNS, bare, behaviour, sources
+from agents.learning import gru_ppo
+from agents.learning.gru_ppo import Memory, Settings, form_of, policy_of, shown
+from agents.provenance import commit, installed
+from grind_env.policies.learned.saved import ENTRY, SUFFIX, write_policy
+from grind_env.policies.problem import Problem
+
+LIBRARIES = ("torch", "numpy")
+BESIDE = ("grind_env.envs.learning", "grind_env.policies.learned.view")
+"""Where else lies what decides a training; what `gru_ppo` prints with does not."""
+
+
+class Training(NamedTuple):
+    """How an agent was trained: environment steps, split of the contexts, and the CPU time that it took."""
+
+    steps: int
+    split: str
+    cpu_seconds: float
+
+
+def plain_agent(
+    problem: Problem,
+    kind: str,
+    memory: Memory,
+    seed: int,
+    steps: int | None = None,
+    folder: Path = RUNS,
+    *,
+    fresh: bool,
+) -> Path:
+    """The file of an agent, `<kind>-<seed>-<hash>.safetensors` in the problem's sub-folder of `folder`.
+
+    It is trained, in about a minute, unless an agent of the same code, settings and seed is there.
+
+    Args:
+        problem: to train on, as `shown` shows it.
+        kind: its name.
+        memory: what it remembers, or is shown.
+        seed: of the training.
+        steps: environment steps; by default those of `Settings`.
+        folder: of what is kept.
+        fresh: train even if the agent is there.
+    """
+    settings = Settings(memory=memory) if steps is None else Settings(memory=memory, steps=steps)
+    stem = folder / problem.name / f"{kind}-{seed}-{fingerprint(problem, settings, seed)}"
+    path = stem.with_suffix(SUFFIX)
+    if fresh or not path.exists():
+        begin = time.process_time()
+        agent, scale = gru_ppo.train(problem, settings, seed)
+        policy = policy_of(agent, scale, problem, memory)
+        training = Training(settings.steps, settings.split, time.process_time() - begin)
+        beside = {
+            "settings": asdict(settings) | {"seed": seed},
+            "training": training._asdict(),
+            "commit": commit(),
+        }
+        write_policy(path, policy.actor, problem.simulation(), kind, form_of(memory), beside)
+    return path
+
+
+def training_of(path: Path) -> Training:
+    """The training of an agent that `plain_agent` wrote."""
+    with safe_open(path, "numpy") as file:
+        return Training(**json.loads(file.metadata()[ENTRY])["training"])
+
+
+def fingerprint(problem: Problem, settings: Settings, seed: int) -> str:
+    """Stands for all that decides what a training ends in."""
+    simulation = problem.simulation()
+    parts = [
+        bare(inspect.getsource(gru_ppo)),
+        *map(sources, BESIDE),
+        # what the true state reads is there in training, whoever is shown it later
+        *(behaviour(each) for each in (simulation, shown(problem, "state").simulation())),
+        simulation.task.reference_cost,
+        settings,
+        seed,
+        *map(installed, LIBRARIES),
+    ]
+    return hashlib.sha256("\0".join(map(str, parts)).encode()).hexdigest()[:12]
