@@ -56,7 +56,7 @@ def study(run, folder):
     said = run("dress-study", "--task", "oracle6", "--episodes", 2, *places)
     assert str(folder / "results") in said
     questions = [line.split(",")[1] for line in (folder / "results/oracle6.csv").read_text("utf-8").splitlines()]
-    assert set(questions) == {"question", "interval", "plan", "dresser", "decision"}
+    assert set(questions) == {"question", "interval", "plan", "dresser", "passes", "decision"}
     with Image.open(folder / "results/oracle6.png") as picture:
         assert picture.format == "PNG"
 
