@@ -80,7 +80,7 @@ MARKS = {"o": "circle", "s": "square", "x": "x", "*": "star", "|": "line-ns", ""
 
 def draw_graph(axes: "Axes", graph: Graph) -> None:
     """Draw a graph into axes of matplotlib."""
-    from matplotlib.ticker import MaxNLocator, NullFormatter
+    from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
     for each in graph.series:
         shape: dict[str, Any] = {"marker": each.mark, "ms": each.size, "mew": 2.0 if each.mark == "|" else 1.0}
@@ -103,6 +103,7 @@ def draw_graph(axes: "Axes", graph: Graph) -> None:
         axes.set_xlim(left=0.0)
     if graph.log:
         axes.set_xscale("log")
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axes.xaxis.set_major_formatter("{x:g}")
         axes.xaxis.set_minor_formatter(NullFormatter())
     if graph.whole:
