@@ -19,8 +19,6 @@ MOST_MARKS = 100
 """Dresses, blocks or spark-outs up to which each has its line or shade."""
 FEW = 10
 """Strokes or parts that are all numbered."""
-
-
 LAYOUT: dict[str, Any] = {
     "plot_bgcolor": "white",
     "dragmode": False,  # a finger scrolls the page; the bar above the plot has zooming
@@ -70,7 +68,7 @@ def graph_figure(graph: Graph) -> Any:
         figure.update_yaxes(tickvals=list(range(len(names))), ticktext=names, range=[len(names) - 0.5, -0.5])
         figure.update_yaxes(automargin=True)
     # below, for above the plot is the bar of its buttons
-    legend = {"orientation": "h", "y": -40.0 / graph.height * 1.6, "yanchor": "top", "itemsizing": "constant"}
+    legend = {"orientation": "h", "y": -64.0 / graph.height, "yanchor": "top", "itemsizing": "constant"}
     figure.update_layout(legend=legend, margin={"l": 60, "r": 10, "t": 30, "b": 60})
     return figure
 
