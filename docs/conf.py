@@ -37,7 +37,7 @@ nitpick_ignore_regex = [
     # other libraries, whose inventories are on the net
     ("py:.*", r"(collections|decimal|enum|os|pathlib|types|typing)\..*"),
     ("py:.*", r"(numpy|np|gymnasium|numba|stable_baselines3|torch)\..*"),
-    ("py:.*", r"(Axes|Console|Figure|Markup|Window|.*\.(EpisodesT|Make|SimulationT|What))"),
+    ("py:.*", r"(Axes|Console|Figure|Graph|Markup|Window|.*\.(EpisodesT|Make|SimulationT|What))"),
     # names of modules without a page are internal
     ("py:.*", rf"grind_env\.(?!({'|'.join(re.escape(name[10:]) for name in DOCUMENTED)})\.\w+$).*"),
 ]
