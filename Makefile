@@ -79,6 +79,7 @@ docs: setup
 	$(SPHINX) -b html build/pages build/docs
 	$(SPHINX) -b doctest build/pages build/doctests
 	$(BIN)/python docs/tools/links.py build/docs
+	$(BIN)/python docs/tools/pictures.py build/docs
 
 # A core install, without torch and Stable-Baselines3, imports, registers and steps every environment.
 core:

@@ -25,7 +25,6 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.doctest",
     "sphinx.ext.napoleon",
-    "sphinx.ext.viewcode",
     "sphinx_copybutton",
     "docstrings",
     "formulas",
@@ -38,7 +37,7 @@ nitpick_ignore_regex = [
     # other libraries, whose inventories are on the net
     ("py:.*", r"(collections|decimal|enum|os|pathlib|types|typing)\..*"),
     ("py:.*", r"(numpy|np|gymnasium|numba|stable_baselines3|torch)\..*"),
-    ("py:.*", r"(Axes|Console|Figure|Markup|Window|.*\.(EpisodesT|Make|SimulationT|What))"),
+    ("py:.*", r"(Axes|Console|Figure|Graph|Markup|Window|.*\.(EpisodesT|Make|SimulationT|What))"),
     # names of modules without a page are internal
     ("py:.*", rf"grind_env\.(?!({'|'.join(re.escape(name[10:]) for name in DOCUMENTED)})\.\w+$).*"),
 ]
@@ -54,7 +53,6 @@ default_role = "code"  # single backticks are code in this package
 autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True, "show-inheritance": True}
 autodoc_preserve_defaults = True
-viewcode_follow_imported_members = False
 napoleon_numpy_docstring = False
 napoleon_use_ivar = True
 python_use_unqualified_type_names = True

@@ -109,7 +109,7 @@ def test_optimise_is_grind_optimise(grind: Grind, monkeypatch: pytest.MonkeyPatc
 
 
 def test_report_is_grind_report(grind: Grind, tmp_path: Path) -> None:
-    pytest.importorskip("plotly")
+    pytest.importorskip("matplotlib")
     by_call = grind_env.report(PLATE, output=tmp_path / "a.html")
     grind("report", PLATE, "-o", tmp_path / "b.html")
     assert by_call.read_bytes() == (tmp_path / "b.html").read_bytes()

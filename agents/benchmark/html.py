@@ -1,24 +1,25 @@
 """The results of the benchmark as one HTML page."""
 
 from collections.abc import Sequence
-from typing import Any
 
 from agents.benchmark.judge import is_ratio
 from agents.benchmark.page import made_by
 from agents.benchmark.results import Result
 from agents.benchmark.summary import HEADINGS, Summary, summaries, tasks_of
-from grind_env.shop.report.document import Line, Section, figure, listing, page, plotly_text, table
+from grind_env.render.curves import BLUE
+from grind_env.render.graphs import Graph, Series
+from grind_env.shop.report.document import Line, Section, figure, listing, page, table
 
 HEIGHT = 80
-"""px; of a figure without its bars."""
-BAR = 22
+"""px; of a figure without its rows."""
+ROW = 22
 
 
 def html_page(results: Sequence[Result]) -> str:
     """A section for each task, with its table and the costs as a picture.
 
     Raises:
-        ReportError: jinja2 or plotly is not installed.
+        MissingExtra: as of `page`.
     """
     sections = [_section(results, task) for task in tasks_of(results)]
     command = [Line("", text) for text in made_by(results) if not text.startswith("```")]
@@ -28,21 +29,17 @@ def html_page(results: Sequence[Result]) -> str:
 def _section(results: Sequence[Result], task: str) -> Section:
     lines = summaries(results, task)
     rows = [line.cells(is_ratio(task)) for line in lines]
-    return Section(
-        task, [table(HEADINGS, rows), figure(_costs(lines), "$ per good part, 95 %", HEIGHT + BAR * len(lines))]
-    )
+    return Section(task, [table(HEADINGS, rows), figure(_costs(lines), "$ per good part, 95 %")])
 
 
-def _costs(lines: Sequence[Summary]) -> Any:
-    """A bar for each policy."""
-    from plotly.graph_objects import Bar, Figure
-
-    bars = Bar(
+def _costs(lines: Sequence[Summary]) -> Graph:
+    """A point for each policy."""
+    costs = Series(
+        name="",
         x=[line.cost.value for line in lines],
-        y=[plotly_text(line.policy) for line in lines],
-        error_x={"type": "data", "array": [line.cost.half_width for line in lines]},
-        orientation="h",
-        marker_color="#1f5f8b",
+        y=range(len(lines)),
+        half_widths=[line.cost.half_width for line in lines],
+        color=BLUE,
     )
-    margins = {"l": 130, "r": 10, "t": 10, "b": 40}
-    return Figure(bars, {"margin": margins, "plot_bgcolor": "white", "xaxis": {"type": "log", "gridcolor": "#e3e3e3"}})
+    rows = tuple(line.policy for line in lines)
+    return Graph(x="$ per good part", y="", series=(costs,), rows=rows, log=True, height=HEIGHT + ROW * len(lines))

@@ -38,7 +38,8 @@ def wheel(
 ) -> None:
     """The state of the wheel over a batch of parts, 85 mm wide.
 
-    Wear flats, loading, volume ground since the dress, and diameter lost.
+    Wear flats and loading over the volume ground since the dress, all intervals from dress to dress upon one another,
+    and diameter lost over the parts.
     """
     from grind_env.control import read_file
     from grind_env.envs.job.text import repeated

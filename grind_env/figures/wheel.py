@@ -1,4 +1,4 @@
-"""The state of the wheel over a batch of parts."""
+"""The state of the wheel from dress to dress, and what a batch of parts takes of it."""
 
 from typing import TYPE_CHECKING
 
@@ -6,60 +6,63 @@ import numpy as np
 
 from grind_env.machine.record import GrindingRecord
 from grind_env.render.figures import new_figure
-from grind_env.render.style import COLOURS, COLUMN, paper_style
+from grind_env.render.style import COLOURS, COLUMN, DASHES, MARKS, paper_style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-PANEL = 0.95
+PANEL = 1.15
 """Height of a panel, in."""
-STATE = {
-    "A": ("wear-flat\narea, %", 100.0),
-    "lam": ("loading, %", 100.0),
-    "V": ("ground since\ndress, mm³/mm", 1.0),
-}
-"""Heading and factor of each panel, by the field of `record.STROKE_ROW`."""
-LOST = "diameter\nlost, µm"
+STATE = {"A": "wear-flat\narea, %", "lam": "loading, %"}
+"""Heading of what dulls, by the field of `record.STROKE_ROW`."""
 
 
 def wheel_figure(record: GrindingRecord) -> "Figure":
-    """Wear flats, loading, volume since the dress and diameter lost, over the parts of a run.
+    """Wear flats and loading over what was ground since the dress, and diameter lost over the parts of a run.
 
-    Dresses are dotted lines.
+    All intervals from dress to dress lie upon one another, so that those that are alike are one line.
 
     Raises:
         MissingExtra: matplotlib is not installed.
     """
-    strokes = record.strokes
-    at, dressed = _places(record)
-    breaks = record.dresses["after"]
+    strokes, breaks = record.strokes, record.dresses["after"]
+    found = [rows for rows in np.split(strokes, breaks) if rows.size]
+    begun = breaks.size > 0 and breaks[0] > 0
     with paper_style():
         from matplotlib.ticker import MaxNLocator
 
-        figure = new_figure(COLUMN, 0.4 + PANEL * (len(STATE) + 1))
-        panels = figure.subplots(len(STATE) + 1, 1, sharex=True)
-        shown = [(heading, factor * strokes[name]) for name, (heading, factor) in STATE.items()]
-        shown.append((LOST, 1000.0 * (strokes["ds"][0] - strokes["ds"])))
-        for axes, (heading, values) in zip(panels, shown, strict=True):
-            axes.vlines(dressed, 0.0, 1.0, transform=axes.get_xaxis_transform(), color="#8a8a8a", lw=0.6, ls=":")
-            axes.plot(np.insert(at, breaks, np.nan), np.insert(values, breaks, np.nan), color=COLOURS[0], lw=0.9)
+        figure = new_figure(COLUMN, 0.5 + PANEL * (len(STATE) + 1))
+        *panels, below = figure.subplots(len(STATE) + 1, 1)
+        for axes, (name, heading) in zip(panels, STATE.items(), strict=True):
+            axes.sharex(panels[0])
+            for k, rows in enumerate(found):
+                first = begun and k == 0
+                line = {"color": COLOURS[first], "ls": DASHES[first], "marker": MARKS[first] if rows.size == 1 else ""}
+                axes.plot(rows["V"], 100.0 * rows[name], lw=0.7, **line)
             axes.set_ylabel(heading)
+        panels[-1].set_xlabel("ground since the dress, mm³/mm")
+        lost = 1000.0 * (strokes["ds"][0] - strokes["ds"])
+        below.plot(
+            np.insert(_places(record), breaks, np.nan), np.insert(lost, breaks, np.nan), color=COLOURS[0], lw=0.9
+        )
+        below.set(xlabel="part", ylabel="diameter\nlost, µm", xlim=(0.5, record.parts.size + 0.5))
+        below.xaxis.set_major_locator(MaxNLocator(integer=True))
+        for axes in (*panels, below):
             axes.margins(y=0.15)
             axes.grid(True)
-        panels[-1].set_xlabel("part; dotted: dress" if dressed.size else "part")
-        panels[-1].set_xlim(0.5, record.parts.size + 0.5)
-        panels[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
-        figure.align_ylabels(panels)
+        figure.align_ylabels()
+        if begun:
+            names = "from dress to dress", "before the first one"
+            looks = zip(names, COLOURS, DASHES, strict=False)
+            lines = [panels[0].plot([], [], color=color, ls=dash, label=name)[0] for name, color, dash in looks]
+            figure.legend(handles=lines, loc="outside upper left", ncols=2)
     return figure
 
 
-def _places(record: GrindingRecord) -> "tuple[np.ndarray, np.ndarray]":
-    """Where strokes and dresses stand over the numbers of their parts: those of one around its number, in order."""
+def _places(record: GrindingRecord) -> "np.ndarray":
+    """Where strokes stand over the numbers of their parts: those of one around its number, in order."""
     part = record.strokes["part"]
     firsts = np.searchsorted(part, part)
     counts = np.searchsorted(part, part, side="right") - firsts
-    at = part + (np.arange(part.size) - firsts + 0.5) / counts - 0.5
-    ends = np.append(at + 0.5 / counts, at[-1:] + 0.5)
-    before = record.dresses["after"]
-    dressed = np.where(before > 0, ends[np.maximum(before - 1, 0)], 0.5)
-    return at, dressed
+    places: np.ndarray = part + (np.arange(part.size) - firsts + 0.5) / counts - 0.5
+    return places

@@ -29,6 +29,9 @@ MANY_PARTS = 20
 """From so many on the groups are parts, or successive ones together, and not strokes."""
 
 BLUE, ORANGE, GREEN, RED, GREY = "#1f5f8b", "#d9822b", "#2e8b57", "#b5322b", "#8a8a8a"
+INK, GRID, PAPER = "#1d2329", "#e3e3e3", "#ffffff"
+SHADE = "#efe7da"
+"""Where strokes spark out."""
 
 
 class Limit(NamedTuple):

@@ -8,7 +8,21 @@ import numpy as np
 from grind_env.errors import shortened
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
-from grind_env.render.curves import BLUE, GREEN, GREY, ORANGE, RED, Curve, Picture, joined_runs, labelled_every, picture
+from grind_env.render.curves import (
+    BLUE,
+    GREEN,
+    GREY,
+    GRID,
+    ORANGE,
+    PAPER,
+    RED,
+    SHADE,
+    Curve,
+    Picture,
+    joined_runs,
+    labelled_every,
+    picture,
+)
 from grind_env.render.figures import PlotError, check_format, new_figure, write_figure
 from grind_env.render.tables import totals
 
@@ -21,14 +35,14 @@ __all__ = ["BLUE", "GREEN", "GREY", "ORANGE", "RED", "PlotError", "draw_panels",
 MOST_LABELS = 14
 """Blocks, parts or dresses that are labelled; of more every k-th is."""
 
+MOST_MARKS = 200
+"""Strokes up to which each has its mark; of more only those that no line comes to."""
+
 PANEL = 1.5
 """in; height of a panel."""
 
 LONGEST_TITLE = 90
 """Characters of a title, which keep to the width of the picture."""
-
-SHADE = "#efe7da"
-"""Where strokes spark out."""
 
 
 def plot_record(record: GrindingRecord, path: str | Path, job: Job | None = None, title: str = "") -> None:
@@ -77,7 +91,7 @@ def draw_panels(shown: Picture, figure: "Figure", size: float) -> None:
     figure.align_ylabels(panels)
     _name_blocks(panels[0], shown)
     if shown.dresses or shown.spark_out is not None:
-        _name_marks(panels[0], shown)
+        _name_marks(panels[-1], shown)
     panels[-1].set_xlabel(shown.axis + (f" (bands: lowest to highest of some {shown.axis}s)" if shown.banded else ""))
     panels[-1].set_xlim(shown.edges[0], shown.edges[-1])
     panels[-1].xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
@@ -87,16 +101,17 @@ def _draw_curve(axes: "Axes", curve: Curve, shown: Picture, size: float) -> None
     if curve.downwards:
         axes.step(shown.edges, np.append(curve.mean, curve.mean[-1]), where="post", color=curve.color, lw=1.4)
     elif shown.banded:
-        low, high = (np.append(side, side[-1]) for side in (curve.low, curve.high))
-        axes.fill_between(shown.edges, low, high, step="post", color=curve.color, alpha=0.3, lw=0)
+        axes.fill_between(shown.at, curve.low, curve.high, color=curve.color, alpha=0.3, lw=0)
         axes.plot(shown.at, curve.mean, color=curve.color, lw=1.0)
     else:
         at, values = (np.insert(each, shown.breaks, np.nan) for each in (shown.at, curve.mean))
-        axes.plot(at, values, color=curve.color, lw=0.7, alpha=0.5)
-        axes.plot(shown.at, curve.mean, "o", color=curve.color, ms=3.0 if len(shown.at) < 200 else 1.5, mew=0.0)
+        few, known = len(at) <= MOST_MARKS, np.isfinite(np.concatenate([[np.nan], values, [np.nan]]))
+        marked = known[1:-1] & (few | ~(known[:-2] | known[2:]))
+        axes.plot(at, values, color=curve.color, lw=0.7, alpha=0.5 if few else 1.0)
+        axes.plot(at[marked], values[marked], "o", color=curve.color, ms=3.0 if few else 1.5, mew=0.0)
     axes.set_ylabel(_wrapped(curve.title, curve.unit), fontsize=size)
     axes.set_ylim(*(reversed(curve.span) if curve.downwards else curve.span))
-    axes.grid(True, color="#e3e3e3", lw=0.6)
+    axes.grid(True, color=GRID, lw=0.6)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
 
@@ -124,7 +139,7 @@ def _mark_limits(axes: "Axes", curve: Curve) -> None:
             va="bottom" if limit.value > 0.0 else "top",
             fontsize=8,
             color=curve.color,
-            bbox={"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.8},
+            bbox={"boxstyle": "square,pad=0.1", "facecolor": PAPER, "edgecolor": "none", "alpha": 0.8},
         )
 
 
@@ -162,7 +177,7 @@ def _name_places(axes: "Axes", places: list[tuple[int, str]], shown: Picture, he
 
 
 def _name_marks(axes: "Axes", shown: Picture) -> None:
-    """The legend of dresses and spark-out."""
+    """The legend of dresses and spark-out, below the numbers of the lowest panel."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -174,4 +189,5 @@ def _name_marks(axes: "Axes", shown: Picture) -> None:
     if shown.spark_out is not None and shown.spark_out.any():
         marks.append(Patch(color=SHADE, label="spark-out"))
     if marks:
-        axes.legend(handles=marks, loc="lower left", frameon=False, fontsize=8, ncols=len(marks))
+        below: Any = {"loc": "upper left", "bbox_to_anchor": (0.0, 0.0), "borderaxespad": 2.2}
+        axes.legend(handles=marks, frameon=False, fontsize=8, ncols=len(marks), **below)

@@ -26,6 +26,7 @@ EXTRAS = {
     "render": "pictures of environments, videos",
     "data": ".parquet files, tables for pandas",
     "shop": "`grind optimise`, `sweep`, `calibrate`, `report`",
+    "interactive": "reports with `--interactive`",
     "sb3": "agents of Stable-Baselines3",
 }
 """Extras of the package, and what each is for."""

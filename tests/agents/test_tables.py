@@ -240,11 +240,11 @@ def test_a_row_with_other_numbers_is_judged_anew():
 
 
 def test_the_page_has_every_line_of_every_task_and_a_picture_of_its_costs():
-    pytest.importorskip("plotly")
+    pytest.importorskip("matplotlib")
     results = judged([*table_of("rush", [3.0, 3.5]), *table_of("slot", [1.0])])
     html = html_page(results)
     for task in ("rush", "slot"):
         section = html.partition(f"<h2>{task}</h2>")[2].partition("</section>")[0]
         for line in summaries(results, task):
             assert all(f">{cell}</td>" in section for cell in line.cells(is_ratio(task)))
-        assert section.count('class="plot"') == 1
+        assert section.count("<svg") == 1

@@ -1,11 +1,14 @@
 """The tools that make the documentation site."""
 
+import io
 import json
 import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from grind_env.control.facts import load_facts
 from grind_env.process import equations
@@ -18,6 +21,7 @@ from facts import facts_page
 from formulas import formula
 from latex2mathml.converter import convert
 from links import broken
+from pictures import lighter
 
 from grind_env.cli import app
 
@@ -75,3 +79,19 @@ def test_pieces_of_a_text_that_a_cell_prints_are_one() -> None:
     notebook = {"cells": [{"cell_type": "markdown"}, {"cell_type": "code", "outputs": [a, b, picture, c]}]}
     page = json.loads(as_page(json.dumps(notebook).encode()))
     assert page["cells"][1]["outputs"] == [{**a, "text": ["a\n", "b"]}, picture, c]
+
+
+def test_a_picture_of_the_site_is_lighter_and_looks_the_same() -> None:
+    """No colour of a drawing with few of them moves, and none of a smooth one by more than eyes see."""
+    rng = np.random.default_rng(1)
+    flat = np.repeat(np.repeat(rng.integers(0, 255, (10, 12, 3), np.uint8), 40, 0), 40, 1)
+    smooth = np.stack(np.broadcast_arrays(np.arange(256)[:, None], np.arange(256)[None, :] // 2, 90), -1).astype(
+        np.uint8
+    )
+    for pixels, most in ((flat, 0), (smooth, 24)):
+        made = io.BytesIO()
+        Image.fromarray(pixels).save(made, "PNG", compress_level=1)
+        found = lighter(made.getvalue())
+        shown = np.asarray(Image.open(io.BytesIO(found)).convert("RGB"))
+        assert len(found) <= len(made.getvalue()) and lighter(found) == found
+        assert np.abs(shown.astype(int) - pixels).max() <= most

@@ -64,7 +64,7 @@ def test_they_are_as_wide_as_a_column_or_a_page_in_letters_of_8_to_9_pt(
 
 
 def test_every_axis_has_its_unit(batch: GrindingRecord, swept: Sweep, mapped: PolicyMap) -> None:
-    plain = {"burn ratio", "believed factor on its growth", "", "stroke", "part; dotted: dress"}
+    plain = {"burn ratio", "believed factor on its growth", "", "stroke", "part"}
     plain |= {"parts from dress to dress", "D, dress executions"}
     unit = re.compile(r", (µm|kW|K|%|\$ a part|m/min|mm³/mm)$|, %$")
     for figure in (cycle_figure(batch), wheel_figure(batch), interval_figure(swept), policy_map_figure(mapped)):
@@ -87,13 +87,25 @@ def test_the_same_figure_has_the_same_bytes(suffix: str, batch: GrindingRecord, 
 
 
 def test_the_wheel_is_shown_as_the_record_has_it(batch: GrindingRecord) -> None:
-    flats, *_, lost = wheel_figure(batch).axes
-    values = np.asarray(flats.lines[0].get_ydata())
-    np.testing.assert_allclose(values[np.isfinite(values)], 100.0 * batch.strokes["A"])
-    at = np.asarray(flats.lines[0].get_xdata())
+    flats, loading, lost = wheel_figure(batch).axes
+    for axes, name in ((flats, "A"), (loading, "lam")):
+        lines = [line for line in axes.lines if len(np.asarray(line.get_xdata()))]
+        assert len(lines) == 1 + len(batch.dresses) == 1 + PARTS
+        drawn = np.concatenate([np.asarray(line.get_xydata()) for line in lines])
+        np.testing.assert_allclose(drawn, np.stack([batch.strokes["V"], 100.0 * batch.strokes[name]], axis=1))
+        assert all(np.all(np.diff(np.asarray(line.get_xdata())) >= 0.0) for line in lines)
+    at, values = (np.asarray(each) for each in lost.lines[0].get_data())
     assert np.all(np.round(at[np.isfinite(at)]) == batch.strokes["part"])
     assert np.isnan(values).sum() == len(batch.dresses) == PARTS
-    assert np.nanmax(lost.lines[0].get_ydata()) == pytest.approx(1000 * np.ptp(batch.strokes["ds"]))
+    assert np.nanmax(values) == pytest.approx(1000 * np.ptp(batch.strokes["ds"]))
+
+
+def test_intervals_that_are_alike_are_one_line(batch: GrindingRecord) -> None:
+    """The second and the third part are ground with a wheel that was dressed alike."""
+    first, second = (np.asarray(line.get_xydata()).T for line in wheel_figure(batch).axes[0].lines[1:3])
+    common = np.linspace(*(max(first[0, 0], second[0, 0]), min(first[0, -1], second[0, -1])), 50)
+    np.testing.assert_allclose(np.interp(common, *first), np.interp(common, *second), rtol=0.01)
+    assert np.ptp(first[1]) > 0.1 * first[1, 0]
 
 
 def test_the_cost_over_the_interval_is_that_of_the_sweep(swept: Sweep) -> None:

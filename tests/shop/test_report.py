@@ -6,6 +6,7 @@ import subprocess
 from html import unescape
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import grind_env
@@ -13,13 +14,16 @@ from grind_env.cli import main
 from grind_env.control import read, read_file
 from grind_env.machine.grind import grind
 from grind_env.machine.job.file import load_job
+from grind_env.render.curves import GREY, MOST_STROKES, ORANGE, RED, picture
 from grind_env.shop.calls import report
 from grind_env.shop.report.assumptions import changes
+from grind_env.shop.report.document import write_page
 from grind_env.shop.report.run import run_report
 from tests.machine.harness import DRESS
 from tests.patience import PATIENCE
 
 pytest.importorskip("plotly")
+pytest.importorskip("matplotlib")
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
 NAMES = ("plate_g82", "rail_g83", "keyway_g81")
@@ -40,10 +44,11 @@ SECTIONS = [
 PART = "N{} G00 Y2.\nG00 X-30.\nG01 Y0 F500.\nN50 G82 X230. I-30. Y-.2 J-.02 L1 F60. E12000. P9100 D{}\nG80\nG00 Y20.\n"
 
 
-def page_of(name: str) -> str:
+def page_of(name: str, *, interactive: bool = False) -> str:
     job = load_job(EXAMPLES / f"{name}.toml")
     programs = read_file(EXAMPLES / f"{name}.nc")
-    return run_report(grind(programs, job), programs, job, (EXAMPLES / f"{name}.nc", EXAMPLES / f"{name}.toml"))
+    files = EXAMPLES / f"{name}.nc", EXAMPLES / f"{name}.toml"
+    return run_report(grind(programs, job), programs, job, files, interactive=interactive)
 
 
 def section(page: str, title: str) -> str:
@@ -165,11 +170,38 @@ def test_a_job_that_is_not_there_is_told(tmp_path: Path, capsys: pytest.CaptureF
     assert not program.with_suffix(".html").exists()
 
 
+def test_a_page_is_small(tmp_path: Path) -> None:
+    """Of a few strokes, of the most that are drawn one by one, and of bands."""
+    job = load_job(EXAMPLES / "plate_g82.toml")
+    for count in (3, 50, 51):
+        body = "M00\n".join(PART.format(k + 1, int(k % 4 == 0)) for k in range(count))
+        programs = read(f"G71 G94 G90 G19 S1910 M03\nG00 Y2. Z-2.5 M08\n{body}M30\n{DRESS}", "many.nc")
+        record = grind(programs, job)
+        assert (record.strokes.size <= MOST_STROKES) == (count <= 50)
+        assert len(run_report(record, programs, job)) < 400_000
+
+
+def test_the_picture_of_a_run_has_a_mark_for_every_value() -> None:
+    """Of depth and of six quantities, of which the burn ratio is of strokes that cut; in the order of the panels."""
+    job = load_job(EXAMPLES / "plate_g82.toml")
+    record = grind(read_file(EXAMPLES / "plate_g82.nc"), job)
+    marks = re.findall(r'<use [^>]*x="([^"]*)" y="([^"]*)" style="fill: var\(--(\w+)\)"', page_of("plate_g82"))
+    curves = [curve for curve in picture(record, job).curves if not curve.downwards]
+    for color, name in ((RED, "red"), (ORANGE, "orange"), (GREY, "grey")):
+        drawn = np.array([(float(x), float(y)) for x, y, found in marks if found == name])
+        (curve,) = [each for each in curves if each.color == color]
+        known = np.flatnonzero(np.isfinite(curve.mean))
+        assert len(drawn) == len(known)
+        for pixels, those in zip(drawn.T, (known, curve.mean[known]), strict=True):
+            np.testing.assert_allclose(pixels, np.polyval(np.polyfit(those, pixels, 1), those), atol=0.03)
+
+
 @pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium on this machine to open the report in")
-def test_a_browser_draws_it_and_has_no_complaint(tmp_path: Path) -> None:
+@pytest.mark.parametrize("interactive", [False, True])
+def test_a_browser_draws_it_and_has_no_complaint(interactive: bool, tmp_path: Path) -> None:
     assert CHROMIUM is not None
     path = tmp_path / "part.html"
-    path.write_text(page_of("rail_g83"), encoding="utf-8")
+    write_page(path, page_of("rail_g83", interactive=interactive), interactive=interactive)
     options = ["--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", "--virtual-time-budget=5000"]
     done = subprocess.run(
         [CHROMIUM, *options, f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom", path.as_uri()],
@@ -178,5 +210,8 @@ def test_a_browser_draws_it_and_has_no_complaint(tmp_path: Path) -> None:
         timeout=PATIENCE,
     )
     assert not [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+    assert ("<svg" in path.read_text("utf-8")) == (not interactive)
+    if not interactive:
+        return
     panels = re.findall(r'class="(x\d*y\d*) crisp|class="subplot (x\d*y\d*)"', done.stdout)
     assert len({name for pair in panels for name in pair if name}) == 8

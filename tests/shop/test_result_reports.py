@@ -18,12 +18,14 @@ from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.result import Calibration, catalogue_text
 from grind_env.shop.calibrate.table import calibrate_table
 from grind_env.shop.report.calibrated import calibrated_report
+from grind_env.shop.report.document import PLOTLY
 from tests.shop.blemished import Style, write_log
 from tests.shop.programs import EXAMPLES
-from tests.shop.test_document import Parsed
+from tests.shop.test_document import Parsed, loads_nothing
 from tests.shop.test_report import cells, section
 
 pytest.importorskip("plotly")
+pytest.importorskip("matplotlib")
 
 pytestmark = pytest.mark.usefixtures("few_lots")
 
@@ -42,9 +44,25 @@ def numbers(text: str) -> list[float]:
 
 
 def figures(html: str) -> list[list[dict[str, Any]]]:
-    """The traces of each figure."""
+    """The traces of each figure of an interactive page."""
     documents = re.findall(r'<script type="application/json">(.*?)</script>', html, re.DOTALL)
     return [json.loads(document)["data"] for document in documents]
+
+
+def pictures(html: str) -> list[str]:
+    """The figures of a page without scripts."""
+    return re.findall(r"<svg.*?</svg>", html, re.DOTALL)
+
+
+def stand_at(svg: str, color: str, x: Any, y: Any) -> None:
+    """The marks of a colour stand where values are, on linear scales; the last one is that of the legend."""
+    marks = re.findall(r'<use [^>]*x="([^"]*)" y="([^"]*)" style="([^"]*)"', svg)
+    drawn = np.array([(float(left), float(down)) for left, down, style in marks if f"var(--{color})" in style][:-1])
+    assert len(drawn) == len(x)
+    for pixels, those in zip(drawn.T, (x, y), strict=True):
+        if np.ptp(those) > 0.0:
+            scale = np.polyfit(those, pixels, 1)
+            np.testing.assert_allclose(pixels, np.polyval(scale, those), atol=0.03)
 
 
 def values(found: Any) -> np.ndarray:
@@ -54,15 +72,16 @@ def values(found: Any) -> np.ndarray:
     return np.array(found)
 
 
+def is_its_own(html: str, *, interactive: bool) -> bool:
+    """Whether a page has no tag of a text, and loads and runs nothing but the script of plotly."""
+    said = Parsed(html)
+    if not interactive:
+        return loads_nothing(said) and "script" not in said.tags
+    return said.tags.count("img") == 0 and [value for name, value in said.attributes if name == "src"] == [PLOTLY]
+
+
 def listed(html: str) -> list[str]:
     return [unescape(line) for line in re.findall(r"<code>(.*?)</code>", html, re.DOTALL)]
-
-
-def loads_nothing(html: str) -> bool:
-    said = Parsed(html)
-    loading = {"link", "img", "iframe", "object", "embed", "base"} & set(said.tags)
-    addresses = [value for name, value in said.attributes if name in ("src", "href", "action", "data")]
-    return not loading and not addresses and any("default-src 'none'" in value for _, value in said.attributes)
 
 
 @pytest.fixture(scope="module")
@@ -79,8 +98,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ("options", "expected"),
     [
         ([], 0),
-        (["--vary", "E", "--bounds", "E=8000..9000"], 3),
-        (["--vary", "E", "--margin", "Ra=.2"], 4),
+        (["--vary", "E", "--bounds", "E=8000..9000", "--interactive"], 3),
+        (["--vary", "E", "--margin", "Ra=.2", "--interactive"], 4),
     ],
 )
 def test_an_optimisation_is_written_up_whatever_it_finds(
@@ -115,9 +134,17 @@ def test_an_optimisation_is_written_up_whatever_it_finds(
         if each["price"]:
             assert numbers(row[5])[0] == pytest.approx(-each["price"]["value"], abs=5.1e-4)
         assert row[5].endswith("binds") == each["binds"]
-    (bars,) = figures(section(html, "Limits"))
-    for trace, name in zip(bars, ("before", "after", "margin"), strict=True):
-        np.testing.assert_allclose(values(trace["y"]), [100.0 * each[name] for each in limits])
+    drawn = {name: [100.0 * each[name] for each in limits] for name in ("margin", "before", "after")}
+    rows = np.arange(len(limits))
+    if "--interactive" in options:
+        (traces,) = figures(section(html, "Limits"))
+        for trace, name in zip(traces, drawn, strict=True):
+            np.testing.assert_allclose(values(trace["x"]), drawn[name])
+            np.testing.assert_allclose(values(trace["y"]), rows)
+    else:
+        (svg,) = pictures(section(html, "Limits"))
+        stand_at(svg, "grey", drawn["before"], rows)
+        stand_at(svg, "blue", drawn["after"], rows)
 
     assert listed(section(html, "Program")) == [line.rstrip() for line in found["text"].splitlines()]
     changed = set(found["text"].splitlines()) - set(program.read_text("utf-8").splitlines())
@@ -130,7 +157,7 @@ def test_an_optimisation_is_written_up_whatever_it_finds(
         gain = found["quantities"][[each["name"] for each in found["quantities"]].index("cost")]["difference"]
         assert f"costs {-gain['value']:.3f} ({-gain['high']:.3f} to {-gain['low']:.3f}) $ less" in headline
         assert output.read_text("utf-8").splitlines() == found["text"].splitlines()
-    assert HOSTILE in "".join(Parsed(html).texts) and loads_nothing(html)
+    assert HOSTILE in "".join(Parsed(html).texts) and is_its_own(html, interactive="--interactive" in options)
 
 
 @pytest.fixture(scope="module")
@@ -142,7 +169,7 @@ def log(folder: Path) -> Path:
     return path
 
 
-def agrees(html: str, found: Calibration) -> None:
+def agrees(html: str, found: Calibration, *, interactive: bool = False) -> None:
     """The page says what was found."""
     told = [each for each in found.estimates if each.told]
     assert f"tell {len(told)} of {len(found.estimates)} constants" in section(html, "Verdict")
@@ -155,15 +182,26 @@ def agrees(html: str, found: Calibration) -> None:
         assert [float(text) for text in row[5].split(" to ")] == pytest.approx([each.low, each.high], rel=1e-2)
         assert row[7] == ("told" if each.told else "kept")
 
-    drawn = iter(figures(section(html, "Measured and modelled")))
+    shown = section(html, "Measured and modelled")
+    drawn = iter(figures(shown) if interactive else pictures(shown))
     for kind in found.data.kinds:
         mine = found.data.kind == kind
         used = mine & found.fit.used
-        (catalogue, fitted, left_out, _), residuals = next(drawn), next(drawn)
-        np.testing.assert_allclose(values(catalogue["y"]), found.data.value[mine])
+        measured, modelled = found.data.value, found.fit.predicted
+        compared, residuals = next(drawn), next(drawn)
+        if not interactive:
+            stand_at(compared, "grey", found.fit.nominal[mine], measured[mine])
+            stand_at(compared, "blue", modelled[used], measured[used])
+            odd = used & (found.part % 2 == 1)
+            residual = measured - modelled if kind == "power" else measured / modelled - 1.0
+            for color, which in (("blue", odd), ("orange", used & ~odd)):
+                stand_at(residuals, color, np.zeros(which.sum()), residual[which])
+            continue
+        catalogue, fitted, left_out, _ = compared
+        np.testing.assert_allclose(values(catalogue["y"]), measured[mine])
         np.testing.assert_allclose(values(catalogue["x"]), found.fit.nominal[mine])
-        np.testing.assert_allclose(values(fitted["y"]), found.data.value[used])
-        np.testing.assert_allclose(values(fitted["x"]), found.fit.predicted[used])
+        np.testing.assert_allclose(values(fitted["y"]), measured[used])
+        np.testing.assert_allclose(values(fitted["x"]), modelled[used])
         assert len(values(left_out["x"])) == (mine & ~found.fit.used).sum()
         ratio = values(fitted["y"]) - values(fitted["x"])
         shown = np.concatenate([values(each["y"]) for each in residuals[:2]])
@@ -174,7 +212,7 @@ def agrees(html: str, found: Calibration) -> None:
             assert np.all(np.abs(places - np.rint(places)) < 0.5)
     assert next(drawn, None) is None
     assert [line.rstrip() for line in catalogue_text(found).splitlines()] == listed(section(html, "Catalogue file"))
-    assert loads_nothing(html)
+    assert is_its_own(html, interactive=interactive)
 
 
 def test_a_calibration_from_a_log_is_written_up(folder: Path, log: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -184,6 +222,8 @@ def test_a_calibration_from_a_log_is_written_up(folder: Path, log: Path, capsys:
     found = calibrate(log, program, job)
     assert [each["value"] for each in data["constants"]] == [each.value for each in found.estimates]
     agrees(html, found)
+    files = {"log": log, "program": program, "job": job}
+    agrees(calibrated_report(found, files, interactive=True), found, interactive=True)
     assert "These values differ from the built-in catalogue" in section(html, "What the numbers rest on")
     reading = unescape(section(html, "Reading of the measurements"))
     assert f"correlation of {found.quality:.3f}" in reading
@@ -197,7 +237,7 @@ def test_a_calibration_from_a_log_is_written_up(folder: Path, log: Path, capsys:
 
 def test_residuals_of_a_part_stand_in_order_of_time(folder: Path, log: Path) -> None:
     found = calibrate(log, folder / f"{HOSTILE}.nc", folder / f"{HOSTILE}.toml", names=["stiffness"])
-    residuals = figures(calibrated_report(found, {}))[1]
+    residuals = figures(calibrated_report(found, {}, interactive=True))[1]
     places = {
         label: place
         for trace in residuals

@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from grind_env.cli import main
@@ -38,6 +39,20 @@ def test_a_dress_on_every_nth_part_costs_what_the_program_written_so_costs(found
     trials = trials_of(programs, job, 1, lots_of(1, LotUse.SWEEP, LOTS))
     assert len(parts) == PARTS + 1
     assert trials.measure(trials.own[None]).cost.mean() == pytest.approx(point.cost.value, rel=1e-9)
+
+
+def test_lines_are_told_apart_without_colour(found: Sweep) -> None:
+    pytest.importorskip("matplotlib")
+    from grind_env.shop.sweep.figure import LINES, draw_sweep
+
+    assert len({look[1:] for look in LINES}) == len(LINES)
+    several = 0
+    for axes in draw_sweep(found).axes:
+        lines = [line for line in axes.lines if line.get_label()[0] != "_" and len(np.asarray(line.get_xdata())) > 2]
+        looks = {(line.get_linestyle(), line.get_marker()) for line in lines}
+        assert len(looks) == len(lines)
+        several += len(lines) > 1
+    assert several == 4
 
 
 def test_every_part_dressed_is_the_program_as_it_is() -> None:

@@ -33,6 +33,7 @@ COMMANDS = (
     "run part.nc --record out.csv",
     "run part.nc --record out.parquet --plot out.png",
     "report part.nc",
+    "report part.nc --interactive",
     "play --policy E12D1 --task oracle6 --no-window --output out.nc",
     "init made",
     "evaluate --task oracle6 --policy E12D1 --episodes 2 --submit out.json",

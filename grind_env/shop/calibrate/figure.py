@@ -1,22 +1,24 @@
-"""The picture of a calibration: measured over modelled values, with the catalogue as it was and with the fit."""
+"""The graphs of a calibration: measured over modelled values, and residuals in order of time."""
 
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.render.curves import BLUE, GREY, INK, ORANGE, RED
 from grind_env.render.figures import new_figure
-from grind_env.render.plots import BLUE, GREY, RED
+from grind_env.render.graphs import Graph, Rule, Series, draw_graph
 from grind_env.shop.calibrate.result import Calibration
 from grind_env.shop.calibrate.sheet import Floats
-from grind_env.shop.calibrate.solver import YES_OR_NO
+from grind_env.shop.calibrate.solver import ABSOLUTE, LINEAR, YES_OR_NO
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 UNITS = {"power": "W", "size": "µm", "Ra": "µm", "diameter": "mm"}
 """Of the kinds of measurement; forces and the others of a table have those of the table."""
+MOST_TICKS = 12
+"""Parts up to which each has its number at the axis."""
 
 
 def draw_calibration(found: Calibration) -> "Figure":
@@ -25,27 +27,74 @@ def draw_calibration(found: Calibration) -> "Figure":
     Raises:
         MissingExtra: matplotlib is not installed.
     """
-    kinds = [kind for kind in found.data.kinds if kind != YES_OR_NO]
+    kinds = [kind for kind in found.data.kinds if kind != YES_OR_NO and comparable(found, kind).any()]
     figure = new_figure(4.6 * max(len(kinds), 1), 4.6)
     figure.suptitle(f"Calibrated from {found.source}").set_parse_math(False)
-    for axes, kind in zip(figure.subplots(1, len(kinds), squeeze=False)[0], kinds, strict=True):
-        _compare(axes, found, kind)
+    for axes, kind in zip(figure.subplots(1, max(len(kinds), 1), squeeze=False)[0], kinds, strict=False):
+        draw_graph(axes, comparison(found, kind))
     return figure
 
 
-def _compare(axes: "Axes", found: Calibration, kind: str) -> None:
-    measured, fit = found.data.value, found.fit
-    mine = (found.data.kind == kind) & np.isfinite(measured)
-    styles: list[tuple[str, Floats, NDArray[np.bool_], dict[str, Any]]] = [
-        ("catalogue", fit.nominal, mine, {"marker": "o", "mfc": "none", "color": GREY, "ms": 7}),
-        ("fit", fit.predicted, mine & fit.used, {"marker": "o", "color": BLUE, "ms": 4}),
-        ("left out", fit.predicted, mine & ~fit.used, {"marker": "x", "color": RED, "ms": 6}),
-    ]
-    for name, modelled, chosen, style in styles:
-        if chosen.any():
-            axes.plot(modelled[chosen], measured[chosen], ls="", label=name, **style)
-    axes.axline((float(np.median(measured[mine])),) * 2, slope=1.0, color="black", lw=0.8, label="as measured")
-    unit = f", {UNITS[kind]}" if kind in UNITS else ""
-    axes.set(xlabel=f"modelled {kind}{unit}", ylabel=f"measured {kind}{unit}")
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize=8)
+def comparable(found: Calibration, kind: str) -> NDArray[np.bool_]:
+    """Whether each measurement is of that kind and can be drawn, shape (measurements,)."""
+    chosen: NDArray[np.bool_] = (found.data.kind == kind) & np.isfinite(found.data.value + found.fit.predicted)
+    return chosen
+
+
+def comparison(found: Calibration, kind: str) -> Graph:
+    """Measured over modelled values of a kind."""
+    chosen, measured, fit = comparable(found, kind), found.data.value, found.fit
+    ends = [float(each(np.append(measured[chosen], fit.predicted[chosen]))) for each in (np.min, np.max)]
+    catalogue = chosen & np.isfinite(fit.nominal)
+    return Graph(
+        x=f"modelled {named(kind)}",
+        y=f"measured {named(kind)}",
+        series=(
+            _points(found, catalogue, fit.nominal, measured, name="catalogue", color=GREY, size=6.0, hollow=True),
+            _points(found, chosen & fit.used, fit.predicted, measured, name="fit", color=BLUE),
+            _points(found, chosen & ~fit.used, fit.predicted, measured, name="left out", color=RED, mark="x", size=6.0),
+            Series(name="as measured", x=ends, y=ends, color=INK, mark="", joined=True),
+        ),
+        height=400,
+    )
+
+
+def residuals(found: Calibration, kind: str) -> Graph:
+    """Measured less modelled values of a kind, or their relative error in %, in order of time."""
+    chosen, measured, modelled = comparable(found, kind), found.data.value, found.fit.predicted
+    plain = kind in LINEAR or kind in ABSOLUTE
+    with np.errstate(divide="ignore", invalid="ignore"):
+        residual = measured - modelled if plain else 100.0 * (measured / modelled - 1.0)
+    place, odd, used = _places(found, chosen), found.part % 2 == 1, found.fit.used
+    whole = "part" if found.program else "setting"
+    return Graph(
+        x=whole,
+        y=f"residual, {UNITS.get(kind, '') if plain else '%'}",
+        series=(
+            _points(found, chosen & used & odd, place, residual, name=f"{whole} 1, 3 ...", color=BLUE),
+            _points(found, chosen & used & ~odd, place, residual, name=f"{whole} 2, 4 ...", color=ORANGE, mark="s"),
+            _points(found, chosen & ~used, place, residual, name="left out", color=RED, mark="x", size=6.0),
+        ),
+        rules=(Rule("y", 0.0),),
+        whole=int(np.ptp(found.part)) < MOST_TICKS,
+        height=300,
+    )
+
+
+def named(kind: str) -> str:
+    """A kind of measurement with its unit."""
+    return f"{kind}, {UNITS[kind]}" if kind in UNITS else kind
+
+
+def _places(found: Calibration, chosen: NDArray[np.bool_]) -> Floats:
+    """Where measurements stand over the numbers of their parts: those of one in order of time around its number."""
+    place = found.part.astype(np.float64)
+    for part in np.unique(found.part[chosen]).tolist():
+        mine = np.flatnonzero(chosen & (found.part == part))
+        order = mine[np.argsort(found.time[mine], kind="stable")]
+        place[order] += (np.arange(order.size) + 0.5) / order.size - 0.5
+    return place
+
+
+def _points(found: Calibration, which: NDArray[np.bool_], x: Floats, y: Floats, **look: Any) -> Series:
+    return Series(x=x[which], y=y[which], texts=[found.label[k] for k in np.flatnonzero(which).tolist()], **look)

@@ -9,7 +9,7 @@ import typer
 
 from grind_env.arguments import FILE, JOB, PROGRAM, Writes
 from grind_env.errors import GrindError
-from grind_env.shop.commands.arguments import ReportFile
+from grind_env.shop.commands.arguments import Interactive, ReportFile, prepare_report
 from grind_env.terminal import table_console
 
 WORSE = 3
@@ -40,6 +40,7 @@ def calibrate(
         Path | None, typer.Option(help="Write what to log, made of the program, into this .nc file; no LOG."), Writes()
     ] = None,
     report: ReportFile = None,
+    interactive: Interactive = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
 ) -> None:
     """Fit the process model to a log of the spindle's power, or to a table of settings.
@@ -73,15 +74,14 @@ def calibrate(
     from grind_env.shop.calibrate.errors import WorseFit
     from grind_env.shop.calibrate.show import as_data, show
     from grind_env.shop.report.calibrated import calibrated_report
-    from grind_env.shop.report.document import prepare_page, write_page
+    from grind_env.shop.report.document import write_page
 
     if plan is not None:
         print(calls.plan(_given(program, "--program, the program of which a plan is made"), job, plan))
     if plan is not None and log is None:
         return
     log = _given(log, "LOG, the log or table")
-    if report is not None:
-        prepare_page(report)
+    prepare_report(report, interactive)
     constants = None if names.strip() == "auto" else [name.strip() for name in names.split(",")]
     with Console(stderr=True).status("reading") as status:
         found = calls.calibrate(
@@ -93,7 +93,8 @@ def calibrate(
         show(found, table_console())
     if report is not None:
         named = {"log" if program else "table": log, "program": program, "gauge file": gauge, "job": job}
-        write_page(report, calibrated_report(found, {name: path for name, path in named.items() if path is not None}))
+        files = {name: path for name, path in named.items() if path is not None}
+        write_page(report, calibrated_report(found, files, interactive=interactive), interactive=interactive)
     if output is not None:
         try:
             found.write(output, force=force)

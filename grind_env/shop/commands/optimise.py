@@ -9,6 +9,7 @@ import typer
 from grind_env.arguments import Writes
 from grind_env.shop.commands.arguments import (
     FirstVariables,
+    Interactive,
     JobFile,
     Plant,
     ProgramFile,
@@ -16,6 +17,7 @@ from grind_env.shop.commands.arguments import (
     Runs,
     Seed,
     Untried,
+    prepare_report,
 )
 from grind_env.terminal import table_console
 
@@ -83,6 +85,7 @@ def optimise(
         Path | None, typer.Option(help="Draw cost over time into this .png, .svg or .pdf file."), Writes()
     ] = None,
     report: ReportFile = None,
+    interactive: Interactive = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
 ) -> None:
     """Find better words for a program: E and D, or others, with which a part costs less and keeps its limits.
@@ -120,11 +123,10 @@ def optimise(
     from grind_env.shop.optimise.figure import plot_optimised
     from grind_env.shop.optimise.outcome import Verdict
     from grind_env.shop.optimise.table import as_data, print_optimised
-    from grind_env.shop.report.document import prepare_page, write_page
+    from grind_env.shop.report.document import write_page
     from grind_env.shop.report.optimised import optimised_report
 
-    if report is not None:
-        prepare_page(report)
+    prepare_report(report, interactive)
     if plot is not None:
         prepare_figure(plot)
     found = calls.optimise(
@@ -160,7 +162,9 @@ def optimise(
             print("name a file with -o to have it" if output is None else f"written to {output}")
     if report is not None:
         path = job_beside(program) if job is None else job
-        write_page(report, optimised_report(found, load_job(path), {"program": program, "job": path}))
+        files = {"program": program, "job": path}
+        html = optimised_report(found, load_job(path), files, interactive=interactive)
+        write_page(report, html, interactive=interactive)
     statuses = {Verdict.NOT_BETTER: NOT_BETTER, Verdict.UNTRIED: NOT_BETTER, Verdict.INFEASIBLE: INFEASIBLE}
     if found.verdict in statuses:
         raise typer.Exit(statuses[found.verdict])

@@ -1,10 +1,11 @@
-"""The picture of an optimisation: cost of a part over its time, with the program as it was and the one chosen."""
+"""The graph of an optimisation: cost of a part over its time, with the program as it was and the one chosen."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from grind_env.render.curves import BLUE, GREEN, GREY
 from grind_env.render.figures import check_format, new_figure, write_figure
-from grind_env.render.plots import BLUE, GREEN, GREY
+from grind_env.render.graphs import Graph, Rule, Series, draw_graph
 from grind_env.shop.optimise.outcome import Optimised, Verdict
 
 if TYPE_CHECKING:
@@ -24,24 +25,37 @@ def plot_optimised(found: Optimised, path: Path) -> None:
 
 
 def draw_optimised(found: Optimised) -> "Figure":
-    """Draw cost over time: the cheapest programs tried, and the two in question.
+    """Draw `trade`.
 
     Raises:
         MissingExtra: matplotlib is not installed.
     """
     figure = new_figure(6.4, 4.6)
-    axes = figure.subplots()
-    figure.suptitle(f"{found.program}: cost over time, batches of {found.parts} runs")
-    before, chosen = found.chosen
-    seconds, costs = [each.seconds for each in found.cheapest], [each.cost for each in found.cheapest]
-    axes.plot(seconds, costs, "-o", color=BLUE, ms=3, lw=1.3, label="cheapest tried that keeps the limits")
-    axes.plot(before.seconds, before.cost, "s", color=GREY, ms=8, label="the program as it was")
-    name = "chosen" if found.verdict is Verdict.BETTER else "best one tried"
-    axes.plot(chosen.seconds, chosen.cost, "*", color=GREEN, ms=15, label=f"{name}: {chosen.seconds:.1f} s")
-    for wish in found.wishes:
-        line = axes.axvline if wish.name == "seconds" else axes.axhline
-        line(wish.most, color="black", ls="--", lw=1.2, label=f"asked: {wish.most:g} {wish.unit}")
-    axes.set(xlabel="time of a part, s", ylabel="$ a part, on the lots of the search")
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize=8)
+    figure.suptitle(f"{found.program}: cost over time, batches of {found.parts} runs").set_parse_math(False)
+    draw_graph(figure.subplots(), trade(found))
     return figure
+
+
+def trade(found: Optimised) -> Graph:
+    """Cost of a part over its time, on the lots of the search."""
+    before, chosen = found.chosen
+    after = "after" if found.verdict is Verdict.BETTER else "best one tried"
+    return Graph(
+        x="time of a part, s",
+        y="cost of a part, $",
+        series=(
+            Series(
+                name="cheapest tried",
+                x=[each.seconds for each in found.cheapest],
+                y=[each.cost for each in found.cheapest],
+                color=BLUE,
+                joined=True,
+            ),
+            Series(name="before", x=[before.seconds], y=[before.cost], color=GREY, mark="s", size=8.0),
+            Series(name=after, x=[chosen.seconds], y=[chosen.cost], color=GREEN, mark="*", size=13.0),
+        ),
+        rules=tuple(
+            Rule("x" if wish.name == "seconds" else "y", wish.most, f"asked: {wish.most:g} {wish.unit}")
+            for wish in found.wishes
+        ),
+    )

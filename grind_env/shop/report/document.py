@@ -2,27 +2,38 @@
 
 Each function takes plain texts and gives markup in which they are escaped; only such markup goes into a page::
 
-    page("Sweep of plate.nc", [Section("Cost", [table(("E", "$"), rows), figure(plotly_figure, "cost over E")])])
+    page("Sweep of plate.nc", [Section("Cost", [table(("E", "$"), rows), figure(graph, "cost over E")])])
+
+Figures are drawn by the page: as SVG, or where it is interactive by the script `PLOTLY`, which is written beside it.
 """
 
 import functools
+import hashlib
+import re
 from collections.abc import Iterable, Mapping, Sequence
-from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
 
 from grind_env import __version__
 from grind_env.errors import printable
 from grind_env.extras import needing
-from grind_env.files import FileError, check_target, write_atomically
+from grind_env.files import FileError, check_target, is_stream, read_bytes, write_atomically
+from grind_env.files import shown as shown_path
+from grind_env.targets import Own, check_own
 
 if TYPE_CHECKING:
     from jinja2 import Environment
     from markupsafe import Markup
 
+    from grind_env.render.curves import Picture
+    from grind_env.render.graphs import Graph
+
 TEMPLATES = Path(__file__).with_name("templates")
 SUFFIXES = (".html", ".htm")
 GENERATOR = f"grind_env {__version__}"
+PLOTLY = "plotly.min.js"
+"""The script of interactive pages, one for all in a folder."""
+SCRIPT = Own("script of plotly", re.compile(rb"/\*\*\n\* plotly\.js ").match)
 
 Level = Literal["good", "poor", "bad", ""]
 """What a verdict, a cell or a note says of its matter; "" for neither good nor bad."""
@@ -35,11 +46,22 @@ class Cell(NamedTuple):
     kind: Literal["good", "poor", "bad", "code", ""] = ""
 
 
+class Drawing(NamedTuple):
+    """A figure, which the page draws."""
+
+    content: "Picture | Graph"
+    caption: str
+
+
+Part: TypeAlias = "Markup | Drawing"
+"""Of a section."""
+
+
 class Section(NamedTuple):
-    """A heading, and what stands below it: markup by the functions of this module."""
+    """A heading, and what stands below it: by the functions of this module."""
 
     title: str
-    body: "Sequence[Markup]"
+    body: "Sequence[Part]"
 
 
 class Note(NamedTuple):
@@ -68,14 +90,9 @@ def table(headings: Sequence[str], rows: Iterable[Sequence[str | Cell]], caption
     return _block("table", [printable(heading) for heading in headings], cells, printable(caption), left)
 
 
-def figure(drawn: Any, caption: str = "", height: int = 420) -> "Markup":
-    """A figure of plotly, `height` px high and as wide as the page.
-
-    Texts from outside that it shows must have passed through `plotly_text`.
-    """
-    from markupsafe import Markup
-
-    return _block("figure", Markup(_no_tags(drawn.to_json())), printable(caption), height)
+def figure(content: "Picture | Graph", caption: str = "") -> Drawing:
+    """A figure as wide as the page, of any texts."""
+    return Drawing(content, printable(caption))
 
 
 def items(lines: Sequence[str]) -> "Markup":
@@ -103,57 +120,77 @@ def listing(lines: Sequence[Line]) -> "Markup":
     )
 
 
-def plotly_text(text: str) -> str:
-    """A text as a figure of plotly shows it, which would take tags in it for its own."""
-    return escape(printable(text))
-
-
-def page(title: str, sections: Sequence[Section], facts: Mapping[str, str] | None = None) -> str:
+def page(
+    title: str, sections: Sequence[Section], facts: Mapping[str, str] | None = None, *, interactive: bool = False
+) -> str:
     """A whole page, HTML: title, facts such as the revision of a program by their names, and sections.
 
-    The page loads nothing from anywhere, and its security policy forbids it to. Where it has a figure it holds all of
-    plotly.js, 4.8 MB.
+    Its security policy forbids it to load anything and to run any script, but those that an interactive one needs for
+    its figures.
+
+    Args:
+        title: of it.
+        sections: from above.
+        facts: by their names.
+        interactive: whether figures can be looked into with the mouse. They need `PLOTLY` beside the page.
 
     Raises:
-        MissingExtra: Jinja2 or plotly is not installed.
+        MissingExtra: Jinja2 or matplotlib is not installed, or plotly where it is interactive.
     """
     markup = _markup()
-    has_plots = any('class="plot"' in part for section in sections for part in section.body)
+    shown = [Section(printable(each.title), [_drawn(part, interactive) for part in each.body]) for each in sections]
+    drawings = any(isinstance(part, Drawing) for section in sections for part in section.body)
     return (
         _environment()
         .get_template("page.html")
         .render(
             title=printable(title),
             facts={printable(name): printable(value) for name, value in (facts or {}).items()},
-            sections=[Section(printable(section.title), section.body) for section in sections],
+            sections=shown,
             generator=GENERATOR,
             style=markup((TEMPLATES / "page.css").read_text("utf-8")),
             script=markup((TEMPLATES / "page.js").read_text("utf-8")),
-            plotly=markup(_plotly()) if has_plots else "",
+            plotly=PLOTLY,
+            # no text can know it, for it hangs on all of them, so that none can begin a script
+            nonce=hashlib.sha256(repr((title, facts, shown)).encode()).hexdigest() if drawings and interactive else "",
         )
     )
 
 
-def prepare_page(path: Path) -> None:
+def prepare_page(path: Path, option: str, *, interactive: bool = False) -> None:
     """Find out, before long work for a page, whether it can be written.
 
+    Args:
+        path: of it.
+        option: by which it is named.
+        interactive: as of `page`.
+
     Raises:
-        FileError: the folder does not exist, or the file has another suffix than `SUFFIXES`.
-        MissingExtra: Jinja2 or plotly is not installed.
+        FileError: the folder does not exist, the file has another suffix than `SUFFIXES`, or `PLOTLY` cannot be written
+            beside it.
+        MissingExtra: as of `page`.
     """
     _check_suffix(path)
     check_target(path)
     _environment()
-    _plotly()
+    if interactive:
+        _plotly()
+        if is_stream(path):
+            raise FileError(f"{shown_path(path)} is no file beside which {PLOTLY} can be written; name another file")
+        check_own(path.with_name(PLOTLY), SCRIPT, option)
 
 
-def write_page(path: Path, html: str) -> None:
-    """Write a page, whole or not at all.
+def write_page(path: Path, html: str, *, interactive: bool = False) -> None:
+    """Write a page, whole or not at all, and before it the script of an interactive one if it is not there yet.
 
     Raises:
         FileError: the folder does not exist or cannot be written to, or as of `prepare_page`.
     """
     _check_suffix(path)
+    if interactive:
+        place, script = path.with_name(PLOTLY), _plotly().encode()
+        if not place.exists() or read_bytes(place) != script:
+            write_atomically(place, lambda temporary: temporary.write_bytes(script))
     write_atomically(path, lambda temporary: temporary.write_text(html, encoding="utf-8"))
 
 
@@ -172,6 +209,21 @@ def _block(name: str, *arguments: Any) -> "Markup":
     return block
 
 
+def _drawn(part: Part, interactive: bool) -> "Markup":
+    from markupsafe import Markup
+
+    if not isinstance(part, Drawing):
+        return part
+    if not interactive:
+        from grind_env.shop.report.static import drawn
+
+        return _block("figure", Markup(drawn(part.content)), part.caption)
+    from grind_env.shop.report.interactive import drawn_by_plotly
+
+    document, height = drawn_by_plotly(part.content)
+    return _block("plot", Markup(_no_tags(document)), part.caption, height)
+
+
 def _no_tags(document: str) -> str:
     """A JSON document in which no script ends: its strings keep their meaning."""
     return document.replace("<", "\\u003c")
@@ -180,6 +232,7 @@ def _no_tags(document: str) -> str:
 @functools.cache
 def _environment() -> "Environment":
     with needing("shop", "reports need"):
+        import matplotlib  # noqa: F401
         from jinja2 import Environment, FileSystemLoader, StrictUndefined
     return Environment(
         loader=FileSystemLoader(TEMPLATES),
@@ -198,6 +251,6 @@ def _markup() -> "type[Markup]":
 
 
 def _plotly() -> str:
-    with needing("shop", "reports need"):
+    with needing("interactive", "interactive reports need"):
         from plotly.offline import get_plotlyjs
     return str(get_plotlyjs())

@@ -5,9 +5,11 @@ from difflib import SequenceMatcher
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from grind_env.extras import needing
 from grind_env.machine.job import Job
 from grind_env.policies.statistics import Interval
+from grind_env.render.curves import BLUE, GREY, INK
+from grind_env.render.graphs import Graph, Series
+from grind_env.shop.optimise.figure import trade
 from grind_env.shop.optimise.judgement import WORTH_NAMING, parts_said
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Verdict
 from grind_env.shop.optimise.table import (
@@ -27,13 +29,13 @@ from grind_env.shop.report.document import (
     Level,
     Line,
     Note,
+    Part,
     Section,
     figure,
     items,
     listing,
     page,
     paragraph,
-    plotly_text,
     table,
     verdict,
 )
@@ -51,31 +53,23 @@ LEVELS: Mapping[Verdict, Level] = {
     Verdict.INFEASIBLE: "bad",
 }
 
-
-LAYOUT: Mapping[str, Any] = {
-    "plot_bgcolor": "white",
-    "dragmode": False,
-    "margin": {"l": 55, "r": 10, "t": 30, "b": 60},
-    # below, for above the plot is the bar of its buttons
-    "legend": {"orientation": "h", "y": -0.12, "yanchor": "top", "itemsizing": "constant"},
-    "font": {"family": "system-ui, Segoe UI, Roboto, DejaVu Sans, sans-serif", "size": 11},
-}
 TRADE = (
     "The cheapest programs tried of each time that keep limits and wishes, on the lots of the search; the star is the "
     "one that was judged."
 )
 
 
-def optimised_report(found: Optimised, job: Job, files: Mapping[str, Path]) -> str:
+def optimised_report(found: Optimised, job: Job, files: Mapping[str, Path], *, interactive: bool = False) -> str:
     """The page of an optimisation, HTML.
 
     Args:
         found: what it has come to, better or not.
         job: of the program.
         files: by what they are, such as program and job; the page states their revisions.
+        interactive: as of `page`.
 
     Raises:
-        MissingExtra: Jinja2 or plotly is not installed.
+        MissingExtra: as of `page`.
     """
     after = "after" if found.verdict is Verdict.BETTER else "best one tried"
     sections = [
@@ -83,12 +77,12 @@ def optimised_report(found: Optimised, job: Job, files: Mapping[str, Path]) -> s
         Section("Before and after", [_quantities(found, after)]),
         Section("Words", [_words(found, after)]),
         Section("Limits", _limits(found, after)),
-        Section("Cost over time", [figure(_trade(found, after), TRADE, 380)]),
+        Section("Cost over time", [figure(trade(found), TRADE)]),
         Section("Program", _program(found)),
         Section("Remarks", [items(sentences(found)[:-1])]),
         Section("What the numbers rest on", [items(_rests_on(found)), *foundations(job)]),
     ]
-    return page(f"Optimised: {found.program}", sections, revisions(files))
+    return page(f"Optimised: {found.program}", sections, revisions(files), interactive=interactive)
 
 
 def _verdict(found: Optimised) -> "Markup":
@@ -146,7 +140,7 @@ def _words(found: Optimised, after: str) -> "Markup":
     return table(("block", "word", "before", after, "unit", "at a bound"), rows, left=2)
 
 
-def _limits(found: Optimised, after: str) -> "list[Markup]":
+def _limits(found: Optimised, after: str) -> "list[Part]":
     limits = [each for each in found.limits if each.limit > 0.0]
     if not limits:
         return [paragraph("The job has no limits.")]
@@ -175,30 +169,28 @@ def _limits(found: Optimised, after: str) -> "list[Markup]":
         f"{100.0 * WORTH_NAMING:g} % and are refused because of it."
     )
     stay = parts_said(found.confidence)
-    shares = f"Share of each limit below which {stay} stay, before and {after}; lines are the shares asked."
-    return [table(headings, rows, caption), figure(_shares(limits, after), shares, 340)]
+    shares = (
+        f"Share of each limit below which {stay} stay, before (ring) and {after} (square); strokes are what is asked."
+    )
+    return [table(headings, rows, caption), figure(_shares(limits, after), shares)]
 
 
-def _shares(limits: list[LimitUse], after: str) -> Any:
-    with needing("shop", "reports need"):
-        from plotly.graph_objects import Bar, Figure, Scatter
-    names = [plotly_text(each.name) for each in limits]
-    said = "%{x}: %{y:.1f} %"
-    asked = {"symbol": "line-ew", "size": 60, "line": {"width": 2, "color": "#222"}}
-    drawn = Figure(
-        [
-            Bar(name="before", x=names, y=[100.0 * each.before for each in limits], marker_color="#9aa5b1"),
-            Bar(name=after, x=names, y=[100.0 * each.after for each in limits], marker_color="#1f5f8b"),
-            Scatter(name="asked", x=names, y=[100.0 * each.margin for each in limits], mode="markers", marker=asked),
-        ]
+def _shares(limits: list[LimitUse], after: str) -> Graph:
+    def shares(name: str, field: str, **look: Any) -> Series:
+        values = [100.0 * getattr(each, field) for each in limits]
+        return Series(name=name, x=values, y=range(len(limits)), **look)
+
+    return Graph(
+        x="% of the limit",
+        y="",
+        series=(
+            shares("asked", "margin", color=INK, mark="|", size=18.0),
+            shares("before", "before", color=GREY, size=8.0, hollow=True),
+            shares(after, "after", color=BLUE, mark="s", size=5.0),
+        ),
+        rows=tuple(each.name for each in limits),
+        height=110 + 34 * len(limits),
     )
-    drawn.update_traces(hovertemplate=said)
-    drawn.update_layout(
-        barmode="group",
-        **LAYOUT,
-    )
-    drawn.update_yaxes(title_text="% of the limit", rangemode="tozero", gridcolor="#e3e3e3")
-    return drawn
 
 
 def _program(found: Optimised) -> "list[Markup]":
@@ -237,48 +229,6 @@ def _known(found: Optimised) -> str:
     if found.calibration is None:
         return "nothing was calibrated, so that its numbers are as uncertain as those of the catalogue."
     return f"its numbers are as uncertain as the calibration says ({found.calibration})."
-
-
-def _trade(found: Optimised, after: str) -> Any:
-    """Cost of a part over its time: the cheapest programs tried, and the two in question."""
-    with needing("shop", "reports need"):
-        from plotly.graph_objects import Figure, Scatter
-    said = "%{x:.1f} s, %{y:.3f} $"
-    line, (before, chosen) = found.cheapest, found.chosen
-    drawn = Figure(
-        [
-            Scatter(
-                name="cheapest tried",
-                x=[each.seconds for each in line],
-                y=[each.cost for each in line],
-                mode="lines+markers",
-                line={"color": "#1f5f8b", "width": 1.5},
-                marker={"size": 5},
-            ),
-            Scatter(
-                name="before",
-                x=[before.seconds],
-                y=[before.cost],
-                mode="markers",
-                marker={"symbol": "square", "size": 10, "color": "#9aa5b1"},
-            ),
-            Scatter(
-                name=after,
-                x=[chosen.seconds],
-                y=[chosen.cost],
-                mode="markers",
-                marker={"symbol": "star", "size": 14, "color": "#2ca02c"},
-            ),
-        ]
-    )
-    for wish in found.wishes:
-        asked = {"line": {"dash": "dash", "width": 1, "color": "#222"}, "annotation": {"text": f"asked: {wish.most:g}"}}
-        (drawn.add_vline if wish.name == "seconds" else drawn.add_hline)(wish.most, **asked)
-    drawn.update_traces(hovertemplate=said)
-    drawn.update_layout(**LAYOUT)
-    drawn.update_xaxes(title_text="time of a part, s", gridcolor="#e3e3e3")
-    drawn.update_yaxes(title_text="cost of a part, $", gridcolor="#e3e3e3")
-    return drawn
 
 
 def _negative(change: Interval) -> Interval:

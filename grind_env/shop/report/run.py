@@ -33,7 +33,6 @@ from grind_env.shop.report.document import (
     table,
     verdict,
 )
-from grind_env.shop.report.figures import run_figure, run_height
 from grind_env.shop.report.foundations import foundations, revisions
 from grind_env.shop.report.own import TITLE
 
@@ -57,7 +56,9 @@ Cells = Sequence[str | Cell]
 _WARNING = re.compile(r"^(?P<file>[^\n]*?):(?P<line>\d+): (?P<text>.*)$", re.DOTALL)
 
 
-def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequence[Path] = ()) -> str:
+def run_report(
+    record: GrindingRecord, programs: Programs, job: Job, files: Sequence[Path] = (), *, interactive: bool = False
+) -> str:
     """The page of a run, HTML.
 
     Args:
@@ -65,9 +66,10 @@ def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequ
         programs: the program.
         job: of the run.
         files: program and job, whose revisions the page states.
+        interactive: as of `page`.
 
     Raises:
-        MissingExtra: Jinja2 or plotly is not installed.
+        MissingExtra: as of `page`.
     """
     blocks = block_rows(record)
     shown = picture(record, job)
@@ -79,7 +81,7 @@ def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequ
         Section("Margin to the limits", [_margins(record, job)]),
         Section("Blocks", [_blocks(blocks)]),
         Section("Comparison", [_compared(record)]),
-        Section("Run", [figure(run_figure(shown), caption, run_height(shown))]),
+        Section("Run", [figure(shown, caption)]),
         Section("Parts", _parts(record, job)),
         Section("Dresses and wheel", _dresses(record, job)),
         Section("Cost", [_cost(record)]),
@@ -88,7 +90,7 @@ def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequ
         Section("Assumptions and calibration", [items(assumptions(job)), *foundations(job)]),
     ]
     revised = revisions(dict(zip(("program", "job"), files, strict=False)))
-    return page(f"{TITLE}{programs.name}", sections, revised)
+    return page(f"{TITLE}{programs.name}", sections, revised, interactive=interactive)
 
 
 def _verdict(record: GrindingRecord, job: Job) -> "Markup":

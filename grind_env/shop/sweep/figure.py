@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -16,9 +16,27 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-LINES = (BLUE, "#9ecae1", "#6a51a3", ORANGE, "#8c564b", GREY, RED)
-"""Of the dress intervals that are shown over E."""
-COLOURS = dict(zip(LIMITS, (BLUE, RED, GREEN, ORANGE), strict=True))
+
+class Look(NamedTuple):
+    """Of a line: its dashes and marks tell it from others in grey, too."""
+
+    color: str
+    dash: str = "-"
+    mark: str = "o"
+
+
+LINES = (
+    Look(BLUE, "-", "s"),
+    Look(ORANGE, "--", "^"),
+    Look("#6a51a3", "-.", "D"),
+    Look(RED, ":", "v"),
+    Look("#8c564b", "-", "P"),
+    Look("#5aa0d0", "--", "<"),
+    Look("#444444", "-.", ">"),
+)
+"""Of the dress intervals that are shown over E, beside the best one."""
+BEST = Look(GREEN)
+LOOKS = dict(zip(LIMITS, LINES, strict=False))
 DEAREST = 4.0
 """Times the best cost above which a cost is drawn as that."""
 
@@ -45,7 +63,9 @@ def draw_sweep(found: Sweep) -> "Figure":
     figure = new_figure(5.4 * max(len(panels), 1), 7.4)
     from matplotlib.ticker import MaxNLocator
 
-    figure.suptitle(f"{found.program}: $ a part, batches of {found.parts} runs, {lots_said(found.lots)}")
+    figure.suptitle(
+        f"{found.program}: $ a part, batches of {found.parts} runs, {lots_said(found.lots)}"
+    ).set_parse_math(False)
     grid = figure.subplots(2, len(panels), squeeze=False, height_ratios=(1.5, 1.0))
     for (draw_cost, draw_limits), upper, lower in zip(panels, grid[0], grid[1], strict=True):
         draw_cost(upper)
@@ -87,7 +107,7 @@ def _intervals(axes: "Axes", found: Sweep, points: Sequence[SweepPoint]) -> None
     axes.axvspan(
         first - 0.4, last + 0.4, color=GREEN, alpha=0.15, lw=0, label=f"valley, up to 2 % dearer: {_span(found)}"
     )
-    _cost(axes, every, points, BLUE, "with the best E of each")
+    _cost(axes, every, points, Look(BLUE), "with the best E of each")
     axes.plot(
         best.every, best.cost.value, "*", ms=15, color=GREEN, zorder=5, label=f"best: {best.every}, E{best.E:.0f}"
     )
@@ -97,16 +117,16 @@ def _intervals(axes: "Axes", found: Sweep, points: Sequence[SweepPoint]) -> None
 
 
 def _speeds(axes: "Axes", found: Sweep) -> None:
-    """Cost over E, a line for some dress intervals."""
+    """Cost over E, a line for some dress intervals; the best one with its intervals."""
     best = cheapest(found.speeds)
     known = sorted({point.every for point in found.speeds})
     shown = sorted({known[0], known[-1], best.every, *known[:: max(len(known) // 4, 1)]})
     others = iter(LINES)
     for every in shown:
         row = [point for point in found.speeds if point.every == every]
-        color = GREEN if every == best.every and len(shown) > 1 else next(others)
+        look = BEST if every == best.every else next(others)
         name = f"dress every {every}" if every else "D as it is"
-        _cost(axes, np.array([point.E for point in row]) / 1000.0, row, color, name)
+        _cost(axes, np.array([point.E for point in row]) / 1000.0, row, look, name, band=look is BEST)
     axes.plot(best.E / 1000.0, best.cost.value, "*", ms=15, color=GREEN, zorder=5)
     axes.axhline(found.own.cost.value, color=GREY, ls="--", lw=1.2, label="the program as it is")
     _finish(axes, best, found)
@@ -120,7 +140,7 @@ def _dresses(axes: "Axes", found: Sweep) -> None:
     best = cheapest(points)
     if min(len(leads), len(depths)) == 1:
         name = "lead" if len(leads) > 1 else "depth"
-        _cost(axes, np.array([getattr(point, name) for point in points]), points, BLUE, "")
+        _cost(axes, np.array([getattr(point, name) for point in points]), points, Look(BLUE), "")
         axes.plot(getattr(best, name), best.cost.value, "*", ms=15, color=GREEN, zorder=5)
         axes.axhline(found.own.cost.value, color=GREY, ls="--", lw=1.2, label="the program as it is")
         _finish(axes, best, found)
@@ -152,15 +172,22 @@ def _dress_shares(axes: "Axes", points: Sequence[SweepPoint]) -> None:
 
 
 def _cost(
-    axes: "Axes", at: "np.typing.NDArray[np.float64]", points: Sequence[SweepPoint], color: str, label: str
+    axes: "Axes",
+    at: "np.typing.NDArray[np.float64]",
+    points: Sequence[SweepPoint],
+    look: Look,
+    label: str,
+    *,
+    band: bool = True,
 ) -> None:
-    """Costs with their intervals; hollow where a limit is passed."""
+    """Costs, with their intervals as a band; hollow where a limit is passed."""
     cost, low, high = np.array([point.cost for point in points]).T
-    axes.fill_between(at, low, high, color=color, alpha=0.15, lw=0)
-    axes.plot(at, cost, "-", color=color, lw=1.3, label=label or None)
+    color, dash, mark = look
+    if band:
+        axes.fill_between(at, low, high, color=color, alpha=0.15, lw=0)
+    axes.plot(at, cost, dash, marker=mark, ms=4, color=color, lw=1.3, label=label or None)
     keeps = np.array([point.keeps_limits for point in points])
-    axes.plot(at[keeps], cost[keeps], "o", color=color, ms=4)
-    axes.plot(at[~keeps], cost[~keeps], "o", mfc="white", color=color, ms=4)
+    axes.plot(at[~keeps], cost[~keeps], mark, ms=4, mfc="white", color=color)
 
 
 def _shares(axes: "Axes", at: Sequence[float], points: Sequence[SweepPoint], label: str) -> None:
@@ -168,7 +195,8 @@ def _shares(axes: "Axes", at: Sequence[float], points: Sequence[SweepPoint], lab
     for k, name in enumerate(LIMITS):
         values = [100.0 * point.shares[k] for point in points]
         if max(values) > 0.0:
-            axes.plot(at, values, "-o", ms=3, lw=1.2, color=COLOURS[name], label=name)
+            color, dash, mark = LOOKS[name]
+            axes.plot(at, values, dash, marker=mark, ms=3.5, lw=1.2, color=color, label=name)
     axes.axhline(100.0, color=GREY, ls="--", lw=1.2)
     axes.set_ylim(0.0, min(max(130.0, 1.25 * axes.get_ylim()[1]), 250.0))
     axes.set(xlabel=label, ylabel="% of the limit, 95 of 100 parts")

@@ -1,5 +1,5 @@
 "use strict";
-const plots = [...document.querySelectorAll(".plot")];
+const plots = window.Plotly ? [...document.querySelectorAll(".plot")] : [];
 for (const plot of plots) {
   const figure = JSON.parse(plot.nextElementSibling.textContent);
   plot.replaceChildren();

@@ -1,0 +1,22 @@
+"""Write the pictures of the site anew with 256 colours, a third as long: `python docs/tools/pictures.py FOLDER`."""
+
+import io
+import sys
+from pathlib import Path
+
+from PIL import Image
+
+
+def lighter(data: bytes) -> bytes:
+    """A .png picture with the 256 colours that are nearest to its own, or as it is where that is no shorter."""
+    made = io.BytesIO()
+    shown = Image.open(io.BytesIO(data)).convert("RGBA")
+    white = Image.new("RGBA", shown.size, "white")
+    few = Image.alpha_composite(white, shown).convert("RGB").quantize(256, dither=Image.Dither.NONE)
+    few.save(made, "PNG", optimize=True)
+    return min(made.getvalue(), data, key=len)
+
+
+if __name__ == "__main__":
+    for path in Path(sys.argv[1]).rglob("_images/*.png"):
+        path.write_bytes(lighter(path.read_bytes()))

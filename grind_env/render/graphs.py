@@ -1,0 +1,112 @@
+"""Graphs of a few series over one pair of axes, whatever draws them; here matplotlib does."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+from grind_env.arrays import Array
+from grind_env.render.curves import GRID, INK
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Series:
+    """Points of a graph, told from those of the others by more than their colour.
+
+    Attributes:
+        name: in the legend.
+        x: where they are, in the unit of the axis, shape (N,).
+        y: likewise; of a graph with rows their numbers, from 0.
+        color: of all of them.
+        mark: of each as matplotlib has it, one of `MARKS`; empty for a line alone.
+        size: of a mark, pt.
+        hollow: whether marks are rings.
+        joined: whether a line goes through them.
+        half_widths: of an interval around each `x`, likewise; none if empty.
+        texts: what each is; of figures that show it.
+    """
+
+    name: str
+    x: Sequence[float] | Array
+    y: Sequence[float] | Array
+    color: str
+    mark: str = "o"
+    size: float = 4.0
+    hollow: bool = False
+    joined: bool = False
+    half_widths: Sequence[float] = ()
+    texts: Sequence[str] = ()
+
+
+class Rule(NamedTuple):
+    """A dashed line across a graph."""
+
+    axis: Literal["x", "y"]
+    """On which `at` is."""
+    at: float
+    text: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Graph:
+    """What is drawn over one pair of axes.
+
+    Attributes:
+        x: heading of the axis, with its unit.
+        y: likewise.
+        series: those that come later are drawn over the others.
+        rules: dashed lines.
+        rows: names in place of numbers along y, from above.
+        log: whether x is logarithmic.
+        whole: whether whole numbers stand at x.
+        height: of the figure in a page, px.
+    """
+
+    x: str
+    y: str
+    series: tuple[Series, ...]
+    rules: tuple[Rule, ...] = ()
+    rows: tuple[str, ...] = ()
+    log: bool = False
+    whole: bool = False
+    height: int = 380
+
+
+MARKS = {"o": "circle", "s": "square", "x": "x", "*": "star", "|": "line-ns", "": "circle"}
+"""Marks of matplotlib, and what plotly calls them."""
+
+
+def draw_graph(axes: "Axes", graph: Graph) -> None:
+    """Draw a graph into axes of matplotlib."""
+    from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
+
+    for each in graph.series:
+        shape: dict[str, Any] = {"marker": each.mark, "ms": each.size, "mew": 2.0 if each.mark == "|" else 1.0}
+        fill = "none" if each.hollow else each.color
+        line: dict[str, Any] = {"color": each.color, "ls": "-" if each.joined else "", "lw": 1.2 if each.mark else 0.8}
+        if len(each.half_widths):
+            axes.errorbar(each.x, each.y, xerr=each.half_widths, color=each.color, ls="", lw=1.2)
+        axes.plot(each.x, each.y, mfc=fill, label=each.name if len(each.x) else "", **shape, **line)
+    for rule in graph.rules:
+        across = axes.axvline if rule.axis == "x" else axes.axhline
+        across(rule.at, color=INK, ls="--", lw=1.0, label=rule.text)
+    axes.set(xlabel=graph.x, ylabel=graph.y)
+    axes.grid(True, color=GRID, lw=0.6)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+    if graph.rows:
+        axes.set_yticks(range(len(graph.rows)), graph.rows)
+        axes.set_ylim(len(graph.rows) - 0.5, -0.5)
+    if graph.rows and not graph.log:
+        axes.set_xlim(left=0.0)
+    if graph.log:
+        axes.set_xscale("log")
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.xaxis.set_major_formatter("{x:g}")
+        axes.xaxis.set_minor_formatter(NullFormatter())
+    if graph.whole:
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+    if any(axes.get_legend_handles_labels()[1]):
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, frameon=False)

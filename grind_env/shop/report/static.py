@@ -1,0 +1,74 @@
+"""Figures as SVG that matplotlib draws: text is text, and colours are those of the page, light, dark or printed."""
+
+import io
+import re
+import warnings
+from typing import Any
+
+from grind_env.errors import printable
+from grind_env.render.curves import BLUE, GREEN, GREY, GRID, INK, ORANGE, PAPER, RED, SHADE, Picture
+from grind_env.render.figures import new_figure
+from grind_env.render.graphs import Graph, draw_graph
+from grind_env.render.plots import draw_panels
+
+DPI = 96.0
+"""px an inch, as pages count them."""
+WIDTH = 864.0 / DPI
+"""in; on A4 letters of `FONT` are then 7 pt high."""
+PANEL, EDGES = 1.2, 0.7
+"""in; height of a panel of a run, and of what is above and below all of them."""
+FONT = 9.0
+"""pt."""
+VARIABLES = {
+    BLUE: "blue",
+    ORANGE: "orange",
+    GREEN: "green",
+    RED: "red",
+    GREY: "grey",
+    INK: "ink",
+    GRID: "grid",
+    PAPER: "paper",
+    SHADE: "shade",
+}
+"""Names that templates/page.css gives to colours."""
+UNSAID = {"Creator": None, "Date": None, "Format": None, "Type": None}
+
+_TAG = re.compile(r"<[^>]*>")  # of which there is none in a text or an attribute: these are escaped
+_COLOUR = re.compile(r"(?<=: )#[0-9a-f]{6}\b")
+_LEFT_OUT = re.compile(
+    r'(?<=<g) id="[^"]*"| transform="rotate\(-0 [^)]*\)"|(?<=\.\d\d)\d+|\n| font-family: [^"]*?(?=;|")'
+)
+
+
+def drawn(shown: Picture | Graph) -> str:
+    """The <svg> element of a figure, in which texts are escaped.
+
+    Raises:
+        MissingExtra: matplotlib is not installed.
+    """
+    figure = new_figure(WIDTH, EDGES + PANEL * len(shown.curves) if isinstance(shown, Picture) else shown.height / DPI)
+    from matplotlib import rc_context
+
+    inked = ("text.color", "axes.edgecolor", "axes.labelcolor", "xtick.color", "ytick.color")
+    settings: Any = {"font.size": FONT, "legend.fontsize": FONT, "axes.linewidth": 0.6, **dict.fromkeys(inked, INK)}
+    settings |= {"text.parse_math": False, "svg.fonttype": "none", "svg.hashsalt": "grind_env"}
+    with rc_context(settings), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph")  # that matplotlib's font lacks: the letters are the browser's
+        if isinstance(shown, Picture):
+            draw_panels(shown, figure, FONT)
+        else:
+            draw_graph(figure.subplots(), shown)
+        written = io.StringIO()
+        figure.savefig(written, format="svg", transparent=True, metadata=UNSAID)
+    svg = written.getvalue().partition("<svg ")
+    body = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>", "", svg[2], count=1, flags=re.DOTALL)
+    return printable(_TAG.sub(lambda tag: _slim(tag[0]), svg[1] + re.sub(r">\s+<", "><", body)))
+
+
+def _slim(tag: str) -> str:
+    """A tag in the colours of the page, without what nothing refers to and digits that nobody sees."""
+    return _LEFT_OUT.sub("", _COLOUR.sub(lambda found: _variable(found[0]), tag))
+
+
+def _variable(colour: str) -> str:
+    return f"var(--{VARIABLES[colour]})" if colour in VARIABLES else colour
