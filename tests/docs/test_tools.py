@@ -1,10 +1,15 @@
 """The tools that make the documentation site."""
 
+import inspect
 import json
+import math
+import random
+import re
 import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
 from grind_env.control.facts import load_facts
@@ -15,9 +20,10 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "tools"))
 from commands import commands_page
 from executed import as_page
 from facts import facts_page
-from formulas import formula
+from formulas import SYMBOLS, formula
 from latex2mathml.converter import convert
 from links import broken
+from textbook import RESTATED
 
 from grind_env.cli import app
 
@@ -27,10 +33,12 @@ EQUATIONS = [name for name in equations.__all__ if callable(getattr(equations, n
 @pytest.mark.parametrize(
     ("name", "latex"),
     [
-        ("overlap_ratio", r"\frac{b_{\mathrm{d}}}{f_{\mathrm{d}}}"),
-        ("fineness", r"\frac{0.25}{d_{\mathrm{g}}}"),
-        ("chip_force", r"u_{\mathrm{ch}} \cdot Q \cdot {v_{\mathrm{s}}}^{-1}"),
-        ("grit_roughness", r"R_{\mathrm{a}} \cdot z^{-0.7} \cdot s_{\mathrm{t}}^{-0.3}"),
+        ("overlap_ratio", r"U_{\mathrm{d}} = \frac{b_{\mathrm{d}}}{f_{\mathrm{d}}}"),
+        ("fineness", r"z = \frac{0.25}{d_{\mathrm{g}}}"),
+        ("chip_force", r"F'_{\mathrm{t,ch}} = \frac{u_{\mathrm{ch}} Q_{\mathrm{w}}'}{v_{\mathrm{s}}}"),
+        ("grit_roughness", r"R_{\mathrm{a,z}} = R_{\mathrm{a}} z^{-0.7} s_{\mathrm{t}}^{-0.3}"),
+        ("freshness", r"\varphi = \exp \left( -\frac{V_{\mathrm{w}}'}{V_{\mathrm{r}}} \right)"),
+        ("restored_fraction", r"\eta_{\mathrm{d}} = 1 - \exp \left( -x_{\mathrm{d}} \right)"),
     ],
 )
 def test_a_formula_is_that_of_the_code(name: str, latex: str) -> None:
@@ -43,6 +51,35 @@ def test_every_equation_has_a_formula_that_a_browser_can_draw(name: str) -> None
     texts = [element.text or "" for element in drawn.iter()]
     assert len(texts) > 3
     assert not [text for text in texts if "\\" in text or "_" in text], "commands or names that were not understood"
+
+
+@pytest.mark.parametrize("name", EQUATIONS)
+def test_a_formula_has_the_symbols_of_textbooks(name: str) -> None:
+    function = getattr(equations, name)
+    text = formula(function)
+    first, _, rest = re.sub(r"\\begin\{array\}\{ll?\} ?", "", text).partition(" = ")
+    assert first and rest and "per" not in text
+    assert all(int(power) >= -6 for power in re.findall(r"10\^\{(-?\d+)\}", text)), "a number that only guards"
+    bare = re.sub(r"_\{\\mathrm\{[a-z0-9,A-Z]{1,5}\}\}|\\mathrm\{(if|otherwise)\}|array|ll?\}", "", text)
+    assert not re.findall(r"(?<![\\a-zA-Z])[a-zA-Z]{2,}", bare), "names of the code"
+
+
+@pytest.mark.parametrize("name", RESTATED)
+def test_what_is_restated_gives_what_the_code_gives(name: str) -> None:
+    code, stated = getattr(equations, name), RESTATED[name]
+    draw = random.Random(1)
+    for _ in range(200):
+        given = [math.exp(draw.uniform(-3.0, 3.0)) for _ in inspect.signature(code).parameters]
+        assert np.allclose(stated(*given), code(*given), rtol=1e-9)
+
+
+def test_every_symbol_stands_in_an_equation() -> None:
+    assert set(SYMBOLS) == {"names", *EQUATIONS}
+    for equation, names in SYMBOLS.items():
+        functions = EQUATIONS if equation == "names" else [equation]
+        text = " ".join(inspect.getsource(inspect.unwrap(getattr(equations, each))) for each in functions)
+        unused = [name for name in names if name != "is" and not re.search(rf"\b(per_)?{name}\b", text)]
+        assert not unused, equation
 
 
 def test_links_that_lead_nowhere_are_found(tmp_path: Path) -> None:
