@@ -29,7 +29,10 @@ extensions = [
     "sphinx_copybutton",
     "docstrings",
     "formulas",
+    "places",
+    "shell_cells",
 ]
+templates_path = ["templates"]
 nitpicky = True
 DOCUMENTED = re.findall(
     r"automodule:: (\S+)", "".join(path.read_text() for path in Path(__file__).parent.glob("*/*.md"))
@@ -47,6 +50,16 @@ html_theme = "furo"
 html_title = f"grind_env {release}"
 html_static_path = ["static"]
 html_css_files = ["site.css"]
+html_sidebars = {
+    "**": [
+        "sidebar/brand.html",
+        "project.html",
+        "sidebar/search.html",
+        "sidebar/scroll-start.html",
+        "sidebar/navigation.html",
+        "sidebar/scroll-end.html",
+    ]
+}
 html_copy_source = False
 
 add_module_names = False
