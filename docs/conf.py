@@ -81,7 +81,7 @@ copybutton_prompt_is_regexp = True
 # Notebooks come executed from `make notebooks`; how-to pages are executed here, so that no output is retyped.
 nb_ipywidgets_js = {}
 nb_execution_mode = "force"
-nb_execution_excludepatterns = ["tutorials/*"]
+nb_execution_excludepatterns = ["tutorials/*.ipynb"]
 nb_execution_in_temp = True
 nb_execution_raise_on_error = True
 nb_execution_timeout = 1800

@@ -18,6 +18,7 @@ STYLE = """\
 .flow .title { font-weight: 600; font-size: 14px; }
 .flow path { fill: none; stroke: var(--color-foreground-secondary, #5a5c63); stroke-width: 1.5; }
 .flow .tip { fill: var(--color-foreground-secondary, #5a5c63); stroke: none; }
+.flow a { text-decoration: none; }
 .flow a:hover rect { stroke: var(--color-brand-content, #2757dd); }
 """
 

@@ -14,7 +14,7 @@ from docutils import nodes
 from latex2mathml.converter import convert
 from latexify.codegen.expression_codegen import ExpressionCodegen
 from sphinx.application import Sphinx
-from textbook import lines
+from textbook import keeps_finite, lines
 
 from grind_env.process import equations
 from grind_env.toml import read_toml
@@ -25,6 +25,7 @@ INDEXED = re.compile(r"([A-Za-z])(?:_([a-z]+)|([A-Z]?[a-z]?\d?|max))$")
 """Names that are one letter and its index."""
 INDEX = re.compile(r"_(?:(\w)|\{([\w,]+)\})")
 LN = r"\ln "
+SPACE = r" \\, "
 DOTS = re.compile(r" \\cdot (?!\d)")
 
 
@@ -33,6 +34,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.add_html_math_renderer("mathml", inline_renderers=(_inline, None), block_renderers=(_block, None))
     app.config["html_math_renderer"] = "mathml"
     app.connect("autodoc-process-docstring", _insert)
+    app.connect("autodoc-skip-member", _hide_guard)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 
@@ -42,7 +44,7 @@ def formula(function: Any) -> str:
     results = map(_upright, SYMBOLS[name]["is"])
     write = _Writer(name)
     found = [
-        f"{next(results) if left is None else write.visit(left)} = {DOTS.sub(' ', write.visit(right))}"
+        f"{next(results) if left is None else write.visit(left)} = {DOTS.sub(SPACE, write.visit(right))}"
         for left, right in lines(function, EQUATIONS)
     ]
     return found[0] if len(found) == 1 else r"\begin{array}{l} " + r" \\ ".join(found) + r" \end{array}"
@@ -111,6 +113,11 @@ def _insert(_app: Sphinx, what: str, name: str, value: Any, _options: Any, lines
         known = ", ".join(f":math:`{text}` = {_code(argument)}" for argument, text in words(value).items())
         told = [f"Symbols: {known}.", ""] if known else []
         lines[place:place] = ["", ".. math::", "", f"   {formula(value)}", "", *told]
+
+
+def _hide_guard(_app: Sphinx, _what: str, _name: str, value: Any, _skip: bool, _options: Any) -> bool | None:
+    """Leave out numbers that only keep quotients finite, as the formulas do."""
+    return True if isinstance(value, float) and keeps_finite(value) else None
 
 
 def _code(argument: str) -> str:

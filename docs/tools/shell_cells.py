@@ -11,11 +11,12 @@ MARK = "%%bash\n"
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Register what is done to cells."""
-    app.connect("doctree-read", _unmark)
+    app.connect("doctree-read", lambda _app, page: unmarked(page))
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 
-def _unmark(_app: Sphinx, page: nodes.document) -> None:
+def unmarked(page: nodes.document) -> None:
+    """Take the mark from every cell of a page that has it, and say in its class what it is."""
     for block in page.findall(nodes.literal_block):
         text = block.astext()
         if text.startswith(MARK):

@@ -97,7 +97,7 @@ class _Undo(ast.NodeTransformer):
             return ast.BinOp(given[0].args[0], ast.Pow(), ast.BinOp(ast.Constant(1), ast.Div(), ast.Constant(4)))
         if name == "max":
             inner = [each.args if isinstance(each, ast.Call) and each.func.id == "max" else [each] for each in given]
-            given = [each for args in inner for each in args if not _keeps_finite(each)]
+            given = [each for args in inner for each in args if not _guard(each)]
             if len(given) == 1:
                 return given[0]
         return ast.Call(ast.Name(name), given, [])
@@ -106,7 +106,7 @@ class _Undo(ast.NodeTransformer):
         if isinstance(node.op, ast.Mult | ast.Div):
             return self._quotient(node)
         left, right = self.visit(node.left), self.visit(node.right)
-        if isinstance(node.op, ast.Add) and _keeps_finite(right):
+        if isinstance(node.op, ast.Add) and _guard(right):
             return left
         return ast.BinOp(left, node.op, right)
 
@@ -145,5 +145,10 @@ def _product(factors: list[ast.expr]) -> ast.expr:
     return found or ast.Constant(1)
 
 
-def _keeps_finite(node: ast.expr) -> bool:
-    return isinstance(node, ast.Constant) and 0.0 < node.value <= GUARD
+def keeps_finite(value: float) -> bool:
+    """Whether a number of the code is there only so that no quotient and no logarithm is of nothing."""
+    return 0.0 < value <= GUARD
+
+
+def _guard(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and keeps_finite(node.value)

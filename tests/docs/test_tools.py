@@ -5,24 +5,32 @@ import json
 import math
 import random
 import re
+import subprocess
 import sys
 from pathlib import Path
+from tempfile import gettempdir
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from docutils import nodes
+from docutils.utils import new_document
 
 from grind_env.control.facts import load_facts
 from grind_env.process import equations
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "tools"))
 
+from citation import bibtex, read_citation
 from commands import commands_page
 from executed import as_page
 from facts import facts_page
+from flow import BOXES, WIDTH, flow
 from formulas import SYMBOLS, formula
 from latex2mathml.converter import convert
 from links import broken
+from places import ROOT, anywhere
+from shell_cells import unmarked
 from textbook import RESTATED
 
 from grind_env.cli import app
@@ -112,3 +120,58 @@ def test_pieces_of_a_text_that_a_cell_prints_are_one() -> None:
     notebook = {"cells": [{"cell_type": "markdown"}, {"cell_type": "code", "outputs": [a, b, picture, c]}]}
     page = json.loads(as_page(json.dumps(notebook).encode()))
     assert page["cells"][1]["outputs"] == [{**a, "text": ["a\n", "b"]}, picture, c]
+
+
+DOCS = Path(__file__).parents[2] / "docs"
+SHELL = [
+    pytest.param(text, id=f"{path.stem}-{number}")
+    for path in sorted(DOCS.rglob("*.md"))
+    for number, text in enumerate(
+        re.findall(
+            r"^```(?:sh|\{code-cell\}\n%%bash)\n(.*?)^```$", path.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE
+        )
+    )
+]
+
+
+@pytest.mark.parametrize("text", SHELL)
+def test_what_is_copied_is_bash(text: str) -> None:
+    read = subprocess.run(["bash", "-n"], input=text, text=True, capture_output=True, check=False)
+    assert read.returncode == 0, read.stderr
+
+
+def test_cells_of_a_shell_are_shown_without_their_mark() -> None:
+    page = new_document("page")
+    page += [
+        nodes.container("", nodes.literal_block("", text)) for text in ("%%bash\ngrind facts\n", "print('%%bash')")
+    ]
+    unmarked(page)
+    shell, python = page.findall(nodes.literal_block)
+    assert (shell.rawsource, shell.astext(), shell["language"]) == ("grind facts\n", "grind facts\n", "bash")
+    assert shell.parent["classes"] == ["shell"] and python.parent["classes"] == []
+
+
+def test_folders_of_this_machine_are_not_shown() -> None:
+    text = f"{ROOT}/runs] {Path.home()}/.cache/grind_env) in {gettempdir()}/tmpab_1 https://example.com{ROOT}/x"
+    assert anywhere(text) == f"runs] ~/.cache/grind_env) in /tmp/... https://example.com{ROOT}/x"
+
+
+def test_bibtex_is_that_of_the_citation_file() -> None:
+    root = DOCS.parent
+    cited = read_citation(root / "CITATION.cff")
+    entry = bibtex(cited, (root / "LICENSE").read_text(encoding="utf-8"))
+    assert cited["title"].replace("_", r"\_") in entry and cited["version"] in entry and "year = {2026}" in entry
+    assert "year = {2031}" in bibtex({**cited, "date-released": "2031-02-03"}, "Copyright (c) 2026")
+    authors = [{"family-names": "Doe", "given-names": "Jo"}, {"name": "A Group"}]
+    assert "{Doe, Jo and {A Group}}" in bibtex({**cited, "authors": authors}, "Copyright (c) 2026")
+
+
+def test_the_figure_of_the_flow_is_drawn_within_its_frame() -> None:
+    drawing = ElementTree.fromstring(flow())
+    boxes = [element for element in drawing.iter() if element.tag.endswith("rect")]
+    assert len(boxes) == len(BOXES)
+    frames = [tuple(float(box.get(key)) for key in ("x", "y", "width", "height")) for box in boxes]
+    assert all(x >= 0 and x + width <= WIDTH for x, _, width, _ in frames)
+    for place, (x, y, width, height) in enumerate(frames):
+        for x_2, y_2, width_2, height_2 in frames[:place]:
+            assert x >= x_2 + width_2 or x_2 >= x + width or y >= y_2 + height_2 or y_2 >= y + height
