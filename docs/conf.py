@@ -28,7 +28,10 @@ extensions = [
     "sphinx_copybutton",
     "docstrings",
     "formulas",
+    "places",
+    "shell_cells",
 ]
+templates_path = ["templates"]
 nitpicky = True
 DOCUMENTED = re.findall(
     r"automodule:: (\S+)", "".join(path.read_text() for path in Path(__file__).parent.glob("*/*.md"))
@@ -46,6 +49,16 @@ html_theme = "furo"
 html_title = f"grind_env {release}"
 html_static_path = ["static"]
 html_css_files = ["site.css"]
+html_sidebars = {
+    "**": [
+        "sidebar/brand.html",
+        "project.html",
+        "sidebar/search.html",
+        "sidebar/scroll-start.html",
+        "sidebar/navigation.html",
+        "sidebar/scroll-end.html",
+    ]
+}
 html_copy_source = False
 
 add_module_names = False
@@ -66,7 +79,7 @@ copybutton_prompt_is_regexp = True
 # Notebooks come executed from `make notebooks`; how-to pages are executed here, so that no output is retyped.
 nb_ipywidgets_js = {}
 nb_execution_mode = "force"
-nb_execution_excludepatterns = ["tutorials/*"]
+nb_execution_excludepatterns = ["tutorials/*.ipynb"]
 nb_execution_in_temp = True
 nb_execution_raise_on_error = True
 nb_execution_timeout = 1800

@@ -1,30 +1,32 @@
 """Sphinx extension: the equations of the process as formulas, from their code, drawn by the browser without a script.
 
-`latexify` turns the code of a function into LaTeX, so that what a page shows is what the simulation runs, and
-`latex2mathml` turns LaTeX into MathML, which needs neither network nor JavaScript.
+`latexify` turns expressions of the code into LaTeX, so that what a page shows is what the simulation runs; symbols are
+those of `symbols.toml`. `latex2mathml` turns LaTeX into MathML, which needs neither network nor JavaScript.
 """
 
+import ast
 import inspect
 import re
+from pathlib import Path
 from typing import Any
 
-import latexify
 from docutils import nodes
 from latex2mathml.converter import convert
+from latexify.codegen.expression_codegen import ExpressionCodegen
 from sphinx.application import Sphinx
+from textbook import keeps_finite, lines
 
 from grind_env.process import equations
+from grind_env.toml import read_toml
 
-NAME = re.compile(r"\\mathrm\{((?:[^{}\\]|\\_)+)\}")
-SYMBOL = re.compile(r"[A-Za-z][A-Z]?[a-z]?\d?|[A-Za-z]+(ref|max|film)|alw0?|krw")
+SYMBOLS = read_toml(Path(__file__).parent / "symbols.toml")
+EQUATIONS = frozenset(name for name in equations.__all__ if callable(getattr(equations, name)))
+INDEXED = re.compile(r"([A-Za-z])(?:_([a-z]+)|([A-Z]?[a-z]?\d?|max))$")
 """Names that are one letter and its index."""
-GREEK = {"lam": r"\lambda", "beta": r"\beta"}
-KEPT = ("by", "if", "max", "min", "per")
-"""Words that look like symbols."""
-NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.])")
-FACTOR = r"(?:[A-Za-z]|\\mathrm\{\w+\})(?:_\{\\mathrm\{[\w,]+\}\})?"
-SQUARE = re.compile(rf"(?<![\w}}])({FACTOR})(?: \\cdot)? \1(?![\w_])")
-WRAPPED = re.compile(r"\\mathrm\{float\} \\left\( (.*) \\right\)$")
+INDEX = re.compile(r"_(?:(\w)|\{([\w,]+)\})")
+LN = r"\ln "
+SPACE = r" \\, "
+DOTS = re.compile(r" \\cdot (?!\d)")
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
@@ -32,50 +34,94 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.add_html_math_renderer("mathml", inline_renderers=(_inline, None), block_renderers=(_block, None))
     app.config["html_math_renderer"] = "mathml"
     app.connect("autodoc-process-docstring", _insert)
+    app.connect("autodoc-skip-member", _hide_guard)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 
 def formula(function: Any) -> str:
-    """LaTeX of a function of scalars: its symbols with their indices, constants as numbers."""
+    """LaTeX of a function of scalars: what it gives, and a line before it for all that it works out on the way."""
+    name = inspect.unwrap(function).__name__
+    results = map(_upright, SYMBOLS[name]["is"])
+    write = _Writer(name)
+    found = [
+        f"{next(results) if left is None else write.visit(left)} = {DOTS.sub(SPACE, write.visit(right))}"
+        for left, right in lines(function, EQUATIONS)
+    ]
+    return found[0] if len(found) == 1 else r"\begin{array}{l} " + r" \\ ".join(found) + r" \end{array}"
+
+
+def words(function: Any) -> dict[str, str]:
+    """The arguments whose symbol does not begin as their name does, with it."""
     plain = inspect.unwrap(function)
-    text = latexify.get_latex(plain, use_math_symbols=True, identifiers={"power": "pow"})
-    text = text.replace(r"\mathopen{}", "").replace(r"\mathclose{}", "")
-    text = re.sub(rf"{re.escape(_word(plain.__name__))}\([^()]*\) = ", "", text).replace(r"\mathrm{math}.\pi", r"\pi ")
-    constants = {name: value for name, value in plain.__globals__.items() if isinstance(value, float)}
-    text = NUMBER.sub(lambda match: _number(float(match[0])), WRAPPED.sub(r"\1", text))
-    text = NAME.sub(lambda match: _symbol(match[1].replace(r"\_", "_"), constants), text)
-    return SQUARE.sub(r"{\1}^{2}", text)
+    found = {name: symbol(name.removeprefix("per_"), plain.__name__) for name in inspect.signature(plain).parameters}
+    return {name: text for name, text in found.items() if text != _indexed(name.removeprefix("per_"))}
 
 
-def _symbol(name: str, constants: dict[str, float]) -> str:
-    if name in constants:
-        return _number(constants[name])
-    if name in GREEK:
-        return GREEK[name]
-    if name.startswith("per_"):
-        return rf"{{{_symbol(name[4:], constants)}}}^{{-1}}"
-    head, _, index = name.partition("_")
-    if head not in KEPT and len(head) > 1 and SYMBOL.fullmatch(head):
-        head, index = head[0], ",".join(filter(None, (head[1:], index)))
-    base = GREEK.get(head) or (head if len(head) == 1 else rf"\mathrm{{{head}}}")
-    return rf"{base}_{{\mathrm{{{index.replace('_', ',')}}}}}" if index else base
+def symbol(name: str, equation: str) -> str:
+    """LaTeX of a name in an equation: of a quantity, or of what another equation gives."""
+    if name in EQUATIONS:
+        return _upright(SYMBOLS[name]["is"][0])
+    given = SYMBOLS[equation].get(name) or SYMBOLS["names"].get(name)
+    return _upright(given) if given else _indexed(name)
 
 
-def _word(name: str) -> str:
-    return rf"\mathrm{{{name.replace('_', chr(92) + '_')}}}"
+def _indexed(name: str) -> str:
+    match = INDEXED.match(name)
+    return _upright(f"{match[1]}_{{{match[2] or match[3]}}}" if match and len(name) > 1 else name)
 
 
-def _number(value: float) -> str:
-    mantissa, _, exponent = f"{value:g}".partition("e")
-    power = rf"10^{{{int(exponent)}}}" if exponent else ""
-    return rf"{mantissa} \cdot {power}" if power and mantissa != "1" else power or mantissa
+def _upright(text: str) -> str:
+    return INDEX.sub(lambda match: rf"_{{\mathrm{{{match[1] or match[2]}}}}}", text)
+
+
+class _Writer(ExpressionCodegen):
+    """Names as their symbols, numbers as they are read."""
+
+    def __init__(self, equation: str) -> None:
+        super().__init__(use_math_symbols=True)
+        self.equation = equation
+
+    def visit_Name(self, node: ast.Name) -> str:
+        if node.id in ("min", "max"):
+            return rf"\{node.id}"
+        return r"\pi" if node.id == "pi" else symbol(node.id, self.equation)
+
+    def visit_Constant(self, node: ast.Constant) -> str:
+        mantissa, _, exponent = f"{node.value:g}".partition("e")
+        power = rf"10^{{{int(exponent)}}}" if exponent else ""
+        return rf"{mantissa} \cdot {power}" if power and mantissa != "1" else power or mantissa
+
+    def visit_UnaryOp(self, node: ast.UnaryOp) -> str:
+        fraction = isinstance(node.operand, ast.BinOp) and isinstance(node.operand.op, ast.Div)
+        return f"-{self.visit(node.operand)}" if fraction else super().visit_UnaryOp(node)
+
+    def visit_Call(self, node: ast.Call) -> str:
+        first = self.visit(node.args[0])
+        if node.func.id == "exp" and first.startswith(LN):  # type: ignore[attr-defined]
+            return first.removeprefix(LN)
+        text = super().visit_Call(node).replace(r"\mathopen{}", "").replace(r"\mathclose{}", "")
+        return rf"\ln{text.removeprefix(chr(92) + 'log')}" if node.func.id == "log" else text  # type: ignore[attr-defined]
+
+    def visit_BinOp(self, node: ast.BinOp) -> str:
+        return super().visit_BinOp(node).replace(r"\mathopen{}", "").replace(r"\mathclose{}", "")
 
 
 def _insert(_app: Sphinx, what: str, name: str, value: Any, _options: Any, lines: list[str]) -> None:
-    """Put the formula of an equation below the first paragraph of its docstring."""
+    """Put the formula of an equation below the first paragraph of its docstring, and its symbols of arguments."""
     if what == "function" and getattr(equations, name.rpartition(".")[2], None) is value:
         place = lines.index("") if "" in lines else len(lines)
-        lines[place:place] = ["", ".. math::", "", *(f"   {line}" for line in formula(value).splitlines()), ""]
+        known = ", ".join(f":math:`{text}` = {_code(argument)}" for argument, text in words(value).items())
+        told = [f"Symbols: {known}.", ""] if known else []
+        lines[place:place] = ["", ".. math::", "", f"   {formula(value)}", "", *told]
+
+
+def _hide_guard(_app: Sphinx, _what: str, _name: str, value: Any, _skip: bool, _options: Any) -> bool | None:
+    """Leave out numbers that only keep quotients finite, as the formulas do."""
+    return True if isinstance(value, float) and keeps_finite(value) else None
+
+
+def _code(argument: str) -> str:
+    return f"1/``{argument}``" if argument.startswith("per_") else f"``{argument}``"
 
 
 def _inline(translator: Any, node: nodes.math) -> None:

@@ -10,10 +10,12 @@ from pathlib import Path
 from shutil import rmtree
 from tempfile import TemporaryDirectory
 
+from citation import bibtex, read_citation
 from commands import commands_page
 from errors import errors_page
 from executed import as_page
 from facts import facts_page
+from flow import flow
 
 from agents.application import app as agents_app
 from agents.dressing.table import HEADINGS, line, read_studies
@@ -66,6 +68,8 @@ def from_code() -> Iterator[Page]:
     yield "api/errors.md", errors_page(DOCS).encode()
     yield "reference/grind.md", commands_page(grind_app, "grind").encode()
     yield "reference/agents.md", commands_page(agents_app, "python -m agents").encode()
+    yield "process/flow.svg", flow().encode()
+    yield "project/cite.bib", bibtex(read_citation(ROOT / "CITATION.cff"), (ROOT / "LICENSE").read_text()).encode()
 
 
 def _index(text: str) -> str:

@@ -35,6 +35,11 @@ SECTIONS = (
 )
 """Headings of a page, in their order."""
 
+OTHER_TABLES = (
+    "Tables of the benchmark are of fewer of these episodes, and of trained agents on them: a score there may differ"
+    " from this one, and lies within its interval."
+)
+
 
 def page(env_id: str) -> str:
     """The page of a registered id, Markdown.
@@ -198,6 +203,6 @@ def _scores(about: Sheet) -> str:
     ]
     heading = f"cost over that of {known.fixed_plan}" if known.ratio else "score"
     scale = "" if known.ratio else f" 0 is {known.fixed_plan} and 100 the strongest reference, on its episodes."
-    return f"Mean return of an episode with its standard error, default arguments.{scale}\n\n" + table(
+    return f"Mean return of an episode with its standard error, default arguments.{scale} {OTHER_TABLES}\n\n" + table(
         ("policy", "return", heading), rows
     )

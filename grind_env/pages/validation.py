@@ -33,7 +33,8 @@ INTRODUCTION = """\
 Every number below is taken by the functions that all simulations run, under the conditions beside it. The first word of
 its source says what its band is worth: *measured*; *drawn* from data or tables that were seen; *remembered*, of a page
 that was not opened; *own*, what this project expects. Where two published numbers exclude each other, the row says
-which was chosen. The rows are also [a CSV file](validation.csv).
+which was chosen. The rows are also [a CSV file](validation.csv); papers and data stand with their DOI, where one was
+seen, among [the sources](process/index.md#sources).
 
 Two limits speak of heat. The **temperature limit** of a part (the rise that tempers its material) decides whether it is
 scrap. The **burn ratio**, specific energy over Malkin's threshold, is a warning margin and scraps nothing."""

@@ -1,13 +1,21 @@
 """The tools that make the documentation site."""
 
+import inspect
 import io
 import json
+import math
+import random
+import re
+import subprocess
 import sys
 from pathlib import Path
+from tempfile import gettempdir
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from docutils import nodes
+from docutils.utils import new_document
 from PIL import Image
 
 from grind_env.control.facts import load_facts
@@ -15,13 +23,18 @@ from grind_env.process import equations
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "tools"))
 
+from citation import bibtex, read_citation
 from commands import commands_page
 from executed import as_page
 from facts import facts_page
-from formulas import formula
+from flow import BOXES, WIDTH, flow
+from formulas import SYMBOLS, formula
 from latex2mathml.converter import convert
 from links import broken
 from pictures import lighter
+from places import ROOT, anywhere
+from shell_cells import unmarked
+from textbook import RESTATED
 
 from grind_env.cli import app
 
@@ -31,10 +44,12 @@ EQUATIONS = [name for name in equations.__all__ if callable(getattr(equations, n
 @pytest.mark.parametrize(
     ("name", "latex"),
     [
-        ("overlap_ratio", r"\frac{b_{\mathrm{d}}}{f_{\mathrm{d}}}"),
-        ("fineness", r"\frac{0.25}{d_{\mathrm{g}}}"),
-        ("chip_force", r"u_{\mathrm{ch}} \cdot Q \cdot {v_{\mathrm{s}}}^{-1}"),
-        ("grit_roughness", r"R_{\mathrm{a}} \cdot z^{-0.7} \cdot s_{\mathrm{t}}^{-0.3}"),
+        ("overlap_ratio", r"U_{\mathrm{d}} = \frac{b_{\mathrm{d}}}{f_{\mathrm{d}}}"),
+        ("fineness", r"z = \frac{0.25}{d_{\mathrm{g}}}"),
+        ("chip_force", r"F'_{\mathrm{t,ch}} = \frac{u_{\mathrm{ch}} Q_{\mathrm{w}}'}{v_{\mathrm{s}}}"),
+        ("grit_roughness", r"R_{\mathrm{a,z}} = R_{\mathrm{a}} z^{-0.7} s_{\mathrm{t}}^{-0.3}"),
+        ("freshness", r"\varphi = \exp \left( -\frac{V_{\mathrm{w}}'}{V_{\mathrm{r}}} \right)"),
+        ("restored_fraction", r"\eta_{\mathrm{d}} = 1 - \exp \left( -x_{\mathrm{d}} \right)"),
     ],
 )
 def test_a_formula_is_that_of_the_code(name: str, latex: str) -> None:
@@ -47,6 +62,35 @@ def test_every_equation_has_a_formula_that_a_browser_can_draw(name: str) -> None
     texts = [element.text or "" for element in drawn.iter()]
     assert len(texts) > 3
     assert not [text for text in texts if "\\" in text or "_" in text], "commands or names that were not understood"
+
+
+@pytest.mark.parametrize("name", EQUATIONS)
+def test_a_formula_has_the_symbols_of_textbooks(name: str) -> None:
+    function = getattr(equations, name)
+    text = formula(function)
+    first, _, rest = re.sub(r"\\begin\{array\}\{ll?\} ?", "", text).partition(" = ")
+    assert first and rest and "per" not in text
+    assert all(int(power) >= -6 for power in re.findall(r"10\^\{(-?\d+)\}", text)), "a number that only guards"
+    bare = re.sub(r"_\{\\mathrm\{[a-z0-9,A-Z]{1,5}\}\}|\\mathrm\{(if|otherwise)\}|array|ll?\}", "", text)
+    assert not re.findall(r"(?<![\\a-zA-Z])[a-zA-Z]{2,}", bare), "names of the code"
+
+
+@pytest.mark.parametrize("name", RESTATED)
+def test_what_is_restated_gives_what_the_code_gives(name: str) -> None:
+    code, stated = getattr(equations, name), RESTATED[name]
+    draw = random.Random(1)
+    for _ in range(200):
+        given = [math.exp(draw.uniform(-3.0, 3.0)) for _ in inspect.signature(code).parameters]
+        assert np.allclose(stated(*given), code(*given), rtol=1e-9)
+
+
+def test_every_symbol_stands_in_an_equation() -> None:
+    assert set(SYMBOLS) == {"names", *EQUATIONS}
+    for equation, names in SYMBOLS.items():
+        functions = EQUATIONS if equation == "names" else [equation]
+        text = " ".join(inspect.getsource(inspect.unwrap(getattr(equations, each))) for each in functions)
+        unused = [name for name in names if name != "is" and not re.search(rf"\b(per_)?{name}\b", text)]
+        assert not unused, equation
 
 
 def test_links_that_lead_nowhere_are_found(tmp_path: Path) -> None:
@@ -95,3 +139,58 @@ def test_a_picture_of_the_site_is_lighter_and_looks_the_same() -> None:
         shown = np.asarray(Image.open(io.BytesIO(found)).convert("RGB"))
         assert len(found) <= len(made.getvalue()) and lighter(found) == found
         assert np.abs(shown.astype(int) - pixels).max() <= most
+
+
+DOCS = Path(__file__).parents[2] / "docs"
+SHELL = [
+    pytest.param(text, id=f"{path.stem}-{number}")
+    for path in sorted(DOCS.rglob("*.md"))
+    for number, text in enumerate(
+        re.findall(
+            r"^```(?:sh|\{code-cell\}\n%%bash)\n(.*?)^```$", path.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE
+        )
+    )
+]
+
+
+@pytest.mark.parametrize("text", SHELL)
+def test_what_is_copied_is_bash(text: str) -> None:
+    read = subprocess.run(["bash", "-n"], input=text, text=True, capture_output=True, check=False)
+    assert read.returncode == 0, read.stderr
+
+
+def test_cells_of_a_shell_are_shown_without_their_mark() -> None:
+    page = new_document("page")
+    page += [
+        nodes.container("", nodes.literal_block("", text)) for text in ("%%bash\ngrind facts\n", "print('%%bash')")
+    ]
+    unmarked(page)
+    shell, python = page.findall(nodes.literal_block)
+    assert (shell.rawsource, shell.astext(), shell["language"]) == ("grind facts\n", "grind facts\n", "bash")
+    assert shell.parent["classes"] == ["shell"] and python.parent["classes"] == []
+
+
+def test_folders_of_this_machine_are_not_shown() -> None:
+    text = f"{ROOT}/runs] {Path.home()}/.cache/grind_env) in {gettempdir()}/tmpab_1 https://example.com{ROOT}/x"
+    assert anywhere(text) == f"runs] ~/.cache/grind_env) in /tmp/... https://example.com{ROOT}/x"
+
+
+def test_bibtex_is_that_of_the_citation_file() -> None:
+    root = DOCS.parent
+    cited = read_citation(root / "CITATION.cff")
+    entry = bibtex(cited, (root / "LICENSE").read_text(encoding="utf-8"))
+    assert cited["title"].replace("_", r"\_") in entry and cited["version"] in entry and "year = {2026}" in entry
+    assert "year = {2031}" in bibtex({**cited, "date-released": "2031-02-03"}, "Copyright (c) 2026")
+    authors = [{"family-names": "Doe", "given-names": "Jo"}, {"name": "A Group"}]
+    assert "{Doe, Jo and {A Group}}" in bibtex({**cited, "authors": authors}, "Copyright (c) 2026")
+
+
+def test_the_figure_of_the_flow_is_drawn_within_its_frame() -> None:
+    drawing = ElementTree.fromstring(flow())
+    boxes = [element for element in drawing.iter() if element.tag.endswith("rect")]
+    assert len(boxes) == len(BOXES)
+    frames = [tuple(float(box.get(key)) for key in ("x", "y", "width", "height")) for box in boxes]
+    assert all(x >= 0 and x + width <= WIDTH for x, _, width, _ in frames)
+    for place, (x, y, width, height) in enumerate(frames):
+        for x_2, y_2, width_2, height_2 in frames[:place]:
+            assert x >= x_2 + width_2 or x_2 >= x + width or y >= y_2 + height_2 or y_2 >= y + height

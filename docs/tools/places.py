@@ -1,0 +1,35 @@
+"""Sphinx extension: no page says in which folders it was made."""
+
+import re
+from pathlib import Path
+from tempfile import gettempdir
+from typing import Any
+
+from sphinx.application import Sphinx
+
+ROOT = Path(__file__).parents[2]
+BEGINS = r"(?<![\w./~-])"
+PLACES = (
+    (re.compile(rf"{BEGINS}{re.escape(str(ROOT))}/"), ""),
+    (re.compile(rf"{BEGINS}{re.escape(str(Path.home()))}(?=/\.)"), "~"),
+    (re.compile(rf"{BEGINS}{re.escape(gettempdir())}/tmp\w+"), "/tmp/..."),
+)
+"""The checkout, what is hidden in the home of who makes the site, folders that are there only while it is made."""
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Register what is done to pages."""
+    app.connect("html-page-context", _shorten)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
+
+
+def anywhere(text: str) -> str:
+    """A text without the folders of this machine."""
+    for place, short in PLACES:
+        text = place.sub(short, text)
+    return text
+
+
+def _shorten(_app: Sphinx, _name: str, _template: str, context: dict[str, Any], _page: Any) -> None:
+    if "body" in context:
+        context["body"] = anywhere(context["body"])
