@@ -9,23 +9,14 @@ from pathlib import Path
 
 from PIL import Image
 
+from agents.benchmark.plan import CORE
 from agents.video import watch
 from grind_env.policies.evaluation import SEEDS
 from grind_env.policies.naming import named_policy, usual_name
 from grind_env.policies.problem import find_problem
 from grind_env.render.frames import render
 
-ON_SHEET = (
-    "power_limited",
-    "reciprocation",
-    "wide_plates",
-    "wide_rails",
-    "blades",
-    "rush",
-    "job_shop",
-    "CBN",
-    "stroke",
-)
+ON_SHEET = (*CORE, "CBN", "stroke")
 COLUMNS, WIDTH, GAP = 3, 480, 8
 """Of the sheet; px."""
 SHARE = 0.4
@@ -36,7 +27,7 @@ UNDER = (244, 244, 240)
 
 @cache
 def still(name: str) -> Image.Image:
-    """A task in the middle of an episode of the agent that is shipped for it, or of what stands in for one."""
+    """A task, by name or id, in the middle of an episode of its shipped agent, or of what stands in for one."""
     problem = find_problem(name)
     simulation = problem.simulation()
     policy = named_policy(usual_name(simulation), simulation)

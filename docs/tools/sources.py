@@ -16,6 +16,7 @@ from errors import errors_page
 from executed import as_page
 from facts import facts_page
 from flow import flow
+from gallery import png, still
 
 from agents.application import app as agents_app
 from agents.dressing.table import HEADINGS, line, read_studies
@@ -33,6 +34,9 @@ NOT_TASKS = {
 }
 """Where the pages that are not of a task go."""
 PAGES = (".md", ".png", ".svg", ".toml", ".nc", ".csv")
+UNSEEN = ("Job-v0.md", "Task-v0.md", "Wen-v0.md")
+"""Pages of ids that need a file, or have no machine to be seen."""
+GALLERY = "![Nine tasks in the middle of an episode](../images/gallery.png)"
 Page = tuple[str, bytes]
 """Place in the folder, and content."""
 
@@ -63,6 +67,10 @@ def from_code() -> Iterator[Page]:
             text = path.read_bytes()
             if path.name == "index.md":
                 text = _index(text.decode()).encode()
+            if path.name not in (*NOT_TASKS, *UNSEEN, "index.md"):
+                yield f"tasks/{path.stem}.png", png(still(f"grind/{path.stem}"))
+                title, _, rest = text.decode().partition("\n")
+                text = f"{title}\n\n![An episode of it, watched]({path.stem}.png)\n{rest}".encode()
             yield NOT_TASKS.get(path.name, f"tasks/{path.name}"), text
     yield "control/facts.md", facts_page().encode()
     yield "api/errors.md", errors_page(DOCS).encode()
@@ -75,7 +83,7 @@ def from_code() -> Iterator[Page]:
 def _index(text: str) -> str:
     """The index of the tasks with its links as they are on the site, and the pages in the contents."""
     linked = text.replace("(validation.md)", "(../validation.md)").replace("(fields.md)", "(../reference/fields.md)")
-    return f"{linked}\n```{{toctree}}\n:hidden:\n:glob:\n\n*\n```\n"
+    return f"{linked}\n{GALLERY}\n\n```{{toctree}}\n:hidden:\n:glob:\n\n*\n```\n"
 
 
 def results() -> Iterator[Page]:
