@@ -6,7 +6,7 @@ STAMP := $(VENV)/.installed
 # `make PINNED= VENV=build/newest test` has the newest version of everything.
 PINNED := --constraint constraints.txt
 
-.PHONY: setup test bits lint format benchmark speed ratios validate notebooks docs core readme package soak clean
+.PHONY: setup test bits lint format benchmark speed ratios validate notebooks shown docs core readme package soak clean
 
 setup: $(STAMP)
 
@@ -62,9 +62,11 @@ ratios: setup
 validate: setup
 	$(BIN)/python -m grind_env.validation
 
-# Those that the package or themselves have outdated, executed into build/notebooks: do they show what is checked in?
-# `docs/tools/notebooks.py keep` checks in what they have shown.
+# Those that the package or themselves have outdated, executed into build/notebooks.
 notebooks: setup $(patsubst %,build/%,$(wildcard notebooks/*.ipynb))
+
+# Do they show what is checked in? `docs/tools/notebooks.py keep` checks in what they have shown.
+shown: notebooks
 	$(BIN)/python docs/tools/notebooks.py compare
 
 build/notebooks/%.ipynb: notebooks/%.ipynb $(STAMP) $(shell find grind_env -type f -not -name '*.pyc')
