@@ -21,7 +21,7 @@ from grind_env.envs.contexts import find_split
 from grind_env.envs.simulation import Simulation, advance
 from grind_env.envs.splits import EVERY, SPLITS
 from grind_env.envs.tables import Outcome
-from grind_env.policies.evaluation import Evaluation, episode_seeds, roll_out, start_episodes
+from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds, start_episodes
 from grind_env.policies.held import model_beside
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
@@ -92,7 +92,7 @@ def kept_evaluation(
         path, fingerprint = place / f"{part.start}.npz", f"{code} {part}{of_split}"
         result = None if fresh else kept(path, fingerprint)
         if result is None:
-            result = roll_out(policy, simulation, start_episodes(simulation, part, split), model)
+            result = run_seeds(policy, simulation, part, split, model)
             keep(path, fingerprint, result)
         chunks.append(result)
         advance(len(part))

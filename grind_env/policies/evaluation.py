@@ -122,13 +122,19 @@ def start_episodes(simulation: Simulation, seeds: Sequence[int], split: str = EV
     return simulation.start([np.random.default_rng(seed) for seed in seeds], given)
 
 
-def run_seeds(policy: Policy, simulation: Simulation, seeds: Sequence[int], split: str = EVERY) -> Evaluation:
-    """Run the policy once through the episode of each seed, with contexts of a split.
+def run_seeds(
+    policy: Policy,
+    simulation: Simulation,
+    seeds: Sequence[int],
+    split: str = EVERY,
+    model: Simulation | None = None,
+) -> Evaluation:
+    """Run the policy once through the episode of each seed, with contexts of a split; `model` as for `roll_out`.
 
     Raises:
         ContextError: if there is no such split.
     """
-    return roll_out(policy, simulation, start_episodes(simulation, seeds, split))
+    return roll_out(policy, simulation, start_episodes(simulation, seeds, split), model)
 
 
 def done(decision: Decision, simulation: Simulation, codec: ActionCodec, episodes: Episodes) -> tuple[Array, ...]:

@@ -12,7 +12,7 @@ from agents.cells import CHUNK, bare, behaviour, imported, kept_evaluation, sour
 from grind_env.belief import filter as filter_
 from grind_env.belief import wheel
 from grind_env.envs import model
-from grind_env.policies.evaluation import Evaluation, roll_out, run_seeds, start_episodes
+from grind_env.policies.evaluation import Evaluation, run_seeds
 from grind_env.policies.learned.network import LearnedPolicy
 from grind_env.policies.planners import dynamic_programming, hindsight, known_state
 from grind_env.policies.planners.hindsight import Hindsight
@@ -36,18 +36,13 @@ BELIEVING = BeliefRule(E=(11.0, 7.0), A_dress=(0.02, 0.012), gA=-0.4, gF=0.1, gH
 @pytest.fixture
 def evaluated(monkeypatch):
     """The seeds of every evaluation that is run."""
-    runs, begun = [], []
+    runs = []
 
-    def begin(simulation, seeds, *split):
-        begun.append(seeds)
-        return start_episodes(simulation, seeds, *split)
+    def counted(policy, simulation, seeds, split, model):
+        runs.append(seeds)
+        return run_seeds(policy, simulation, seeds, split, model)
 
-    def counted(*arguments):
-        runs.append(begun[-1])
-        return roll_out(*arguments)
-
-    monkeypatch.setattr(cells, "start_episodes", begin)
-    monkeypatch.setattr(cells, "roll_out", counted)
+    monkeypatch.setattr(cells, "run_seeds", counted)
     return runs
 
 

@@ -46,6 +46,7 @@ COMMANDS = (
     "figure wheel part.nc -o out.svg",
     "figure interval part.nc -o out.png",
     "figure policy-map --episodes 2 -o out.pdf",
+    "figure dress --every 2 -o out.svg",
     "agents figure learning-curves read/curve.csv -o out.svg",
 )
 STATUSES = (0, 3)

@@ -107,6 +107,7 @@ READS = (
     Read("task.toml", "evaluate --task task.toml --policy E12D1 --episodes 2", weight=2.0),
     Read("task.toml", "play --task task.toml --policy handbook --no-window --output out.nc"),
     Read("whole_task.toml", "tasks whole_task.toml", weight=2.0),
+    Read("whole_task.toml", "figure dress --env whole_task.toml --every 2 -o out.svg", weight=0.3),
     Read("whole_task.toml", "evaluate --task whole_task.toml --policy E12D1 --episodes 2"),
     Read("agent.safetensors", "evaluate --policy agent.safetensors --episodes 2", change=tensors, weight=4.0),
     Read("agent.safetensors", "figure policy-map --policy agent.safetensors --episodes 2 -o out.svg", change=tensors),
