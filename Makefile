@@ -65,9 +65,9 @@ validate: setup
 # Those that the package or themselves have outdated, executed into build/notebooks.
 notebooks: setup $(patsubst %,build/%,$(wildcard notebooks/*.ipynb))
 
-# Do they show what is checked in? `docs/tools/notebooks.py keep` checks in what they have shown.
+# Do they show what is checked in? `docs/tools/shown.py keep` checks in what they have shown.
 shown: notebooks
-	$(BIN)/python docs/tools/notebooks.py compare
+	$(BIN)/python docs/tools/shown.py compare
 
 build/notebooks/%.ipynb: notebooks/%.ipynb $(STAMP) $(shell find grind_env -type f -not -name '*.pyc')
 	$(BIN)/python -m jupyter nbconvert --to notebook --execute --ExecutePreprocessor.timeout=1800 --output-dir build/notebooks $<

@@ -7,6 +7,7 @@ from functools import cache
 from itertools import islice
 from pathlib import Path
 
+from pictures import lighter
 from PIL import Image
 
 from agents.benchmark.plan import CORE
@@ -21,7 +22,6 @@ COLUMNS, WIDTH, GAP = 3, 480, 8
 """Of the sheet; px."""
 SHARE = 0.4
 """Of an episode, that is over."""
-COLOURS = 128
 UNDER = (244, 244, 240)
 
 
@@ -40,8 +40,8 @@ def still(name: str) -> Image.Image:
 def png(image: Image.Image) -> bytes:
     """The picture in few colours."""
     content = io.BytesIO()
-    image.quantize(COLOURS, dither=Image.Dither.NONE).save(content, "PNG", optimize=True)
-    return content.getvalue()
+    image.save(content, "PNG")
+    return lighter(content.getvalue())
 
 
 def sheet() -> Image.Image:

@@ -13,7 +13,6 @@ from tempfile import TemporaryDirectory
 from citation import bibtex, read_citation
 from commands import commands_page
 from errors import errors_page
-from executed import as_page
 from facts import facts_page
 from flow import flow
 from gallery import png, still
@@ -57,7 +56,7 @@ def by_hand() -> Iterator[Page]:
 def tutorials() -> Iterator[Page]:
     """The notebooks, with what they have shown."""
     for path in sorted((ROOT / "notebooks").glob("*.ipynb")):
-        yield f"tutorials/{path.name}", as_page(path.read_bytes())
+        yield f"tutorials/{path.name}", path.read_bytes()
 
 
 def from_code() -> Iterator[Page]:

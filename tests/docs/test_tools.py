@@ -2,7 +2,6 @@
 
 import inspect
 import io
-import json
 import math
 import random
 import re
@@ -25,7 +24,6 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "tools"))
 
 from citation import bibtex, read_citation
 from commands import commands_page
-from executed import as_page
 from facts import facts_page
 from flow import BOXES, WIDTH, flow
 from formulas import SYMBOLS, formula
@@ -34,6 +32,7 @@ from links import broken
 from pictures import lighter
 from places import ROOT, anywhere
 from shell_cells import unmarked
+from shown import joined
 from textbook import RESTATED
 
 from grind_env.cli import app
@@ -120,9 +119,7 @@ def test_the_page_of_commands_has_all_of_them() -> None:
 def test_pieces_of_a_text_that_a_cell_prints_are_one() -> None:
     picture = {"output_type": "display_data", "data": {"image/png": "..."}, "metadata": {}}
     a, b, c = ({"output_type": "stream", "name": "stdout", "text": [text]} for text in ("a\n", "b", "c"))
-    notebook = {"cells": [{"cell_type": "markdown"}, {"cell_type": "code", "outputs": [a, b, picture, c]}]}
-    page = json.loads(as_page(json.dumps(notebook).encode()))
-    assert page["cells"][1]["outputs"] == [{**a, "text": ["a\n", "b"]}, picture, c]
+    assert joined([a, b, picture, c]) == [{**a, "text": ["a\n", "b"]}, picture, c]
 
 
 def test_a_picture_of_the_site_is_lighter_and_looks_the_same() -> None:

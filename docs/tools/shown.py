@@ -1,11 +1,10 @@
-"""The notebooks as they are checked in, with what they have shown: `python docs/tools/notebooks.py keep|compare`.
+"""The notebooks as they are checked in, with what they have shown: `python docs/tools/shown.py keep|compare`.
 
 `make notebooks` executes them into `build/notebooks`. `keep` takes what they have shown over into `notebooks/`, so that
 a code host shows it; `compare` says where an execution shows another text than is checked in. Cells with the tag
 `varies` show what differs from machine to machine: times, and what torch has learned.
 """
 
-import io
 import json
 import re
 import sys
@@ -14,15 +13,13 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from PIL import Image
+from pictures import lighter
 
 ROOT = Path(__file__).parents[2]
 KEPT, EXECUTED = ROOT / "notebooks", ROOT / "build" / "notebooks"
 VARIES = "varies"
 MOST = 400_000
 """Bytes of a notebook that is checked in."""
-COLOURS = 128
-"""Of a picture: figures have few, and no page needs more of their edges."""
 ADDRESS = re.compile(r" at 0x[0-9a-f]+|/tmp/\S+")
 """What is another one in every process."""
 
@@ -36,7 +33,7 @@ def shown(executed: Notebook) -> Notebook:
         if cell["cell_type"] != "code":
             continue
         cell["metadata"].pop("execution", None)
-        cell["outputs"] = [each for output in cell["outputs"] if (each := _seen(output)) is not None]
+        cell["outputs"] = joined([each for output in cell["outputs"] if (each := _seen(output)) is not None])
         if cell["execution_count"] is not None:
             count += 1
             cell["execution_count"] = count
@@ -44,6 +41,18 @@ def shown(executed: Notebook) -> Notebook:
             if "execution_count" in output:
                 output["execution_count"] = count
     return executed
+
+
+def joined(outputs: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Outputs in which successive pieces of a stream, however it came, are one."""
+    found: list[dict[str, Any]] = []
+    for output in outputs:
+        last = found[-1] if found else {}
+        if output["output_type"] == "stream" and last.get("name") == output["name"]:
+            last["text"] = [*last["text"], *output["text"]]
+        else:
+            found.append(output)
+    return found
 
 
 def _seen(output: dict[str, Any]) -> dict[str, Any] | None:
@@ -60,10 +69,7 @@ def _seen(output: dict[str, Any]) -> dict[str, Any] | None:
 
 def light(picture: str) -> str:
     """A picture, in Base64, of few colours."""
-    smaller = io.BytesIO()
-    with Image.open(io.BytesIO(b64decode(picture))) as image:
-        image.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(smaller, "PNG", optimize=True)
-    return b64encode(smaller.getvalue()).decode()
+    return b64encode(lighter(b64decode(picture))).decode()
 
 
 def _short(text: list[str] | str) -> str:
@@ -76,12 +82,12 @@ def texts(notebook: Notebook) -> Iterator[tuple[int, str]]:
     for number, cell in enumerate(notebook["cells"]):
         if cell["cell_type"] != "code" or VARIES in cell["metadata"].get("tags", []):
             continue
-        for output in cell["outputs"]:
+        said = [output for output in cell["outputs"] if output.get("name") != "stderr"]
+        for output in joined(said):
             data = output.get("data", {})
-            if output.get("name") == "stderr" or "image/png" in data:
-                continue
-            text = output["text"] if "text" in output else data.get("text/html") or data["text/plain"]
-            yield number, ADDRESS.sub("", "".join(text))
+            if "image/png" not in data:
+                text = output["text"] if "text" in output else data.get("text/html") or data["text/plain"]
+                yield number, ADDRESS.sub("", "".join(text))
 
 
 def keep(executed: Path, kept: Path) -> str:
