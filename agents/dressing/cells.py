@@ -67,7 +67,8 @@ class Request:
 
 def on_plant(problem: Problem, plant: str) -> Problem:
     """The problem on a machine, with a name of its own for what is kept and told."""
-    return replace(on(problem, plant), name=f"{problem.name}-{re.sub(r'[^a-z0-9+]+', '-', plant)}")
+    machine = re.sub(r"[^\w.+]+", "-", plant)
+    return replace(on(problem, plant), name=f"{problem.name}-{machine}")
 
 
 def cells(problem: Problem) -> list[Cell]:

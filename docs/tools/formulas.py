@@ -97,10 +97,10 @@ class _Writer(ExpressionCodegen):
 
     def visit_Call(self, node: ast.Call) -> str:
         first = self.visit(node.args[0])
-        if node.func.id == "exp" and first.startswith(LN):  # type: ignore[attr-defined]
+        if node.func.id == "exp" and first.startswith(LN):
             return first.removeprefix(LN)
         text = super().visit_Call(node).replace(r"\mathopen{}", "").replace(r"\mathclose{}", "")
-        return rf"\ln{text.removeprefix(chr(92) + 'log')}" if node.func.id == "log" else text  # type: ignore[attr-defined]
+        return rf"\ln{text.removeprefix(chr(92) + 'log')}" if node.func.id == "log" else text
 
     def visit_BinOp(self, node: ast.BinOp) -> str:
         return super().visit_BinOp(node).replace(r"\mathopen{}", "").replace(r"\mathclose{}", "")

@@ -60,7 +60,7 @@ def lines(function: Any, equations: frozenset[str]) -> Iterator[Line]:
     constants = {name: value for name, value in plain.__globals__.items() if isinstance(value, float)}
     (definition,) = ast.parse(dedent(inspect.getsource(RESTATED.get(plain.__name__, plain)))).body
     undo = _Undo(constants, equations)
-    for statement in definition.body:  # type: ignore[attr-defined]
+    for statement in definition.body:
         if isinstance(statement, ast.Assign):
             yield from zip(_each(statement.targets[0]), map(undo.visit, _each(statement.value)), strict=True)
         elif isinstance(statement, ast.Return) and statement.value is not None:
@@ -85,7 +85,7 @@ class _Undo(ast.NodeTransformer):
         return self.visit(node.body) if isinstance(node.orelse, ast.Constant) else self.generic_visit(node)
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
-        name = node.func.id if isinstance(node.func, ast.Name) else node.func.attr  # type: ignore[attr-defined]
+        name = node.func.id if isinstance(node.func, ast.Name) else node.func.attr
         if name in self.equations:
             return ast.Name(name)
         given = [self.visit(each) for each in node.args]
@@ -115,7 +115,7 @@ class _Undo(ast.NodeTransformer):
         self._factors(node, above, below)
         negative = bool(above) and isinstance(above[0], ast.UnaryOp)
         if negative:
-            above[0] = above[0].operand  # type: ignore[attr-defined]
+            above[0] = above[0].operand
         found = _product(above)
         if below:
             found = ast.BinOp(found, ast.Div(), _product(below))

@@ -6,7 +6,8 @@ from typing import Annotated
 import typer
 
 from grind_env.arguments import FILE, Application, Writes
-from grind_env.commands import NamedProblem
+from grind_env.commands import JobFile as ProblemJob
+from grind_env.commands import NamedProblem, Parts
 from grind_env.shop.commands.arguments import JobFile, ProgramFile
 
 app = Application(
@@ -82,15 +83,18 @@ def interval(
 def dress(
     output: Output,
     env: NamedProblem = "power_limited",
+    job: ProblemJob = None,
+    parts: Parts = 1,
     speed: Annotated[float, typer.Option("--E", help="Table speed, m/min.")] = 7.0,
     every: Annotated[int, typer.Option(min=1, help="Blocks from dress to dress.")] = 10,
 ) -> None:
     """What a dress changes: the last part on a dull wheel, and the next one after the dress, 170 mm wide."""
     from grind_env.figures.dress import dress_figure, dressed_run
+    from grind_env.policies.problem import find_problem
     from grind_env.render.figures import prepare_figure, write_figure
 
     prepare_figure(output)
-    write_figure(dress_figure(dressed_run(env, speed, every)), output)
+    write_figure(dress_figure(dressed_run(find_problem(env, job, parts), speed, every)), output)
 
 
 @app.command(epilog="Example: grind figure policy-map --env power_limited -o map.pdf")

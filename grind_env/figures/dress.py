@@ -6,11 +6,11 @@ import numpy as np
 
 from grind_env.control import read
 from grind_env.errors import GrindError
-from grind_env.machine.grind import grind
+from grind_env.machine.grind_file import grind_file
 from grind_env.machine.record import GrindingRecord
 from grind_env.policies.evaluation import SEEDS
 from grind_env.policies.play import play
-from grind_env.policies.problem import find_problem
+from grind_env.policies.problem import Problem
 from grind_env.policies.scripted.rules import Fixed
 from grind_env.process.cost import NO_LIMIT
 from grind_env.render.figures import new_figure
@@ -31,14 +31,14 @@ HEIGHT = 0.85
 """Of a panel, in."""
 
 
-def dressed_run(env: str, speed: float, every: int) -> GrindingRecord:
-    """An episode of an environment with E constant, m/min, and a dress after so many blocks, as its program runs it.
+def dressed_run(problem: Problem, speed: float, every: int) -> GrindingRecord:
+    """An episode of a problem with E constant, m/min, and a dress after so many blocks, as its program runs it.
 
     Raises:
-        GrindError: there is no such environment, or it has no such E.
+        GrindError: it has no such E.
     """
-    played = play(Fixed(speed, 1, every), find_problem(env), SEEDS["evaluation"])
-    return grind(read(played.program), played.job)
+    played = play(Fixed(speed, 1, every), problem, SEEDS["evaluation"])
+    return grind_file(read(played.program), played.job, dress_at=played.requests)
 
 
 def around_dress(record: GrindingRecord) -> tuple[int, int, float]:
@@ -67,7 +67,7 @@ def dress_figure(record: GrindingRecord) -> "Figure":
         MissingExtra: matplotlib is not installed.
     """
     dull, sharp, seconds = around_dress(record)
-    limits = record.job.limits
+    limits = record.job.of_part(dull).limits
     with paper_style():
         from matplotlib.ticker import MaxNLocator
 
@@ -79,15 +79,15 @@ def dress_figure(record: GrindingRecord) -> "Figure":
             for axes, (name, (_, factor, _)) in zip(panels, PANELS.items(), strict=True):
                 style = {"color": COLOURS[k], "ls": DASHES[k - 1], "marker": MARKS[k], "ms": 2.5}
                 axes.plot(at, factor * strokes[name], label=label, **style)
-            for k in np.flatnonzero(strokes["torque"] >= 1.0)[:1]:
-                place = {"xy": (at[k], 0.001 * strokes["power"][k]), "xytext": (10, -24), "textcoords": "offset points"}
-                panels[1].annotate("the spindle stalls", color=COLOURS[2], **place)
+            for stalled in np.flatnonzero(strokes["torque"] >= 1.0)[:1]:
+                place = at[stalled], 0.001 * strokes["power"][stalled]
+                panels[1].annotate("the spindle stalls", place, (10, -24), textcoords="offset points", color=COLOURS[k])
         for axes, (heading, factor, limit) in zip(panels, PANELS.values(), strict=True):
             value = getattr(limits, limit) if limit else NO_LIMIT
             if value > NO_LIMIT:
                 axes.axhline(factor * value, color="#8a8a8a", lw=0.8, ls=":")
-                place = {"xy": (1.0, factor * value), "xycoords": ("axes fraction", "data")}
-                axes.annotate("limit", xytext=(0, 2), textcoords="offset points", ha="right", color="#6a6a6a", **place)
+                style = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points", "color": "#6a6a6a"}
+                axes.annotate("limit", (1.0, factor * value), (0, 2), ha="right", **style)
             axes.set_ylabel(heading)
             axes.set_ylim(0.0, 1.12 * max(axes.dataLim.ymax, factor * value))
             axes.grid(True)

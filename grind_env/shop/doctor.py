@@ -56,13 +56,17 @@ def findings() -> list[Finding]:
 
 
 def _installed() -> list[Finding]:
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     libraries = ", ".join(f"{name} {version(name)}" for name in ("gymnasium", "numba", "numpy"))
     return [
         Finding(PACKAGE, f"{version(PACKAGE)}, tasks of version {TASK_VERSION}, in {Path(__file__).parents[1]}"),
-        Finding("Python", f"{platform.python_version()}, {platform.platform(terse=True)}, {cores} cores"),
+        Finding("Python", f"{platform.python_version()}, {platform.platform(terse=True)}, {_cores()} cores"),
         Finding("libraries", libraries),
     ]
+
+
+def _cores() -> int:
+    """Those that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _kernels(folder: Path) -> Finding:
@@ -81,8 +85,7 @@ def _kernels(folder: Path) -> Finding:
 
 
 def _speeds() -> list[Finding]:
-    cores = os.cpu_count() or 1
-    threads = (1,) if cores == 1 else (1, 2)
+    threads = (1,) if _cores() == 1 else (1, 2)
     said = ", ".join(f"{1e9 * _seconds_a_stroke(each):.0f} ns on {each} core{'s' * (each > 1)}" for each in threads)
     return [Finding("a stroke", f"{said}, of {MACHINES} machines side by side")]
 

@@ -13,6 +13,7 @@ from grind_env.control import read_file
 from grind_env.envs.job.text import repeated
 from grind_env.errors import GrindError
 from grind_env.machine.record import GrindingRecord
+from grind_env.policies.problem import find_problem
 from grind_env.shop.sweep.study import Sweep
 from tests.command import Grind
 
@@ -121,7 +122,7 @@ def test_without_intervals_there_is_nothing_to_draw(swept: Sweep) -> None:
 
 
 def test_a_dress_is_shown_between_whole_parts() -> None:
-    record = dressed_run("power_limited", 6.0, 3)
+    record = dressed_run(find_problem("power_limited"), 6.0, 3)
     dull, sharp, seconds = around_dress(record)
     # D of the third block dresses within it
     assert (dull, sharp) == (2, 4)
@@ -132,7 +133,7 @@ def test_a_dress_is_shown_between_whole_parts() -> None:
         strokes = record.strokes[record.strokes["part"] == number]
         np.testing.assert_allclose(line.get_ydata(), 0.001 * strokes["power"])
     with pytest.raises(GrindError, match="no dress lies between two whole parts"):
-        around_dress(dressed_run("power_limited", 6.0, 99))
+        around_dress(dressed_run(find_problem("power_limited"), 6.0, 99))
 
 
 def test_an_agent_slows_down_and_dresses_as_the_wheel_dulls(mapped: PolicyMap) -> None:
@@ -147,7 +148,6 @@ def test_where_the_belief_stands_in_what_an_agent_sees() -> None:
     """The last feature is the logarithm of the believed wear-flat area, by which the others are found."""
     from grind_env.policies.evaluation import episode_seeds, start_episodes
     from grind_env.policies.learned.view import LearnerView
-    from grind_env.policies.problem import find_problem
     from grind_env.policies.scripted.rules import REFERENCE_AREA
 
     simulation = find_problem("power_limited").simulation()
@@ -174,6 +174,8 @@ def test_what_sees_no_belief_has_no_map(policy: str) -> None:
         (("interval", PLATE, "--dress-every", "1..2", "--parts", 2), 85.0),
         (("policy-map", "--episodes", 2), 170.0),
         (("dress", "--E", 4.5, "--every", 5), 170.0),
+        (("dress", "--env", "reciprocation", "--every", 6), 170.0),
+        (("dress", "--env", PLATE, "--parts", 6, "--E", 12, "--every", 4), 170.0),
     ],
 )
 def test_each_is_one_command(words: tuple[object, ...], size: float, grind: Grind, tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import functools
 import hashlib
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
 
@@ -232,7 +233,7 @@ def _no_tags(document: str) -> str:
 @functools.cache
 def _environment() -> "Environment":
     with needing("shop", "reports need"):
-        import matplotlib  # noqa: F401
+        import_module("matplotlib")
         from jinja2 import Environment, FileSystemLoader, StrictUndefined
     return Environment(
         loader=FileSystemLoader(TEMPLATES),
