@@ -12,7 +12,7 @@ from grind_env.policies.evaluation import SEEDS
 from grind_env.policies.play import play
 from grind_env.policies.problem import Problem
 from grind_env.policies.scripted.rules import Fixed
-from grind_env.process.cost import NO_LIMIT
+from grind_env.process.cost import NO_LIMIT, STALL
 from grind_env.render.figures import new_figure
 from grind_env.render.style import COLOURS, DASHES, MARKS, PAGE, paper_style
 
@@ -79,7 +79,7 @@ def dress_figure(record: GrindingRecord) -> "Figure":
             for axes, (name, (_, factor, _)) in zip(panels, PANELS.items(), strict=True):
                 style = {"color": COLOURS[k], "ls": DASHES[k - 1], "marker": MARKS[k], "ms": 2.5}
                 axes.plot(at, factor * strokes[name], label=label, **style)
-            for stalled in np.flatnonzero(strokes["torque"] >= 1.0)[:1]:
+            for stalled in np.flatnonzero(strokes["torque"] >= STALL)[:1]:
                 place = at[stalled], 0.001 * strokes["power"][stalled]
                 panels[1].annotate("the spindle stalls", place, (10, -24), textcoords="offset points", color=COLOURS[k])
         for axes, (heading, factor, limit) in zip(panels, PANELS.values(), strict=True):
