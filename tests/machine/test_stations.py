@@ -159,6 +159,11 @@ def test_a_script_of_stations_is_what_the_control_executes(wide: bool) -> None:
     assert cost == pytest.approx(record.parts["total_cost"].sum(), rel=1e-9)
 
 
+def test_stations_without_a_stroke_are_no_episode() -> None:
+    with pytest.raises(JobProgramError, match=r"test\.nc makes no stroke"):
+        JobSimulation(read(HEAD + "G54\nG00 X-30. Z-2.\nM30\n", "test.nc"), two(), 1.0)
+
+
 def test_a_program_may_come_back_to_a_station() -> None:
     """Rough all, then finish all: each part is what both cycles on it make, and its time is that of both."""
     passes = [("G54", 0.03, 0.0), ("G55", 0.03, 0.0), ("G54", 0.05, 0.03), ("G55", 0.05, 0.03)]

@@ -312,7 +312,7 @@ def _zones(script: Script, rows: Sequence[BlockRow]) -> Array:
     Raises:
         ScriptError: they have not.
     """
-    if not script.job.stations:
+    if not (script.job.stations and rows):
         return _zones_of(script.job, script.blocks, rows)[:, None]
     blocks: dict[str, list[int]] = {}
     parts = list(itertools.accumulate((block.ends_part for block in script.blocks[:-1]), initial=1))
