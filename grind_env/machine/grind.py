@@ -1,15 +1,14 @@
 """A part program run on the machine: every stroke, infeed and dress that the control commands, with its physics."""
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import replace
 from itertools import chain
 
 from grind_env.control import Control, Programs, execute
 from grind_env.control.operator import Panel
 from grind_env.errors import GrindError
-from grind_env.machine.job import Job, PartConditions
-from grind_env.machine.part.unjudged import Unjudged, UnjudgedError
+from grind_env.machine.job import Job, JobError, PartConditions
+from grind_env.machine.part.unjudged import UnjudgedError
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.run import GrindingError, GrindingRun
 
@@ -67,7 +66,9 @@ def grind(
 
 
 def refuse_unjudged(programs: Programs, job: Job) -> None:
-    """Refuse a program that grinds what is not simulated; other faults are for those who grind with it.
+    """Refuse a program that grinds what is not simulated; faults of the program are for those who grind with it.
+
+    Who takes strokes for one part that meet two stations counts fewer parts, and would find conditions enough.
 
     Args:
         programs: what `control.read` or `control.read_file` returned.
@@ -75,10 +76,13 @@ def refuse_unjudged(programs: Programs, job: Job) -> None:
 
     Raises:
         UnjudgedError: a part of it is not judged.
+        JobError: there are more parts than conditions.
     """
-    found: list[Unjudged] = []
-    with suppress(GrindError):
-        record = grind(programs, job)
-        found += chain.from_iterable(record.unjudged)
+    try:
+        found = list(chain.from_iterable(grind(programs, job).unjudged))
+    except JobError:
+        raise
+    except GrindError:
+        return
     if found:
         raise UnjudgedError(f"{programs.name}:{found[0].lines[0]}: {found[0].why}")

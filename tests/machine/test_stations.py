@@ -222,6 +222,17 @@ def test_two_rows_met_by_one_stroke_are_told_and_not_judged() -> None:
     assert len(lower.parts) == 1 and not lower.unjudged[0]  # the wheel passes above the other one
 
 
+def test_two_rows_met_by_one_stroke_need_conditions_of_both() -> None:
+    """Block by block the strokes would be those of one part."""
+    both = HEAD + strokes("G54").replace("X130.", "X430.") + "M30\n" + DRESS
+    whole = two()
+    with pytest.raises(UnjudgedError, match="at once"):
+        JobSimulation(read(both, "test.nc"), whole, 1.0)
+    few = dataclasses.replace(whole, parts=(PartConditions(),))
+    with pytest.raises(JobError, match=r"test\.nc grinds more parts than the 1 that have conditions"):
+        JobSimulation(read(both, "test.nc"), few, 1.0)
+
+
 def test_a_station_that_is_not_met_is_told_once_and_has_no_row() -> None:
     record = run(HEAD + (strokes("G54") + "M00\n") * 2 + "M30\n", two())
     assert record.parts["part"].tolist() == [1, 2]

@@ -16,6 +16,7 @@ from grind_env.control import Interrupt, read
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job
+from grind_env.machine.part.coverage import CELL
 from grind_env.machine.part.unjudged import UnjudgedError, lines_said
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.script.script import script_of
@@ -187,7 +188,10 @@ def test_a_cycle_in_the_air_that_is_meant_so_changes_no_verdict(text: str) -> No
 )
 @settings(max_examples=30, deadline=None)
 def test_feed_moves_are_judged_by_where_they_lead(ways: list[tuple[float, int, float]]) -> None:
-    """A part keeps its verdict as long as no way between two places, but a stroke, goes below what has been ground."""
+    """A part keeps its verdict as long as no way between two places, but a stroke, goes below what has been ground.
+
+    Parts are known in cells: a way that goes below in less than one is told or not.
+    """
     points = [(-30.0, 0.02, 0.0), *((x, 0.001 * y, z) for x, y, z in ways)]
     assume(all(start[1] != end[1] or end[1] > 0.0 for start, end in pairwise(points)))
     moves = "".join(f"G01 X{x} Y{y:.3f} Z{z} F900.\n" for x, y, z in points)
@@ -195,11 +199,13 @@ def test_feed_moves_are_judged_by_where_they_lead(ways: list[tuple[float, int, f
     left = 0.05 - 0.001 * found.parts["size_error"][0]
     cuts = False
     for start, end in pairwise(points):
+        sweeps = max(CELL, abs(end[0] - start[0]), abs(end[2] - start[2]))
+        within_cell = abs(end[1] - start[1]) * CELL / sweeps
         for k in range(1001):
             x, y, z = (a + 0.001 * k * (b - a) for a, b in zip(start, end, strict=True))
             over = 0.0 < x < 200.0 and -25.0 < z < 20.0
             lifts = (start[0], start[2]) == (end[0], end[2]) and end[1] >= start[1]
-            cuts |= over and not lifts and -y > left
+            cuts |= over and not lifts and -y > left + within_cell
     if cuts:
         assert lines_of(found) != [()]
     elif min(y for _, y, _ in points) > -left:
