@@ -33,8 +33,8 @@ EPISODES = 64
 GROWTH = 24.0
 """MB of resident memory from the first third to the last one; what is new in the first rounds is not counted."""
 SLOWED = 0.8
-"""Share of the speed of the first third below which the last one is slower; of the fastest rounds, for what else runs on
-a machine disturbs some."""
+"""Share of the speed of the first third below which the last one is slower; of the fastest rounds, for other processes
+disturb some."""
 
 
 @dataclass(frozen=True, slots=True)
