@@ -29,6 +29,7 @@ from grind_env.envs.shown import CLIP, Standard
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tables import Outcome
 from grind_env.errors import GrindError, quoted
+from grind_env.policies.held import model_of, on
 from grind_env.policies.judging import evaluate
 from grind_env.policies.learned.network import Actor, LearnedPolicy, Network
 from grind_env.policies.learned.saved import write_policy
@@ -184,12 +185,11 @@ class Seen:
     It is an `EpisodeMemory`, and the form of itself.
 
     Args:
-        problem: what is ground, as the agent is shown it.
+        simulation: the model of what is ground, as the agent is shown it.
         memory: of the agent.
     """
 
-    def __init__(self, problem: Problem, memory: Memory) -> None:
-        simulation = problem.simulation()
+    def __init__(self, simulation: Simulation, memory: Memory) -> None:
         self.measured, self.view = len(simulation.entries), LearnerView(simulation, SEEN[memory])
         self.space, self.begin, self.restart = self.view.observation_space, self.view.begin, self.view.restart
 
@@ -207,14 +207,14 @@ class Episodes:
     """The environments as the agent sees them.
 
     Args:
-        problem: what is ground.
+        problem: what is ground, on the model or on machines that are drawn.
         settings: of the training.
         seed: of the training.
     """
 
     def __init__(self, problem: Problem, settings: Settings, seed: int) -> None:
         self.envs = problem.make_vec(settings.envs, observation="full", action=FORMS["grid"], autoreset_mode="SameStep")
-        self.memory, self.everyone = Seen(problem, settings.memory), np.ones(settings.envs, bool)
+        self.memory, self.everyone = Seen(model_of(problem), settings.memory), np.ones(settings.envs, bool)
         # matters: all is standardised; by what good play sees, for what a beginner spoils reads many times as much
         self.standard = usual(self.envs.simulation, self.envs.codec, [self.memory])
         observations, _ = self.envs.reset(seed=FIRST_SEED + SEED_STRIDE * seed, options={"split": settings.split})
@@ -386,6 +386,9 @@ app = Application(add_completion=False, pretty_exceptions_enable=False, rich_mar
 @app.command()
 def main(
     task: Annotated[str, typer.Option(help="Task, id, or task file.")] = "power_limited",
+    plant: Annotated[
+        str | None, typer.Option(help="Machines that are not the model, such as public: one in every episode.")
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, max=LAST_SEED, help="Of the training.")] = 0,
     steps: Annotated[int, typer.Option(min=1, help="Environment steps.")] = 1_000_000,
     memory: Annotated[str, typer.Option(help=f"What it remembers or is shown: {', '.join(SEEN)}.")] = "gru",
@@ -401,13 +404,14 @@ def main(
     if budget is not None and not 0.0 < budget < 1.0:
         raise GrindError(f"--budget is {budget:g}, but must be a share between 0 and 1")
     settings = Settings(memory=memory, steps=steps, budget=budget)
-    problem = shown(find_problem(task), settings.memory)
+    named = find_problem(task)
+    problem = shown(named if plant is None else on(named, plant), settings.memory)
     begin = time.process_time()
     agent, scale = train(problem, settings, seed)
     policy, seconds = policy_of(agent, scale, problem, settings.memory), time.process_time() - begin
     if output is not None:
         beside = {"settings": asdict(settings) | {"seed": seed}}
-        write_policy(output, policy.actor, problem.simulation(), policy.name, form_of(settings.memory), beside)
+        write_policy(output, policy.actor, model_of(problem), policy.name, form_of(settings.memory), beside)
     print(evaluate(policy, problem, seeds="validation", episodes=episodes))
     print(f"trained for {steps:,} steps in {seconds:.0f} CPU-seconds" + (f", written to {output}" if output else ""))
 

@@ -14,6 +14,7 @@ from agents.cells import RUNS, bare, behaviour, sources
 from agents.learning import gru_ppo
 from agents.learning.gru_ppo import Memory, Settings, form_of, policy_of, shown
 from agents.provenance import commit, installed
+from grind_env.policies.held import model_of
 from grind_env.policies.learned.saved import ENTRY, SUFFIX, write_policy
 from grind_env.policies.problem import Problem
 
@@ -66,7 +67,7 @@ def plain_agent(
             "training": training._asdict(),
             "commit": commit(),
         }
-        write_policy(path, policy.actor, problem.simulation(), kind, form_of(memory), beside)
+        write_policy(path, policy.actor, model_of(problem), kind, form_of(memory), beside)
     return path
 
 

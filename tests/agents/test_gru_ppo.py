@@ -23,9 +23,11 @@ from agents.learning.gru_ppo import (
     shown,
     train,
 )
+from agents.learning.plain import plain_agent
 from grind_env.envs.shown import CLIP, Standard
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import episode_seeds, run_seeds
+from grind_env.policies.held import on
 from grind_env.policies.learned.network import Network
 from grind_env.policies.learned.saved import ENTRY, load_policy, write_policy
 from grind_env.policies.problem import find_problem
@@ -186,3 +188,15 @@ def test_the_file_runs_alone_and_its_mistakes_are_told(tmp_path: Path):
     assert load_policy(tmp_path / "agent.safetensors").name == "ppo_gru"
     status, text = said("--memory", "all")
     assert (status, text) == (2, "gru_ppo.py: --memory is 'all', but must be one of none, stack, gru, belief, state\n")
+
+
+def test_on_machines_that_are_not_the_model_the_agent_holds_the_model(tmp_path):
+    """Each of its episodes is on another machine, and what it has learned is a policy for the task."""
+    task, machines = find_problem("power_limited"), on(find_problem("power_limited"), "public")
+    few = replace(SMALL, rollout=4)
+    there, here = Episodes(machines, few, 0), Episodes(task, few, 0)
+    assert there.entries == here.entries and there.seen.shape == here.seen.shape
+    assert there.envs.simulation.plants is not None and here.envs.simulation.plants is None
+    path = plain_agent(machines, "plain_gru_public", "gru", 0, steps=64, folder=tmp_path, fresh=False)
+    assert load_policy(path, simulation=task.simulation()).name == "plain_gru_public"
+    assert path != plain_agent(task, "plain_gru_public", "gru", 0, steps=64, folder=tmp_path, fresh=False)
