@@ -4,23 +4,25 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from agents.benchmark.trained import from_file
 from agents.track.adapter import Adapter, Shift
 from agents.track.knowing import RETUNED
 from agents.track.learning import Calibrated, Trim
 from grind_env.policies.guard import Guarded
-from grind_env.policies.held import model_of, on
+from grind_env.policies.held import model_of
 from grind_env.policies.learned.saved import SUFFIX
-from grind_env.policies.naming import OWN, named_policy, own_policy, usual_name
+from grind_env.policies.naming import OWN, named_policy, own_policy, trained_file
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
 
 PLANNER = "look_ahead"
 """The planner on the belief."""
-SHIPPED = "bc"
-"""The agent that comes with the package for a task."""
+AGENTS = {"bc": "shipped", "robust": "robust"}
+"""The agents that come with the package for a task, and what `named_policy` calls them."""
+HEADLINE = (*AGENTS, PLANNER, f"{Guarded.PREFIX}{PLANNER}", Calibrated.name)
+WIDE = ("adaptive_rule", RETUNED, "empirical_rule", Trim.name)
 BLOCKS = (0, 60, 300, 1200)
 
 
@@ -29,7 +31,7 @@ class Nominal:
     """A policy that was made on the model, or on public plants, and stays as it is from shift to shift.
 
     Args:
-        text: as `named_policy` takes it, or `SHIPPED`.
+        text: as `named_policy` takes it, or one of `AGENTS`.
     """
 
     text: str
@@ -42,9 +44,9 @@ class Nominal:
     def start(self, problem: Problem) -> Policy:
         """The policy."""
         model = model_of(problem)
-        text = usual_name(model) if self.text == SHIPPED else self.text
-        is_file = text.endswith(SUFFIX)
-        self.policy = from_file(Path(text), model, self.name) if is_file else named_policy(text, model, modules=True)
+        path = trained_file(AGENTS[self.text], model.task.name) if self.text in AGENTS else Path(self.text)
+        is_file = path.suffix == SUFFIX
+        self.policy = from_file(path, model, self.name) if is_file else named_policy(self.text, model, modules=True)
         return self.policy
 
     def learn(self, shift: Shift) -> Policy:
@@ -52,31 +54,8 @@ class Nominal:
         return self.policy
 
 
-@dataclass
-class Recurrent:
-    """The GRU of `gru_ppo`, trained over public plants, one in every episode; what it remembers is all it learns."""
-
-    name: ClassVar[str] = "plain_gru_public"
-
-    def start(self, problem: Problem) -> Policy:
-        """The agent of seed 0; it is trained where it was not kept."""
-        from agents.learning.plain import plain_agent  # torch takes seconds to load
-
-        path = plain_agent(on(problem, "public"), self.name, "gru", 0, fresh=False)
-        self.policy = from_file(path, model_of(problem), self.name)
-        return self.policy
-
-    def learn(self, shift: Shift) -> Policy:
-        """The same."""
-        return self.policy
-
-
-HEADLINE = (SHIPPED, PLANNER, f"{Guarded.PREFIX}{PLANNER}", Recurrent.name, Calibrated.name)
-WIDE = ("adaptive_rule", RETUNED, "empirical_rule", Trim.name)
-ADAPTERS: dict[str, Callable[[], Adapter]] = {each.name: each for each in (Recurrent, Trim)} | {
-    Calibrated.name: partial(Calibrated, PLANNER)
-}
-"""Those that are more than a policy."""
+ADAPTERS: dict[str, Callable[[], Adapter]] = {Trim.name: Trim, Calibrated.name: partial(Calibrated, PLANNER)}
+"""Those that learn from shift to shift."""
 
 
 def made(name: str) -> Adapter:

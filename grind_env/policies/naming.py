@@ -17,6 +17,8 @@ from grind_env.policies.scripted.rules import Fixed
 
 SHIPPED = Path(__file__).with_name("shipped")
 """Folder of the trained policies that come with the package, one a task."""
+TRAINED = {"shipped": ".", "robust": "robust"}
+"""Names of these, and their folders below: trained on the model, or over public plants, one in every episode."""
 FALLBACK = "adaptive_rule"
 """Stands in where none comes with it."""
 
@@ -40,8 +42,8 @@ def named_policy(
     """The policy that a text names.
 
     Args:
-        text: one of the registry, the file of a trained agent (.safetensors), a constant such as `E12D0`, or
-            `module:name` for one's own; with `guarded:` before it, that policy with a guard.
+        text: one of the registry or of `TRAINED`, the file of a trained agent (.safetensors), a constant such as
+            `E12D0`, or `module:name` for one's own; with `guarded:` before it, that policy with a guard.
         simulation: what it is to grind.
         configs: folder of the tuned parameters; by default that of `tuned_folder`.
         unzip: reads a .zip of Stable-Baselines3 that its user trusts; such a file can run code of its author.
@@ -52,6 +54,8 @@ def named_policy(
     """
     if text.startswith(Guarded.PREFIX):
         return guarded(named_policy(text.removeprefix(Guarded.PREFIX), simulation, configs, unzip, modules=modules))
+    if text in TRAINED:
+        return load_policy(trained_file(text, simulation.task.name), simulation=simulation)
     if text.endswith(".zip") and unzip is not None:
         return unzip(Path(text), simulation)
     if text.endswith((SUFFIX, ".zip")):
@@ -67,6 +71,18 @@ def named_policy(
     if modules and (own := OWN.fullmatch(text)):
         return own_policy(own[1], own[2])
     return make_policy(text, simulation, configs)
+
+
+def trained_file(name: str, task: str) -> Path:
+    """The file of a policy of `TRAINED` for a task.
+
+    Raises:
+        GrindError: none comes with the package.
+    """
+    path = SHIPPED / TRAINED[name] / f"{task}{SUFFIX}"
+    if not path.is_file():
+        raise GrindError(f"no policy {name!r} comes with the package for {task}: name a rule, or the file of an agent")
+    return path
 
 
 def own_policy(module: str, name: str) -> Policy:

@@ -197,6 +197,6 @@ def test_on_machines_that_are_not_the_model_the_agent_holds_the_model(tmp_path):
     there, here = Episodes(machines, few, 0), Episodes(task, few, 0)
     assert there.entries == here.entries and there.seen.shape == here.seen.shape
     assert there.envs.simulation.plants is not None and here.envs.simulation.plants is None
-    path = plain_agent(machines, "plain_gru_public", "gru", 0, steps=64, folder=tmp_path, fresh=False)
-    assert load_policy(path, simulation=task.simulation()).name == "plain_gru_public"
-    assert path != plain_agent(task, "plain_gru_public", "gru", 0, steps=64, folder=tmp_path, fresh=False)
+    path = plain_agent(machines, "robust", "gru", 0, steps=64, folder=tmp_path, fresh=False)
+    assert load_policy(path, simulation=task.simulation()).name == "robust"
+    assert path != plain_agent(task, "robust", "gru", 0, steps=64, folder=tmp_path, fresh=False)
