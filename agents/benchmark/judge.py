@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from agents.benchmark.results import Result
+from agents.benchmark.results import PREFIXES, Result
 from grind_env.arrays import Array
 from grind_env.envs.names import environment_id
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE, UNIFORM_PLANS
@@ -23,8 +23,7 @@ from grind_env.scores import find_reference
 
 CLIP = -100.0
 """Lower scores count as this one in aggregates (scenarios, section 2)."""
-INTERPOLATION = "interpolation_"
-"""What the names of columns begin with that are of contexts of that split."""
+PLANTS = PREFIXES[-1]
 
 Draws = tuple[Array, Array]
 """Numbers of k results, shape (k,), and those of each resample, shape (resamples, k)."""
@@ -37,15 +36,14 @@ class Sampled:
 
     Args:
         results: of one task, whose episodes begin with the same seed; at least one.
-        interpolation: take the episodes with contexts of that split.
+        prefix: of `results.PREFIXES`, of the columns that are taken.
 
     Attributes:
         results: the results that have such episodes.
         lengths: number of episodes of each, shape (k,).
     """
 
-    def __init__(self, results: Iterable[Result], interpolation: bool = False) -> None:
-        prefix = INTERPOLATION if interpolation else ""
+    def __init__(self, results: Iterable[Result], prefix: str = "") -> None:
         self.results = list(results)
         self._costs, self._goods = (
             [np.asarray(getattr(each, f"{prefix}{name}"), float) for each in self.results] for name in ("cost", "good")
@@ -133,10 +131,10 @@ class Sampled:
         return mean, draws
 
 
-def sampled_interpolation(results: Iterable[Result]) -> Sampled | None:
-    """The results of a task with contexts of the split `interpolation`; None if there are none."""
-    found = [each for each in results if each.interpolation_episodes]
-    return Sampled(found, interpolation=True) if found else None
+def sampled(results: Iterable[Result], prefix: str) -> Sampled | None:
+    """The results of a task by columns of a prefix; None if there are none."""
+    found = [each for each in results if getattr(each, f"{prefix}episodes")]
+    return Sampled(found, prefix) if found else None
 
 
 def over_runs(found: tuple[Array, Array] | None, runs: Sequence[int]) -> Interval | None:
@@ -164,15 +162,14 @@ def judged(results: Sequence[Result]) -> list[Result]:
     for _, of_task in groupby(results, key=lambda each: each.task):
         group = list(of_task)
         columns: list[dict[str, Any]] = [{} for _ in group]
-        for prefix, sampled in (("", Sampled(group)), (INTERPOLATION, sampled_interpolation(group))):
-            if sampled is None:
+        for prefix in PREFIXES:
+            of = sampled(group, prefix)
+            if of is None:
                 continue
-            found = {
-                f"{prefix}cost_per_good_part": sampled.costs(),
-                f"{prefix}score": sampled.scores(),
-                f"{prefix}cost_ratio": sampled.ratios(),
-            }
-            for i, result in enumerate(sampled.results):
+            found: dict[str, Draws | None] = {f"{prefix}cost_per_good_part": of.costs()}
+            if prefix != PLANTS:  # of machines that are drawn there are no anchors
+                found |= {f"{prefix}score": of.scores(), f"{prefix}cost_ratio": of.ratios()}
+            for i, result in enumerate(of.results):
                 row = columns[group.index(result)]
                 for name, pair in found.items():
                     row.update(spread(name, over_runs(pair, [i])))

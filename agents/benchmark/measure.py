@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import Any
 
-from agents.benchmark.plan import LIMIT, LIMITED, PLAIN, Cell, Request
+from agents.benchmark.plan import AT, HELD_OUT, LIMIT, LIMITED, PLAIN, PUBLIC, ROBUST, Cell, Request
 from agents.benchmark.price import Price, model_of, price_of, taught_with, tuned_on
 from agents.benchmark.trained import from_file
 from agents.budgets import TUNING_EPISODES
@@ -12,6 +12,7 @@ from agents.learning.curve import Point, curve_path, read_curve, seconds_to
 from agents.learning.settings import settings_of
 from grind_env.envs.splits import EVERY
 from grind_env.policies.evaluation import Evaluation, episode_seeds
+from grind_env.policies.held import on
 from grind_env.policies.planners.hindsight import Hindsight
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.problem import Problem
@@ -53,6 +54,7 @@ class Measured:
         sees: what the policy sees.
         evaluation: on the evaluation seeds, split `all`.
         interpolation: on the same seeds with contexts of the split `interpolation`, if asked for.
+        plants: on the same seeds on machines that are held out, if asked for; of what sees measurements.
         made: how the policy was made.
         price: of its decisions.
     """
@@ -61,6 +63,7 @@ class Measured:
     sees: Sees
     evaluation: Evaluation
     interpolation: Evaluation | None = None
+    plants: Evaluation | None = None
     made: Made = Made()
     price: Price | None = None
 
@@ -84,19 +87,22 @@ def measure(cell: Cell, request: Request, advance: Advance = lambda episodes: No
     make = plain if cell.policy in PLAIN else trained if cell.trains else scripted
     policy, problem, made = make(cell, request)
     runs, episodes, between = request.runs / cell.apart, request.episodes, request.interpolation_episodes
+    plants = request.plants_episodes if policy.sees == "measurements" else 0
     if cell.variant and cell.variant != LIMITED:
         # of the curve of hindsight, which is long to make, and paired
         episodes, between = min(episodes, CHUNK), 0
 
-    def run(split: str, count: int) -> Evaluation:
-        seeds = episode_seeds("evaluation", count)
-        return kept_evaluation(policy, problem, seeds, runs, split=split, fresh=request.fresh, advance=advance)
+    def run(count: int, split: str = EVERY, on_plants: bool = False) -> Evaluation:
+        seeds, what = episode_seeds("evaluation", count), on(problem, HELD_OUT) if on_plants else problem
+        place = request.runs / f"{AT}{HELD_OUT}" / cell.apart if on_plants else runs
+        return kept_evaluation(policy, what, seeds, place, split=split, fresh=request.fresh, advance=advance)
 
     return Measured(
         cell=cell,
         sees=policy.sees,
-        evaluation=run(EVERY, episodes),
-        interpolation=run("interpolation", between) if between else None,
+        evaluation=run(episodes),
+        interpolation=run(between, "interpolation") if between else None,
+        plants=run(plants, on_plants=True) if plants else None,
         made=made,
         # behind the evaluation, which has compiled what it needs; in a simulation for which no table has been made
         price=price_of(policy, replace(problem).simulation(), runs / cell.task / "cells" / policy.name / "price.json"),
@@ -130,7 +136,8 @@ def plain(cell: Cell, request: Request) -> tuple[Policy, Problem, Made]:
     assert cell.seed is not None
     memory: Any = PLAIN[cell.policy]
     problem = shown(cell.problem, memory)
-    path = plain_agent(problem, cell.policy, memory, cell.seed, request.steps, request.runs, fresh=request.fresh)
+    ground = on(problem, PUBLIC) if cell.policy == ROBUST else problem
+    path = plain_agent(ground, cell.policy, memory, cell.seed, request.steps, request.runs, fresh=request.fresh)
     policy, found = from_file(path, problem.simulation(), cell.name), training_of(path)
     policy.sees = "state" if memory == "state" else "measurements"
     return (

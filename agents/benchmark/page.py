@@ -57,11 +57,13 @@ here. Files `<task>.csv` are the reference scores of the environments (`python -
 COLUMNS = f"""\
 *Over best rule*: points more than the best scripted policy that sees the same, paired. *Model*: what of the
 simulator's equations a policy holds when it decides; none, those with nominal constants, or the exact ones.
-*Interpolation*: score on contexts that training left out. *Blocks*: ground to make it, tuning and teacher included,
-validation left out; `{AT}{LIMITED}` is a rule that was tuned on {LIMIT:,} at most, its other row has no limit.
-*Simulated*: blocks that it tries for a decision, or that were tried to make it. *Making*: CPU time (of `ppo` and `bc`
-wall time of one thread; of a rule that of its blocks). *Decision*: CPU time. {NONE}: not known, or none. Agents
-`plain_*` are PPO of `agents/learning/gru_ppo.py`, by what they remember or are shown."""
+*On plants*: $ per good part on machines that are not the model and are held out, one in every episode, of what sees
+measurements; policies hold the model. *Interpolation*: score on contexts that training left out. *Blocks*: ground to
+make it, tuning and teacher included, validation left out; `{AT}{LIMITED}` is a rule that was tuned on {LIMIT:,} at
+most, its other row has no limit. *Simulated*: blocks that it tries for a decision, or that were tried to make it.
+*Making*: CPU time (of `ppo` and `bc` wall time of one thread; of a rule that of its blocks). *Decision*: CPU time.
+{NONE}: not known, or none. Agents `plain_*` are PPO of `agents/learning/gru_ppo.py`, by what they remember or are
+shown; `robust` is the GRU of it trained on public plants."""
 
 
 def page(results: Sequence[Result]) -> str:
@@ -210,6 +212,7 @@ def made_by(results: Sequence[Result]) -> list[str]:
     values: dict[str, list[str | None]] = {
         "evaluation seeds": [each.seeds for each in results],
         "interpolation judged on seeds": [each.interpolation_seeds for each in results],
+        "plants on seeds": [each.plants_seeds for each in results],
         "agents trained on split": [each.trained_on for each in results],
         "commit": [each.commit for each in results],
     }
@@ -232,6 +235,6 @@ def options(results: Sequence[Result]) -> list[str]:
     return [
         f"--kinds {','.join(kind for kind in trained if trained[kind] == seeds) or repr('')} --seeds {seeds}"
         f" --episodes {most.episodes} --interpolation-episodes {most.interpolation_episodes}"
-        " --results agents/results"
+        f" --plants-episodes {most.plants_episodes} --results agents/results"
         for seeds in sorted(set(trained.values()) or {0}, reverse=True)
     ]

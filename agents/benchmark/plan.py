@@ -17,12 +17,16 @@ from grind_env.policies.tuned import ConfigError
 CORE = ("power_limited", "reciprocation", "wide_plates", "wide_rails", "blades", "rush", "job_shop")
 """Each asks something of its own. Slot, Oracle6, Memory, Noise and Credit are diagnostic, Wen has its own scores."""
 FLAGSHIP = "power_limited"
-ON_BELIEF = "belief_planner"
+EMPIRICAL, ON_BELIEF = "empirical_rule", "belief_planner"
 LONG = (REFERENCE, ON_BELIEF, "mpc")
 """Policies that take long to run: the planners."""
-EPISODES, INTERPOLATION_EPISODES = 128, 64
-PLAIN = {f"plain_{memory}": memory for memory in ("none", "stack", "gru", "belief", "state")}
-"""Kinds of agents of `agents/learning/gru_ppo.py`, with what they remember or are shown."""
+EPISODES, INTERPOLATION_EPISODES, PLANTS_EPISODES = 128, 64, 64
+ROBUST = "robust"
+PLAIN = {f"plain_{memory}": memory for memory in ("none", "stack", "gru", "belief", "state")} | {ROBUST: "gru"}
+"""Kinds of agents of `agents/learning/gru_ppo.py`, with what they remember or are shown; `robust` is trained on public
+plants."""
+PUBLIC, HELD_OUT = "public", "held-out"
+"""Machines that are not the model, one in every episode: to train on, and to judge on."""
 AT = "@"
 """In the name of a variant of a policy: `belief_rule@1M` is tuned on fewer blocks, `hindsight@6` sweeps so often."""
 LIMIT, LIMITED = 1_000_000, "1M"
@@ -74,7 +78,8 @@ class Cell(NamedTuple):
             made = [f"{task}/{self.name}-*"]
         elif self.variant == LIMITED:
             made = [f"{self.apart}{self.base}/{task}/**/*", f"{self.apart}{self.base}/parameters/{task}.toml"]
-        return *made, f"{self.apart}{task}/cells/{self.name.partition(AT)[0]}/**/*"
+        cells = f"{self.apart}{task}/cells/{self.name.partition(AT)[0]}/**/*"
+        return *made, f"{AT}{HELD_OUT}/{cells}", cells
 
     @property
     def trains(self) -> bool:
@@ -89,6 +94,7 @@ class Request:
     Attributes:
         episodes: of the evaluation seeds, split `all`.
         interpolation_episodes: of the same seeds with contexts of the split `interpolation`; 0 for none.
+        plants_episodes: of the same seeds on machines that are held out, of policies that see measurements; 0 for none.
         steps: training steps; those of the kind by default.
         runs: folder of what is kept.
         configs: folder of the tuned parameters; by default that of `tuned_folder`.
@@ -97,6 +103,7 @@ class Request:
 
     episodes: int = EPISODES
     interpolation_episodes: int = INTERPOLATION_EPISODES
+    plants_episodes: int = PLANTS_EPISODES
     steps: int | None = None
     runs: Path = RUNS
     configs: Path | None = None
@@ -105,7 +112,7 @@ class Request:
     @property
     def size(self) -> int:
         """Episodes of a cell."""
-        return self.episodes + self.interpolation_episodes
+        return self.episodes + self.interpolation_episodes + self.plants_episodes
 
 
 def chosen_problems(names: str, job: str | None = None, parts: int = 1) -> list[Problem]:
@@ -162,6 +169,6 @@ def planned(
 
 
 def named(problem: Problem) -> list[str]:
-    """The policies of a problem, the planner on the belief among them."""
+    """The policies of a problem, among them the planner on the belief, and the rule that holds no model."""
     simulation = problem.simulation()
-    return [*policy_names(simulation), *fitting([ON_BELIEF], simulation)]
+    return [*policy_names(simulation), *fitting([EMPIRICAL, ON_BELIEF], simulation)]

@@ -1,11 +1,11 @@
 """The results section of the README, from the checked-in results, and the page of all of them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from agents.benchmark.judge import is_ratio
 from agents.benchmark.page import page, table
-from agents.benchmark.plan import FLAGSHIP, LONG
+from agents.benchmark.plan import EMPIRICAL, FLAGSHIP, LONG, ROBUST
 from agents.benchmark.results import Result
 from agents.benchmark.summary import KNOWLEDGE, NONE, Summary, shown, summaries
 from agents.provenance import ROOT
@@ -20,38 +20,30 @@ WITHOUT_SENSORS = ("handbook", "interval", "constant")
 AGENTS, RECIPE = 3, "ppo"
 """Agents in the table of the README at most, and the one of its recipe."""
 
-Plants = Mapping[tuple[str, int], Interval]
-"""Score on machines that are not the model, by adapter and blocks on the machine."""
 
-
-def section(results: Sequence[Result], plants: Plants | None = None, task: str = FLAGSHIP) -> str:
+def section(results: Sequence[Result], task: str = FLAGSHIP) -> str:
     """The text between the markers of the README: what a task costs with the policies that say most of it.
 
-    Beside them, and below, stand the scores on plants, where there are some.
+    Beside them stands what a good part costs on machines that are not the model.
     """
-    plants = plants or {}
-    after = sorted({blocks for _, blocks in plants})
-    columns = [f"on plants, after {blocks} blocks" for blocks in after]
-    headings = ("policy", "score (95 %)", "sees", "$ per good part", "dresses a part", *columns)
-    chosen = telling(summaries(results, task))
-
-    def adapted(name: str) -> list[str]:
-        return [shown(plants.get((name, blocks)), False) for blocks in after]
-
+    headings = ("policy", "score (95 %)", "sees", "$ per good part", "on other machines, $", "scrap there, %")
     rows = [
         [
             line.policy,
             shown(line.ratio if is_ratio(task) else line.score, is_ratio(task)),
             line.sees,
-            f"{line.cost.value:.2f} ± {line.cost.half_width:.2f}",
-            f"{line.dresses:.2f}",
-            *adapted(line.policy),
+            dollars(line.cost),
+            NONE if line.plants_cost is None else dollars(line.plants_cost),
+            NONE if line.plants_scrap is None else f"{100.0 * line.plants_scrap:.1f}",
         ]
-        for line in chosen
+        for line in telling(summaries(results, task))
     ]
-    others = dict.fromkeys(name for name, _ in plants if name not in {line.policy for line in chosen})
-    rows += [[name, NONE, KNOWLEDGE[0], NONE, NONE, *adapted(name)] for name in others]
     return table(headings, rows)
+
+
+def dollars(cost: Interval) -> str:
+    """A cost with half its interval."""
+    return f"{cost.value:.2f} ± {cost.half_width:.2f}"
 
 
 def telling(lines: Sequence[Summary]) -> list[Summary]:
@@ -60,12 +52,12 @@ def telling(lines: Sequence[Summary]) -> list[Summary]:
     measured = [line for line in reversed(lines) if line.sees == KNOWLEDGE[0] and line not in plans]
     rules, agents = ([line for line in measured if line.kind == kind] for kind in ("scripted", "learned"))
     kept = [*plans, *rules[:1], *agents[:AGENTS]]
-    return [line for line in lines if line in kept or line.policy in (*LONG, RECIPE)]
+    return [line for line in lines if line in kept or line.policy in (*LONG, RECIPE, ROBUST, EMPIRICAL)]
 
 
-def replaced(text: str, results: Sequence[Result], plants: Plants | None = None) -> str:
+def replaced(text: str, results: Sequence[Result]) -> str:
     """The text of a page with the section between its markers."""
-    return between(text, BEGIN, END, section(results, plants))
+    return between(text, BEGIN, END, section(results))
 
 
 def between(text: str, begin: str, end: str, results: str) -> str:
@@ -81,7 +73,7 @@ def between(text: str, begin: str, end: str, results: str) -> str:
     return f"{before}{begin}\n\n{results}\n\n{end}{after}"
 
 
-def write_readme(results: Sequence[Result], plants: Plants, path: Path = README) -> None:
+def write_readme(results: Sequence[Result], path: Path = README) -> None:
     """Put the section into a page, and write that of all results beside the checked-in ones."""
-    write_whole(path, replaced(read_text(path), results, plants))
+    write_whole(path, replaced(read_text(path), results))
     write_whole(ROOT / PAGE, page(results))

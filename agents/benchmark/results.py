@@ -4,7 +4,7 @@ import csv
 import io
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -76,6 +76,13 @@ class Result:
     interpolation_cost_ratio_high: float | None = None
     interpolation_scrap: float | None
     interpolation_seeds: str | None
+    plants_episodes: int = 0
+    """On machines that are held out, as the columns that follow."""
+    plants_cost_per_good_part: float | None = None
+    plants_cost_per_good_part_low: float | None = None
+    plants_cost_per_good_part_high: float | None = None
+    plants_scrap: float | None = None
+    plants_seeds: str | None = None
     trained_on: str | None
     """Split that the contexts of the training were drawn from."""
     steps: int | None
@@ -109,6 +116,8 @@ class Result:
     """Expected good parts of every episode."""
     interpolation_cost: Episodes
     interpolation_good: Episodes
+    plants_cost: Episodes = field(default_factory=lambda: np.zeros(0, np.float32))
+    plants_good: Episodes = field(default_factory=lambda: np.zeros(0, np.float32))
 
     @property
     def key(self) -> tuple[str, str, int | None]:
@@ -116,11 +125,20 @@ class Result:
         return self.task, self.policy, self.seed
 
 
-EPISODES = ("cost", "good", "interpolation_cost", "interpolation_good")
+PREFIXES = ("", "interpolation_", "plants_")
+"""What the names of columns begin with: of the split `all`, of that of contexts between, and on machines held out."""
+EPISODES = tuple(f"{prefix}{name}" for prefix in PREFIXES for name in ("cost", "good"))
 COLUMNS = [each.name for each in fields(Result) if each.name not in EPISODES]
-WHOLE = ("seed", "episodes", "interpolation_episodes", "steps", "blocks", "task_version")
-TEXT = ("task", "policy", "kind", "sees", "interpolation_seeds", "trained_on", "model")
-LATER = ("model", "blocks", "making_calls", "decision_calls", "decision_ms")
+WHOLE = ("seed", "episodes", "interpolation_episodes", "plants_episodes", "steps", "blocks", "task_version")
+TEXT = ("task", "policy", "kind", "sees", "interpolation_seeds", "plants_seeds", "trained_on", "model")
+LATER = (
+    "model",
+    *(name for name in (*COLUMNS, *EPISODES) if name.startswith("plants_")),
+    "blocks",
+    "making_calls",
+    "decision_calls",
+    "decision_ms",
+)
 """Columns that tables of before do not have."""
 FACTS = COLUMNS[COLUMNS.index("seeds") :]
 
@@ -139,7 +157,7 @@ SCHEMA = pyarrow.schema([(each.name, column_type(each.name)) for each in fields(
 
 def result_of(measured: Measured) -> Result:
     """The row of a cell, without what depends on other cells; see `judge.judged`."""
-    cell, run, between = measured.cell, measured.evaluation, measured.interpolation
+    cell, run, between, plants = measured.cell, measured.evaluation, measured.interpolation, measured.plants
     made, price = measured.made, measured.price
     speeds = run.speeds / 1000.0
     low, high = np.nanpercentile(speeds, [10.0, 90.0])
@@ -160,6 +178,9 @@ def result_of(measured: Measured) -> Result:
         interpolation_episodes=0 if between is None else len(between.cost),
         interpolation_scrap=None if between is None else between.scrap,
         interpolation_seeds=None if between is None else shown_seeds(episode_seeds("evaluation", len(between.cost))),
+        plants_episodes=0 if plants is None else len(plants.cost),
+        plants_scrap=None if plants is None else plants.scrap,
+        plants_seeds=None if plants is None else shown_seeds(episode_seeds("evaluation", len(plants.cost))),
         trained_on=made.trained_on,
         steps=made.steps,
         train_seconds=made.seconds,
@@ -174,6 +195,8 @@ def result_of(measured: Measured) -> Result:
         good=single(run, "good"),
         interpolation_cost=single(between, "cost"),
         interpolation_good=single(between, "good"),
+        plants_cost=single(plants, "cost"),
+        plants_good=single(plants, "good"),
     )
 
 
@@ -204,7 +227,8 @@ def merged(old: Iterable[Result], new: Sequence[Result]) -> list[Result]:
 
 def first_seeds(result: Result) -> dict[str, str]:
     """The first seeds that a result is of."""
-    return {of: getattr(result, of).split("..")[0] for of in ("seeds", "interpolation_seeds") if getattr(result, of)}
+    names = [f"{prefix}seeds" for prefix in PREFIXES]
+    return {name: seeds.split("..")[0] for name in names if (seeds := getattr(result, name))}
 
 
 def read_results(folder: Path) -> list[Result]:
@@ -229,7 +253,8 @@ def read_results(folder: Path) -> list[Result]:
         present = [("task_version", "=", TASK_VERSION)]
         schema = pyarrow.schema([SCHEMA.field(name) for name in there])
         rows: list[dict[str, Any]] = parquet.read_table(file, schema=schema, filters=present).to_pylist()
-        return [Result(**{**row, **{name: np.array(row[name], np.float32) for name in EPISODES}}) for row in rows]
+        episodes = [name for name in EPISODES if name in there]
+        return [Result(**{**row, **{name: np.array(row[name], np.float32) for name in episodes}}) for row in rows]
     except (OSError, pyarrow.ArrowException, TypeError, ValueError) as error:
         raise ConfigError(f"{path} is damaged ({reason(error)}): delete it and run the benchmark again") from error
 

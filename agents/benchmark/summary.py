@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from rich.table import Table
 
-from agents.benchmark.judge import Sampled, is_ratio, over_runs, sampled_interpolation
+from agents.benchmark.judge import PLANTS, Sampled, is_ratio, over_runs, sampled
 from agents.benchmark.plan import CORE
 from agents.benchmark.results import Result
 from grind_env.policies.statistics import Interval
@@ -24,6 +24,8 @@ HEADINGS = (
     "$/good part",
     "scrap %",
     "dresses/part",
+    "on plants, $",
+    "scrap there, %",
     "interpolation",
     "blocks",
     "simulated",
@@ -60,6 +62,9 @@ class Summary:
     interpolation_score: Interval | None
     """With contexts of the split `interpolation`, as the ratio that follows."""
     interpolation_ratio: Interval | None
+    plants_cost: Interval | None
+    """$ per good part on machines that are held out."""
+    plants_scrap: float | None
     blocks: float | None
     making_calls: float | None
     decision_calls: float | None
@@ -86,6 +91,8 @@ class Summary:
             f"{self.cost.value:.3f} ± {self.cost.half_width:.3f}",
             f"{100.0 * self.scrap:.2f}",
             f"{self.dresses:.2f}",
+            NONE if self.plants_cost is None else f"{self.plants_cost.value:.2f} ± {self.plants_cost.half_width:.2f}",
+            NONE if self.plants_scrap is None else f"{100.0 * self.plants_scrap:.2f}",
             brief(self.interpolation_ratio if ratio else self.interpolation_score, ratio),
             counted(self.blocks),
             self._simulated(),
@@ -150,13 +157,13 @@ def best(sampled: Sampled, kind: str, sees: str) -> str | None:
 def summaries(results: Sequence[Result], task: str) -> list[Summary]:
     """The lines of a task, from those that know least to those that know most, and from poor to good."""
     group = [each for each in results if each.task == task]
-    sampled, between = Sampled(group), sampled_interpolation(group)
-    costs, scores, ratios = sampled.costs(), sampled.scores(), sampled.ratios()
-    rules = {sees: best(sampled, "scripted", sees) for sees in KNOWLEDGE}
+    every, between, plants = Sampled(group), sampled(group, "interpolation_"), sampled(group, PLANTS)
+    costs, scores, ratios = every.costs(), every.scores(), every.ratios()
+    rules = {sees: best(every, "scripted", sees) for sees in KNOWLEDGE}
     lines = []
     for policy in dict.fromkeys(each.policy for each in group):
-        runs = sampled.runs(policy)
-        of_policy = [sampled.results[i] for i in runs]
+        runs = every.runs(policy)
+        of_policy = [every.results[i] for i in runs]
         first = of_policy[0]
         cost, rule = over_runs(costs, runs), rules[first.sees]
         assert cost is not None
@@ -167,15 +174,17 @@ def summaries(results: Sequence[Result], task: str) -> list[Summary]:
                 sees=first.sees,
                 model=first.model,
                 runs=len(runs),
-                episodes=int(sampled.lengths[runs].min()),
+                episodes=int(every.lengths[runs].min()),
                 cost=cost,
                 scrap=float(np.mean([each.scrap for each in of_policy])),
                 dresses=float(np.mean([each.dresses_per_part for each in of_policy])),
                 score=over_runs(scores, runs),
                 ratio=over_runs(ratios, runs),
-                over=None if rule in (None, policy) else sampled.gain(policy, str(rule)),
+                over=None if rule in (None, policy) else every.gain(policy, str(rule)),
                 interpolation_score=None if between is None else over_runs(between.scores(), between.runs(policy)),
                 interpolation_ratio=None if between is None else over_runs(between.ratios(), between.runs(policy)),
+                plants_cost=None if plants is None else over_runs(plants.costs(), plants.runs(policy)),
+                plants_scrap=mean_of(of_policy, "plants_scrap"),
                 **{name: mean_of(of_policy, name) for name in MEANS},
             )
         )

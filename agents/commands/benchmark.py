@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from agents.benchmark.plan import EPISODES, FLAGSHIP, INTERPOLATION_EPISODES, Request, chosen_problems, planned
+from agents.benchmark.plan import (
+    EPISODES,
+    FLAGSHIP,
+    INTERPOLATION_EPISODES,
+    PLANTS_EPISODES,
+    Request,
+    chosen_problems,
+    planned,
+)
 from agents.cells import RESULTS, RUNS
 from agents.commands.interrupted import going_on
 from agents.commands.options import Ray
@@ -64,6 +72,14 @@ def benchmark(
             f" {INTERPOLATION_EPISODES} by default.",
         ),
     ] = None,
+    plants_episodes: Annotated[
+        int | None,
+        typer.Option(
+            min=0,
+            help="Evaluation episodes on machines that are not the model and are held out, of what sees measurements;"
+            f" 0 for none; {PLANTS_EPISODES} by default.",
+        ),
+    ] = None,
     jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
     ray: Ray = None,
     runs: Annotated[Path, typer.Option(help="Folder of what is kept."), Keeps()] = RUNS,
@@ -116,9 +132,12 @@ def benchmark(
     episodes = episodes or usual.EPISODES
     if interpolation_episodes is None:
         interpolation_episodes = usual.INTERPOLATION_EPISODES
+    if plants_episodes is None:
+        plants_episodes = usual.PLANTS_EPISODES
     request = Request(
         episodes=episodes,
         interpolation_episodes=interpolation_episodes,
+        plants_episodes=plants_episodes,
         steps=steps,
         runs=runs,
         configs=configs,
@@ -163,7 +182,6 @@ def rebuild(folder: Path, console: Console, html: Path | None = None) -> None:
     from agents.benchmark.figures import write_figures
     from agents.benchmark.readme import PAGE, write_readme
     from agents.benchmark.results import read_results
-    from agents.track.summary import on_plants
 
     table = read_results(folder)
     if not table:
@@ -174,7 +192,7 @@ def rebuild(folder: Path, console: Console, html: Path | None = None) -> None:
     for path in write_figures(table, folder / "figures"):
         console.print(f"written to {path}", highlight=False)
     if folder.resolve() == RESULTS:
-        write_readme(table, on_plants())
+        write_readme(table)
         console.print(f"written to README.md and {PAGE}", highlight=False)
     write_html(table, html, console)
 
