@@ -28,6 +28,7 @@ extensions = [
     "sphinx_copybutton",
     "docstrings",
     "formulas",
+    "lean",
     "places",
     "shell_cells",
 ]
@@ -60,6 +61,8 @@ html_sidebars = {
     ]
 }
 html_copy_source = False
+html_use_index = False  # `lean` says why
+html_search_scorer = str(Path(__file__).parent / "tools" / "scorer.js")
 
 add_module_names = False
 default_role = "code"  # single backticks are code in this package

@@ -36,6 +36,8 @@ PAGES = (".md", ".png", ".svg", ".toml", ".nc", ".csv")
 UNSEEN = ("Job-v0.md", "Task-v0.md", "Wen-v0.md")
 """Pages of ids that need a file, or have no machine to be seen."""
 GALLERY = "![Nine tasks in the middle of an episode](../images/gallery.png)"
+NOT_SEARCHED = b"---\nnosearch: true\n---\n\n"
+"""Head of a page that has every word, and explains none."""
 Page = tuple[str, bytes]
 """Place in the folder, and content."""
 
@@ -47,8 +49,8 @@ def by_hand() -> Iterator[Page]:
         if path.suffix in PAGES and place.parts[0] not in ("tools", "static"):
             yield place.as_posix(), path.read_bytes()
     yield "howto/recipe.py", recipe((ROOT / "README.md").read_text(encoding="utf-8")).encode()
-    for name in ("CHANGELOG.md", "LICENSE"):
-        yield f"project/{name}", (ROOT / name).read_bytes()
+    yield "project/CHANGELOG.md", NOT_SEARCHED + (ROOT / "CHANGELOG.md").read_bytes()
+    yield "project/LICENSE", (ROOT / "LICENSE").read_bytes()
     for path in sorted((ROOT / "notebooks" / "images").iterdir()):
         yield f"images/{path.name}", path.read_bytes()
 
