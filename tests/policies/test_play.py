@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from agents.benchmark.plan import CORE
 from agents.learning.algorithms import build
 from agents.learning.saving import save_policy
 from agents.learning.settings import settings_for
@@ -14,8 +15,9 @@ from grind_env.envs.names import OTHERS, task_names
 from grind_env.errors import GrindError
 from grind_env.policies import naming
 from grind_env.policies.evaluation import run_seeds
+from grind_env.policies.judging import evaluate
 from grind_env.policies.learned.saved import load_policy
-from grind_env.policies.naming import SHIPPED, chosen_policy
+from grind_env.policies.naming import SHIPPED, TRAINED, chosen_policy, named_policy
 from grind_env.policies.play import play
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
@@ -103,6 +105,27 @@ def test_shipped_policies_are_small_and_fit_their_tasks(agent: Path):
     agent.with_stem("rush").write_bytes(bytes(1_000_000))
     assert misfits(agent.parent) == ["no_task.safetensors", "rush.safetensors", "slot.safetensors"]
     assert misfits(SHIPPED) == []
+
+
+def test_every_core_task_has_a_shipped_and_a_robust_policy():
+    assert misfits(SHIPPED / TRAINED["robust"]) == []
+    for task in CORE:
+        simulation = find_problem(task).simulation()
+        shipped, robust = (named_policy(name, simulation) for name in TRAINED)
+        assert (shipped.name, robust.name, robust.sees) == ("bc", "ppo_gru", "measurements")
+    with pytest.raises(GrindError, match="no policy 'robust' comes with the package for oracle6: name a rule"):
+        named_policy("robust", find_problem("oracle6").simulation())
+
+
+def test_a_robust_policy_is_much_cheaper_on_machines_that_are_not_the_model():
+    """On public ones, as in its training, with other lots; those that are held out judge the published numbers."""
+    costs = {
+        (name, plant): evaluate(name, "power_limited", plant=plant, episodes=48).evaluation.cost.mean()
+        for name in TRAINED
+        for plant in ("public", None)
+    }
+    assert costs["robust", "public"] < 0.75 * costs["shipped", "public"]
+    assert costs["robust", None] < 1.1 * costs["shipped", None]
 
 
 def test_a_film_of_a_test_seed_is_of_the_episode_that_is_played():
