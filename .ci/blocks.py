@@ -1,8 +1,8 @@
 """Run the blocks of the README and of the pages of `docs/` as printed, each page from top to bottom in an empty folder.
 
 `.ci/blocks.py BIN [PAGE...]` runs with the commands of the folder BIN, of an environment that holds the installed
-wheel; `make blocks` makes one. A block of the shell is a bash of its own, those of Python are one session a page, and only
-the steps of the training are fewer. What cannot run there has the reason above it: `<!-- not run: it needs Windows -->`.
+wheel; `make blocks` makes one. A block of the shell is a bash of its own, those of Python are one session a page, and
+only the steps of the training are fewer. What cannot run there says why above it: `<!-- not run: it needs Windows -->`.
 """
 
 import os

@@ -2,12 +2,15 @@
 
 import re
 import runpy
+import shlex
 import sys
 from pathlib import Path
 
 import pytest
+from typer.main import get_command
 
 import grind_env
+from agents.application import app as agents
 
 ROOT = Path(__file__).parents[1]
 CI = runpy.run_path(str(ROOT / ".ci" / "blocks.py"))
@@ -116,3 +119,13 @@ def test_tables_that_pages_show_are_read(tmp_path: Path) -> None:
         catalogue.write_text(table if ours else "", encoding="utf-8")
         job.write_text(part + ('[catalogue]\nfiles = ["ours.toml"]\n' if ours else table), encoding="utf-8")
         grind_env.load_job(job)
+
+
+def test_commands_of_a_checkout_take_what_pages_show() -> None:
+    known = get_command(agents).commands
+    left_out = "".join(block.text for path in PAGES for block in CI["blocks"](path) if block.not_run)
+    lines = re.findall(r"^python -m agents (.+)$", left_out, re.MULTILINE)
+    assert lines
+    for line in lines:
+        name, *words = shlex.split(line, comments=True)
+        known[name].make_context(name, words)  # raises what is wrong with an option
