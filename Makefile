@@ -6,7 +6,7 @@ STAMP := $(VENV)/.installed
 # `make PINNED= VENV=build/newest test` has the newest version of everything.
 PINNED := --constraint constraints.txt
 
-.PHONY: setup test bits lint format benchmark speed ratios validate notebooks shown docs core readme package soak clean
+.PHONY: setup test bits lint format benchmark speed ratios validate notebooks shown docs core blocks package soak clean
 
 setup: $(STAMP)
 
@@ -89,13 +89,14 @@ core:
 	build/core/bin/python -m pip install --quiet --disable-pip-version-check $(PINNED) .
 	cd build && core/bin/python ../.ci/core_install.py
 
-# The README as printed, from an installed wheel in an empty environment.
-readme:
-	$(PYTHON) -m venv build/readme
-	build/readme/bin/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir build/wheel .
-	build/readme/bin/python -m pip install --quiet --disable-pip-version-check $(PINNED) \
-		"grind_env[plot,sb3,shop] @ file://$(CURDIR)/$$(ls -t build/wheel/grind_env-*.whl | head -1)"
-	build/readme/bin/python .ci/readme.py build/readme/bin
+# The blocks of README and site as printed, from an installed wheel; `make blocks PAGES=docs/howto/shop.md` those of one page.
+blocks:
+	$(PYTHON) -m venv build/blocks
+	build/blocks/bin/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir build/wheel .
+	build/blocks/bin/python -m pip install --quiet --disable-pip-version-check $(PINNED) \
+		"grind_env[plot,render,sb3,shop] @ file://$(CURDIR)/$$(ls -t build/wheel/grind_env-*.whl | head -1)" \
+		h5py minari moviepy tensorboard
+	build/blocks/bin/python .ci/blocks.py build/blocks/bin $(PAGES)
 
 # Wheel and sdist, in dist/.
 package:

@@ -23,7 +23,7 @@ app = Application(
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
-    help="Tune, train and compare policies in the environments of grind_env.",
+    help="Tune, train and compare policies in the environments of grind_env, from a checkout.",
 )
 
 COMMANDS = (

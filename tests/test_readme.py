@@ -1,12 +1,10 @@
 import re
-import runpy
 import subprocess
 import sys
 from pathlib import Path
 
 import gymnasium as gym
 import numpy as np
-import pytest
 
 import grind_env
 
@@ -23,16 +21,6 @@ def test_the_examples_run_one_after_the_other(tmp_path):
     assert sum("$ per good part (" in line for line in evaluated) == examples.count("grind_env.evaluate(") == 2
     record = grind_env.grind(grind_env.examples.path("plate_g82.nc"))
     assert float(power) == record.strokes["power"].max()
-
-
-def test_ci_runs_every_block_but_that_of_the_make_commands():
-    ci = runpy.run_path(str(ROOT / ".ci" / "readme.py"))
-    scripts = ci["scripts"](README)
-    run = "".join(text for _, text in scripts).replace("20_000", "1_000_000")
-    blocks = re.findall(r"```\w+\n(.*?)```", README, re.DOTALL)
-    assert [block for block in blocks if block not in run] == [block for block in blocks if block.startswith("make ")]
-    with pytest.raises(SystemExit, match="a block that is not run"):
-        ci["scripts"](README + "\n```console\n$ ls\n```\n")
 
 
 def test_the_task_file_of_the_guide_is_an_environment(tmp_path):

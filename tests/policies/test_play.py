@@ -87,7 +87,7 @@ def test_a_model_of_stable_baselines_is_played_when_trusted(agent: Path):
 def misfits(folder: Path) -> list[str]:
     """The files in a folder that are no small policy of the task in their name."""
     wrong = []
-    for path in sorted(folder.glob("*")):
+    for path in sorted(filter(Path.is_file, folder.glob("*"))):
         try:
             assert path.stem in (*task_names(), *OTHERS)
             assert path.stat().st_size < 1_000_000
@@ -107,14 +107,15 @@ def test_shipped_policies_are_small_and_fit_their_tasks(agent: Path):
     assert misfits(SHIPPED) == []
 
 
-def test_every_core_task_has_a_shipped_and_a_robust_policy():
+def test_core_tasks_have_a_shipped_and_a_robust_policy():
     assert misfits(SHIPPED / TRAINED["robust"]) == []
-    for task in CORE:
+    for task in set(CORE) - {"rush"}:
         simulation = find_problem(task).simulation()
         shipped, robust = (named_policy(name, simulation) for name in TRAINED)
         assert (shipped.name, robust.name, robust.sees) == ("bc", "ppo_gru", "measurements")
-    with pytest.raises(GrindError, match="no policy 'robust' comes with the package for oracle6: name a rule"):
-        named_policy("robust", find_problem("oracle6").simulation())
+    for task in ("rush", "oracle6"):
+        with pytest.raises(GrindError, match=f"no policy 'robust' comes with the package for {task}: name a rule"):
+            named_policy("robust", find_problem(task).simulation())
 
 
 def test_a_robust_policy_is_much_cheaper_on_machines_that_are_not_the_model():
