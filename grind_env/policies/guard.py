@@ -125,10 +125,10 @@ class Guarded:
         """Take the last block as evidence of E and wheel; where it was beyond a limit, shape (N,)."""
         kind, heat = self.rule.kind, self.watch.heat
         beyond, hot = self.watch.beyond | (heat > 1.0), (heat > HOT) & (self.alarmed | self.wary)
-        fresh = self.age <= 1.0
-        self.rule.dulled(hot & ~fresh, self.simulation.read(observation)["volume"], HOT)
+        # a wheel that was dressed in the part before is hot by its dullness or by E: both are taken for the reason
+        self.rule.dulled(hot & (self.age >= 1.0), HOT)
         E, ceiling = self.rule.speeds[n, kind], self.ceiling[n, kind]
-        slower = (beyond | (hot & fresh)) & (self.rule.power.found[:, 1] > COOLS)
+        slower = (beyond | (hot & (self.age <= 1.0))) & (self.rule.power.found[:, 1] > COOLS)
         lower = np.maximum(SLOWING * np.minimum(E, ceiling), SLOWEST * self.rule.first[kind])
         self.ceiling[n, kind] = np.where(slower, lower, FORGIVEN * ceiling)
         self.tried[n, kind] = np.maximum(self.tried[n, kind], E)

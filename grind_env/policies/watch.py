@@ -59,6 +59,8 @@ NAMES = ("peak power", "mean power", "size error", "Ra")
 UNITS = ("kW", "kW", "um", "of its limit")
 LEARNED = np.array([False, False, True, True])
 """Which forecasts are corrected by what they were off by."""
+OPEN = np.array([False, False, False, True])
+"""Which are in a scale that the model leaves open: to have learned it is no doubt of the model."""
 LIMITED = np.array([True, False, True, True])
 """What has a limit of its own."""
 PEAK, MEAN, SIZE, ROUGHNESS = range(len(NAMES))
@@ -76,7 +78,8 @@ class Watch:
         beyond: whether it was read to be beyond a limit, expected or not, shape (N,).
         doubt: whether the machine is in doubt to be the model, shape (N,).
         heat: burn ratio of the last block by the power that was read, 0 where no heat counts, shape (N,).
-        error: of forecasts in the mean of the last readings, in standard deviations, shape (N,).
+        error: of forecasts in the mean of the last readings, in standard deviations, of size before it was learned,
+            shape (N,).
         holds: whether its forecasts hold, shape (N,).
         seen: readings of the last block beside their forecasts, each of shape (N, readings).
     """
@@ -136,11 +139,13 @@ class Watch:
         beyond = seen.new & (seen.read > seen.limit)
         self._beyond = beyond & (seen.limit - seen.forecast > UNLIKELY * seen.spread)
         self.beyond = np.asarray(beyond[:, LIMITED].any(axis=1))
-        squares = np.where(seen.new, np.minimum(z * z, LARGE_SQUARE) - USUAL_SQUARE, 0.0).sum(axis=1)
+        # a loop that gives more leaves more on every part, and is another machine also when that is forecast
+        unlearned = np.where(seen.new, z + seen.sign * np.where(OPEN, 0.0, self._off) / seen.spread, 0.0)
+        squares = np.where(seen.new, np.minimum(unlearned**2, LARGE_SQUARE) - USUAL_SQUARE, 0.0).sum(axis=1)
         self._squares = np.clip(self._squares + squares, 0.0, MOST_DOUBT)
         self.doubt = self._squares > DOUBTFUL
         told = seen.new.sum(axis=1)
-        mean = (z * z).sum(axis=1) / np.maximum(told, 1)
+        mean = (unlearned**2).sum(axis=1) / np.maximum(told, 1)
         self.error = np.sqrt(self.error**2 + (mean - self.error**2) * np.minimum(told / MEMORY, 1.0))
         surprise = np.where(seen.read > seen.near, np.minimum(z, MOST), 0.0) - SLACK
         total = np.maximum(self._sum + np.where(seen.new, surprise, 0.0), 0.0)

@@ -12,6 +12,7 @@ from rich.console import Console
 
 from agents.__main__ import main
 from agents.plants import study
+from agents.plants.advising import advised, trusting
 from agents.plants.asked import programs_of
 from agents.plants.floor import Law, strokes_of
 from agents.plants.log import over_the_part
@@ -27,6 +28,7 @@ from agents.plants.verdicts import promises
 from grind_env.control import read, read_file
 from grind_env.errors import GrindError
 from grind_env.machine.grind import grind
+from grind_env.shop.advise.adviser import policy_for
 
 PLATE = Machine("model", PROGRAMS["plate"])
 
@@ -87,6 +89,14 @@ def test_strokes_are_those_of_the_program() -> None:
     strokes = grind(read_file(PLATE.program.path), PLATE.job()).strokes
     _, counts = np.unique(strokes["line"], return_counts=True)
     np.testing.assert_array_equal(strokes_of(PLATE.simulation(2)), [*counts, *counts])
+
+
+def test_the_adviser_scraps_few_parts_on_a_machine_that_gives_more() -> None:
+    rail = Machine("soft:1", PROGRAMS["rail"])
+    model, simulation = Machine("model", rail.program).simulation(40), rail.simulation(40)
+    # without its guard it burns more than one in ten there
+    assert ground(simulation, advised(model, trusting(model))).mean_scrap > 0.1
+    assert ground(simulation, advised(model, policy_for(None, model))).mean_scrap < 0.03
 
 
 def test_a_shift_costs_what_the_same_program_costs() -> None:

@@ -102,6 +102,15 @@ def test_parts_that_are_too_thick_or_hot_are_dressed_against_and_shorten_the_int
     assert executions(-14.0)[1] == 3.0
 
 
+def test_a_wheel_that_was_dressed_in_its_block_was_too_dull_before() -> None:
+    rule = EmpiricalRule()
+    ground = GROUND | {"last_speed": 6.0, "tolerance": 20.0, "peak_power": 2000.0, "last_executions": 1.0}
+    begin = observation(PLATES, **(GROUND | {"volume": 60.0}))
+    decide(rule, PLATES, begin, observation(PLATES, size_error=21.0, volume=10.0, **ground))
+    # the execution stood half-way in a block of some 90 mm3/mm
+    assert 0.65 * 95.0 < rule.volumes[0, 0] < 0.65 * 115.0
+
+
 def test_the_finish_of_a_part_is_not_ground_with_a_fresh_wheel() -> None:
     rough = observation(RAILS, coming_rough=1.0, volume=200.0, stock=1.0, length=300.0)
     finish = observation(RAILS, coming_finish=1.0, volume=290.0, stock=1.0, length=300.0, peak_power=6100.0)

@@ -111,7 +111,16 @@ def test_the_heat_of_a_block_goes_with_the_power_that_was_read_of_it() -> None:
     assert watched({"peak_power": 6000.0}, heat=0.0)[0].heat[0] == 0.0
 
 
-def hot_guard(heat: float, *, dressed: bool, wary: bool = True) -> tuple[Any, Any]:
+def test_sizes_that_are_off_all_along_are_a_doubt_though_forecasts_have_learned_them() -> None:
+    watch, alarms = watched(*[{"size_error": 9.0}] * 20)
+    # 4 um over hypot(0.7, 0.5) = 0.86 um
+    assert watch.seen.forecast[0, 2] == pytest.approx(9.0, abs=0.5)
+    assert watch.doubt[0] and not any(alarms)
+    # a wheel that leaves twice the Ra is one of those that the model has
+    assert not watched(*[{"roughness": 0.9 + 1e-3 * (k % 2)} for k in range(20)])[0].doubt[0]
+
+
+def hot_guard(heat: float, *, dressed: bool, wary: bool = True, age: float | None = None) -> tuple[Any, Any]:
     """A cautious guard after a second part that came as near to burning, and what it then decides."""
     policy: Any = Guarded(Fast(7000.0, float(dressed)), cautious=True)
     policy.begin(PLATES, 1)
@@ -120,6 +129,7 @@ def hot_guard(heat: float, *, dressed: bool, wary: bool = True) -> tuple[Any, An
     for _ in range(2):
         policy.act(observation(PLATES, **ground), None)
     policy.watch.heat, policy.wary = np.array([heat]), np.array([wary])
+    policy.age = policy.age if age is None else np.array([age])
     return policy, policy.act(observation(PLATES, **ground), None)
 
 
@@ -129,9 +139,13 @@ def test_a_wheel_that_comes_near_burning_is_too_dull_and_a_freshly_dressed_one_t
     assert cool.rule.wanted[0] == 0.0 and dull.rule.wanted[0] == 1.0
     assert dull.rule.volumes[0, 0] < 100.0 < cool.rule.volumes[0, 0]
     assert np.isinf(cool.ceiling).all() and np.isinf(dull.ceiling).all()
-    fast, _ = hot_guard(0.9, dressed=True)
+    fast, _ = hot_guard(0.9, dressed=True, age=0.0)
     assert fast.ceiling[0, 0] == pytest.approx(0.9 * 6000.0)
     assert fast.rule.volumes[0, 0] == cool.rule.volumes[0, 0]
+    # of a wheel that was dressed in the part before it may be either
+    either, _ = hot_guard(0.9, dressed=True)
+    assert either.ceiling[0, 0] == fast.ceiling[0, 0]
+    assert either.rule.volumes[0, 0] < cool.rule.volumes[0, 0]
 
 
 def test_the_heat_of_a_trusted_model_is_its_own_affair_short_of_burning() -> None:

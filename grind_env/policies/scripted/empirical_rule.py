@@ -90,7 +90,7 @@ class EmpiricalRule:
         self.rows, self.kind, self.speeds = none, none, np.tile(self.first, (episodes, 1))
         self.part, self.made, self.begun = none, zero + 1.0, False
         self.hot, self.helpless = np.zeros((2, episodes), bool)
-        self.dull, self.gauged, self.sized, self.wanted, self.blocks = zero, zero, zero, zero, zero
+        self.met, self.dull, self.worn, self.gauged, self.sized, self.wanted, self.blocks = np.zeros((7, episodes))
         self.most = usual_volumes(simulation, self.interval)
         np.minimum.at(self.most, self.part_of_kind, self.most.copy())
         self.volumes = np.tile(self.most, (episodes, 1))
@@ -107,10 +107,10 @@ class EmpiricalRule:
         if self.begun:
             self._learn(self.simulation.read(observation), np.arange(len(observation)))
 
-    def dulled(self, where: NDArray[np.bool_], volume: Array, share: float = AIM) -> None:
-        """The wheel was too dull after `volume`, mm3/mm: a dress, and that share of it as usual volume for a while."""
+    def dulled(self, where: NDArray[np.bool_], share: float = AIM) -> None:
+        """The wheel was too dull in the last block: a dress, and that share of what it had ground as usual volume."""
         at = np.flatnonzero(where), self.part[where]
-        self.volumes[at] = np.minimum(self.volumes[at], share * np.maximum(volume[where], 1.0))
+        self.volumes[at] = np.minimum(self.volumes[at], share * np.maximum(self.worn[where], 1.0))
         self.wanted = np.maximum(self.wanted, where)
 
     def decide(self, observation: NDArray[np.float32]) -> Decision:
@@ -141,7 +141,7 @@ class EmpiricalRule:
         begins = seen.get("starts_part", row.starts_part) * seen.get("takes_dresses", np.ones(len(n))) > 0.5
         D = np.where(begins, np.minimum(wanted, task.action.executions), 0.0)
         E = nearest_speed(task, np.where(D > 0.0, dressed, undressed))
-        self.kind, self.dull, self.begun = kind, worn, True
+        self.kind, self.met, self.dull, self.begun = kind, seen["volume"], worn, True
         return Decision(E, D)
 
     def _learn(self, seen: Mapping[str, Array], n: Numbers) -> None:
@@ -156,8 +156,9 @@ class EmpiricalRule:
         self.taken = self.taken + self.simulation.branches.seconds(self.rows, E)
         self.blocks = np.where(dressed, 0.0, self.blocks) + 1.0
         # executions stand evenly in the depth of a block: the wheel is dullest before the first one or after the last
-        dullest = np.maximum(self.dull / (executions + 1.0), seen["volume"])
-        self.power.learn(power, removal, dullest, (power > 0.0) & (removal > 0.0))
+        before = self.met + (self.dull - self.met) / (executions + 1.0)
+        self.worn = np.where(dressed, np.maximum(before, seen["volume"]), seen["volume"])
+        self.power.learn(power, removal, self.worn, (power > 0.0) & (removal > 0.0))
         # Ra is that of the part before
         told = (seen["roughness"] != self.gauged) & (seen["roughness"] > 0.0)
         self.roughness.learn(seen["roughness"], self.part, self.made, told)
@@ -172,7 +173,7 @@ class EmpiricalRule:
         self.hot = np.where(gauged, size < -AIM, self.hot)
         off = gauged & ((size > 1.0) | (size < -AIM))
         self.volumes = np.minimum(np.where(ended & ~off, REGAINED, 1.0)[:, None] * self.volumes, self.most)
-        self.dulled(off, seen["volume"])
+        self.dulled(off)
         beyond = power / row.power
         self.wanted = np.maximum(self.wanted, np.where(beyond > FAR, 2.0, beyond > 1.0))
         self.helpless = np.asarray((beyond > FAR) & (executions >= 2.0))
