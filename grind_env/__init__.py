@@ -36,7 +36,7 @@ __all__ = [
     "script_of",
     "sweep",
 ]
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 LAZY = {
     "calibrate": ("shop.calls", "calibrate"),
