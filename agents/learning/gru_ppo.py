@@ -23,6 +23,7 @@ from torch import Tensor, nn
 
 from grind_env.arguments import Application, Writes
 from grind_env.arrays import Array
+from grind_env.commands import JobFile, Parts
 from grind_env.envs.learning import eased, usual
 from grind_env.envs.memory import Flags
 from grind_env.envs.shown import CLIP, Standard
@@ -385,7 +386,9 @@ app = Application(add_completion=False, pretty_exceptions_enable=False, rich_mar
 
 @app.command()
 def main(
-    task: Annotated[str, typer.Option(help="Task, id, or task file.")] = "power_limited",
+    task: Annotated[str, typer.Option(help="Task, id, task file, or part program.")] = "power_limited",
+    job: JobFile = None,
+    parts: Parts = 1,
     plant: Annotated[
         str | None, typer.Option(help="Machines that are not the model, such as public: one in every episode.")
     ] = None,
@@ -404,7 +407,7 @@ def main(
     if budget is not None and not 0.0 < budget < 1.0:
         raise GrindError(f"--budget is {budget:g}, but must be a share between 0 and 1")
     settings = Settings(memory=memory, steps=steps, budget=budget)
-    named = find_problem(task)
+    named = find_problem(task, job, parts)
     problem = shown(named if plant is None else on(named, plant), settings.memory)
     begin = time.process_time()
     agent, scale = train(problem, settings, seed)

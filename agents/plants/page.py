@@ -70,7 +70,11 @@ def csv_text(found: Mapping[Cell, Found]) -> str:
 
 def page(found: Mapping[Cell, Found]) -> str:
     """The tables, Markdown."""
-    parts = [TITLE, "`python -m agents plants`; means of the machines of a family."]
+    parts = [
+        TITLE,
+        "`python -m agents plants`; means of the machines of a family. `robust`: an agent trained for the program on"
+        " other machines of all these families; `floor` holds no model; `trusting` is the adviser without its guard.",
+    ]
     for question in dict.fromkeys(cell.question for cell in found):
         parts += [f"## {question}", table(("family", "machines", *COLUMNS[question]), family_rows(found, question))]
     parts += ["## What is asked", table(ASKED, [(question, *_cells(each)) for question, each in promises(found)])]
