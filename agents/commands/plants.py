@@ -38,7 +38,7 @@ def plants(
     ] = None,
     question: Annotated[
         list[str] | None,
-        typer.Option("--question", help="calibrate, optimise or advise; may be repeated; all by default."),
+        typer.Option("--question", help="calibrate, optimise, advise or robust; may be repeated; all by default."),
     ] = None,
     jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
     runs: Annotated[Path, typer.Option(help="Folder of what is kept."), Keeps()] = RUNS,

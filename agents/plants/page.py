@@ -18,6 +18,9 @@ from grind_env.targets import Own, check_own
 
 CSV, PAGE = "plants.csv", "plants.md"
 TITLE = "# Machines that are not the model"
+SAID = """\
+`python -m agents plants`; means of the machines of a family. *Advise*: `floor` holds no model, and `trusting` is the
+adviser without its guard. *Robust*: an agent trained for the program on other machines of all these families."""
 HEADER = ("question", "program", "plant", "what", "value", "commit")
 OWNED = {
     CSV: Own("table of `python -m agents plants`", re.compile(",".join(HEADER).encode()).match),
@@ -70,11 +73,7 @@ def csv_text(found: Mapping[Cell, Found]) -> str:
 
 def page(found: Mapping[Cell, Found]) -> str:
     """The tables, Markdown."""
-    parts = [
-        TITLE,
-        "`python -m agents plants`; means of the machines of a family. `robust`: an agent trained for the program on"
-        " other machines of all these families; `floor` holds no model; `trusting` is the adviser without its guard.",
-    ]
+    parts = [TITLE, SAID]
     for question in dict.fromkeys(cell.question for cell in found):
         parts += [f"## {question}", table(("family", "machines", *COLUMNS[question]), family_rows(found, question))]
     parts += ["## What is asked", table(ASKED, [(question, *_cells(each)) for question, each in promises(found)])]

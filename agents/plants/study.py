@@ -19,11 +19,11 @@ from agents.provenance import ROOT
 from grind_env.errors import GrindError
 from grind_env.files import read_text, write_atomically
 
-QUESTIONS = {"calibrate": "calibrating", "optimise": "optimising", "advise": "advising"}
+QUESTIONS = {"calibrate": "calibrating", "optimise": "optimising", "advise": "advising", "robust": "robust"}
 """With the module of `agents.plants` that answers it."""
-DECIDING, DATA = ("agents.plants.", "grind_env."), ROOT / "grind_env" / "process"
+DECIDING, DATA = ("agents.learning.", "agents.plants.", "grind_env."), ROOT / "grind_env" / "process"
 """Where the code lies that decides what is found, of all that such a module stands on; folder of the catalogue."""
-HOURS = {"calibrate": 0.006, "optimise": 0.02, "advise": 0.003}
+HOURS = {"calibrate": 0.006, "optimise": 0.02, "advise": 0.003, "robust": 0.003}
 """That a cell of a question takes on one core, by measurement."""
 
 Found = Mapping[str, float]
@@ -71,7 +71,7 @@ def find(cell: Cell, request: Request, advance: Callable[[int], object]) -> Foun
     if (kept := _kept(cell, path)) is not None:
         return kept
     before = time.process_time()
-    found = dict(_answer(cell)) | {"cpu_seconds": time.process_time() - before}
+    found = dict(_answer(cell, request)) | {"cpu_seconds": time.process_time() - before}
     path.parent.mkdir(parents=True, exist_ok=True)
     text = json.dumps({"code": code(cell), "found": found})
     write_atomically(path, partial(_write, text))
@@ -79,7 +79,7 @@ def find(cell: Cell, request: Request, advance: Callable[[int], object]) -> Foun
     return found
 
 
-def _answer(cell: Cell) -> Found:
+def _answer(cell: Cell, request: Request) -> Found:
     if cell.question == "calibrate":
         from agents.plants.calibrating import calibrate_on
 
@@ -88,13 +88,15 @@ def _answer(cell: Cell) -> Found:
         from agents.plants.optimising import optimise_on
 
         return optimise_on(cell.machine)
-    from agents.plants.advising import advise_on
+    if cell.question == "robust":
+        from agents.plants.robust import robust_on
 
-    return {
-        f"{who}_{what}": value
-        for who, shift in advise_on(cell.machine).items()
-        for what, value in shift.numbers().items()
-    }
+        shifts = robust_on(cell.machine, request.runs)
+    else:
+        from agents.plants.advising import advise_on
+
+        shifts = advise_on(cell.machine)
+    return {f"{who}_{what}": value for who, shift in shifts.items() for what, value in shift.numbers().items()}
 
 
 def _kept(cell: Cell, path: Path) -> Found | None:

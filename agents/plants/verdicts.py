@@ -115,7 +115,7 @@ def _optimise(others: Rows, own: Rows) -> list[Asked]:
 
 
 def _advise(others: Rows, own: Rows) -> list[Asked]:
-    cost, robust, plan = (column(others, f"{who}_cost") for who in ("adviser", "robust", "plan"))
+    cost, plan = column(others, "adviser_cost"), column(others, "plan_cost")
 
     def over(rows: Rows) -> float:
         return _mean(column(rows, "adviser_cost")) / _mean(column(rows, "floor_cost"))
@@ -134,22 +134,26 @@ def _advise(others: Rows, own: Rows) -> list[Asked]:
             _most(column(others, "adviser_in_a_row")),
             0.0,
         ),
-        Asked("a robust agent over the best of 15 fixed plans, mean", _mean(robust / plan), 1.15),
-        Asked("the same, worst machine", _most(robust / plan), 1.5),
-        Asked("scrap of it, worst machine, %", 100.0 * _most(column(others, "robust_scrap")), 3.0),
         Asked("given away on the model, %", given_away("cost"), 10.0),
         Asked("the same from part 15 on, %", given_away("late"), 3.0),
     ]
 
 
-JUDGED = {"calibrate": _calibrate, "optimise": _optimise, "advise": _advise}
+def _robust(others: Rows, own: Rows) -> list[Asked]:
+    over = column(others, "robust_cost") / column(others, "plan_cost")
+    return [
+        Asked("over the best of 15 fixed plans, mean", _mean(over), 1.15),
+        Asked("the same, worst machine", _most(over), 1.5),
+        Asked("scrap, worst machine, %", 100.0 * _most(column(others, "robust_scrap")), 3.0),
+    ]
+
+
+JUDGED = {"calibrate": _calibrate, "optimise": _optimise, "advise": _advise, "robust": _robust}
 COLUMNS = {
     "calibrate": ("error", "catalogue", "regression"),
     "optimise": ("original", "uncalibrated_cost", "calibrated_cost", "known_cost", "calibrated_scrap"),
-    "advise": (
-        *(f"{who}_cost" for who in ("program", "plan", "floor", "trusting", "adviser", "robust")),
-        *("adviser_scrap", "robust_scrap"),
-    ),
+    "advise": ("program_cost", "plan_cost", "floor_cost", "trusting_cost", "adviser_cost", "adviser_scrap"),
+    "robust": ("plan_cost", "robust_cost", "robust_scrap"),
 }
 
 

@@ -153,6 +153,14 @@ def test_the_tables_tell_what_is_asked_and_whether_it_holds(tmp_path: Path) -> N
     assert csv_text(found).count("\n") == 1 + len(kept) + len(missed)
 
 
+def test_a_robust_agent_is_held_against_the_best_plan_of_each_machine() -> None:
+    cell = Cell("robust", PLATE._replace(plant="soft:1"))
+    numbers = {"plan_cost": 2.0, "robust_cost": 2.2, "robust_scrap": 0.031}
+    asked = [each for _, each in promises({cell: numbers})]
+    assert [each.found for each in asked] == pytest.approx([1.1, 1.1, 3.1])
+    assert [each.kept for each in asked] == [True, True, False]
+
+
 def test_what_a_question_stands_on_is_no_other_command() -> None:
     """An edit of the search does not undo what was found of the adviser, nor one of either that of calibrations."""
     on = {name: _folders(f"agents.plants.{module}") for name, module in study.QUESTIONS.items()}

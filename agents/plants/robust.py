@@ -1,0 +1,30 @@
+"""What an agent makes of a batch on a machine that was trained for the program on other machines of all families."""
+
+from pathlib import Path
+
+from agents.benchmark.plan import PUBLIC, ROBUST
+from agents.learning.plain import plain_agent
+from agents.plants.advising import advised
+from agents.plants.machines import Machine
+from agents.plants.plans import plans
+from agents.plants.shift import PARTS, Shift, ground
+from grind_env.envs.job.loading import load_simulation
+from grind_env.policies.held import on
+from grind_env.policies.learned.saved import load_policy
+from grind_env.policies.problem import find_problem
+
+
+def robust_on(machine: Machine, folder: Path, parts: int = PARTS) -> dict[str, Shift]:
+    """A batch with such an agent, which `grind advise` asks, and with the best fixed plan, on the same lots.
+
+    The agent is trained on public machines, one in every batch, unless it is kept in the folder.
+    """
+    program, job = (str(path.absolute()) for path in machine.program.files)
+    problem = find_problem(program, job, parts)
+    agent = plain_agent(on(problem, PUBLIC), ROBUST, "gru", 0, folder=folder, fresh=False)
+    simulation, model = machine.simulation(parts), load_simulation(program, job, parts, 1.0, "measured")
+    planned = [ground(simulation, plan) for plan in plans(simulation)]
+    return {
+        "plan": min(planned, key=lambda shift: shift.mean_cost),
+        "robust": ground(simulation, advised(model, load_policy(agent, simulation=model))),
+    }
