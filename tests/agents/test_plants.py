@@ -122,7 +122,7 @@ def test_plans_dress_as_often_as_they_say() -> None:
 def test_what_is_found_is_kept_with_the_code_that_found_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     calls: list[Cell] = []
 
-    def answer(cell: Cell) -> dict[str, float]:
+    def answer(cell: Cell, request: Request) -> dict[str, float]:
         calls.append(cell)
         return {"adviser_cost": 1.0}
 
