@@ -10,6 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
+from functools import partial
 
 import numpy as np
 
@@ -128,17 +129,19 @@ def proposal_of(job: Job, *, seconds: float, seed: int, progress: Progress = lam
     points = list(dict.fromkeys([*found.points[:FINALISTS], variation.start]))
     measured = measures_of(variation, trials, points)
     best = _best(variation, measured)
-    old, new = measured.of(points.index(variation.start)), measured.of(best)
+    point, old = points[best], measured.of(points.index(variation.start))
+    chosen = zip(variation.choices.variables, point, strict=False)
+    words = replace(first, **{FIELDS[each.name, each.place]: float(each.levels[number]) for each, number in chosen})
+    written = variation.trials_of(read(program_text(job, words), PROGRAM), LotUse.JUDGEMENT, JUDGED)
+    new = written.measure(written.own[None], handover=False)
     limits = limits_of(variation, old, new, {})
     if new.ratios.max() > 1.0:
         raise NotHeldError(_not_held(limits, trials, found))
-    point = points[best]
-    chosen = zip(variation.choices.variables, point, strict=False)
-    words = replace(first, **{FIELDS[each.name, each.place]: float(each.levels[number]) for each, number in chosen})
+    measure = partial(measures_of, variation, trials)
     return Proposal(
         job=job,
         words=words,
-        reasons=reasons_of(variation, point, new, lambda others: measures_of(variation, trials, others)),
+        reasons=reasons_of(variation, point, measured.of(best), measure),
         good=trials.of_one(1.0 - new.scrap[0]),
         cost=trials.of_one(new.cost[0]),
         seconds=trials.of_one(new.seconds[0]),
@@ -182,7 +185,8 @@ def _not_held(limits: Sequence[LimitUse], trials: Trials, found: Searched) -> st
     least = math.ceil(102.0 * worst.after * worst.limit) / 100.0
     return (
         f"no program of {len(found.search.costs)} that were tried keeps the limit of {worst.name}, "
-        f"{limit_text(worst)}: with the nearest one {parts_said(CONFIDENCE)} on {machines} machines that this may be come to "
-        f"{100.0 * worst.after:.0f} % of it or less; what would help is {HELP[worst.name].format(least=least)}"
+        f"{limit_text(worst)}: with the nearest one {parts_said(CONFIDENCE)} on {machines} machines that this may be "
+        f"come to {100.0 * worst.after:.0f} % of it or less; what would help is "
+        f"{HELP[worst.name].format(least=least)}"
         f"{', or more time by --budget' if found.search.ended_early else ''}"
     )
