@@ -15,10 +15,10 @@ from grind_env.control import read
 from grind_env.machine.job import Job
 from grind_env.machine.job.worlds import known_of, worlds
 from grind_env.plants import find_plant
-from grind_env.shop.start.asked import Asked, job_in, texts_of
 from grind_env.shop.start.folder import PROGRAM
 from grind_env.shop.start.program import program_text
 from grind_env.shop.start.proposal import proposal_of
+from grind_env.shop.start.proposed import Asked, task_of
 from grind_env.shop.start.rules import first_words
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 from tests.shop.promises import FAMILIES, SEEDS
@@ -66,7 +66,7 @@ def main(names: Sequence[str]) -> None:
     """Print the table."""
     plants = names or [f"{family}:{seed}" for family in FAMILIES for seed in SEEDS]
     for asked in PARTS:
-        job = job_in(texts_of(asked))
+        job = task_of(asked).job
         found = proposal_of(job, seconds=30.0, seed=1)
         print(f"{asked}\n{found.words}; {found.evaluations} programs tried")
         good, cost = found.good, found.cost

@@ -58,10 +58,9 @@ def init(
     from grind_env.errors import GrindError, printable
     from grind_env.shop.commands.texts import seconds
     from grind_env.shop.progress import progress
-    from grind_env.shop.start.asked import Asked
     from grind_env.shop.start.folder import start_folder
     from grind_env.shop.start.proposal import NotHeldError
-    from grind_env.shop.start.proposed import propose_folder
+    from grind_env.shop.start.proposed import Asked, propose_folder
     from grind_env.shop.start.show import print_proposal
 
     asked = Asked(

@@ -209,7 +209,7 @@ class Searched(NamedTuple):
     points: Sequence[Point]
     """In the order in which they are to be judged; the nearest one alone if none keeps what is asked."""
     seconds: float
-    """That a program took."""
+    """That a program took, s."""
 
 
 def searched(variation: Variation, progress: Progress, generations: int = GENERATIONS) -> Searched:

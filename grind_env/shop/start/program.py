@@ -12,7 +12,7 @@ ROUGH, FINISH, DRESS = "N50", "N70", "O9100"
 """Where words stand, and before which remarks do."""
 CROSS_FEED = 1500
 """mm/min, of picks across the part, as of the example `rail_g83`."""
-WIDEST = 76
+WIDEST = 96
 """Characters of a comment."""
 
 TEXT = """\
@@ -20,6 +20,7 @@ TEXT = """\
 O2001 ({what})
 (X RECIPROCATES, Y PLUNGES TOWARDS MINUS, Z CROSSES)
 (Y0 IS THE TOUCHED-OFF SURFACE, X0 AND Z0 THE NEAR CORNER)
+(PROPOSED BY GRIND INIT: WATCH THE FIRST PART)
 N10 G71 G94 G90 G19 S{rpm} M03
 N20 G00 Y2. M08
 N30 G00 X-{overtravel} Z{begin}

@@ -29,7 +29,7 @@ from grind_env.shop.optimise.variation import Progress, Variation, variation_of
 from grind_env.shop.optimise.wishes import Wishes
 from grind_env.shop.start.folder import PROGRAM
 from grind_env.shop.start.program import DRESS, FINISH, ROUGH, program_text
-from grind_env.shop.start.reasons import Reason, reasons_of
+from grind_env.shop.start.reasons import TIME, Reason, reasons_of
 from grind_env.shop.start.rules import FEED_STEP, LEAD_STEP, Words, bounds_of, first_words
 from grind_env.shop.trials import CONFIDENCE, LIMITS, LotUse, Measures, Trials
 
@@ -77,13 +77,11 @@ class Proposal:
         good: share of good parts, with the interval in which one machine lies, like the next ones.
         cost: of a part, $.
         seconds: of a part, s.
-        by_rules: share of good parts, cost, $, and time, s, with the words of the rules alone.
+        by_rules: share of good parts and cost, $, with the words of the rules alone.
         limits: how near parts come to each with the words of the rules, and with these.
-        parts: of a batch.
         machines: on which it was judged.
         evaluations: programs that were tried in the search.
-        ended_early: whether the time was up before the search had ended.
-        seed: of all that is random.
+        ended_early: whether the time was up before search and comparison had ended.
     """
 
     job: Job
@@ -92,13 +90,11 @@ class Proposal:
     good: Interval
     cost: Interval
     seconds: Interval
-    by_rules: tuple[float, float, float]
+    by_rules: tuple[float, float]
     limits: tuple[LimitUse, ...]
-    parts: int
     machines: int
     evaluations: int
     ended_early: bool
-    seed: int
 
     @property
     def text(self) -> str:
@@ -137,21 +133,19 @@ def proposal_of(job: Job, *, seconds: float, seed: int, progress: Progress = lam
     limits = limits_of(variation, old, new, {})
     if new.ratios.max() > 1.0:
         raise NotHeldError(_not_held(limits, trials, found))
-    measure = partial(measures_of, variation, trials)
+    reasons = reasons_of(variation, point, measured.of(best), partial(measures_of, variation, trials))
     return Proposal(
         job=job,
         words=words,
-        reasons=reasons_of(variation, point, measured.of(best), measure),
+        reasons=reasons,
         good=trials.of_one(1.0 - new.scrap[0]),
         cost=trials.of_one(new.cost[0]),
         seconds=trials.of_one(new.seconds[0]),
-        by_rules=(float(1.0 - old.scrap.mean()), float(old.cost.mean()), float(old.seconds.mean())),
+        by_rules=(float(1.0 - old.scrap.mean()), float(old.cost.mean())),
         limits=limits,
-        parts=variation.runs,
         machines=len(trials.simulation.machines.jobs),
         evaluations=len(found.search.costs),
-        ended_early=found.search.ended_early,
-        seed=seed,
+        ended_early=found.search.ended_early or any(TIME in each.why for each in reasons),
     )
 
 

@@ -14,6 +14,8 @@ from grind_env.shop.trials import Measures
 STEP = Decimal("1.25")
 """By which factor a value is lowered and raised; by one where that is more."""
 LOWER, HIGHER = -1, 1
+TIME = "the time of the search"
+"""What sets a word of which a better value was not tried."""
 ENDS = {
     ("E", HIGHER): "the table comes to no more before it meets the wheel",
     ("D", LOWER): "the wheel is to be dressed",
@@ -108,7 +110,7 @@ def _why(word: WordChange, least: float, sides: dict[int, _Side | None]) -> str:
     limits = list(dict.fromkeys(side.limit for side in there if side.limit))
     ends = [ENDS.get((word.name, way), bound) for way, bound in BOUNDS.items() if sides[way] is None]
     if any(side.change < least and not side.limit for side in there):
-        set_by = "the time of the search"
+        set_by = TIME
     else:
         set_by = " and ".join(limits) or ("the rules" if ends else "cost")
     return f"by {set_by}: {', '.join([*(side.said for side in there), *ends])}"

@@ -119,12 +119,6 @@ def lead_of(job: Job, overlap: float) -> float:
     return float(plain(dress_width)(dress_depth(job), job.setup.dresser.tip_radius, 0.0)) / overlap
 
 
-def overlap_of(job: Job, words: Words) -> float:
-    """Overlap ratio of the dress of some words, with a new diamond."""
-    width = float(plain(dress_width)(words.dress_depth, job.setup.dresser.tip_radius, 0.0))
-    return width * spindle_speed(job) / words.dress_feed
-
-
 def dress_depth(job: Job) -> float:
     """Depth of a pass of the diamond by the rule, mm."""
     return DRESS_DEPTH if job.setup.wheel.abrasive == ALUMINA else DRESS_DEPTH_CBN
