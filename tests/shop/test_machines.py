@@ -52,6 +52,17 @@ def test_machines_side_by_side_are_ground_as_each_alone(name: str) -> None:
     assert len({*found.cost[0].tolist()}) == len(LOTS)
 
 
+def test_a_program_whose_J_and_L_cannot_be_varied_is_tried_on_as_many_machines() -> None:
+    """It can be replayed as soon as these are kept as they are."""
+    text = (EXAMPLES / "rail_g83.nc").read_bytes()
+    job = load_job(EXAMPLES / "rail_g83.toml")
+    found = variation_of(
+        read_file(EXAMPLES / "rail_g83.nc"), text_of(text), job, wishes_of(["E", "J"], untried=True), 2, 1
+    )
+    assert {each.name for each in found.choices.variables} == {"E"} and "J and L" in found.choices.remarks[0]
+    assert len(found.trials(LotUse.SEARCH, 20).simulation.machines.jobs) == 20
+
+
 def test_a_machine_on_which_parts_temper_earlier_scraps_more() -> None:
     job = load_job(EXAMPLES / "plate_g82.toml")
     cold = replace(job, part=replace(job.part, material=replace(job.part.material, tempering_rise=90.0)))

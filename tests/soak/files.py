@@ -37,7 +37,7 @@ def __getattr__(name):
     raise AttributeError(name)
 """
 """Leaves a file behind where its code is run."""
-STATUSES = (0, 1, 3)
+STATUSES = (0, 1, 3, 4)
 """Of a command that has done its work."""
 LAID = 0.08
 """Share of names under which no file lies."""

@@ -39,7 +39,7 @@ from grind_env.shop.optimise.judgement import (
 )
 from grind_env.shop.optimise.leaving import JUDGED, SEARCHED, following, judging
 from grind_env.shop.optimise.outcome import Optimised, Trade, Verdict, WishUse, cheapest_by_time
-from grind_env.shop.optimise.search import Point
+from grind_env.shop.optimise.search import GENERATIONS, Point, Search
 from grind_env.shop.optimise.unrolling import unrolled
 from grind_env.shop.optimise.variation import (
     Pace,
@@ -126,18 +126,9 @@ def _jobs(program: Path, job: str | Path | Job | None, plant: str | None) -> tup
 def _optimised(variation: Variation, job: str, progress: Progress, machine: Job | None = None) -> Optimised:
     """What the search finds on the job of the model, and what that comes to on a machine that is another one."""
     budget, uncertainty = variation.budget, variation.job.uncertainty
-    tried: dict[Point, Trade] = {}
     compiled = variation.base.simulation.compiled
-    pace = Pace()
-    leaves = partial(following, variation, pace) if compiled else nothing_more
-    search = variation.search(variation.trials(LotUse.SEARCH, SEARCHED), progress, "searching", tried, pace, leaves)
-    known = budget.spent
-    search.run(variation.start, variation.seed, grid=variation.grid() if compiled else ())
-    seconds = (budget.spent - known) / len(search.costs)
+    search, tried, pace, points, seconds = searched(variation, progress)
     feasible = any(each.keeps for each in tried.values())
-    points = search.ranked[:1]
-    if feasible:
-        points = compared(variation, search.ranked, tried, pace, partial(judging, variation, pace), progress)
     lots = JUDGED if compiled else budget.judged(JUDGED, seconds / SEARCHED)
     before = variation.trials(LotUse.JUDGEMENT, lots)
     progress("judging", 0)
@@ -207,6 +198,34 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
         confidence=variation.wishes.confidence,
         calibration=None if uncertainty is None else uncertainty.source,
     )
+
+
+class Searched(NamedTuple):
+    """What a search has come to."""
+
+    search: Search
+    tried: Mapping[Point, Trade]
+    pace: Pace
+    points: Sequence[Point]
+    """In the order in which they are to be judged; the nearest one alone if none keeps what is asked."""
+    seconds: float
+    """That a program took, s."""
+
+
+def searched(variation: Variation, progress: Progress, generations: int = GENERATIONS) -> Searched:
+    """Search better words, in an evolution of some generations at most and steps from there, and compare the best."""
+    budget, compiled = variation.budget, variation.base.simulation.compiled
+    tried: dict[Point, Trade] = {}
+    pace = Pace()
+    leaves = partial(following, variation, pace) if compiled else nothing_more
+    search = variation.search(variation.trials(LotUse.SEARCH, SEARCHED), progress, "searching", tried, pace, leaves)
+    known = budget.spent
+    search.run(variation.start, variation.seed, generations, variation.grid() if compiled else ())
+    seconds = (budget.spent - known) / len(search.costs)
+    points: Sequence[Point] = search.ranked[:1]
+    if any(each.keeps for each in tried.values()):
+        points = compared(variation, search.ranked, tried, pace, partial(judging, variation, pace), progress)
+    return Searched(search, tried, pace, points, seconds)
 
 
 class _Judged(NamedTuple):

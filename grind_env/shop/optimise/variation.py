@@ -283,8 +283,8 @@ class Variation(NamedTuple):
 
     @property
     def most_risk(self) -> float:
-        """What may be risked."""
-        return most_risk(self.job)
+        """What may be risked; anything beside a program that is a first guess, for nobody has it to go back to."""
+        return math.inf if self.wishes.guess else most_risk(self.job)
 
     def risk(self, trials: Trials, found: Measures, old: Measures) -> Array:
         """As of `shop.risk`; 0 where the program as it is misses a wish, for which more may be paid."""
@@ -382,21 +382,17 @@ def variation_of(
         choices = _choices(seen, text, wishes, runs, of_all=True)
         ranges = _ranges(choices)
         base = _base(programs, job, runs, seed, ranges, budget.require_first)
-    fleet = fleet_of(base, seed, untried=wishes.untried, is_up=lambda: budget.spent > LOOKING * budget.seconds)
-    variation = Variation(programs, text, job, runs, seed, wishes, choices, ranges, margins, once, base, budget, fleet)
     why = base.simulation.why
-    if why is None or not any(ranges):
-        return variation
-    others = replace(wishes, words=tuple(name for name in wishes.words if name not in ("J", "L")))
-    remark = f"J and L are kept as they are: {why}"
-    if not others.words:
-        raise WishError(remark)
-    choices = _choices(seen, text, others, runs, of_all=not base.alike)
-    return variation._replace(
-        choices=choices._replace(remarks=(*choices.remarks, remark)),
-        ranges=ScriptRanges(),
-        base=_base(programs, job, runs, seed, ScriptRanges(), budget.require_first),
-    )
+    if why is not None and any(ranges):
+        others = replace(wishes, words=tuple(name for name in wishes.words if name not in ("J", "L")))
+        remark = f"J and L are kept as they are: {why}"
+        if not others.words:
+            raise WishError(remark)
+        choices = _choices(seen, text, others, runs, of_all=not base.alike)
+        choices, ranges = choices._replace(remarks=(*choices.remarks, remark)), ScriptRanges()
+        base = _base(programs, job, runs, seed, ranges, budget.require_first)
+    fleet = fleet_of(base, seed, untried=wishes.untried, is_up=lambda: budget.spent > LOOKING * budget.seconds)
+    return Variation(programs, text, job, runs, seed, wishes, choices, ranges, margins, once, base, budget, fleet)
 
 
 def _choices(

@@ -1,7 +1,7 @@
 """A folder to begin with: a program, its job, the shop's catalogue, a notebook, a sample log; all run as they are."""
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from grind_env.shop.start.stations import on_stations, stations_of
 from grind_env.shop.start.template import EXAMPLE, example_values, job_template
 
 HERE = Path(__file__).parent
-CATALOGUE, NOTEBOOK, LOG = "shop.toml", "first_steps.ipynb", "log.csv"
+PROGRAM, JOB, CATALOGUE, NOTEBOOK, LOG = FILES = "part.nc", "part.toml", "shop.toml", "first_steps.ipynb", "log.csv"
 OWN = {"wheel": "our_a60j", "machine": "our_grinder"}
 """Entries of the catalogue that the job names."""
 
@@ -29,19 +29,26 @@ def start_folder(folder: Path, stations: int = 1) -> list[Path]:
     Raises:
         StationsError: there is no work offset for so many stations.
         ExistsError: one of them is there already.
-        FileError: the folder cannot be made, or not all of them written; as before, nothing is then left of it.
+        FileError: as of `write_folder`.
     """
     example, program = example_values(), read_text(EXAMPLES / f"{EXAMPLE}.nc")
     job = {**example, "setup": {**example["setup"], **OWN}, "catalogue": {"files": [CATALOGUE]}}
     if stations != 1:
         program, job["stations"] = on_stations(program, stations), stations_of(stations)
-    texts = {"part.nc": program, "part.toml": job_template(job), CATALOGUE: read_text(HERE / CATALOGUE)}
+    texts = {PROGRAM: program, JOB: job_template(job), CATALOGUE: read_text(HERE / CATALOGUE)}
     if stations == 1:
         texts |= {NOTEBOOK: read_text(HERE / NOTEBOOK), LOG: read_text(HERE / LOG)}
-    paths = [folder / name for name in texts]
-    for path in paths:
-        if _is_there(path):
-            raise ExistsError(f"{shown(path)} is there already, and is not overwritten; name another folder")
+    return write_folder(folder, texts)
+
+
+def write_folder(folder: Path, texts: Mapping[str, str]) -> list[Path]:
+    """Write files into a folder, which is made if need be; returns them.
+
+    Raises:
+        ExistsError: one of them is there already.
+        FileError: the folder cannot be made, or not all of them written; as before, nothing is then left of it.
+    """
+    paths = require_new(folder, texts)
     made = [each for each in (folder, *folder.parents) if not _is_there(each)]
     moved = list[Path]()
     try:
@@ -58,6 +65,23 @@ def start_folder(folder: Path, stations: int = 1) -> list[Path]:
             why = getattr(error, "strerror", None) or error
             raise FileError(f"{shown(folder)} cannot be made: {why}; make room, or name another folder") from None
         raise
+    return paths
+
+
+def require_new(folder: Path, names: Iterable[str]) -> list[Path]:
+    """The files of some names in a folder that is there or can be made.
+
+    Raises:
+        ExistsError: one of them is there already.
+        FileError: what would be the folder, or one in which it lies, is a file.
+    """
+    place = next((each for each in (folder, *folder.parents) if _is_there(each)), folder)
+    if _is_there(place) and not place.is_dir():
+        raise FileError(f"{shown(folder)} cannot be made: {shown(place)} is no folder; name another one")
+    paths = [folder / name for name in names]
+    for path in paths:
+        if _is_there(path):
+            raise ExistsError(f"{shown(path)} is there already, and is not overwritten; name another folder")
     return paths
 
 
