@@ -211,6 +211,7 @@ def test_what_no_program_keeps_is_told_and_nothing_is_written(
         (("--material", "aisi_1045", "--stations", "2"), "--stations"),
         (("--Ra", "0.5", "--budget", "soon"), "--budget"),
         (("--wheel", "a60j", "--catalogue", "none.toml"), "none.toml"),
+        (("--seed", "2"), "--budget and --seed are of a proposal"),
     ],
 )
 def test_what_no_part_has_is_told(words: tuple[str, ...], told: str, grind: Grind, tmp_path: Path) -> None:

@@ -8,9 +8,11 @@ from typing import Annotated
 import typer
 
 from grind_env.arguments import FILE, Keeps
-from grind_env.shop.commands.arguments import Seed
 from grind_env.shop.commands.optimise import INFEASIBLE
 from grind_env.terminal import table_console
+
+BUDGET, SEED = "30s", 1
+"""Of a proposal."""
 
 
 def init(
@@ -37,8 +39,10 @@ def init(
         ),
         FILE,
     ] = None,
-    budget: Annotated[str, typer.Option(help="Time of search and judgement of a proposal: 30s, 2min.")] = "30s",
-    seed: Seed = 1,
+    budget: Annotated[
+        str | None, typer.Option(help=f"Time of search and judgement of a proposal: 2min; {BUDGET} by default.")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help=f"Of lots and search of it; {SEED} by default.")] = None,
 ) -> None:
     """Write a program, its job, a catalogue of the shop, a notebook and a sample log; they run as they are.
 
@@ -73,6 +77,8 @@ def init(
         stock=stock,
         catalogue=catalogue,
     )
+    if asked == Asked() and (budget, seed) != (None, None):
+        raise GrindError("--budget and --seed are of a proposal: say what is asked of the part, such as --Ra 0.4")
     if asked == Asked():
         paths = start_folder(folder, stations)
     elif stations != 1:
@@ -80,7 +86,9 @@ def init(
     else:
         try:
             with progress() as advance:
-                paths, found = propose_folder(folder, asked, seconds=seconds(budget), seed=seed, progress=advance)
+                paths, found = propose_folder(
+                    folder, asked, seconds=seconds(budget or "30s"), seed=1 if seed is None else seed, progress=advance
+                )
         except NotHeldError as error:
             print(printable(f"grind: {error}"), file=sys.stderr)
             raise typer.Exit(INFEASIBLE) from None
