@@ -16,7 +16,7 @@ from grind_env.policies.tuned import ConfigError, write_whole
 README = ROOT / "README.md"
 BEGIN, END = "<!-- results: written by `python -m agents benchmark --report` -->", "<!-- end of results -->"
 PAGE = "agents/results/README.md"
-WITHOUT_SENSORS = ("handbook", "interval", "constant")
+WITHOUT_SENSORS = ("handbook", "constant")
 AGENTS, RECIPE = 3, "ppo"
 """Agents in the table of the README at most, and the one of its recipe."""
 
