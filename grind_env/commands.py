@@ -29,7 +29,7 @@ NamedPolicy = Annotated[
     str | None,
     typer.Option(
         help="A policy, the file of a trained agent, a constant: E8D0, or module:name for one of yours; after guarded: "
-        "with a guard; by default the shipped one."
+        "with a guard; by default the shipped one; robust is for other machines."
     ),
     FILE,
 ]

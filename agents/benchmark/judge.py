@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from agents.benchmark.results import PREFIXES, Result
+from agents.benchmark.results import PLANTS, PREFIXES, Result
 from grind_env.arrays import Array
 from grind_env.envs.names import environment_id
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE, UNIFORM_PLANS
@@ -23,7 +23,6 @@ from grind_env.scores import find_reference
 
 CLIP = -100.0
 """Lower scores count as this one in aggregates (scenarios, section 2)."""
-PLANTS = PREFIXES[-1]
 
 Draws = tuple[Array, Array]
 """Numbers of k results, shape (k,), and those of each resample, shape (resamples, k)."""

@@ -125,7 +125,8 @@ class Result:
         return self.task, self.policy, self.seed
 
 
-PREFIXES = ("", "interpolation_", "plants_")
+INTERPOLATION, PLANTS = "interpolation_", "plants_"
+PREFIXES = ("", INTERPOLATION, PLANTS)
 """What the names of columns begin with: of the split `all`, of that of contexts between, and on machines held out."""
 EPISODES = tuple(f"{prefix}{name}" for prefix in PREFIXES for name in ("cost", "good"))
 COLUMNS = [each.name for each in fields(Result) if each.name not in EPISODES]
@@ -133,7 +134,7 @@ WHOLE = ("seed", "episodes", "interpolation_episodes", "plants_episodes", "steps
 TEXT = ("task", "policy", "kind", "sees", "interpolation_seeds", "plants_seeds", "trained_on", "model")
 LATER = (
     "model",
-    *(name for name in (*COLUMNS, *EPISODES) if name.startswith("plants_")),
+    *(name for name in (*COLUMNS, *EPISODES) if name.startswith(PLANTS)),
     "blocks",
     "making_calls",
     "decision_calls",

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from rich.table import Table
 
-from agents.benchmark.judge import PLANTS, Sampled, is_ratio, over_runs, sampled
+from agents.benchmark.judge import Sampled, is_ratio, over_runs, sampled
 from agents.benchmark.plan import CORE
-from agents.benchmark.results import Result
+from agents.benchmark.results import INTERPOLATION, PLANTS, Result
 from grind_env.policies.statistics import Interval
 
 KNOWLEDGE = ("measurements", "state", "future")
@@ -157,7 +157,7 @@ def best(sampled: Sampled, kind: str, sees: str) -> str | None:
 def summaries(results: Sequence[Result], task: str) -> list[Summary]:
     """The lines of a task, from those that know least to those that know most, and from poor to good."""
     group = [each for each in results if each.task == task]
-    every, between, plants = Sampled(group), sampled(group, "interpolation_"), sampled(group, PLANTS)
+    every, between, plants = Sampled(group), sampled(group, INTERPOLATION), sampled(group, PLANTS)
     costs, scores, ratios = every.costs(), every.scores(), every.ratios()
     rules = {sees: best(every, "scripted", sees) for sees in KNOWLEDGE}
     lines = []
