@@ -16,8 +16,6 @@ import numpy as np
 from rich.console import Console
 
 from agents.cells import RESULTS, RUNS, behaviour, sources
-from agents.learning import gru_ppo
-from agents.learning.gru_ppo import Settings, policy_of
 from agents.pool import work_on_all
 from agents.provenance import installed, provenance
 from grind_env.arrays import Table
@@ -34,6 +32,8 @@ from grind_env.policies.registry import FIXED_PLANS, make_policy, policy_names
 from grind_env.policies.statistics import Interval, bootstrap
 from grind_env.process.cost import NO_LIMIT, STALL
 from grind_env.targets import Own, check_own
+from grind_env.training import gru_ppo
+from grind_env.training.gru_ppo import Settings, policy_of
 
 SHARE, DIGITS = 0.5, 4
 """Of the scrap of the best fixed plan, the budget of a task: who decides block by block is to spoil fewer parts than a

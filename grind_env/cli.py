@@ -26,6 +26,7 @@ from grind_env.shop.commands.arguments import (
 )
 from grind_env.task_version import TASK_VERSION
 from grind_env.terminal import BAD_INPUT, command, table_console
+from grind_env.training import command as training_command
 
 if TYPE_CHECKING:
     from grind_env.control import Control, Programs, Report
@@ -389,6 +390,7 @@ def _control(
 
 register(app)
 shop_commands.register(app)
+training_command.register(app)
 app.add_typer(figure_commands.app, name="figure")
 
 

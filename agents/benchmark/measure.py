@@ -130,8 +130,8 @@ def scripted(cell: Cell, request: Request) -> tuple[Policy, Problem, Made]:
 def plain(cell: Cell, request: Request) -> tuple[Policy, Problem, Made]:
     """An agent of `gru_ppo`, and the problem as it is shown it."""
     # torch takes seconds to import
-    from agents.learning.gru_ppo import shown
     from agents.learning.plain import plain_agent, training_of
+    from grind_env.training.gru_ppo import shown
 
     assert cell.seed is not None
     memory: Any = PLAIN[cell.policy]

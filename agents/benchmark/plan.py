@@ -23,8 +23,8 @@ LONG = (REFERENCE, ON_BELIEF, "mpc")
 EPISODES, INTERPOLATION_EPISODES, PLANTS_EPISODES = 128, 64, 64
 ROBUST = "robust"
 PLAIN = {f"plain_{memory}": memory for memory in ("none", "stack", "gru", "belief", "state")} | {ROBUST: "gru"}
-"""Kinds of agents of `agents/learning/gru_ppo.py`, with what they remember or are shown; `robust` is trained on public
-plants."""
+"""Kinds of agents of `grind_env/training/gru_ppo.py`, with what they remember or are shown; `robust` is trained on
+public plants."""
 PUBLIC, HELD_OUT = "public", "held-out"
 """Machines that are not the model, one in every episode: to train on, and to judge on."""
 AT = "@"

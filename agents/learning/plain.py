@@ -11,12 +11,12 @@ from typing import NamedTuple
 from safetensors import safe_open
 
 from agents.cells import RUNS, bare, behaviour, sources
-from agents.learning import gru_ppo
-from agents.learning.gru_ppo import Memory, Settings, form_of, policy_of, shown
 from agents.provenance import commit, installed
 from grind_env.policies.held import model_of
 from grind_env.policies.learned.saved import ENTRY, SUFFIX, write_policy
 from grind_env.policies.problem import Problem
+from grind_env.training import gru_ppo
+from grind_env.training.gru_ppo import Memory, Settings, form_of, policy_of, shown
 
 LIBRARIES = ("torch", "numpy")
 BESIDE = ("grind_env.envs.learning", "grind_env.policies.learned.view")

@@ -27,6 +27,7 @@ EXTRAS = {
     "data": ".parquet files, tables for pandas",
     "shop": "`grind optimise`, `sweep`, `calibrate`, `report`",
     "interactive": "reports with `--interactive`",
+    "train": "`grind train`",
     "sb3": "agents of Stable-Baselines3",
 }
 """Extras of the package, and what each is for."""
@@ -114,9 +115,9 @@ def _extra(name: str) -> Finding:
 
 
 def _required(requirements: Sequence[str], extra: str) -> list[str]:
-    """Libraries of an extra."""
+    """Libraries of an extra, but those of another one that it takes in."""
     matched = [REQUIREMENT.match(each) for each in requirements]
-    return [each[1] for each in matched if each is not None and each[2] == extra]
+    return [each[1] for each in matched if each is not None and each[2] == extra and each[1] != PACKAGE]
 
 
 def _version(library: str) -> str | None:

@@ -19,7 +19,6 @@ from agents.benchmark.price import Price, measured, model_of, taught_with, tuned
 from agents.benchmark.readme import section
 from agents.benchmark.results import LATER, merged, read_results, result_of, write_results
 from agents.benchmark.summary import HEADINGS, NONE, summaries
-from agents.learning.gru_ppo import SEEN, Settings, policy_of, shown, train
 from agents.learning.settings import settings_of
 from grind_env.envs.actions import ActionCodec
 from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds
@@ -29,6 +28,7 @@ from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.statistics import bootstrap
 from grind_env.policies.tuned import ConfigError, read_tuned
+from grind_env.training.gru_ppo import SEEN, Settings, policy_of, shown, train
 
 ORACLE, SLOT = find_problem("oracle6"), find_problem("slot")
 RNG = np.random.default_rng(5)

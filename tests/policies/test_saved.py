@@ -90,7 +90,7 @@ def test_a_file_holds_the_actor_and_says_where_it_comes_from(good: bytes, model:
 
 
 def test_what_is_no_file_of_ours_is_refused(good: bytes, tmp_path: Path):
-    with pytest.raises(GrindError, match="run `python -m agents train` first"):
+    with pytest.raises(GrindError, match="run `grind train` first"):
         load_policy(tmp_path / "none.safetensors")
     refused(tmp_path, b"", "holds no agent")
     refused(tmp_path, good[:-1], "holds no agent")
@@ -116,7 +116,7 @@ def test_an_agent_of_another_task_version_is_refused(version: Any, said: str, go
     assert document_of(good)["task_version"] == TASK_VERSION
     old = with_document(good, lambda document: document.update(task_version=version))
     now = f"and the tasks are now of version {TASK_VERSION}"
-    remedy = "train it anew with `python -m agents train --task oracle6 --kind ppo`"
+    remedy = "train it anew for oracle6 with `grind train`, or with `python -m agents train --kind ppo`"
     refused(tmp_path, old, f"agent.safetensors is of task version {said}.*{now}: {remedy}")
     unnumbered = with_document(good, lambda document: document.pop("task_version"))
     refused(tmp_path, unnumbered, f"is of task version 1, {now}: {remedy}", simulation=SIMULATION)

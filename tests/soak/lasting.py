@@ -16,9 +16,9 @@ import gymnasium as gym
 import numpy as np
 from rich.console import Console
 
-from agents.learning.gru_ppo import Settings, policy_of, shown, train
 from grind_env.policies.judging import evaluate
 from grind_env.policies.problem import find_problem
+from grind_env.training.gru_ppo import Settings, policy_of, shown, train
 from tests.envs.harness import every_id
 from tests.soak.counts import commit
 from tests.soak.part import memory

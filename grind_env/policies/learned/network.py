@@ -28,7 +28,7 @@ Shape = tuple[int, ...]
 LSTM = "lstm_actor"
 """Name of the LSTM in the state of a recurrent policy of sb3-contrib."""
 GRU = "gru"
-"""Name of the GRU in that of `agents.learning.gru_ppo`."""
+"""Name of the GRU in that of `grind_env.training.gru_ppo`."""
 GATES = {LSTM: 4, GRU: 3}
 """Of each unit; the candidate counts as one."""
 

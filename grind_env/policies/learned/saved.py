@@ -50,7 +50,7 @@ VERSION = "task_version"
 """Entry of the description: the version of the tasks that an agent was trained on."""
 MOST_UNITS, MOST_LAYERS = 65_536, 16
 
-NO_AGENT = "holds no agent that `python -m agents train` saved"
+NO_AGENT = "holds no agent that `grind train` or `python -m agents train` saved"
 
 
 class PolicyFileError(GrindError):
@@ -73,7 +73,7 @@ def load_policy(path: Path, *, simulation: Simulation | None = None, name: str |
     """The agent in a file.
 
     Args:
-        path: file that `python -m agents train` wrote.
+        path: file that `grind train` or `python -m agents train` wrote.
         simulation: what it must have been trained for; by default the task that the file names.
         name: name in tables; by default the kind of agent.
 
@@ -81,7 +81,7 @@ def load_policy(path: Path, *, simulation: Simulation | None = None, name: str |
         PolicyFileError: if there is no such file, or it holds no agent, or not one for the task.
     """
     if not is_file(path):
-        raise PolicyFileError(f"there is no trained agent at {shown(path)}: run `python -m agents train` first")
+        raise PolicyFileError(f"there is no trained agent at {shown(path)}: run `grind train` first")
     if path.stat().st_size > MOST_BYTES:
         raise PolicyFileError(f"{path} has more than {MOST_BYTES / 1e6:g} MB: it {NO_AGENT}")
     with path.open("rb") as opened:
@@ -106,7 +106,10 @@ def load_policy(path: Path, *, simulation: Simulation | None = None, name: str |
     if simulation is None:
         simulation = find_problem(described.task).simulation()
     if simulation.task.name != described.task:
-        raise PolicyFileError(f"{path} was trained for {described.task}, not for {simulation.task.name}")
+        raise PolicyFileError(
+            f"{path} was trained for {described.task}, not for {simulation.task.name}: name that problem, with as many"
+            " parts, or train another agent with `grind train`"
+        )
     view = described.form.view(simulation)
     if described.spaces != spaces_digest(view) or not fits(described.network, view):
         raise PolicyFileError(
@@ -241,8 +244,8 @@ def read_description(path: Path, text: str | None) -> Description:
         task, kind = _word(document["task"]), _word(document["kind"])
         if document.get(VERSION) != TASK_VERSION:
             raise PolicyFileError(
-                f"{path} is {of_version(document.get(VERSION))}:"
-                f" train it anew with `python -m agents train --task {task} --kind {kind}`"
+                f"{path} is {of_version(document.get(VERSION))}: train it anew for {task} with `grind train`, or with"
+                f" `python -m agents train --kind {kind}`"
             )
         network = document["network"]
         if network["lstm"] and not FAMILIES[_one_of(tuple(FAMILIES), network["family"])].recurrent:

@@ -7,7 +7,7 @@ import typer
 
 from grind_env.arguments import FILE, Writes
 from grind_env.shop.advise.own import LOG, STATE, VALUES
-from grind_env.shop.commands.arguments import FirstVariables, JobFile, ProgramFile
+from grind_env.shop.commands.arguments import BATCH, FirstVariables, JobFile, ProgramFile
 
 
 def advise(
@@ -21,7 +21,7 @@ def advise(
         ),
         FILE,
     ] = None,
-    parts: Annotated[int, typer.Option(help="Parts of the batch.")] = 30,
+    parts: Annotated[int, typer.Option(help="Parts of the batch.")] = BATCH,
     variables: FirstVariables = None,
     by: Annotated[str, typer.Option(help="block or part: what a row of readings is of.")] = "block",
     measurements: Annotated[Path | None, typer.Option(help="CSV with a row for each block or part."), FILE] = None,

@@ -8,6 +8,9 @@ import typer
 from grind_env.arguments import JOB, PROGRAM, Asked, Writes
 from grind_env.errors import GrindError
 
+BATCH = 30
+"""Parts of a batch that is advised on, if their number is not given."""
+
 ProgramFile = Annotated[Path, typer.Argument(metavar="PROGRAM", help="Part program, a text file."), PROGRAM]
 JobFile = Annotated[Path | None, typer.Option("--job", help="Job file; PROGRAM with .toml if not given."), JOB]
 Runs = Annotated[int, typer.Option(min=1, max=1000, help="Runs of the program in a batch; the wheel carries over.")]

@@ -1,16 +1,21 @@
 import json
-import sys
 from dataclasses import replace
 from pathlib import Path
-from subprocess import run
 
 import numpy as np
 import pytest
 import torch
 from safetensors.numpy import load, save
 
-from agents.learning import gru_ppo
-from agents.learning.gru_ppo import (
+from agents.learning.plain import plain_agent
+from grind_env.envs.shown import CLIP, Standard
+from grind_env.errors import GrindError
+from grind_env.policies.evaluation import episode_seeds, run_seeds
+from grind_env.policies.held import on
+from grind_env.policies.learned.network import Network
+from grind_env.policies.learned.saved import ENTRY, load_policy, write_policy
+from grind_env.policies.problem import find_problem
+from grind_env.training.gru_ppo import (
     SEEN,
     Agent,
     Episodes,
@@ -23,17 +28,8 @@ from agents.learning.gru_ppo import (
     shown,
     train,
 )
-from agents.learning.plain import plain_agent
-from grind_env.envs.shown import CLIP, Standard
-from grind_env.errors import GrindError
-from grind_env.policies.evaluation import episode_seeds, run_seeds
-from grind_env.policies.held import on
-from grind_env.policies.learned.network import Network
-from grind_env.policies.learned.saved import ENTRY, load_policy, write_policy
-from grind_env.policies.problem import find_problem
 
 PROBLEM = find_problem("oracle6")
-FILE = Path(gru_ppo.__file__)
 SMALL = Settings(steps=96, envs=4, rollout=8, minibatches=2, epochs=1, units=5, hidden=(7, 6))
 
 
@@ -174,20 +170,6 @@ def test_a_damaged_file_is_refused(tmp_path: Path):
         path.write_bytes(save(tensors, {ENTRY: entry}))
         with pytest.raises(GrindError, match=said):
             load_policy(path)
-
-
-def test_the_file_runs_alone_and_its_mistakes_are_told(tmp_path: Path):
-    def said(*words: str) -> tuple[int, str]:
-        done = run([sys.executable, FILE, *words], capture_output=True, text=True, cwd=tmp_path, check=False)
-        return done.returncode, done.stdout + done.stderr
-
-    words = ("--task", "oracle6", "--steps", "1", "--episodes", "2", "--output", "agent.safetensors")
-    status, text = said(*words)
-    assert status == 0
-    assert "CPU-seconds, written to agent.safetensors" in text
-    assert load_policy(tmp_path / "agent.safetensors").name == "ppo_gru"
-    status, text = said("--memory", "all")
-    assert (status, text) == (2, "gru_ppo.py: --memory is 'all', but must be one of none, stack, gru, belief, state\n")
 
 
 def test_on_machines_that_are_not_the_model_the_agent_holds_the_model(tmp_path):

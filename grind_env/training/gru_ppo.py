@@ -1,7 +1,6 @@
 """PPO with a GRU in one file, to be read from top to bottom: plain PyTorch on the native vector environment.
 
-    python agents/learning/gru_ppo.py --task power_limited --seed 0 --output agent.safetensors
-    grind evaluate --policy agent.safetensors
+`grind train` trains with it, and writes and judges the agent.
 
 In the manner of CleanRL (Huang et al., J. Mach. Learn. Res. 23, 2022, 274). Where a line is a choice, the comment says
 whose: PPO is Schulman et al., arXiv:1707.06347; "37" is Huang et al., The 37 Implementation Details of PPO, ICLR blog
@@ -9,34 +8,27 @@ whose: PPO is Schulman et al., arXiv:1707.06347; "37" is Huang et al., The 37 Im
 PowerLimited in points of the score, on 256 validation episodes, paired, one seed of training.
 """
 
-import time
-from dataclasses import asdict, astuple, dataclass, replace
+from collections.abc import Callable
+from dataclasses import astuple, dataclass, replace
 from itertools import pairwise
-from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
 import torch
-import typer
 from gymnasium import spaces
 from torch import Tensor, nn
 
-from grind_env.arguments import Application, Writes
 from grind_env.arrays import Array
-from grind_env.commands import JobFile, Parts
 from grind_env.envs.learning import eased, usual
 from grind_env.envs.memory import Flags
 from grind_env.envs.shown import CLIP, Standard
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tables import Outcome
-from grind_env.errors import GrindError, quoted
-from grind_env.policies.held import model_of, on
-from grind_env.policies.judging import evaluate
+from grind_env.policies.evaluation import nobody
+from grind_env.policies.held import model_of
 from grind_env.policies.learned.network import Actor, LearnedPolicy, Network
-from grind_env.policies.learned.saved import write_policy
 from grind_env.policies.learned.view import FORMS, LearnerForm, LearnerView, MemoryKind
-from grind_env.policies.problem import Problem, find_problem
-from grind_env.terminal import command
+from grind_env.policies.problem import Problem
 
 Memory = Literal["none", "stack", "gru", "belief", "state"]
 SEEN: dict[Memory, MemoryKind] = {"none": "none", "stack": "stack", "gru": "none", "belief": "belief", "state": "none"}
@@ -258,8 +250,17 @@ class Episodes:
         return values
 
 
-def train(problem: Problem, settings: Settings, seed: int) -> tuple[Agent, Standard]:
-    """An agent that has been trained, and how it scales its features."""
+def train(
+    problem: Problem, settings: Settings, seed: int, advance: Callable[[int], object] = nobody
+) -> tuple[Agent, Standard]:
+    """An agent that has been trained, and how it scales its features.
+
+    Args:
+        problem: as `shown` shows it, on the model or on machines that are drawn.
+        settings: of the training.
+        seed: of weights, choices and episodes; at most `LAST_SEED`, or validation's would be trained on.
+        advance: called with the number of steps that have been made since it was called last.
+    """
     torch.set_num_threads(1)  # at this size a second thread only costs
     torch.manual_seed(seed)
     episodes, (n, steps) = Episodes(problem, settings, seed), (settings.envs, settings.rollout)
@@ -333,6 +334,7 @@ def train(problem: Problem, settings: Settings, seed: int) -> tuple[Agent, Stand
                 loss.backward()
                 nn.utils.clip_grad_norm_(agent.parameters(), settings.norm)  # 37
                 optimiser.step()
+        advance(n * steps)
     return agent, Standard(*(values[: episodes.entries] for values in astuple(episodes.standard)))
 
 
@@ -379,46 +381,3 @@ def shown(problem: Problem, memory: Memory) -> Problem:
     """The problem as such an agent is shown it."""
     full = (("observation", "full"),) if memory == "state" else ()
     return replace(problem, arguments=(*problem.arguments, *full))
-
-
-app = Application(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
-
-
-@app.command()
-def main(
-    task: Annotated[str, typer.Option(help="Task, id, task file, or part program.")] = "power_limited",
-    job: JobFile = None,
-    parts: Parts = 1,
-    plant: Annotated[
-        str | None, typer.Option(help="Machines that are not the model, such as public: one in every episode.")
-    ] = None,
-    seed: Annotated[int, typer.Option(min=0, max=LAST_SEED, help="Of the training.")] = 0,
-    steps: Annotated[int, typer.Option(min=1, help="Environment steps.")] = 1_000_000,
-    memory: Annotated[str, typer.Option(help=f"What it remembers or is shown: {', '.join(SEEN)}.")] = "gru",
-    budget: Annotated[float | None, typer.Option(help="Share of parts that may be scrap; no limit by default.")] = None,
-    episodes: Annotated[int, typer.Option(min=2, help="Validation episodes to be judged on.")] = 128,
-    output: Annotated[
-        Path | None, typer.Option(help="File of the agent (.safetensors).", metavar="FILE"), Writes()
-    ] = None,
-) -> None:
-    """Train PPO with a GRU, or without, in one readable file; print its score, and save it."""
-    if memory not in SEEN:
-        raise GrindError(f"--memory is {quoted(memory)}, but must be one of {', '.join(SEEN)}")
-    if budget is not None and not 0.0 < budget < 1.0:
-        raise GrindError(f"--budget is {budget:g}, but must be a share between 0 and 1")
-    settings = Settings(memory=memory, steps=steps, budget=budget)
-    named = find_problem(task, job, parts)
-    problem = shown(named if plant is None else on(named, plant), settings.memory)
-    begin = time.process_time()
-    agent, scale = train(problem, settings, seed)
-    policy, seconds = policy_of(agent, scale, problem, settings.memory), time.process_time() - begin
-    if output is not None:
-        beside = {"settings": asdict(settings) | {"seed": seed}}
-        write_policy(output, policy.actor, model_of(problem), policy.name, form_of(settings.memory), beside)
-    print(evaluate(policy, problem, seeds="validation", episodes=episodes))
-    print(f"trained for {steps:,} steps in {seconds:.0f} CPU-seconds" + (f", written to {output}" if output else ""))
-
-
-if __name__ == "__main__":
-    with command("gru_ppo.py"):
-        app(prog_name="gru_ppo.py")

@@ -1,0 +1,98 @@
+"""`grind train`: an agent for a program of one's own, whose file then advises, evaluates and plays."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import grind_env
+from grind_env.envs.job.loading import load_simulation
+from grind_env.policies.evaluation import Evaluation
+from grind_env.policies.judging import Judgement
+from grind_env.policies.learned.saved import load_policy
+from grind_env.training.command import _verdict
+from tests.command import Grind
+
+EXAMPLES = Path(grind_env.__file__).parent / "examples"
+QUICK = ("--steps", 100, "--episodes", 2)
+
+
+@pytest.fixture
+def part(tmp_path: Path) -> Path:
+    """A program with its job."""
+    for suffix in (".nc", ".toml"):
+        (tmp_path / f"part{suffix}").write_bytes((EXAMPLES / f"plate_g82{suffix}").read_bytes())
+    return tmp_path / "part.nc"
+
+
+def test_a_program_has_an_agent_beside_it_that_advises_and_is_judged(grind: Grind, part: Path, tmp_path: Path):
+    status, said, told = grind("train", part, "--parts", 3, *QUICK)
+    agent = part.with_suffix(".safetensors")
+    assert (status, told) == (0, "")
+    first, *judged = said.splitlines()
+    assert re.fullmatch(rf"{agent}: trained for 100 steps in \d+ CPU-seconds", first)
+    assert [line.partition(" ")[0] for line in judged[::2]][:2] == ["ppo_gru", "guarded:look_ahead"]
+    # what it says of the agent is what `grind evaluate` says of its file
+    words = ("--program", part, "--parts", 3, "--plant", "public", "--seeds", "validation", "--episodes", 2)
+    assert grind("evaluate", *words, "--policy", agent)[1].splitlines() == judged[:2]
+    readings = tmp_path / "readings.csv"
+    readings.write_text("mean_power\n2600\n")
+    advised = grind("advise", part, "--parts", 3, "--policy", agent, "--measurements", readings)
+    assert advised[0] == 0 and "E" in advised[1]
+    # an agent of three parts is none of thirty, and the sentence says what to do
+    assert "with as many parts, or train another agent" in grind("advise", part, "--policy", agent)[2]
+
+
+def test_parts_are_those_of_advice(grind: Grind, part: Path):
+    assert grind("train", part, *QUICK)[0] == 0
+    model = load_simulation(str(part), None, 30, 1.0, "measured")
+    assert load_policy(part.with_suffix(".safetensors"), simulation=model).name == "ppo_gru"
+
+
+def test_a_task_has_its_agent_in_the_current_folder(grind: Grind, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+    status, said, _ = grind("train", "oracle6", "--plant", "model", *QUICK)
+    assert status == 0 and "\nscore " in said and " on " not in said
+    # an agent is replaced, and nothing else
+    assert grind("train", "oracle6", *QUICK)[0] == 0
+    (tmp_path / "oracle6.safetensors").write_text("mine")
+    status, said, told = grind("train", "oracle6", *QUICK)
+    assert (status, said) == (2, "") and "would be lost" in told
+    assert (tmp_path / "oracle6.safetensors").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--memory", "all"), "--memory is 'all', but must be one of none, stack, gru, belief, state"),
+        (("--budget", "1"), "--budget is 1, but must be a share between 0 and 1"),
+        (("--seed", "399"), "--seed is 399, but must be at most 398"),
+        (("--parts", "2"), "'oracle6' is no part program: leave out its job and its parts"),
+        (("--plant", "metre"), "there is no machine 'metre' (did you mean meter?)"),
+    ],
+)
+def test_mistakes_are_told_before_any_work(grind: Grind, tmp_path: Path, words: tuple[str, ...], said: str):
+    status, out, told = grind("train", "oracle6", *words, "-o", tmp_path / "agent.safetensors")
+    assert (status, out) == (2, "") and told.startswith(f"grind: {said}") and told.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def judged(costs: list[float]) -> Judgement:
+    """Of a run with so many $ and one good part an episode."""
+    cost = np.array(costs)
+    run = Evaluation(cost, np.ones_like(cost), np.ones_like(cost), np.ones((len(cost), 1)), np.ones((len(cost), 1)))
+    return Judgement("other", "measurements", "part", "validation", "all", run, None, False)
+
+
+def test_better_is_what_is_better_on_the_same_episodes_beyond_chance():
+    hard, easy = [8.0, 1.0] * 20, [4.0, 0.5] * 20
+    assert _verdict(judged(easy), judged(hard)) == "a good part costs 50 % less than by other (50 to 50)"
+    for found in (hard, [20.0, *easy[1:-1], 150.0]):
+        assert "not known to be better than other" in _verdict(judged(found), judged(hard))
+    # without a good part it costs what nobody can say
+    spoilt = judged(easy)
+    spoilt.evaluation.good[:] = 0.0
+    assert "not known to be better" in _verdict(spoilt, judged(hard))
+    assert "not known to be better" in _verdict(spoilt, spoilt)
+    assert "100 % less" in _verdict(judged(easy), spoilt)
