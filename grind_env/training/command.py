@@ -1,6 +1,7 @@
 """The command `grind train`: an agent for a task or a part program, judged beside what plays without training."""
 
 import re
+import sys
 import time
 from dataclasses import asdict
 from pathlib import Path
@@ -40,7 +41,7 @@ def train(
         ),
     ] = "public",
     seed: Annotated[int, typer.Option(min=0, help="Of the training.")] = 0,
-    steps: Annotated[int, typer.Option(min=1, help="Blocks to learn from.")] = 1_000_000,
+    steps: Annotated[int, typer.Option(min=10_000, help="Blocks to learn from.")] = 1_000_000,
     memory: Annotated[
         str, typer.Option(help="What it remembers or is shown: none, stack, gru, belief, state.")
     ] = "gru",
@@ -85,6 +86,9 @@ def train(
     remembers = kinds[memory]
     settings = gru_ppo.Settings(memory=remembers, steps=steps, budget=budget)
     problem = gru_ppo.shown(named if plant == MODEL.name else on(named, plant), remembers)
+    if not problem.simulation().compiled:
+        slow = f"the control executes {named.name} step by step: {steps:,} blocks may take hours"
+        print(printable(f"{slow}; fewer --steps are quicker, and learn less"), file=sys.stderr)
     begin = time.process_time()
     with progress_bar("steps", steps) as advance:
         agent, scale = gru_ppo.train(problem, settings, seed, advance)

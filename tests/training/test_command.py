@@ -1,6 +1,7 @@
 """`grind train`: an agent for a program of one's own, whose file then advises, evaluates and plays."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +12,13 @@ from grind_env.envs.job.loading import load_simulation
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.judging import Judgement
 from grind_env.policies.learned.saved import load_policy
+from grind_env.training import gru_ppo
 from grind_env.training.command import _verdict
+from grind_env.training.gru_ppo import train
 from tests.command import Grind
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
-QUICK = ("--steps", 100, "--episodes", 2)
+QUICK = ("--steps", 10_000, "--episodes", 2)
 
 
 @pytest.fixture
@@ -31,7 +34,7 @@ def test_a_program_has_an_agent_beside_it_that_advises_and_is_judged(grind: Grin
     agent = part.with_suffix(".safetensors")
     assert (status, told) == (0, "")
     first, *judged = said.splitlines()
-    assert re.fullmatch(rf"{agent}: trained for 100 steps in \d+ CPU-seconds", first)
+    assert re.fullmatch(rf"{agent}: trained for 10,000 steps in \d+ CPU-seconds", first)
     assert [line.partition(" ")[0] for line in judged[::2]][:2] == ["ppo_gru", "guarded:look_ahead"]
     # what it says of the agent is what `grind evaluate` says of its file
     words = ("--program", part, "--parts", 3, "--plant", "public", "--seeds", "validation", "--episodes", 2)
@@ -60,6 +63,17 @@ def test_a_task_has_its_agent_in_the_current_folder(grind: Grind, tmp_path: Path
     status, said, told = grind("train", "oracle6", *QUICK)
     assert (status, said) == (2, "") and "would be lost" in told
     assert (tmp_path / "oracle6.safetensors").read_text() == "mine"
+
+
+def test_a_program_that_only_the_control_can_execute_is_trained_on_and_said_to_be_slow(
+    grind: Grind, part: Path, monkeypatch: pytest.MonkeyPatch
+):
+    part.write_text(part.read_text().replace("S1910 M03", "G96 S1800 M03"))
+    few = {"steps": 8, "envs": 2, "rollout": 4, "minibatches": 1}
+    monkeypatch.setattr(gru_ppo, "train", lambda problem, settings, *given: train(problem, replace(settings, **few), 0))
+    status, said, told = grind("train", part, "--parts", 1, *QUICK)
+    assert status == 0 and "empirical_rule (sees measurements)" in said
+    assert told.startswith("the control executes part step by step: 10,000 blocks may take hours; fewer --steps")
 
 
 @pytest.mark.parametrize(
