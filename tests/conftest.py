@@ -6,7 +6,8 @@ from grind_env.shop.optimise import variation
 from tests.command import Grind
 
 # the first call of a compiled function compiles it, which no deadline should count, and a busy machine draws slowly
-settings.register_profile("default", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("long", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("default", settings.get_profile("long"), max_examples=30)
 settings.load_profile("default")
 
 

@@ -23,7 +23,8 @@ def files() -> tuple[Path, ...]:
 def attempt(seed: int) -> Tried:
     """Run a file with the cases of a seed; hypothesis prints the smallest that fails."""
     path = files()[seed % len(files())]
-    command = [sys.executable, "-m", "pytest", *OPTIONS, f"--hypothesis-seed={seed}", str(path)]
+    given = "--hypothesis-profile=long", f"--hypothesis-seed={seed}"
+    command = [sys.executable, "-m", "pytest", *OPTIONS, *given, str(path)]
     environment = {**clean(), "HYPOTHESIS_STORAGE_DIRECTORY": "/dev/null"}
     ended = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
     if ended.returncode not in (0, NOTHING):
