@@ -9,7 +9,6 @@ import re
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
-from functools import partial
 from itertools import product
 from pathlib import Path
 from statistics import mean
@@ -22,10 +21,11 @@ from agents.pool import work_on_all
 from agents.provenance import ROOT, installed, provenance
 from grind_env.envs import wrappers
 from grind_env.errors import GrindError
-from grind_env.files import read_text, write_atomically
+from grind_env.files import read_text
 from grind_env.pages.markdown import table
 from grind_env.policies.evaluation import episode_seeds
 from grind_env.policies.problem import Problem
+from grind_env.policies.tuned import write_whole
 from grind_env.targets import Own, check_own
 
 README = ROOT / "README.md"
@@ -157,7 +157,7 @@ def train(cell: Cell, request: Request, tell: Callable[[int], object]) -> Traine
     numbers = {each.name: found[each.name] for each in fields(Trained) if each.name in found}
     asked = {"task": cell.problem.name, "sees": cell.way, "seed": cell.seed, "steps": request.steps}
     done = Trained(**{**numbers, **asked})
-    write_atomically(path, partial(_write, json.dumps(asdict(done))))
+    write_whole(path, json.dumps(asdict(done)))
     tell(1)
     return done
 
@@ -228,7 +228,7 @@ def write(found: Sequence[Trained], results: Path) -> None:
     writer.writeheader()
     writer.writerows(rows)
     for name, content in ((CSV, text.getvalue()), (PAGE, page([_trained(row) for row in rows]))):
-        write_atomically(results / name, partial(_write, content))
+        write_whole(results / name, content)
 
 
 def _rows(path: Path) -> list[dict[str, str]]:
@@ -245,10 +245,6 @@ def _alike(one: Mapping[str, str], other: Mapping[str, str]) -> bool:
 def _trained(row: Mapping[str, str]) -> Trained:
     kinds = get_type_hints(Trained)
     return Trained(**{name: kind(row[name]) for name, kind in kinds.items()})
-
-
-def _write(content: str, path: Path) -> None:
-    path.write_text(content, encoding="utf-8", newline="\n")
 
 
 HEADINGS = (

@@ -7,7 +7,6 @@ import json
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, fields
-from functools import partial
 from pathlib import Path
 from statistics import mean
 from typing import NamedTuple
@@ -22,7 +21,7 @@ from grind_env.arrays import Table
 from grind_env.envs.simulation import Simulation, advance
 from grind_env.envs.tables import KindRow, Outcome
 from grind_env.errors import GrindError
-from grind_env.files import read_text, write_atomically
+from grind_env.files import read_text
 from grind_env.pages.markdown import table
 from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
 from grind_env.policies.naming import named_policy
@@ -30,6 +29,7 @@ from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.problem import Problem
 from grind_env.policies.registry import FIXED_PLANS, make_policy, policy_names
 from grind_env.policies.statistics import Interval, bootstrap
+from grind_env.policies.tuned import write_whole
 from grind_env.process.cost import NO_LIMIT, STALL
 from grind_env.targets import Own, check_own
 from grind_env.training import gru_ppo
@@ -180,8 +180,7 @@ def work(cell: Cell, request: Request, tell: Callable[[int], object]) -> Judged:
         **_interval("scrap", "scrap", scrap),
         **dict(zip(LIMITS, map(float, shares), strict=True)),
     )
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_atomically(path, partial(_write, json.dumps(asdict(done))))
+    write_whole(path, json.dumps(asdict(done)))
     tell(1)
     return done
 
@@ -237,12 +236,8 @@ def run_safety(
     writer.writeheader()
     writer.writerows(rows)
     for name, content in ((CSV, text.getvalue()), (PAGE, page(found))):
-        write_atomically(results / name, partial(_write, content))
+        write_whole(results / name, content)
     return found
-
-
-def _write(content: str, path: Path) -> None:
-    path.write_text(content, encoding="utf-8", newline="\n")
 
 
 HEADINGS = ("task", "who", "seeds", "return", "scrap %", "within budget", *(f"{name} %" for name in LIMITS))

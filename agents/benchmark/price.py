@@ -1,6 +1,5 @@
 """What a policy was made with, what it holds of the simulator, and what a decision of it costs."""
 
-import json
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,15 +11,15 @@ import numpy as np
 
 from agents.benchmark.plan import ON_BELIEF, PLAIN, Cell
 from agents.cells import fingerprint_of
+from agents.findings import keep, kept
 from agents.learning.settings import Settings
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
-from grind_env.files import read_text
 from grind_env.policies.evaluation import done, episode_seeds, start_episodes
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.registry import REFERENCE
-from grind_env.policies.tuned import read_tuned, tuned_folder, write_whole
+from grind_env.policies.tuned import read_tuned, tuned_folder
 
 EPISODES = 16
 """Validation episodes on which a decision is timed."""
@@ -77,11 +76,8 @@ def taught_with(settings: Settings, simulation: Simulation) -> tuple[int, int]:
 def price_of(policy: Policy, simulation: Simulation, path: Path) -> Price:
     """What decisions of a policy cost; what is kept in the file of the same policy and code is not measured again."""
     code = fingerprint_of(policy, simulation)
-    if path.exists() and (held := json.loads(read_text(path)))["code"] == code:
-        return Price(*held["price"])
-    price = measured(policy, simulation)
-    write_whole(path, json.dumps({"code": code, "price": price}))
-    return price
+    held = kept(path, code)
+    return Price(*(keep(path, code, measured(policy, simulation)) if held is None else held))
 
 
 def measured(policy: Policy, simulation: Simulation) -> Price:

@@ -4,7 +4,6 @@ import csv
 import io
 import re
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
 
 from rich.table import Table
@@ -12,8 +11,8 @@ from rich.table import Table
 from agents.plants.study import Cell, Found
 from agents.plants.verdicts import COLUMNS, Asked, family_rows, promises
 from agents.provenance import commit
-from grind_env.files import write_atomically
 from grind_env.pages.markdown import table
+from grind_env.policies.tuned import write_whole
 from grind_env.targets import Own, check_own
 
 CSV, PAGE = "plants.csv", "plants.md"
@@ -54,10 +53,9 @@ def rich_tables(found: Mapping[Cell, Found]) -> list[Table]:
 
 
 def write(found: Mapping[Cell, Found], folder: Path) -> None:
-    """Write plants.csv and plants.md; errors as of `write_atomically`."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """Write plants.csv and plants.md; errors as of `write_whole`."""
     for name, content in ((CSV, csv_text(found)), (PAGE, page(found))):
-        write_atomically(folder / name, partial(_write, content))
+        write_whole(folder / name, content)
 
 
 def csv_text(found: Mapping[Cell, Found]) -> str:
@@ -83,7 +81,3 @@ def page(found: Mapping[Cell, Found]) -> str:
 def _cells(asked: Asked) -> tuple[str, ...]:
     bound = f"{'at least' if asked.at_least else 'at most'} {asked.asked:g}"
     return asked.what, f"{asked.found:.3g}", bound, "yes" if asked.kept else "NO"
-
-
-def _write(content: str, path: Path) -> None:
-    path.write_text(content, encoding="utf-8", newline="\n")

@@ -2,22 +2,21 @@
 
 import ast
 import hashlib
-import json
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
 from rich.console import Console
 
 from agents.cells import RUNS, bare
+from agents.findings import keep, kept
 from agents.plants.machines import Machine
 from agents.pool import work_on_all
 from agents.provenance import ROOT
 from grind_env.errors import GrindError
-from grind_env.files import read_text, write_atomically
 
 QUESTIONS = {"calibrate": "calibrating", "optimise": "optimising", "advise": "advising", "robust": "robust"}
 """With the module of `agents.plants` that answers it."""
@@ -68,13 +67,11 @@ class Request:
 def find(cell: Cell, request: Request, advance: Callable[[int], object]) -> Found:
     """What is found in a cell, which is kept with the code that found it."""
     path = request.runs / cell.files[0]
-    if (kept := _kept(cell, path)) is not None:
-        return kept
+    if (held := kept(path, code(cell))) is not None:
+        return dict(held)
     before = time.process_time()
     found = dict(_answer(cell, request)) | {"cpu_seconds": time.process_time() - before}
-    path.parent.mkdir(parents=True, exist_ok=True)
-    text = json.dumps({"code": code(cell), "found": found})
-    write_atomically(path, partial(_write, text))
+    keep(path, code(cell), found)
     advance(1)
     return found
 
@@ -97,13 +94,6 @@ def _answer(cell: Cell, request: Request) -> Found:
 
         shifts = advise_on(cell.machine)
     return {f"{who}_{what}": value for who, shift in shifts.items() for what, value in shift.numbers().items()}
-
-
-def _kept(cell: Cell, path: Path) -> Found | None:
-    if not path.exists():
-        return None
-    held = json.loads(read_text(path))
-    return dict(held["found"]) if held["code"] == code(cell) else None
 
 
 def code(cell: Cell) -> str:
@@ -164,14 +154,10 @@ def run_study(
         GrindError: a cell failed.
     """
     cells = [Cell(question, machine) for question in questions for machine in machines]
-    waiting = [cell for cell in cells if _kept(cell, runs / cell.files[0]) is None]
+    waiting = [cell for cell in cells if kept(runs / cell.files[0], code(cell)) is None]
     hours = sum(HOURS[cell.question] for cell in waiting)
     console.print(f"{len(cells)} cells, {len(waiting)} of them to be worked on: about {hours:.1f} core-hours")
     found, failed = work_on_all(cells, Request(runs=runs), jobs, console, find)
     if failed:
         raise GrindError(f"{len(failed)} of {len(cells)} cells failed: {next(iter(failed.values()))}")
     return dict(zip(cells, found, strict=True))
-
-
-def _write(content: str, path: Path) -> None:
-    path.write_text(content, encoding="utf-8", newline="\n")

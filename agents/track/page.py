@@ -5,7 +5,6 @@ import io
 import math
 import re
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +12,10 @@ import numpy as np
 from agents.provenance import provenance
 from agents.track.running import EPISODES
 from agents.track.scores import Found, Scored, scored
-from grind_env.files import write_atomically
 from grind_env.pages.markdown import table
 from grind_env.policies.evaluation import SEEDS
 from grind_env.policies.statistics import Interval
+from grind_env.policies.tuned import write_whole
 from grind_env.targets import Own, check_own
 
 CSV, PAGE = "track.csv", "track.md"
@@ -58,11 +57,10 @@ def check_results(folder: Path) -> None:
 
 
 def write(found: Found, folder: Path) -> str:
-    """Write track.csv and track.md, which is given back; errors as of `write_atomically`."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """Write track.csv and track.md, which is given back; errors as of `write_whole`."""
     shown = page(scored(found))
     for name, content in ((CSV, csv_text(found)), (PAGE, shown)):
-        write_atomically(folder / name, partial(Path.write_text, data=content, encoding="utf-8", newline="\n"))
+        write_whole(folder / name, content)
     return shown
 
 

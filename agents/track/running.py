@@ -1,22 +1,21 @@
 """The cells of the track: what is tuned on a machine, and a run of an adapter on it; both are kept."""
 
 import hashlib
-import json
 import re
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from agents.cells import RUNS, behaviour, sources
+from agents.findings import keep, kept
 from agents.track.adapter import Adapter
 from agents.track.adapters import made
 from agents.track.floor import Floor
 from agents.track.knowing import KNOWING, Known, tune_on
 from grind_env.errors import GrindError
-from grind_env.files import read_text, write_atomically
 from grind_env.plants import Plant
 from grind_env.policies.held import model_of, on
 from grind_env.policies.judging import check_policy
@@ -102,18 +101,15 @@ def find(cell: Cell, request: Request, advance: Advance) -> dict[str, Any]:
     Raises:
         GrindError: there is no such adapter, or its policies see more than measurements.
     """
-    if (held := kept(cell, request)) is not None:
-        return held
+    if (held := found_before(cell, request)) is not None:
+        return dict(held)
     path = request.runs / cell.files[0]
     path.parent.mkdir(parents=True, exist_ok=True)
     if cell.adapter == TUNING:
         found: Mapping[str, Any] = tune_on(on(cell.problem, cell.plant), path.with_suffix(".db"))
     else:
         found = asdict(_run(cell, request, advance))
-    text = json.dumps({"code": code(cell), "found": found})
-    write_atomically(path, partial(Path.write_text, data=text, encoding="utf-8"))
-    # as it is read the next time
-    return dict(json.loads(text)["found"])
+    return dict(keep(path, code(cell), found))
 
 
 def _run(cell: Cell, request: Request, advance: Advance) -> Run:
@@ -149,11 +145,9 @@ def _checked(policy: Policy, knows: bool) -> Policy:
     return policy
 
 
-def kept(cell: Cell, request: Request) -> dict[str, Any] | None:
-    """What the same code has found in a cell before."""
-    path = request.runs / cell.files[0]
-    held: dict[str, Any] = json.loads(read_text(path)) if path.exists() else {}
-    return held["found"] if held.get("code") == code(cell) else None
+def found_before(cell: Cell, request: Request) -> Any:
+    """What the same code has found in a cell before; None if there is nothing of it."""
+    return kept(request.runs / cell.files[0], code(cell))
 
 
 def code(cell: Cell) -> str:

@@ -8,7 +8,7 @@ from rich.console import Console
 from agents.pool import work_on_all
 from agents.track.adapters import BLOCKS, HEADLINE, WIDE, made
 from agents.track.knowing import ANCHORS, KNOWING
-from agents.track.running import TUNING, Cell, Request, Run, find, kept, tuning_of
+from agents.track.running import TUNING, Cell, Request, Run, find, found_before, tuning_of
 from grind_env.errors import GrindError, quoted
 from grind_env.plants import find_plants
 from grind_env.policies.problem import Problem, find_problem
@@ -95,7 +95,7 @@ def run_track(cells: Sequence[Cell], *, jobs: int, console: Console, request: Re
         GrindError: a cell failed.
     """
     tunings = list(dict.fromkeys(map(tuning_of, cells)))
-    waiting = [cell for cell in (*tunings, *cells) if kept(cell, request) is None]
+    waiting = [cell for cell in (*tunings, *cells) if found_before(cell, request) is None]
     hours = sum(map(seconds, waiting)) / 3600.0
     console.print(f"{len(cells)} runs, {len(waiting)} cells to be worked on: about {hours:.1f} core-hours at most")
     found = list[dict[str, Any]]()

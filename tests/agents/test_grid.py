@@ -327,8 +327,8 @@ def test_what_is_kept_of_a_price_is_not_measured_again(tmp_path):
     measure(cell, request)
     path = tmp_path / "slot" / "cells" / "handbook" / "price.json"
     held = json.loads(path.read_text(encoding="utf-8"))
-    path.write_text(json.dumps(held | {"price": [1, 2.0, 3.0]}), encoding="utf-8")
+    path.write_text(json.dumps(held | {"found": [1, 2.0, 3.0]}), encoding="utf-8")
     assert measure(cell, request).price == Price(1, 2.0, 3.0)
-    path.write_text(json.dumps({"code": "other", "price": [1, 2.0, 3.0]}), encoding="utf-8")
+    path.write_text(json.dumps({"code": "other", "found": [1, 2.0, 3.0]}), encoding="utf-8")
     assert measure(cell, request).price.calls == 0.0
     assert len(HEADINGS) == len(summaries([result_of(measure(cell, request))], "slot")[0].cells(ratio=True))
