@@ -22,8 +22,8 @@ def without(library: str, code: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([sys.executable, "-c", lines], capture_output=True, text=True, check=False)
 
 
-def said(name: str) -> str:
-    return f"grind_env.sb3 needs {name}: pip install '.[sb3]' in the checkout of grind_env"
+def said(name: str, what: str = "grind_env.sb3", extra: str = "sb3") -> str:
+    return f"{what} needs {name}: pip install '.[{extra}]' in the checkout of grind_env"
 
 
 def test_the_adapter_names_its_extra() -> None:
@@ -35,6 +35,12 @@ def test_the_adapter_names_its_extra() -> None:
 def test_so_does_the_command_that_reads_a_model() -> None:
     ended = without("torch", MODEL)
     assert (ended.returncode, ended.stdout, ended.stderr) == (2, "", f"grind: {said('PyTorch')}\n")
+
+
+def test_so_does_the_command_that_trains_before_it_reads_anything() -> None:
+    ended = without("torch", "from grind_env.cli import main; main(['train', 'nothing.nc'])")
+    message = said("PyTorch", "grind train", "train")
+    assert (ended.returncode, ended.stdout, ended.stderr) == (2, "", f"grind: {message}\n")
 
 
 def test_extras_are_spelt_in_one_way() -> None:
