@@ -8,6 +8,8 @@ from pathlib import Path
 
 from rich.table import Table
 
+from agents.benchmark.figures import write_figure
+from agents.plants.figure import plants_figure
 from agents.plants.study import Cell, Found
 from agents.plants.verdicts import COLUMNS, Asked, family_rows, promises
 from agents.provenance import commit
@@ -15,7 +17,7 @@ from grind_env.pages.markdown import table
 from grind_env.policies.tuned import write_whole
 from grind_env.targets import Own, check_own
 
-CSV, PAGE = "plants.csv", "plants.md"
+CSV, PAGE, PICTURE = "plants.csv", "plants.md", "figures/plants.png"
 TITLE = "# Machines that are not the model"
 SAID = """\
 `python -m agents plants`; means of the machines of a family. *Advise*: `floor` holds no model, and `trusting` is the
@@ -25,6 +27,7 @@ OWNED = {
     CSV: Own("table of `python -m agents plants`", re.compile(",".join(HEADER).encode()).match),
     PAGE: Own("page of `python -m agents plants`", re.compile(TITLE.encode()).match),
 }
+SHOWN = "What parts cost on each machine with each program, a dot each"
 ASKED = ("question", "what", "found", "asked", "kept")
 
 
@@ -54,8 +57,12 @@ def rich_tables(found: Mapping[Cell, Found]) -> list[Table]:
 
 def write(found: Mapping[Cell, Found], folder: Path) -> None:
     """Write plants.csv and plants.md; errors as of `write_whole`."""
-    for name, content in ((CSV, csv_text(found)), (PAGE, page(found))):
+    drawn = plants_figure(found)
+    for name, content in ((CSV, csv_text(found)), (PAGE, page(found, drawn=drawn is not None))):
         write_whole(folder / name, content)
+    if drawn is not None:
+        (folder / PICTURE).parent.mkdir(exist_ok=True)
+        write_figure(drawn, folder / PICTURE)
 
 
 def csv_text(found: Mapping[Cell, Found]) -> str:
@@ -69,9 +76,13 @@ def csv_text(found: Mapping[Cell, Found]) -> str:
     return text.getvalue()
 
 
-def page(found: Mapping[Cell, Found]) -> str:
-    """The tables, Markdown."""
-    parts = [TITLE, SAID]
+def page(found: Mapping[Cell, Found], *, drawn: bool) -> str:
+    """The tables, Markdown, below the figure if one is drawn."""
+    parts = [
+        TITLE,
+        SAID,
+        *([f"![{SHOWN}]({PICTURE})", f"*{SHOWN}; what lies beyond the axis stands on its end.*"] * drawn),
+    ]
     for question in dict.fromkeys(cell.question for cell in found):
         parts += [f"## {question}", table(("family", "machines", *COLUMNS[question]), family_rows(found, question))]
     parts += ["## What is asked", table(ASKED, [(question, *_cells(each)) for question, each in promises(found)])]

@@ -14,11 +14,12 @@ from agents.__main__ import main
 from agents.plants import study
 from agents.plants.advising import advised, trusting
 from agents.plants.asked import programs_of
+from agents.plants.figure import MOST, plants_figure
 from agents.plants.floor import Law, strokes_of
 from agents.plants.log import over_the_part
 from agents.plants.machines import FAMILY_NAMES, PROGRAMS, Machine, Program, machines
 from agents.plants.optimising import real
-from agents.plants.page import csv_text, page
+from agents.plants.page import csv_text, page, write
 from agents.plants.plans import plans
 from agents.plants.regression import Cuts, fitted, predicted
 from agents.plants.shift import Choice, ground
@@ -149,7 +150,7 @@ def test_the_tables_tell_what_is_asked_and_whether_it_holds(tmp_path: Path) -> N
     )
     assert all(good.values()) and not bad["scrap, worst machine, %"] and not bad["the same, worst machine"]
     found = {Cell("advise", others[0]): kept, Cell("advise", others[1]): missed}
-    assert "| soft | 1 |" in page(found) and "NO" in page(found)
+    assert "| soft | 1 |" in page(found, drawn=False) and "NO" in page(found, drawn=False)
     assert csv_text(found).count("\n") == 1 + len(kept) + len(missed)
 
 
@@ -159,6 +160,30 @@ def test_a_robust_agent_is_held_against_the_best_plan_of_each_machine() -> None:
     asked = [each for _, each in promises({cell: numbers})]
     assert [each.found for each in asked] == pytest.approx([1.1, 1.1, 3.1])
     assert [each.kept for each in asked] == [True, True, False]
+
+
+def test_the_figure_has_a_dot_for_every_machine_where_its_cost_is(tmp_path: Path) -> None:
+    soft, meter = (PLATE._replace(plant=name) for name in ("soft:1", "meter:1"))
+    found = {
+        Cell("advise", soft): {"adviser_cost": 3.0, "floor_cost": 4.0, "plan_cost": 2.0},
+        Cell("advise", meter): {"adviser_cost": 1.0, "floor_cost": 30.0, "plan_cost": 2.0},
+    }
+    figure = plants_figure(found)
+    assert figure is not None
+    (panel,) = figure.axes
+    drawn = {
+        str(line.get_label()): list(zip(*line.get_data(), strict=True))
+        for line in panel.lines
+        if len(line.get_data()[0])
+    }
+    assert [label.get_text() for label in panel.get_yticklabels()] == ["soft", "meter"]
+    assert drawn["grind advise"] == [(1.5, 0.0), (0.5, -1.0)]
+    # what lies beyond the axis stands on its end
+    assert [x for x, _ in drawn["adviser without a model"]] == [2.0, MOST]
+    assert "agent of grind train" not in drawn
+    write(found, tmp_path)
+    assert "![" in (tmp_path / "plants.md").read_text() and (tmp_path / "figures" / "plants.png").stat().st_size > 5000
+    assert plants_figure({Cell("calibrate", soft): {}}) is None
 
 
 def test_what_a_question_stands_on_is_no_other_command() -> None:
