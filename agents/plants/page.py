@@ -18,7 +18,7 @@ from grind_env.policies.tuned import write_whole
 from grind_env.targets import Own, check_own
 
 CSV, PAGE, PICTURE = "plants.csv", "plants.md", "figures/plants.png"
-TITLE = "# Machines that are not the model"
+TITLE = "# The tools on machines that are not the model"
 SAID = """\
 `python -m agents plants`; means of the machines of a family. *Advise*: `floor` holds no model, and `trusting` is the
 adviser without its guard. *Robust*: an agent trained for the program on other machines of all these families."""
