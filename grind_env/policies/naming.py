@@ -12,13 +12,11 @@ from grind_env.policies.choices import speed_bounds
 from grind_env.policies.guard import Guarded, guarded
 from grind_env.policies.learned.saved import SUFFIX, load_policy
 from grind_env.policies.policy import Policy
-from grind_env.policies.registry import make_policy
+from grind_env.policies.registry import TRAINED, make_policy
 from grind_env.policies.scripted.rules import Fixed
 
 SHIPPED = Path(__file__).with_name("shipped")
 """Folder of the trained policies that come with the package, one a task."""
-TRAINED = {"shipped": ".", "robust": "robust"}
-"""Names of these, and their folders below: trained on the model, or over public plants, one in every episode."""
 FALLBACK = "adaptive_rule"
 """Stands in where none comes with it."""
 
@@ -42,7 +40,7 @@ def named_policy(
     """The policy that a text names.
 
     Args:
-        text: one of the registry or of `TRAINED`, the file of a trained agent (.safetensors), a constant such as
+        text: one of the registry, trained or not, the file of a trained agent (.safetensors), a constant such as
             `E12D0`, or `module:name` for one's own; with `guarded:` before it, that policy with a guard.
         simulation: what it is to grind.
         configs: folder of the tuned parameters; by default that of `tuned_folder`.
@@ -81,7 +79,10 @@ def trained_file(name: str, task: str) -> Path:
     """
     path = SHIPPED / TRAINED[name] / f"{task}{SUFFIX}"
     if not path.is_file():
-        raise GrindError(f"no policy {name!r} comes with the package for {task}: name a rule, or the file of an agent")
+        raise GrindError(
+            f"no policy {name!r} comes with the package for {task}: name a rule, or the file of an agent, which "
+            "`grind train` makes"
+        )
     return path
 
 

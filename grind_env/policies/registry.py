@@ -68,6 +68,9 @@ stand in no list of policies: they are there to say what the other decision, and
 UNSCORED = ("empirical_rule", "belief_planner")
 """Named like all others, too, but in no list, because the reference scores do not have them: what others fall back to
 on a machine that is not the model, and the planner on the belief."""
+TRAINED = {"shipped": ".", "robust": "robust"}
+"""Names of the trained policies that come with the package, and their folders in that of all of them: trained on the
+model, or over public plants, one in every episode."""
 BY_BLOCK = ("belief_rule", "look_ahead", "belief_planner", "mpc")
 """Policies that think in blocks."""
 BRANCHING = ("belief_rule", "look_ahead", "belief_planner", "mpc", REFERENCE)
@@ -101,8 +104,8 @@ def check_names(simulation: Simulation, names: Sequence[str] | None) -> Sequence
     if unknown := set(names or ()) - set(known):
         name = min(unknown)
         raise ConfigError(
-            f"there is no policy {quoted(name)}{did_you_mean(name, known)} for {simulation.task.name}: choose from "
-            f"{', '.join(known)}"
+            f"there is no policy {quoted(name)}{did_you_mean(name, [*known, *TRAINED])} for {simulation.task.name}: "
+            f"choose from {', '.join(known)}"
         )
     return listed if names is None else names
 

@@ -155,6 +155,8 @@ def test_a_problem_that_is_not_there_is_told() -> None:
         evaluate("handbook", "power_unlimited")
     with pytest.raises(GrindError, match="there is no policy 'best' for power_limited: choose from"):
         evaluate("best", "power_limited")
+    with pytest.raises(GrindError, match=r"there is no policy 'robsut' \(did you mean robust\?\) for power_limited"):
+        evaluate("robsut", "power_limited")
 
 
 @pytest.mark.parametrize("name", ["wen", "grind/Wen-v0"])

@@ -17,10 +17,10 @@ from grind_env.policies import naming
 from grind_env.policies.evaluation import run_seeds
 from grind_env.policies.judging import evaluate
 from grind_env.policies.learned.saved import load_policy
-from grind_env.policies.naming import SHIPPED, TRAINED, chosen_policy, named_policy
+from grind_env.policies.naming import SHIPPED, chosen_policy, named_policy
 from grind_env.policies.play import play
 from grind_env.policies.problem import find_problem
-from grind_env.policies.registry import make_policy
+from grind_env.policies.registry import TRAINED, make_policy
 from grind_env.sb3 import load_zip
 
 PROBLEM, PLATES, SLOT = (find_problem(name) for name in ("oracle6", "power_limited", "slot"))
