@@ -153,8 +153,8 @@ def test_what_cannot_be_judged_is_told_in_a_sentence(arguments: dict[str, object
 def test_a_problem_that_is_not_there_is_told() -> None:
     with pytest.raises(GrindError, match=r"'power_unlimited' \(did you mean power_limited\?\): give one of"):
         evaluate("handbook", "power_unlimited")
-    with pytest.raises(GrindError, match="there is no policy 'best' for power_limited: choose from"):
-        evaluate("best", "power_limited")
+    with pytest.raises(GrindError, match="there is no policy 'nothing' for power_limited: choose from"):
+        evaluate("nothing", "power_limited")
     with pytest.raises(GrindError, match=r"there is no policy 'robsut' \(did you mean robust\?\) for power_limited"):
         evaluate("robsut", "power_limited")
 
