@@ -105,10 +105,10 @@ def _optimise(others: Rows, own: Rows) -> list[Asked]:
             0.0,
         ),
         Asked("calibrated: cost over the original's, worst", _most(cost / original), 1.05),
-        Asked(
-            "calibrated: of what a search with the machine as model wins, share", _mean(gain) / _mean(best), 0.5, True
-        ),
-        Asked("calibrated, machine is the model: the same", _mean(own_gain) / _mean(own_best), 0.9, True),
+        # where the program at hand scraps all parts, one machine outweighs all others
+        Asked("calibrated: of the $ that a search on the machine itself wins", _mean(gain) / _mean(best), 0.5, True),
+        Asked("the same, mean of the machines' shares", _mean(gain[best > 0.0] / best[best > 0.0]), 0.5, True),
+        Asked("calibrated, machine is the model: of the $", _mean(own_gain) / _mean(own_best), 0.9, True),
         Asked("uncalibrated: scrap, worst, %", 100.0 * _most(column(others, "uncalibrated_scrap")), 2.0),
         Asked("uncalibrated: cost over the original's, worst", _most(plain / original), 1.5),
     ]
