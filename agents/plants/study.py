@@ -22,8 +22,8 @@ QUESTIONS = {"calibrate": "calibrating", "optimise": "optimising", "advise": "ad
 """With the module of `agents.plants` that answers it."""
 DECIDING, DATA = ("agents.learning.", "agents.plants.", "grind_env."), ROOT / "grind_env" / "process"
 """Where the code lies that decides what is found, of all that such a module stands on; folder of the catalogue."""
-HOURS = {"calibrate": 0.006, "optimise": 0.02, "advise": 0.003, "robust": 0.003}
-"""That a cell of a question takes on one core, by measurement."""
+HOURS = {"calibrate": 0.005, "optimise": 0.027, "advise": 0.001, "robust": 0.002}
+"""That a cell of a question takes on one core, by measurement; trainings, of minutes, come to those of robust."""
 
 Found = Mapping[str, float]
 

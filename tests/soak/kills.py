@@ -49,6 +49,7 @@ COMMANDS = (
     "figure policy-map --episodes 2 -o out.pdf",
     "figure dress --every 2 -o out.svg",
     "agents figure learning-curves read/curve.csv -o out.svg",
+    "train oracle6 --plant model --steps 10000 --episodes 2 -o out.safetensors",
 )
 STATUSES = (0, 3)
 """3 tells that no better program was found, and none is written."""
