@@ -21,7 +21,7 @@ GAP_EPISODES = 256
 """Evaluation episodes of the table of gaps."""
 STUDY_EPISODES = 256
 """Evaluation episodes of the dress study."""
-STUDY_MACHINES = 5
+STUDY_MACHINES = 3
 """Machines of each family in the study of those that are not the model."""
 
 PICTURES = 3
