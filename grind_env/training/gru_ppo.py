@@ -53,25 +53,30 @@ class Settings:
     minibatches: int = 8
     epochs: int = 4
     learning_rate: float = 2e-3
+    """A factor on each step of the optimiser."""
     gamma: float = 0.97
+    """Factor by which a reward counts less with each step that it is ahead."""
     gae_lambda: float = 0.9
+    """Factor likewise, on what a value says of a step further ahead."""
     clip: float = 0.2
+    """By which the ratio of new to old likelihood counts at most."""
     entropy: float = 0.003
-    """It falls to 0, as the learning rate does."""
+    """Factor on the entropy; it falls to 0, as the learning rate does."""
     value: float = 0.5
+    """Factor on the error of the critic."""
     guess: float = 0.5
-    """Weight of the error of the guess of what is hidden."""
+    """Factor on the error of the guess of what is hidden."""
     alike: float = 1.0
-    """Levels of E over which what is learned of one spreads."""
+    """Number of levels of E over which what is learned of one spreads."""
     norm: float = 0.5
-    """Of the gradient, at most."""
+    """Of the gradient at most; a longer one is shortened by a factor."""
     units: int = 64
     hidden: tuple[int, ...] = (64, 64)
     split: str = "inner"
     budget: float | None = None
     """Share of the parts that may be scrap, to be kept by a multiplier; None for no constraint."""
     multiplier_rate: float = 0.5
-    """By which the multiplier, in rewards a part, grows at most with an update: one that scraps twice the budget."""
+    """Most that the multiplier grows with an update, a factor on scrap in rewards: where twice the budget is spoilt."""
 
     @property
     def signals(self) -> int:
@@ -191,7 +196,7 @@ class Seen:
         return self
 
     def take(self, observations: Array, actions: Array | None, mask: Flags) -> Array:
-        """Take in full observations of the episodes in `mask`, and show them."""
+        """Take in full observations of the episodes in `mask`, shape (N,), and show them, shape (N, features)."""
         features = self.view.features(observations[:, : self.measured], mask)
         return np.concatenate([features, observations[:, self.measured :]], axis=1)
 
