@@ -89,7 +89,7 @@ READS = (
     Read("part.nc", SWEEP, 30.0, weight=0.2),
     Read("part.nc", OPTIMISE, 60.0, weight=0.1),
     Read("part.nc", ADVISE),
-    Read("part.nc", "train part.nc --parts 2 --steps 10000 --episodes 2 -o out.safetensors", 60.0, weight=0.1),
+    Read("part.nc", "train part.nc --parts 2 --steps 10000 --episodes 2 -o out.safetensors", 240.0, weight=0.1),
     Read("O9100.nc", f"run calling.nc --job part.toml {OUT}"),
     Read("part.toml", f"run part.nc {OUT}", weight=4.0),
     Read("part.toml", "run part.nc --json", weight=2.0),
