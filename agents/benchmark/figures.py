@@ -97,7 +97,7 @@ def cost_figure(results: Sequence[Result]) -> Figure:
     for panel in panels[len(tasks) :]:
         panel.set_visible(False)
     for panel in panels[: len(tasks)]:
-        _plain(panel, "x")
+        plain(panel, "x")
         panel.tick_params(axis="x", labelsize=8)
     figure.supxlabel(f"cost per good part, % of the best fixed plan; beyond {MOST:g} % not shown", fontsize=9)
     _legend(figure, results)
@@ -122,7 +122,7 @@ def aggregate_figure(results: Sequence[Result], runs: dict[str, Runs], tasks: in
         panel.set_title(measure, fontsize=9)
         panel.set_yticks([-k for k in range(len(names))], names, fontsize=8)
         panel.tick_params(axis="x", labelsize=8)
-        _plain(panel, "x")
+        plain(panel, "x")
     figure.supxlabel(f"normalised score over {tasks} tasks, clipped at {CLIP:g}; 95 % intervals", fontsize=9)
     _legend(figure, results)
     return figure
@@ -140,7 +140,7 @@ def improvement_figure(results: Sequence[Result], runs: dict[str, Runs], tasks: 
     panel.set_xlim(-0.03, 1.03)
     panel.set_yticks([-k for k in range(len(found))], list(found), fontsize=8)
     panel.set_xlabel(f"probability that a run scores above {OVER}, mean over {tasks} tasks; 95 % intervals", fontsize=9)
-    _plain(panel, "x")
+    plain(panel, "x")
     _legend(figure, results)
     return figure
 
@@ -159,7 +159,7 @@ def profile_figure(results: Sequence[Result], runs: dict[str, Runs], tasks: int)
     panel.set_xlabel(f"normalised score, {tasks} tasks; 0: best fixed plan, 100: {REFERENCE}", fontsize=9)
     panel.set_ylabel("share of the runs above it", fontsize=9)
     panel.tick_params(labelsize=8)
-    _plain(panel, "both")
+    plain(panel, "both")
     figure.legend(*panel.get_legend_handles_labels(), loc="outside right upper", fontsize=8, frameon=False)
     return figure
 
@@ -179,7 +179,7 @@ def _dot(panel: Axes, interval: Interval, place: float, colour: str, mark: str) 
     panel.plot([interval.value], [place], mark, color=colour, ms=4.5)
 
 
-def _plain(panel: Axes, axis: str) -> None:
+def plain(panel: Axes, axis: str) -> None:
     """A faint grid and no box."""
     panel.grid(True, axis="x" if axis == "x" else "both", color="#dddddd", lw=0.6)
     panel.set_axisbelow(True)

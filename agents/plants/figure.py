@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 
-from agents.benchmark.figures import COLOURS, DPI, GREY, WIDTH
+from agents.benchmark.figures import COLOURS, DPI, GREY, WIDTH, plain
 from agents.plants.study import Cell, Found
 
 LINE, BETWEEN = 0.34, 0.22
@@ -67,9 +67,7 @@ def plants_figure(found: Mapping[Cell, Found]) -> Figure | None:
         panel.set_xticks(TICKS)
         panel.xaxis.set_major_formatter(ScalarFormatter())
         panel.xaxis.set_minor_formatter(NullFormatter())
-        panel.grid(True, axis="x", color="#dddddd", lw=0.6)
-        panel.set_axisbelow(True)
-        panel.spines[["top", "right"]].set_visible(False)
+        plain(panel, "x")
         panel.tick_params(labelsize=8)
         panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=3, columnspacing=1.2, **LEGEND)
     panels[0].set_yticks(-np.arange(len(families)), families)

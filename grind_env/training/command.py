@@ -74,28 +74,26 @@ def train(
     with needing("train", "grind train needs"):
         from grind_env.training import gru_ppo
 
-    kinds = {str(each): each for each in gru_ppo.SEEN}
-    if memory not in kinds:
-        raise GrindError(f"--memory is {quoted(memory)}, but must be one of {', '.join(kinds)}")
+    if memory not in gru_ppo.SEEN:
+        raise GrindError(f"--memory is {quoted(memory)}, but must be one of {', '.join(gru_ppo.SEEN)}")
     if budget is not None and not 0.0 < budget < 1.0:
         raise GrindError(f"--budget is {budget:g}, but must be a share between 0 and 1")
     if seed > gru_ppo.LAST_SEED:
         raise GrindError(f"--seed is {seed}, but must be at most {gru_ppo.LAST_SEED}")
     named = _problem(task, None if job is None else str(job), parts)
     path = _usual_file(task, named) if output is None else output
-    remembers = kinds[memory]
-    settings = gru_ppo.Settings(memory=remembers, steps=steps, budget=budget)
-    problem = gru_ppo.shown(named if plant == MODEL.name else on(named, plant), remembers)
+    settings = gru_ppo.Settings(memory=memory, steps=steps, budget=budget)
+    problem = gru_ppo.shown(named if plant == MODEL.name else on(named, plant), memory)
     if not problem.simulation().compiled:
         slow = f"the control executes {named.name} step by step: {steps:,} blocks may take hours"
         print(printable(f"{slow}; fewer --steps are quicker, and learn less"), file=sys.stderr)
     begin = time.process_time()
     with progress_bar("steps", steps) as advance:
         agent, scale = gru_ppo.train(problem, settings, seed, advance)
-    policy, form = gru_ppo.policy_of(agent, scale, problem, remembers), gru_ppo.form_of(remembers)
+    policy, form = gru_ppo.policy_of(agent, scale, problem, memory), gru_ppo.form_of(memory)
     beside = {"settings": asdict(settings) | {"seed": seed}}
     write_policy(path, policy.actor, model_of(problem), policy.name, form, beside)
-    print(printable(f"{path}: trained for {steps:,} steps in {time.process_time() - begin:.0f} CPU-seconds"))
+    print(printable(f"{path}: trained in {time.process_time() - begin:.0f} CPU-seconds"))
     judged = []
     with progress_bar("steps", 2 * problem.simulation().most_steps) as advance:
         for plays in (policy, _untrained(named)):

@@ -34,7 +34,7 @@ def test_a_program_has_an_agent_beside_it_that_advises_and_is_judged(grind: Grin
     agent = part.with_suffix(".safetensors")
     assert (status, told) == (0, "")
     first, *judged = said.splitlines()
-    assert re.fullmatch(rf"{agent}: trained for 10,000 steps in \d+ CPU-seconds", first)
+    assert re.fullmatch(rf"{agent}: trained in \d+ CPU-seconds", first)
     assert [line.partition(" ")[0] for line in judged[::2]][:2] == ["ppo_gru", "guarded:look_ahead"]
     # what it says of the agent is what `grind evaluate` says of its file
     words = ("--program", part, "--parts", 3, "--plant", "public", "--seeds", "validation", "--episodes", 2)
@@ -42,7 +42,7 @@ def test_a_program_has_an_agent_beside_it_that_advises_and_is_judged(grind: Grin
     readings = tmp_path / "readings.csv"
     readings.write_text("mean_power\n2600\n")
     advised = grind("advise", part, "--parts", 3, "--policy", agent, "--measurements", readings)
-    assert advised[0] == 0 and "E" in advised[1]
+    assert advised[0] == 0 and re.search(r"\bE\d{4,5}\b", advised[1])
     # an agent of three parts is none of thirty, and the sentence says what to do
     assert "with as many parts, or train another agent" in grind("advise", part, "--policy", agent)[2]
 
