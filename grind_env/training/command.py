@@ -3,14 +3,15 @@
 import re
 import sys
 import time
-from dataclasses import asdict
+from collections.abc import Sequence
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from grind_env.arguments import PROBLEM, Writes
-from grind_env.shop.commands.arguments import BATCH, JobFile
+from grind_env.shop.commands.arguments import BATCH, FirstVariables, JobFile
 
 if TYPE_CHECKING:
     from grind_env.policies.judging import Judgement
@@ -34,6 +35,7 @@ def train(
     parts: Annotated[
         int | None, typer.Option(min=1, help=f"Parts of the batch, of a part program; {BATCH} if not given.")
     ] = None,
+    variables: FirstVariables = None,
     plant: Annotated[
         str,
         typer.Option(
@@ -80,7 +82,7 @@ def train(
         raise GrindError(f"--budget is {budget:g}, but must be a share between 0 and 1")
     if seed > gru_ppo.LAST_SEED:
         raise GrindError(f"--seed is {seed}, but must be at most {gru_ppo.LAST_SEED}")
-    named = _problem(task, None if job is None else str(job), parts)
+    named = _problem(task, None if job is None else str(job), parts, variables)
     path = _usual_file(task, named) if output is None else output
     settings = gru_ppo.Settings(memory=memory, steps=steps, budget=budget)
     problem = gru_ppo.shown(named if plant == MODEL.name else on(named, plant), memory)
@@ -102,12 +104,23 @@ def train(
     print(_verdict(*judged))
 
 
-def _problem(task: str, job: str | None, parts: int | None) -> "Problem":
-    """What is named; a part program for which no number of parts is given is a batch, as for `grind advise`."""
+def _problem(task: str, job: str | None, parts: int | None, variables: Sequence[str] | None) -> "Problem":
+    """What is named; a part program for which no number of parts is given is a batch, as for `grind advise`.
+
+    Raises:
+        GrindError: there is no such problem, or what is said of a part program is said of another one.
+    """
+    from grind_env.errors import GrindError
     from grind_env.policies.problem import JOB, find_problem
 
     problem = find_problem(task, job, 1 if parts is None else parts)
-    return find_problem(task, job, BATCH) if parts is None and problem.id == JOB else problem
+    if parts is None and problem.id == JOB:
+        problem = find_problem(task, job, BATCH)
+    if not variables:
+        return problem
+    if problem.id != JOB:
+        raise GrindError(f"--set is of a part program, and {problem.name} is none: leave it out")
+    return replace(problem, arguments=(*problem.arguments, ("variables", ",".join(variables))))
 
 
 def _untrained(problem: "Problem") -> "Policy | str":

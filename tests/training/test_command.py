@@ -47,6 +47,19 @@ def test_a_program_has_an_agent_beside_it_that_advises_and_is_judged(grind: Grin
     assert "with as many parts, or train another agent" in grind("advise", part, "--policy", agent)[2]
 
 
+def test_a_program_that_counts_is_trained_for_as_it_is_advised_on(grind: Grind, part: Path, tmp_path: Path):
+    part.write_text(re.sub(r"E\d+\.?", "E#101", part.read_text(), count=1))
+    first = ("--set", "#101=15000", "--parts", 2)
+    assert grind("train", part, *first, *QUICK)[::2] == (0, "")
+    readings = tmp_path / "readings.csv"
+    readings.write_text("mean_power\n2600\n")
+    words = ("--policy", part.with_suffix(".safetensors"), "--measurements", readings)
+    assert grind("advise", part, *first, *words)[::2] == (0, "")
+    # without its variable it is no program, and a task has none
+    assert grind("train", part, "--parts", 2, *QUICK)[0] == 2
+    assert "grind: --set is of a part program" in grind("train", "oracle6", "--set", "#101=1", *QUICK)[2]
+
+
 def test_parts_are_those_of_advice(grind: Grind, part: Path):
     assert grind("train", part, *QUICK)[0] == 0
     model = load_simulation(str(part), None, 30, 1.0, "measured")
