@@ -12,9 +12,11 @@ from agents.commands.dress_study import FOLDER
 from agents.dressing.study import TABLE as STUDY
 from agents.learning.batches import PICTURE, draw
 from agents.learning.curve import Point
+from agents.plants.page import check_results as check_plants
 from agents.recipe import check_recipe
 from agents.reference.gap_table import check_gaps
 from agents.reference.scores import TABLE as SCORES
+from agents.track.page import check_results as check_track
 from grind_env import examples
 from grind_env.policies.tuned import CONFIGS, TUNED_FILE
 from grind_env.scores import FILE, REFERENCES
@@ -57,17 +59,18 @@ def test_a_file_of_somebody_is_told_before_any_work(
 
 
 def test_what_is_checked_in_is_known_for_their_own() -> None:
+    elsewhere = ("benchmark", "gaps", "plants", "recipe", "safety", "track")
     for own, paths in (
         (TUNED_FILE, CONFIGS.glob("*.toml")),
         (REFERENCES, [FILE]),
         (BENCHMARK, [RESULTS / CSV]),
         (STUDY, FOLDER.glob("*.csv")),
-        (SCORES, [path for path in RESULTS.glob("*.csv") if path.stem not in ("benchmark", "gaps", "recipe")]),
+        (SCORES, [path for path in RESULTS.glob("*.csv") if path.stem not in elsewhere]),
     ):
         found = list(paths)
         assert found and all(own.fits(path) for path in found)
-    check_gaps(RESULTS)
-    check_recipe(RESULTS)
+    for check in (check_gaps, check_plants, check_recipe, check_track):
+        check(RESULTS)
 
 
 def test_a_picture_of_batches_is_known_for_one(tmp_path: Path) -> None:
