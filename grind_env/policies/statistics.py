@@ -16,6 +16,8 @@ from grind_env.arrays import Array
 
 RESAMPLES = 4000
 COVERAGE = 0.95
+AT_ONCE = 250_000
+"""Values that are drawn at once: they stay in the cache of a processor."""
 PERFECT = 100.0
 """Score of the reference planner, from which the optimality gap is measured."""
 
@@ -121,11 +123,13 @@ def resampled_means(values: Array, *, seed: int = 0, resamples: int = RESAMPLES)
     Returns:
         Shape (resamples, k).
     """
-    n = values.shape[-1]
-    index = np.random.default_rng(seed).integers(0, n, (resamples, n))
-    counts = np.zeros((resamples, n))
-    np.add.at(counts, (np.arange(resamples)[:, None], index), 1.0)
-    return np.asarray(counts @ values.T / n)
+    rng, (k, n) = np.random.default_rng(seed), values.shape
+    means = np.empty((resamples, k))
+    for rows in np.array_split(np.arange(resamples), -(-resamples * n // AT_ONCE)):
+        index = rng.integers(0, n, (len(rows), n)) + n * np.arange(len(rows))[:, None]
+        counts = np.bincount(index.ravel(), minlength=index.size).reshape(index.shape)
+        means[rows] = counts @ values.T / n
+    return means
 
 
 def resampled_runs(scores: Array, seed: int = 0) -> Array:

@@ -143,15 +143,21 @@ class Trials:
         return np.arange(len(self.seeds)) % len(self.simulation.machines.jobs)
 
     def of_one(self, values: Array) -> Interval:
-        """What one machine comes to, of values of each lot, shape (lots,): the mean, and between which ends it lies.
+        """What one machine comes to, of values of each lot, shape (lots,); see `each_of_one`."""
+        return self.each_of_one(values[None])[0]
+
+    def each_of_one(self, values: Array) -> list[Interval]:
+        """What one machine comes to, of k quantities of each lot, shape (k, lots): means, and between which ends.
 
         Each end is passed with one minus the confidence. Of a machine that is known all that is open are its lots.
         """
-        tail, draws = 100.0 * (1.0 - self.confidence), self.by_machine(values[None])[0]
-        if draws.size == 1:
-            draws = resampled_means(values[None])[:, 0]
-        (low, high), mean = np.percentile(draws, [tail, 100.0 - tail]).tolist(), float(values.mean())
-        return Interval(mean, min(low, mean), max(high, mean))  # the mean of a few bad ones may lie beyond
+        tail, draws, means = 100.0 * (1.0 - self.confidence), self.by_machine(values), values.mean(axis=1)
+        if draws.shape[1] == 1:
+            draws = resampled_means(values).T
+        lows, highs = np.percentile(draws, [tail, 100.0 - tail], axis=1)
+        # the mean of a few bad ones may lie beyond
+        ends = (means, np.minimum(lows, means), np.maximum(highs, means))
+        return [Interval(*each) for each in np.array(ends).T.tolist()]
 
     def by_machine(self, values: Array) -> Array:
         """Means of each machine, shape (C, machines), of values of each lot, shape (C, lots)."""
@@ -415,7 +421,8 @@ def lots_of(seed: int, use: LotUse, count: int) -> tuple[tuple[int, ...], ...]:
     """
     if seed < 0:
         raise TrialsError(f"the seed is {seed}; choose --seed 0 or more")
-    return tuple((seed, int(use), k) for k in range(count))
+    number = int(use)
+    return tuple((seed, number, k) for k in range(count))
 
 
 def lots_said(count: int, what: str = "lots") -> str:

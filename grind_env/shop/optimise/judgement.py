@@ -7,7 +7,7 @@ import numpy as np
 
 from grind_env.arrays import Array
 from grind_env.machine.script.settings import D
-from grind_env.policies.statistics import Interval, bootstrap
+from grind_env.policies.statistics import Interval, percentile_interval, resampled_means
 from grind_env.process.cost import NO_LIMIT, Limits
 from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.machines import Fleet
@@ -131,29 +131,30 @@ def wishes_kept(wishes: Wishes, old: Measures, new: Measures) -> tuple[WishUse, 
 
 def paired(difference: Array) -> Interval:
     """Mean of what was found on each of some lots, with its interval: that of the mean, and not of one machine."""
-    return bootstrap(lambda values: np.asarray(values.mean(axis=-1)), difference)
+    return percentile_interval(float(difference.mean()), resampled_means(difference[None])[:, 0])
 
 
 def quantities_of(
     judged: Trials, once: Trials, once_after: Trials, old: Measures, new: Measures
 ) -> tuple[Quantity, ...]:
     """What a part comes to before and after, on the lots that were judged and with one run on the expected lot."""
+    scales = {name: 100.0 if unit == "%" else 1.0 for name, unit in QUANTITIES.items()}
+    before, after = (
+        np.array([scale * getattr(each, name)[0] for name, scale in scales.items()]) for each in (old, new)
+    )
+    shown = [judged.each_of_one(each) for each in (before, after, after - before)]
     expected = [_shown(each) for each in (once, once_after)]
-    found = []
-    for name, unit in QUANTITIES.items():
-        scale = 100.0 if unit == "%" else 1.0
-        before, after = (scale * getattr(each, name)[0] for each in (old, new))
-        found.append(
-            Quantity(
-                name=name,
-                unit=unit,
-                before=judged.of_one(before),
-                after=judged.of_one(after),
-                difference=judged.of_one(after - before),
-                expected=(scale * expected[0][name], scale * expected[1][name]),
-            )
+    return tuple(
+        Quantity(
+            name=name,
+            unit=unit,
+            before=shown[0][k],
+            after=shown[1][k],
+            difference=shown[2][k],
+            expected=(scales[name] * expected[0][name], scales[name] * expected[1][name]),
         )
-    return tuple(found)
+        for k, (name, unit) in enumerate(QUANTITIES.items())
+    )
 
 
 def _shown(once: Trials) -> dict[str, float]:

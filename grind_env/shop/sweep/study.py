@@ -329,14 +329,14 @@ class _Study:
 
     def _points(self, tables: Array, settings: Sequence[Setting], found: Measures) -> list[SweepPoint]:
         first, job = int(self.dressed.argmax()), self.trials.simulation.job
-        risked = risk(self.trials, found, self.as_it_is) / most_risk(job)
+        risked, costs = risk(self.trials, found, self.as_it_is) / most_risk(job), self.trials.each_of_one(found.cost)
         return [
             SweepPoint(
                 E=float(table[0, E]),
                 every=setting.every or 0,
                 lead=float(table[first, DRESS_FEED]) / self.turns,
                 depth=float(table[first, DRESS_DEPTH]),
-                cost=self.trials.of_one(found.cost[k]),
+                cost=costs[k],
                 seconds=float(found.seconds[k].mean()),
                 Ra=float(found.Ra[k].mean()),
                 power=float(found.power[k].mean()),
