@@ -17,7 +17,7 @@ README = ROOT / "README.md"
 BEGIN, END = "<!-- results: written by `python -m agents benchmark --report` -->", "<!-- end of results -->"
 PAGE = "agents/results/README.md"
 WITHOUT_SENSORS = ("handbook", "constant")
-AGENTS, RECIPE = 3, "ppo"
+AGENTS, RECIPE = 2, "ppo"
 """Agents in the table of the README at most, and the one of its recipe."""
 
 

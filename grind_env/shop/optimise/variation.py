@@ -129,16 +129,18 @@ class Variation(NamedTuple):
 
     def lots(self, use: LotUse, lots: int) -> int:
         """On how many the program is tried."""
-        seeds = self._lots(use, lots)
         if not self.base.simulation.job.parts:
-            return len(seeds)
-        return 1 if self.fleet is None else self.fleet.count(use, seeds)
+            return self._more(use) * lots
+        return 1 if self.fleet is None else self.fleet.count(use, self._lots(use, lots))
 
     def _lots(self, use: LotUse, lots: int) -> Sequence[tuple[int, ...]]:
-        """More of them of short batches, for what scraps one part of 200 is hardly met in few parts."""
+        return lots_of(self.seed, use, self._more(use) * lots)
+
+    def _more(self, use: LotUse) -> int:
+        """Times as many lots of short batches, for what scraps one part of 200 is hardly met in few parts."""
         more = -(-USUAL_RUNS // self.runs) if self.base.simulation.compiled else 1
         most = {LotUse.SEARCH: MOST_MORE, LotUse.COMPARISON: -(-min(more, MOST_MORE) // 2)}
-        return lots_of(self.seed, use, min(more, most.get(use, more)) * lots)
+        return min(more, most.get(use, more))
 
     @property
     def reading(self) -> float:
