@@ -134,14 +134,14 @@ def proposal_of(job: Job, *, seconds: float, seed: int, progress: Progress = lam
     if new.ratios.max() > 1.0:
         raise NotHeldError(_not_held(limits, trials, found))
     reasons = reasons_of(variation, point, measured.of(best), partial(measures_of, variation, trials))
-    good, cost, seconds = trials.each_of_one(np.concatenate([1.0 - new.scrap, new.cost, new.seconds]))
+    good, cost, duration = trials.each_of_one(np.concatenate([1.0 - new.scrap, new.cost, new.seconds]))
     return Proposal(
         job=job,
         words=words,
         reasons=reasons,
         good=good,
         cost=cost,
-        seconds=seconds,
+        seconds=duration,
         by_rules=(float(1.0 - old.scrap.mean()), float(old.cost.mean())),
         limits=limits,
         machines=len(trials.simulation.machines.jobs),
