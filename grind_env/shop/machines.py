@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from grind_env.arrays import Array
 from grind_env.machine.job import Job
 from grind_env.machine.job.uncertainty import Uncertainty
 from grind_env.machine.job.worlds import known_of, world
+from grind_env.plants import find_plant
 from grind_env.shop.trials import LotUse, Trials, lots_of
 
 MACHINES = {LotUse.SEARCH: 32, LotUse.COMPARISON: 256, LotUse.JUDGEMENT: 128, LotUse.SWEEP: 128}
@@ -56,7 +58,7 @@ class Fleet:
         """Trials on lots and on the machines of a use, other ones for each if there are enough."""
         places = [(FIRST[use] + k) % len(self.numbers) for k in range(self.count(use, seeds))]
         job, root = trials.simulation.job, self.uncertainty.root
-        machines = [world(job, self.uncertainty, root, self.seed, self.numbers[place]) for place in places]
+        machines = [_machine(job, self.uncertainty, root, self.seed, self.numbers[place]) for place in places]
         return trials.on(seeds, machines, self.uncertainty.drift)
 
 
@@ -85,7 +87,7 @@ def fleet_of(trials: Trials, seed: int, *, untried: bool, is_up: Callable[[], bo
     own = float(np.mean([good_on(trials, [job], 0.0, seed, number) for number in range(ROUNDS)]))
     seen = min(SEEN_GOOD, math.log(LEAST_BELIEVED) / math.log(own)) if 0.0 < own < 1.0 else SEEN_GOOD * own
     while len(numbers) < NEEDED and drawn < MOST_DRAWN and not (numbers and is_up()):
-        left = {k: world(job, uncertainty, root, seed, k) for k in range(drawn, drawn + AT_ONCE)}
+        left = {k: _machine(job, uncertainty, root, seed, k) for k in range(drawn, drawn + AT_ONCE)}
         chances = {k: np.random.default_rng((seed, k, 1)).random() for k in left}
         likely = dict.fromkeys(left, 1.0)
         for number in range(ROUNDS):
@@ -99,6 +101,11 @@ def fleet_of(trials: Trials, seed: int, *, untried: bool, is_up: Callable[[], bo
         numbers += left
         drawn += AT_ONCE
     return Fleet(uncertainty, seed, tuple(numbers), drawn) if len(numbers) >= LEAST else every
+
+
+def _machine(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: int) -> Job:
+    drawn = world(job, uncertainty, root, seed, number)
+    return drawn.on(find_plant(f"public:{number}")) if job.uncertainty is None else drawn
 
 
 def good_on(trials: Trials, machines: list[Job], drift: float, seed: int, number: int) -> list[float]:
