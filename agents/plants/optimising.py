@@ -2,12 +2,13 @@
 
 import tempfile
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 
 from agents.plants.log import logged
-from agents.plants.machines import Machine
+from agents.plants.machines import Machine, Program
 from agents.plants.variants import with_catalogue, write
 from grind_env.control import Programs, read_file
 from grind_env.errors import GrindError
@@ -37,7 +38,7 @@ def optimise_on(machine: Machine, seconds: float = SECONDS) -> dict[str, float]:
     found["original"], found["original_scrap"] = real(read_file(machine.program.path), truth)
     with tempfile.TemporaryDirectory() as folder:
         catalogue = calibrated(machine, Path(folder))
-        plain = _searched(machine, machine.program.job, truth, seconds)
+        plain = _judged(uncalibrated(machine.program, seconds), machine, truth)
         # whose calibration is refused goes on without
         fitted = plain if catalogue is None else _searched(machine, catalogue, truth, seconds)
     known = _searched(machine, replace(truth, uncertainty=CERTAIN), truth, seconds)
@@ -57,8 +58,17 @@ def calibrated(machine: Machine, folder: Path) -> Path | None:
     return write(folder / "job.toml", with_catalogue(files.job, folder / "machine.toml"))
 
 
+@cache
+def uncalibrated(program: Program, seconds: float) -> Optimised:
+    """What is found without a calibration, on whatever machine."""
+    return find_words(program.path, program.job, parts=PARTS, seconds=seconds)
+
+
 def _searched(machine: Machine, job: Path | Job, truth: Job, seconds: float) -> dict[str, float]:
-    found = find_words(machine.program.path, job, parts=PARTS, seconds=seconds)
+    return _judged(find_words(machine.program.path, job, parts=PARTS, seconds=seconds), machine, truth)
+
+
+def _judged(found: Optimised, machine: Machine, truth: Job) -> dict[str, float]:
     cost, scrap = real(machine.program.read(found.after), truth)
     promise = promised(found)
     return {

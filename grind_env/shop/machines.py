@@ -6,9 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from grind_env.arrays import Array
+from grind_env.kernel.random import WORD
 from grind_env.machine.job import Job
 from grind_env.machine.job.uncertainty import Uncertainty
 from grind_env.machine.job.worlds import known_of, world
+from grind_env.plants import find_plant
+from grind_env.process.process import PROCESS
 from grind_env.shop.trials import LotUse, Trials, lots_of
 
 MACHINES = {LotUse.SEARCH: 32, LotUse.COMPARISON: 256, LotUse.JUDGEMENT: 128, LotUse.SWEEP: 128}
@@ -53,10 +57,15 @@ class Fleet:
         return min(MACHINES[use], len(seeds), len(self.numbers))
 
     def under(self, trials: Trials, use: LotUse, seeds: Sequence[tuple[int, ...]]) -> Trials:
-        """Trials on lots and on the machines of a use, other ones for each if there are enough."""
+        """Trials on lots and on the machines of a use, other ones for each if there are enough.
+
+        A search tries thousands of programs: it has the laws of the model, which take a third less time. What it finds
+        is compared and judged on all that the machine may be.
+        """
         places = [(FIRST[use] + k) % len(self.numbers) for k in range(self.count(use, seeds))]
         job, root = trials.simulation.job, self.uncertainty.root
-        machines = [world(job, self.uncertainty, root, self.seed, self.numbers[place]) for place in places]
+        drawn = world if use is LotUse.SEARCH else machine
+        machines = [drawn(job, self.uncertainty, root, self.seed, self.numbers[place]) for place in places]
         return trials.on(seeds, machines, self.uncertainty.drift)
 
 
@@ -85,7 +94,7 @@ def fleet_of(trials: Trials, seed: int, *, untried: bool, is_up: Callable[[], bo
     own = float(np.mean([good_on(trials, [job], 0.0, seed, number) for number in range(ROUNDS)]))
     seen = min(SEEN_GOOD, math.log(LEAST_BELIEVED) / math.log(own)) if 0.0 < own < 1.0 else SEEN_GOOD * own
     while len(numbers) < NEEDED and drawn < MOST_DRAWN and not (numbers and is_up()):
-        left = {k: world(job, uncertainty, root, seed, k) for k in range(drawn, drawn + AT_ONCE)}
+        left = {k: machine(job, uncertainty, root, seed, k) for k in range(drawn, drawn + AT_ONCE)}
         chances = {k: np.random.default_rng((seed, k, 1)).random() for k in left}
         likely = dict.fromkeys(left, 1.0)
         for number in range(ROUNDS):
@@ -99,6 +108,17 @@ def fleet_of(trials: Trials, seed: int, *, untried: bool, is_up: Callable[[], bo
         numbers += left
         drawn += AT_ONCE
     return Fleet(uncertainty, seed, tuple(numbers), drawn) if len(numbers) >= LEAST else every
+
+
+def machine(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: int) -> Job:
+    """One of the `worlds`; without a calibration one that obeys other laws besides, those of a `public` machine.
+
+    A process of one's own is what is known of the machine, and stays.
+    """
+    drawn = world(job, uncertainty, root, seed, number)
+    if job.uncertainty is not None or job.process is not PROCESS:
+        return drawn
+    return drawn.on(find_plant("public", seed=(seed * MOST_DRAWN + number) & WORD))
 
 
 def good_on(trials: Trials, machines: list[Job], drift: float, seed: int, number: int) -> list[float]:

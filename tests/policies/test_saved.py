@@ -116,7 +116,7 @@ def test_an_agent_of_another_task_version_is_refused(version: Any, said: str, go
     assert document_of(good)["task_version"] == TASK_VERSION
     old = with_document(good, lambda document: document.update(task_version=version))
     now = f"and the tasks are now of version {TASK_VERSION}"
-    remedy = "train it anew for oracle6 with `grind train`, or with `python -m agents train --kind ppo`"
+    remedy = "train it anew for oracle6 with `grind train` or `python -m agents train`"
     refused(tmp_path, old, f"agent.safetensors is of task version {said}.*{now}: {remedy}")
     unnumbered = with_document(good, lambda document: document.pop("task_version"))
     refused(tmp_path, unnumbered, f"is of task version 1, {now}: {remedy}", simulation=SIMULATION)

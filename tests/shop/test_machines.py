@@ -14,6 +14,7 @@ from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
 from grind_env.machine.job.uncertainty import Uncertainty
 from grind_env.machine.job.worlds import known_of, worlds
+from grind_env.machine.script.settings import D, E
 from grind_env.plants import find_plant
 from grind_env.policies.statistics import Interval
 from grind_env.process.state import FORCES
@@ -37,11 +38,14 @@ def trials(name: str, job: Job, runs: int = 2) -> Trials:
     return trials_of(read_file(EXAMPLES / f"{name}.nc"), job, runs, LOTS)
 
 
+@pytest.mark.parametrize("laws", ["of the model", "public"])
 @pytest.mark.parametrize("name", ["plate_g82", "rail_g83", "keyway_g81"])
-def test_machines_side_by_side_are_ground_as_each_alone(name: str) -> None:
-    """Their parameters, first wheels and limits of temperature, to the bit."""
+def test_machines_side_by_side_are_ground_as_each_alone(name: str, laws: str) -> None:
+    """Their parameters, laws, first wheels and limits of temperature, to the bit."""
     job = load_job(EXAMPLES / f"{name}.toml")
     machines = worlds(job, known_of(job), 1, 3)
+    if laws == "public":
+        machines = tuple(each.on(find_plant(f"public:{k}")) for k, each in enumerate(machines))
     together = trials(name, job).on(LOTS, machines)
     found = together.measure(together.own[None])
     for k, machine in enumerate(machines):
@@ -160,6 +164,35 @@ def test_a_program_that_the_model_condemns_does_not_make_the_model_unlikely() ->
     job = load_job(EXAMPLES / "keyway_g81.toml")
     fleet = fleet_of(trials("keyway_g81", job, 50), 1, untried=False)
     assert fleet is not None and len(fleet.numbers) > 0.3 * fleet.drawn
+
+
+def test_other_laws_are_drawn_of_a_machine_that_is_neither_calibrated_nor_of_ones_own() -> None:
+    job = load_job(EXAMPLES / "plate_g82.toml")
+    calibrated = replace(job, uncertainty=replace(known_of(job), names=(), spread=(), correlation=()))
+    own = job.on(find_plant("foreign:1"))
+    for each, name in ((job, "public:"), (calibrated, ""), (own, "foreign:1")):
+        as_it_is = trials("plate_g82", each)
+        fleet = fleet_of(as_it_is, 1, untried=True)
+        assert fleet is not None
+        machines = fleet.under(as_it_is, LotUse.JUDGEMENT, LOTS).simulation.machines.jobs
+        assert all(machine.plant.startswith(name) and bool(machine.plant) == bool(name) for machine in machines)
+        assert len({machine.own for machine in machines}) == (len(LOTS) if each is job else 1)
+
+
+def test_what_is_dear_on_a_machine_of_other_laws_is_a_risk_without_a_calibration() -> None:
+    """On foreign:2, which is none of the public ones, what is a risk is dearer, and what is none is cheaper."""
+    path = EXAMPLES / "plate_g82.nc"
+    machine = load_job(path.with_suffix(".toml"), plant=find_plant("foreign:2"))
+    foreign = trials("plate_g82", machine, 30).on(lots_of(5, LotUse.JUDGEMENT, 32))
+    before = foreign.measure(foreign.own[None]).cost.mean()
+    for speed, every in ((17000, 2), (19500, 1)):
+        point = sweep(path, E=(speed, speed), dress_every=(every, every), parts=30).speeds[0]
+        words = foreign.own[None].copy()
+        words[..., E] *= speed / words[0, 0, E]
+        words[..., D] *= foreign.run_of_block % every == 0
+        ratio = foreign.measure(words).cost.mean() / before
+        assert (point.E, point.every, point.risk > 1.0) == (speed, every, every == 2)
+        assert ratio > 1.1 if point.risk > 1.0 else ratio < 0.97
 
 
 def test_a_known_machine_is_the_only_one() -> None:

@@ -132,8 +132,8 @@ class JobSimulation:
             job, gauge = replace(job.on(plants.first), own=()), noisy(plants.first.gauge)
         self.plants: Plants | None = None  # what the program costs, it costs on the model
         self.unread = refuse_many(programs, job)
-        self.process, self.gauge, self._start = job.process, gauge, (*job.own_at_start, *gauge.own())
-        self._heat = heat_column(joined(job.process.own, gauge.own))
+        self.gauge = gauge
+        self._remember(job)
         task = job_task(name or Path(programs.name).stem, job, spread, file)
         self.programs, self.job, self.spread = programs, job, spread
         self.barred = barred_factors(spread)
@@ -212,7 +212,13 @@ class JobSimulation:
         """The same on machines that are not quite that of the job, for `start_on`."""
         twin = copy.copy(self)
         twin.machines = machines_of(jobs, self.blocks, self.job)
+        twin._remember(jobs[0])
         return twin
+
+    def _remember(self, job: Job) -> None:
+        """Take over the process of a job, and what it and the gauge remember."""
+        self.process, self._start = job.process, (*job.own_at_start, *self.gauge.own())
+        self._heat = heat_column(joined(job.process.own, self.gauge.own))
 
     def without_wheel_changes(self) -> "JobSimulation":
         """As `Simulation.without_wheel_changes`."""
@@ -431,7 +437,7 @@ class JobSimulation:
         approach, (_, base, cooler, _) = self.script.approach, self.machines
         room = np.empty((n, base.shape[2])), np.empty(n), np.empty(n), np.empty((n, len(Drive._fields)))
         tables = *self.tables, self.kinds, base, cooler, self.shops, approach, *room
-        step = jobs_step(self.job.process, self.gauge, self._whole)
+        step = jobs_step(self.process, self.gauge, self._whole)
         step(tables, tuple(episodes.compiled_arrays()), (chosen,), active, tallies, outcomes)
         return outcomes, tallies
 
@@ -488,7 +494,7 @@ class JobSimulation:
             episodes.parts[i] = PartState(Z=machine.part.deepest, S=machine.part.stock - 0.001 * error, Rs=roughness)
         episodes.memory[active, FOUND] = before
         state = episodes.compiled_arrays()
-        settle = settle_of(self.job.process, self.gauge)
+        settle = settle_of(self.process, self.gauge)
         settle(self.kinds, self.shops, state, chosen, active, tallies, found, outcomes)
 
     def _handover(self, program: ProgramEpisode, run: BlockRun) -> float:

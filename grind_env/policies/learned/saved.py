@@ -244,8 +244,8 @@ def read_description(path: Path, text: str | None) -> Description:
         task, kind = _word(document["task"]), _word(document["kind"])
         if document.get(VERSION) != TASK_VERSION:
             raise PolicyFileError(
-                f"{path} is {of_version(document.get(VERSION))}: train it anew for {task} with `grind train`, or with"
-                f" `python -m agents train --kind {kind}`"
+                f"{path} is {of_version(document.get(VERSION))}: train it anew for {task} with `grind train` or "
+                "`python -m agents train`"
             )
         network = document["network"]
         if network["lstm"] and not FAMILIES[_one_of(tuple(FAMILIES), network["family"])].recurrent:

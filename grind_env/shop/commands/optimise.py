@@ -92,16 +92,16 @@ def optimise(
 
     The program is replayed on lots of the job ([lots]) for batches of parts, in which the wheel carries over, and on
     machines that this may be: by what its calibration leaves open ([uncertainty] in a catalogue file of the job) or,
-    where there is none, by how uncertain the catalogue is, which the first line says. They are those on which the
-    program as it is grinds good parts, unless it is --untried. The best one is judged on 256 lots or more and 128
-    machines that the search has not seen, each ground with both programs; on fewer where the control has to execute the
-    program step by step and the budget has no time for more. What one machine will come to lies in an interval with 90
-    %, of which each end holds with the --confidence of .95. It is written only if it is cheaper in the mean beyond
-    chance, if parts keep every limit, with its margin, with that --confidence, whatever their lot and machine, and if
-    it keeps the rule on risk: on 95 of 100 machines a part costs at most 1.05 times what it costs with the program as
-    it is, 1.2 times without a calibration. Only the words that change are changed in the text, and a comment at each
-    block says what it was; a block that runs several times keeps one value for all its runs, and so do blocks of
-    parts that are alike.
+    where there is none, by how uncertain the catalogue is, and with other laws, which the first line says. They are
+    those on which the program as it is grinds good parts, unless it is --untried. The best one is judged on 256 lots or
+    more and 128 machines that the search has not seen, each ground with both programs; on fewer where the control has
+    to execute the program step by step and the budget has no time for more. What one machine will come to lies in an
+    interval with 90 %, of which each end holds with the --confidence of .95. It is written only if it is cheaper in the
+    mean beyond chance, if parts keep every limit, with its margin, with that --confidence, whatever their lot and
+    machine, and if it keeps the rule on risk: on 95 of 100 machines a part costs at most 1.05 times what it costs with
+    the program as it is, 1.2 times without a calibration. Only the words that change are changed in the text, and a
+    comment at each block says what it was; a block that runs several times keeps one value for all its runs, and so do
+    blocks of parts that are alike.
 
     The interval between dresses is searched, too: a program that does not dress in every part counts parts, or the
     blocks that dress, by a # variable. A word that reads a variable, as E#101, is changed where #101 is assigned, if

@@ -41,8 +41,8 @@ def sweep(
     """What a part costs, and how near its limits are, over E and dress interval, then over lead and depth of the dress.
 
     Every point is ground on the same lots of the job ([lots]), in batches of parts in which the wheel carries over, and
-    on the same machines, drawn from what its calibration leaves open or from how uncertain the catalogue is, as of
-    optimise.
+    on the same machines, drawn from what its calibration leaves open or, with other laws, from how uncertain the
+    catalogue is, as of optimise.
     Lead and depth are swept with the best E and dress interval. Without any range E is swept from half to twice its
     value, and dress intervals from 1 to 20. A dress interval takes the place of D words and of what the program counts.
 
