@@ -111,14 +111,14 @@ def fleet_of(trials: Trials, seed: int, *, untried: bool, is_up: Callable[[], bo
 
 
 def machine(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: int) -> Job:
-    """One of the `worlds`; without a calibration one that obeys other laws besides, those of a `public` machine.
-
-    A process of one's own is what is known of the machine, and stays.
-    """
+    """One of the `worlds`; where it may obey other laws, those of a `public` machine."""
     drawn = world(job, uncertainty, root, seed, number)
-    if job.uncertainty is not None or job.process is not PROCESS:
-        return drawn
-    return drawn.on(find_plant("public", seed=(seed * MOST_DRAWN + number) & WORD))
+    return drawn.on(find_plant("public", seed=(seed * MOST_DRAWN + number) & WORD)) if other_laws(job) else drawn
+
+
+def other_laws(job: Job) -> bool:
+    """Whether the machine of a job may obey others than the model's: it is not calibrated, nor are they one's own."""
+    return job.uncertainty is None and job.process is PROCESS
 
 
 def good_on(trials: Trials, machines: list[Job], drift: float, seed: int, number: int) -> list[float]:

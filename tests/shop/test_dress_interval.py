@@ -24,7 +24,7 @@ from grind_env.shop.optimise.wishes import Wishes, wishes_of
 from grind_env.shop.sweep.study import LOTS
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 from tests.command import Grind
-from tests.shop.programs import known_job
+from tests.shop.programs import KNOWN, known_job
 
 pytestmark = pytest.mark.usefixtures("few_lots")
 
@@ -187,7 +187,8 @@ def test_a_program_that_counts_its_dresses_is_swept_and_kept_as_it_counts(tmp_pa
     program = tmp_path / "part.nc"
     variation, point = written(PLATE, 3)
     program.write_bytes(variation.with_words(point).bytes())
-    program.with_suffix(".toml").write_bytes(PLATE.with_suffix(".toml").read_bytes())
+    known = PLATE.with_suffix(".toml").read_text(encoding="utf-8") + KNOWN
+    program.with_suffix(".toml").write_text(known, encoding="utf-8")
     once_more = find_words(program, parts=6, seconds=1000.0, wishes=wishes_of(steps={"E": 5000}))
     assert once_more.verdict is Verdict.BETTER and "D#501" in once_more.after
     assert grind("sweep", program, "--dress-every", "1..3", "--parts", "6")[0] == 0

@@ -34,13 +34,15 @@ def freed_of(
     Limits for which the time is up are left out.
     """
     less = attrgetter(variation.wishes.quantity)
-    with_all, words = less(variation.measure(judged, [best]))[0], {}
+    words: dict[str, Freed] = {}
     others = [(k, name, free) for k, name in enumerate(LIMITS) if (free := without(variation.job, name)) is not None]
     needed = pace.seconds * (TO_COMPARE * COMPARED + TO_JUDGE * len(judged.seeds))
     for number, (k, name, free) in enumerate(others):
         seconds = (budget.seconds - budget.spent) / (len(others) - number)
         if seconds < needed:
             break
+        if number == 0:
+            with_all = less(variation.measure(judged, [best]))[0]
         margins = variation.margins.copy()
         margins[k] = np.inf
         other = variation.with_job(free, margins, Budget(seconds))
