@@ -20,8 +20,9 @@ from grind_env.targets import Own, check_own
 CSV, PAGE, PICTURE = "plants.csv", "plants.md", "figures/plants.png"
 TITLE = "# The tools on machines that are not the model"
 SAID = """\
-`python -m agents plants`; means of the machines of a family. *Advise*: `floor` holds no model, and `trusting` is the
-adviser without its guard. *Robust*: an agent trained for the program on other machines of all these families."""
+`python -m agents plants`; means of the machines of a family. *Optimise* without a calibration judges its words on other
+machines of all these families. *Advise*: `floor` holds no model, and `trusting` is the adviser without its guard.
+*Robust*: an agent trained for the program on other machines of all these families."""
 HEADER = ("question", "program", "plant", "what", "value", "commit")
 OWNED = {
     CSV: Own("table of `python -m agents plants`", re.compile(",".join(HEADER).encode()).match),
