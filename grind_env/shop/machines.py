@@ -59,8 +59,8 @@ class Fleet:
     def under(self, trials: Trials, use: LotUse, seeds: Sequence[tuple[int, ...]]) -> Trials:
         """Trials on lots and on the machines of a use, other ones for each if there are enough.
 
-        A search tries thousands of programs: it has the laws of the model, which take a quarter less time. What it finds
-        is compared and judged on all that the machine may be.
+        A search tries thousands of programs: it has the laws of the model, which take a quarter less time. What it
+        finds is compared and judged on all that the machine may be.
         """
         places = [(FIRST[use] + k) % len(self.numbers) for k in range(self.count(use, seeds))]
         job, root = trials.simulation.job, self.uncertainty.root
