@@ -105,12 +105,20 @@ def _optimise(others: Rows, own: Rows) -> list[Asked]:
             0.0,
         ),
         Asked("calibrated: cost over the original's, worst", _most(cost / original), 1.05),
+        Asked("calibrated: the same, mean", _mean((cost / original)[known]), 1.0),
         # where the program at hand scraps all parts, one machine outweighs all others
         Asked("calibrated: of the $ that a search on the machine itself wins", _mean(gain) / _mean(best), 0.5, True),
         Asked("the same, mean of the machines' shares", _mean(gain[best > 0.0] / best[best > 0.0]), 0.5, True),
         Asked("calibrated, machine is the model: of the $", _mean(own_gain) / _mean(own_best), 0.9, True),
         Asked("uncalibrated: scrap, worst, %", 100.0 * _most(column(others, "uncalibrated_scrap")), 2.0),
+        Asked(
+            "uncalibrated: scrap beyond 2 % or the original's, worst, %",
+            100.0 * _most(column(others, "uncalibrated_scrap") - np.maximum(scrap_before, 0.02)),
+            0.0,
+        ),
         Asked("uncalibrated: cost over the original's, worst", _most(plain / original), 1.5),
+        Asked("uncalibrated: the same, mean", _mean(plain / original), 1.0),
+        Asked("uncalibrated: machines on which it is higher by 5 %, share", _mean(plain > 1.05 * original), 0.0),
     ]
 
 
