@@ -189,6 +189,17 @@ def _interval(name: str, ends: str, found: Interval) -> dict[str, float]:
     return {name: found.value, f"{ends}_low": found.low, f"{ends}_high": found.high}
 
 
+def check_results(folder: Path) -> None:
+    """Find out whether a folder has files under the names of the tables that are none of its own.
+
+    Raises:
+        FileError: it has.
+    """
+    for name, begin in ((CSV, ",".join(each.name for each in fields(Judged))), (PAGE, TITLE)):
+        own = Own("table of `python -m agents safety`", re.compile(begin.encode()).match)
+        check_own(folder / name, own, "--results")
+
+
 def run_safety(
     problems: Sequence[Problem],
     seeds: int,
@@ -217,9 +228,7 @@ def run_safety(
         GrindError: a cell failed.
     """
     results.mkdir(parents=True, exist_ok=True)
-    for name, begin in ((CSV, ",".join(each.name for each in fields(Judged))), (PAGE, TITLE)):
-        own = Own("table of `python -m agents safety`", re.compile(begin.encode()).match)
-        check_own(results / name, own, "--results")
+    check_results(results)
     cells = [
         Cell(problem, who, seed)
         for problem in problems

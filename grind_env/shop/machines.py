@@ -117,8 +117,15 @@ def machine(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: 
 
 
 def other_laws(job: Job) -> bool:
-    """Whether the machine of a job may obey others than the model's: it is not calibrated, nor are they one's own."""
-    return job.uncertainty is None and job.process is PROCESS
+    """Whether the machine of a job may obey others than the model's: it has no calibration, no name, no own process."""
+    return job.uncertainty is None and not job.plant and job.process is PROCESS
+
+
+def compile_other_laws(once: Trials) -> None:
+    """Let what a run of a program takes on machines of other laws be compiled, where its machine may obey them."""
+    job = once.simulation.job
+    if other_laws(job) and once.simulation.compiled:
+        once.on(once.seeds, [job.on(find_plant("public", seed=0))]).measure(once.own[None])
 
 
 def good_on(trials: Trials, machines: list[Job], drift: float, seed: int, number: int) -> list[float]:

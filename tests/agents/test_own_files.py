@@ -16,6 +16,7 @@ from agents.plants.page import check_results as check_plants
 from agents.recipe import check_recipe
 from agents.reference.gap_table import check_gaps
 from agents.reference.scores import TABLE as SCORES
+from agents.safety import check_results as check_safety
 from agents.track.page import check_results as check_track
 from grind_env import examples
 from grind_env.policies.tuned import CONFIGS, TUNED_FILE
@@ -69,7 +70,7 @@ def test_what_is_checked_in_is_known_for_their_own() -> None:
     ):
         found = list(paths)
         assert found and all(own.fits(path) for path in found)
-    for check in (check_gaps, check_plants, check_recipe, check_track):
+    for check in (check_gaps, check_plants, check_recipe, check_safety, check_track):
         check(RESULTS)
 
 

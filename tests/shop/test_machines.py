@@ -3,12 +3,14 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from grind_env.cli import main
 from grind_env.control import read, read_file
+from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.job import Job, PartConditions
 from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
@@ -20,7 +22,8 @@ from grind_env.policies.statistics import Interval
 from grind_env.process.state import FORCES
 from grind_env.shop.calls import optimise, sweep
 from grind_env.shop.machines import Fleet, fleet_of
-from grind_env.shop.optimise import table
+from grind_env.shop.optimise import table, variation
+from grind_env.shop.optimise.budget import Budget
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.variation import variation_of
 from grind_env.shop.optimise.wishes import WishError, wishes_of
@@ -169,14 +172,33 @@ def test_a_program_that_the_model_condemns_does_not_make_the_model_unlikely() ->
 def test_other_laws_are_drawn_of_a_machine_that_is_neither_calibrated_nor_of_ones_own() -> None:
     job = load_job(EXAMPLES / "plate_g82.toml")
     calibrated = replace(job, uncertainty=replace(known_of(job), names=(), spread=(), correlation=()))
-    own = job.on(find_plant("foreign:1"))
-    for each, name in ((job, "public:"), (calibrated, ""), (own, "foreign:1")):
+    named = [job.on(find_plant(name)) for name in ("foreign:1", "meter:1")]  # the process of a meter is the model's
+    own = replace(job, process=find_plant("table:1").process)
+    for each, name in ((job, "public:"), (calibrated, ""), (own, ""), *((plant, plant.plant) for plant in named)):
         as_it_is = trials("plate_g82", each)
         fleet = fleet_of(as_it_is, 1, untried=True)
         assert fleet is not None
         machines = fleet.under(as_it_is, LotUse.JUDGEMENT, LOTS).simulation.machines.jobs
         assert all(machine.plant.startswith(name) and bool(machine.plant) == bool(name) for machine in machines)
         assert len({machine.own for machine in machines}) == (len(LOTS) if each is job else 1)
+
+
+def test_the_clock_of_a_search_begins_when_what_other_laws_take_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
+    ground, before = list[bool](), list[bool]()
+    step = JobSimulation.step
+
+    def seen(simulation: JobSimulation, *given: Any, **others: Any) -> Any:
+        ground.append(simulation.process is find_plant("public:1").process)
+        return step(simulation, *given, **others)
+
+    def begun(seconds: float) -> Budget:
+        before.extend(ground)
+        return Budget(seconds)
+
+    monkeypatch.setattr(JobSimulation, "step", seen)
+    monkeypatch.setattr(variation, "Budget", begun)
+    optimise(EXAMPLES / "plate_g82.nc", **FEW)
+    assert {*before} == {*ground} == {False, True}
 
 
 def test_what_is_dear_on_a_machine_of_other_laws_is_a_risk_without_a_calibration() -> None:

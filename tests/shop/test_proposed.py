@@ -87,9 +87,7 @@ def test_what_is_promised_is_what_the_written_text_comes_to(proposal: Proposal) 
     (why,) = [each.why for each in proposal.reasons if (each.word.name, each.word.place) == ("E", "N70")]
     change, other = re.findall(r"([+-][\d.]+) \$ at (\d+)", why)[0]
     text = re.sub(rf"(N70 .*)E{proposal.words.finish_feed:.0f}\.", rf"\1E{other}.", proposal.text)
-    # where wear comes in bursts the wheel that the first dress finds tells chances apart
-    near = 0.02 + 0.003 * cost
-    assert text != proposal.text and measured(text)[0] - cost == pytest.approx(float(change), abs=near)
+    assert text != proposal.text and measured(text)[0] - cost == pytest.approx(float(change), abs=0.006)
 
 
 def test_every_word_has_a_reason_in_the_program(proposal: Proposal) -> None:
@@ -175,12 +173,24 @@ def test_entries_of_a_catalogue_of_the_shop_are_used_and_copied(grind: Grind, tm
         encoding="utf-8",
     )
     folder = tmp_path / "part"
-    words = ("--wheel", "thin", "--width", "8", "--Ra", "0.8", "--tolerance", "20", "--budget", "1s")
+    words = (
+        "--wheel",
+        "thin",
+        "--width",
+        "8",
+        "--Ra",
+        "0.8",
+        "--tolerance",
+        "20",
+        "--budget",
+        "0s",
+        "--material",
+        "aisi_1045",
+    )
     assert grind("init", folder, "--catalogue", own, *words)[0] == 0
     job = load_job(folder / "part.toml")
     assert (job.setup.wheel.width, job.setup.machine.name) == (10.0, "our_grinder")
-    feeds = re.findall(r"E(\d+)\.", (folder / PROGRAM).read_text("utf-8"))
-    assert feeds and max(map(int, feeds)) <= 12000
+    assert "E12000." in (folder / PROGRAM).read_text("utf-8")
     assert (folder / "shop.toml").read_text("utf-8") == own.read_text("utf-8")
 
 

@@ -12,7 +12,7 @@ from grind_env.machine.job import Job
 
 
 class Machines(NamedTuple):
-    """M machines, each with the process of the job."""
+    """M machines of one process, which may be another one than that of the job."""
 
     jobs: tuple[Job, ...]
     base: Table

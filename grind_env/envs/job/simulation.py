@@ -209,7 +209,7 @@ class JobSimulation:
         return twin
 
     def on_machines(self, jobs: Sequence[Job]) -> "JobSimulation":
-        """The same on machines that are not quite that of the job, for `start_on`."""
+        """The same on machines of one process that are not quite that of the job, for `start_on`."""
         twin = copy.copy(self)
         twin.machines = machines_of(jobs, self.blocks, self.job)
         twin._remember(jobs[0])

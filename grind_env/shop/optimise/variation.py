@@ -16,7 +16,7 @@ from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.job import Job
 from grind_env.machine.script.repetition import FEW, is_straight
 from grind_env.shop.dress_interval import DressInterval
-from grind_env.shop.machines import Fleet, fleet_of
+from grind_env.shop.machines import Fleet, compile_other_laws, fleet_of
 from grind_env.shop.optimise.alike import together
 from grind_env.shop.optimise.budget import Budget
 from grind_env.shop.optimise.counting import Counting, counting_of
@@ -154,10 +154,12 @@ class Variation(NamedTuple):
 
     def on(self, job: Job) -> "Variation":
         """The same with the job of another machine, which is known."""
-        picks, spark_outs = self.ranges
-        lots = lots_of(self.seed, LotUse.BASE, 1)
-        base = trials_of(self.programs, job, self.runs, lots, picks=picks, spark_outs=spark_outs)
+        base = _base(self.programs, job, self.runs, self.seed, self.ranges)
         return self._replace(job=job, base=base, once=one_run(self.programs, job), fleet=None)
+
+    def around(self, programs: Programs) -> "Variation":
+        """The same around another text, whose first dress then makes the wheel that a batch begins with."""
+        return self._replace(programs=programs, base=_base(programs, self.job, self.runs, self.seed, self.ranges))
 
     @property
     def besides(self) -> bool:
@@ -372,8 +374,10 @@ def variation_of(
     Raises:
         GrindError: as `optimise`.
     """
+    # before the clock begins, for the first runs compile what has never been compiled on this machine
     once = one_run(programs, job)
-    budget = Budget(seconds)  # from here on, for the first run compiles what has never been compiled on this machine
+    compile_other_laws(once)
+    budget = Budget(seconds)
     choices = _choices(once.simulation, text, wishes, runs)
     margins = np.array([wishes.margin(name) for name in LIMITS])
     ranges = _ranges(choices)

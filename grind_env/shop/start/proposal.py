@@ -128,12 +128,12 @@ def proposal_of(job: Job, *, seconds: float, seed: int, progress: Progress = lam
     point, old = points[best], measured.of(points.index(variation.start))
     chosen = zip(variation.choices.variables, point, strict=False)
     words = replace(first, **{FIELDS[each.name, each.place]: float(each.levels[number]) for each, number in chosen})
-    written = variation.trials_of(read(program_text(job, words), PROGRAM), LotUse.JUDGEMENT, JUDGED)
+    written = variation.around(read(program_text(job, words), PROGRAM)).trials(LotUse.JUDGEMENT, JUDGED)
     new = written.measure(written.own[None], handover=False)
     limits = limits_of(variation, old, new, {})
     if new.ratios.max() > 1.0:
         raise NotHeldError(_not_held(limits, trials, found))
-    reasons = reasons_of(variation, point, measured.of(best), partial(measures_of, variation, trials))
+    reasons = reasons_of(variation, point, new, partial(measures_of, variation, written))
     good, cost, duration = trials.each_of_one(np.concatenate([1.0 - new.scrap, new.cost, new.seconds]))
     return Proposal(
         job=job,
