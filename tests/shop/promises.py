@@ -20,7 +20,7 @@ from grind_env.machine.job.file import load_job
 from grind_env.machine.job.worlds import known_of, worlds
 from grind_env.plants import find_plant
 from grind_env.shop.calls import optimise
-from grind_env.shop.optimise.outcome import Optimised, Verdict
+from grind_env.shop.optimise.outcome import Optimised
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 from tests.shop.programs import EXAMPLES
 
@@ -84,7 +84,7 @@ def kept(found: Optimised, job: Job, plant: str) -> Kept:
     trials = [trials_of(read(text, found.program), job, found.parts, lots) for text in (found.before, found.after)]
     old, new = (each.measure(each.own[None]) for each in trials)
     cost = found.quantity("cost")
-    promised = cost.after if found.verdict is Verdict.BETTER else cost.before
+    promised = cost.after if found.verdict.is_written else cost.before
     return Kept(
         plant=plant,
         program=found.program,

@@ -122,6 +122,30 @@ def test_a_program_that_is_not_better_is_not_written(tmp_path: Path, capsys: pyt
 
 
 @pytest.mark.usefixtures("few_lots")
+@pytest.mark.parametrize(("stiffness", "written"), [(2000, False), (3000, True)])
+def test_of_a_program_whose_parts_are_scrap_a_cheaper_one_is_written_though_it_does_not_keep_the_limits_either(
+    stiffness: int, written: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    job, output = known_job(tmp_path, "plate_g82"), tmp_path / "out.nc"
+    softer = f"[setup]\nmachine_overrides = {{ stiffness = {stiffness} }}\n"
+    job.write_text(job.read_text(encoding="utf-8").replace("[setup]\n", softer))
+    options = ["--vary", "E", "--bounds", "E=5000..30000", "--parts", "2", *LONG, "-o", output]
+    assert status("optimise", EXAMPLES / "plate_g82.nc", "--job", job, *options) == 4
+    told = capsys.readouterr().out
+    assert output.exists() == written
+    assert ("nearer to the limits, which it does not keep: -" in told) == written
+    if not written:
+        assert "no program keeps the limits" in told
+        return
+    lots = lots_of(5, LotUse.JUDGEMENT, 16)
+    trials = [trials_of(read_file(path), load_job(job), 2, lots) for path in (EXAMPLES / "plate_g82.nc", output)]
+    before, after = (each.measure(each.own[None]) for each in trials)
+    assert before.scrap.mean() > 0.9
+    assert after.scrap.mean() < before.scrap.mean() - 0.2
+    assert after.cost.mean() < before.cost.mean() - 5.0
+
+
+@pytest.mark.usefixtures("few_lots")
 def test_a_limit_that_forbids_all_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     output = tmp_path / "out.nc"
     options = ["--vary", "E", "--margin", "Ra=.2", "--parts", "2", *LONG, "--json", "-o", output]

@@ -113,7 +113,8 @@ def optimise(
 
     The report is written whatever was found.
 
-    Exit status 3: no better program was found, or there was no time to try one. 4: no program keeps the limits.
+    Exit status 3: no better program was found, or there was no time to try one. 4: no program keeps the limits; if the
+    one at hand does not either, a cheaper one that comes nearer is written all the same.
     """
     from grind_env.control.options import variables_of
     from grind_env.machine.job.file import job_beside, load_job
@@ -150,7 +151,7 @@ def optimise(
         confidence=confidence,
         untried=untried,
     )
-    if found.verdict is Verdict.BETTER and output is not None:
+    if found.verdict.is_written and output is not None:
         found.write(output)
     if plot is not None:
         plot_optimised(found, plot)
@@ -158,13 +159,13 @@ def optimise(
         print(json.dumps(as_data(found)))
     else:
         print_optimised(found, table_console())
-        if found.verdict is Verdict.BETTER:
+        if found.verdict.is_written:
             print("name a file with -o to have it" if output is None else f"written to {output}")
     if report is not None:
         path = job_beside(program) if job is None else job
         files = {"program": program, "job": path}
         html = optimised_report(found, load_job(path), files, interactive=interactive)
         write_page(report, html, interactive=interactive)
-    statuses = {Verdict.NOT_BETTER: NOT_BETTER, Verdict.UNTRIED: NOT_BETTER, Verdict.INFEASIBLE: INFEASIBLE}
-    if found.verdict in statuses:
-        raise typer.Exit(statuses[found.verdict])
+    if found.verdict is not Verdict.BETTER:
+        forbidden = found.verdict in (Verdict.INFEASIBLE, Verdict.NEARER)
+        raise typer.Exit(INFEASIBLE if forbidden else NOT_BETTER)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from grind_env.render.curves import BLUE, GREEN, GREY
 from grind_env.render.figures import check_format, new_figure, write_figure
 from grind_env.render.graphs import Graph, Rule, Series, draw_graph
-from grind_env.shop.optimise.outcome import Optimised, Verdict
+from grind_env.shop.optimise.outcome import Optimised
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,7 +39,7 @@ def draw_optimised(found: Optimised) -> "Figure":
 def trade(found: Optimised) -> Graph:
     """Cost of a part over its time, on the lots of the search."""
     before, chosen = found.chosen
-    after = "after" if found.verdict is Verdict.BETTER else "best one tried"
+    after = "after" if found.verdict.is_written else "best one tried"
     return Graph(
         x="time of a part, s",
         y="cost of a part, $",

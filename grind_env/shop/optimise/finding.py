@@ -158,10 +158,9 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
     verdict, reason = verdict_of(
         feasible or kept, QUANTITIES[objective], change, limits, beyond, wishes, variation.wishes.confidence, on
     )
-    if verdict is not Verdict.BETTER and search.ended_early and len(search.costs) == 1:
+    if not verdict.is_written and search.ended_early and len(search.costs) == 1:
         enough = f"try some {ENOUGH_TRIALS} with --budget {time_said(ENOUGH_TRIALS * seconds)}"
         verdict, reason = Verdict.UNTRIED, f"the first one took all the time of the search; {enough}"
-    better = verdict is Verdict.BETTER
     once = variation.once if after is before else one_run(programs, variation.job)
     quantities = quantities_of(before, variation.once, once, old, new)
     return Optimised(
@@ -186,8 +185,8 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
             *not_freed([name for name in LIMITS if sought and name not in freed and without(variation.job, name)]),
         ),
         before=variation.text.text,
-        after=text.text if better else variation.text.text,
-        data=text.bytes() if better else variation.text.bytes(),
+        after=text.text if verdict.is_written else variation.text.text,
+        data=text.bytes() if verdict.is_written else variation.text.bytes(),
         parts=variation.runs,
         lots=before.lots,
         seed=variation.seed,

@@ -81,6 +81,13 @@ def verdict_of(
     stay = f"{parts_said(confidence)} stay below"
     worst = limits[int(beyond.argmax())]
     missed = max((each for each in wishes if not each.kept), key=lambda each: each.after / each.most, default=None)
+    one = change.one
+    said = f"{one.value:+.3f} {unit} a part ({one.low:+.3f} to {one.high:+.3f})"
+    if beyond.max() > 0.0 and missed is None and change.is_better and _nearer(limits):
+        return Verdict.NEARER, (
+            f"{said} on {on}, the same for both; {stay} {100.0 * worst.after:.0f} % of the limit of {worst.name}, and "
+            f"{100.0 * worst.before:.0f} % with the program as it is"
+        )
     if not feasible and (beyond.max() > 0.0 or missed is None):
         return Verdict.INFEASIBLE, (
             f"the limit of {worst.name} forbids all programs tried: with the nearest one {stay} "
@@ -100,8 +107,6 @@ def verdict_of(
         return Verdict.NOT_BETTER, (
             f"the best one takes {missed.after:.4g} {missed.unit} a part on {on}, and {missed.most:g} is asked"
         )
-    one = change.one
-    said = f"{one.value:+.3f} {unit} a part ({one.low:+.3f} to {one.high:+.3f})"
     gained = [each for each in wishes if each.before > each.most]
     if gained:
         told = ", ".join(f"{each.before:.4g} to {each.after:.4g} {each.unit} a part" for each in gained)
@@ -114,6 +119,13 @@ def verdict_of(
             f"machines {100.0 * change.risk - 100.0:.0f} % more or worse"
         )
     return Verdict.BETTER, f"{said} on {on}, the same for both"
+
+
+def _nearer(limits: Sequence[LimitUse]) -> bool:
+    """Whether the words of before are beyond a limit, and these are so no further beyond any."""
+    return any(each.before > 1.0 for each in limits) and all(
+        each.after <= max(each.margin, each.before) for each in limits
+    )
 
 
 def parts_said(confidence: float) -> str:

@@ -17,9 +17,15 @@ class Verdict(Enum):
     """Whether there is a better program."""
 
     BETTER = "better"
+    NEARER = "nearer to the limits, which it does not keep"
     NOT_BETTER = "no better program found"
     INFEASIBLE = "no program keeps the limits"
     UNTRIED = "too few programs were tried"
+
+    @property
+    def is_written(self) -> bool:
+        """Whether a program takes the place of the one at hand."""
+        return self in (Verdict.BETTER, Verdict.NEARER)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -228,13 +234,13 @@ class Optimised:
         return next(each for each in self.quantities if each.name == name)
 
     def write(self, path: str | Path) -> None:
-        """Write the better program, as `grind optimise -o`.
+        """Write the program that was found, as `grind optimise -o`.
 
         Raises:
-            GrindError: no better program was found.
+            GrindError: none takes the place of the one at hand.
             FileError: the folder does not exist or cannot be written to.
         """
-        if self.verdict is not Verdict.BETTER:
+        if not self.verdict.is_written:
             raise GrindError(f"{self.program} is not written to {path}: {self.reason}")
         write_atomically(Path(path), lambda temporary: temporary.write_bytes(self.data))
 

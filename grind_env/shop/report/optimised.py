@@ -48,6 +48,7 @@ if TYPE_CHECKING:
 
 LEVELS: Mapping[Verdict, Level] = {
     Verdict.BETTER: "good",
+    Verdict.NEARER: "poor",
     Verdict.NOT_BETTER: "poor",
     Verdict.UNTRIED: "poor",
     Verdict.INFEASIBLE: "bad",
@@ -71,7 +72,7 @@ def optimised_report(found: Optimised, job: Job, files: Mapping[str, Path], *, i
     Raises:
         MissingExtra: as of `page`.
     """
-    after = "after" if found.verdict is Verdict.BETTER else "best one tried"
+    after = "after" if found.verdict.is_written else "best one tried"
     sections = [
         Section("Verdict", [paragraph(f"{heading(found)}."), _verdict(found)]),
         Section("Before and after", [_quantities(found, after)]),
@@ -206,7 +207,7 @@ def _program(found: Optimised) -> "list[Markup]":
         Line(str(place + 1), _cut(text), [notes[place]] if place in notes else [])
         for place, text in enumerate(new[:MOST_LINES])
     ]
-    state = "The new program:" if found.verdict is Verdict.BETTER else "The program, which stays as it is:"
+    state = "The new program:" if found.verdict.is_written else "The program, which stays as it is:"
     hidden = len(new) - len(lines)
     return [paragraph(state), listing(lines), *([paragraph(f"{hidden} more lines are not shown.")] if hidden else [])]
 
