@@ -17,6 +17,7 @@ from typing import Any, NamedTuple, get_type_hints
 from rich.console import Console
 
 from agents.cells import RESULTS, RUNS, behaviour, sources
+from agents.own import check_tables
 from agents.pool import work_on_all
 from agents.provenance import ROOT, installed, provenance
 from grind_env.envs import wrappers
@@ -26,7 +27,6 @@ from grind_env.pages.markdown import table
 from grind_env.policies.evaluation import episode_seeds
 from grind_env.policies.problem import Problem
 from grind_env.policies.tuned import write_whole
-from grind_env.targets import Own, check_own
 
 README = ROOT / "README.md"
 BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
@@ -39,6 +39,7 @@ EPISODES = 128
 LIBRARIES = ("gymnasium", "numpy", "stable_baselines3", "torch")
 CSV, PAGE = "recipe.csv", "recipe.md"
 TITLE = "# The recipe of the README"
+BEGINS = {CSV: "task,sees,seed,steps,", PAGE: TITLE}
 
 
 class Cell(NamedTuple):
@@ -169,17 +170,6 @@ def fingerprint(text: str, problem: Problem) -> str:
     return hashlib.sha256("\0".join(map(str, parts)).encode()).hexdigest()[:12]
 
 
-def check_recipe(folder: Path) -> None:
-    """Find out whether a folder has files under the names of the tables that are none of its own.
-
-    Raises:
-        FileError: it has.
-    """
-    for name, begin in ((CSV, "task,sees,seed,steps,"), (PAGE, TITLE)):
-        own = Own("table of `python -m agents recipe`", re.compile(begin.encode()).match)
-        check_own(folder / name, own, "--results")
-
-
 def run_recipe(
     problems: Sequence[Problem],
     seeds: int,
@@ -207,7 +197,7 @@ def run_recipe(
     """
     request = Request(recipe(read_text(README)), steps, runs.absolute() / "recipe")
     results.mkdir(parents=True, exist_ok=True)
-    check_recipe(results)
+    check_tables(results, "recipe", BEGINS)
     cells = [Cell(problem, way, seed) for problem in problems for way in WAYS for seed in range(seeds)]
     found, failed = work_on_all(cells, request, jobs, console, train)
     if failed:

@@ -15,6 +15,7 @@ import numpy as np
 from rich.console import Console
 
 from agents.cells import RESULTS, RUNS, behaviour, sources
+from agents.own import check_tables
 from agents.pool import work_on_all
 from agents.provenance import installed, provenance
 from grind_env.arrays import Table
@@ -31,7 +32,6 @@ from grind_env.policies.registry import FIXED_PLANS, make_policy, policy_names
 from grind_env.policies.statistics import Interval, bootstrap
 from grind_env.policies.tuned import write_whole
 from grind_env.process.cost import NO_LIMIT, STALL
-from grind_env.targets import Own, check_own
 from grind_env.training import gru_ppo
 from grind_env.training.gru_ppo import Settings, policy_of
 
@@ -102,6 +102,9 @@ class Judged:
     size: float
     Ra: float
     burn: float
+
+
+BEGINS = {CSV: ",".join(each.name for each in fields(Judged)), PAGE: TITLE}
 
 
 def budget_of(problem: Problem) -> float:
@@ -189,17 +192,6 @@ def _interval(name: str, ends: str, found: Interval) -> dict[str, float]:
     return {name: found.value, f"{ends}_low": found.low, f"{ends}_high": found.high}
 
 
-def check_results(folder: Path) -> None:
-    """Find out whether a folder has files under the names of the tables that are none of its own.
-
-    Raises:
-        FileError: it has.
-    """
-    for name, begin in ((CSV, ",".join(each.name for each in fields(Judged))), (PAGE, TITLE)):
-        own = Own("table of `python -m agents safety`", re.compile(begin.encode()).match)
-        check_own(folder / name, own, "--results")
-
-
 def run_safety(
     problems: Sequence[Problem],
     seeds: int,
@@ -228,7 +220,7 @@ def run_safety(
         GrindError: a cell failed.
     """
     results.mkdir(parents=True, exist_ok=True)
-    check_results(results)
+    check_tables(results, "safety", BEGINS)
     cells = [
         Cell(problem, who, seed)
         for problem in problems

@@ -39,14 +39,15 @@ def gaps(
     The fixed plan is the best one without sensors. The planner knows the state of the wheel; hindsight knows what is to
     come, too.
     """
-    from agents.reference.gap_table import check_gaps, rich_tables, write_gaps
+    from agents.own import check_tables
+    from agents.reference.gap_table import BEGINS, rich_tables, write_gaps
     from agents.reference.gaps import measure_gaps
     from agents.reference.scores import scored_problems
 
     console = table_console()
     problems = [find_problem(name) for name in dict.fromkeys(task)] if task else scored_problems()
     results = results or (runs if task else RESULTS)
-    check_gaps(results)
+    check_tables(results, "gaps", BEGINS)
     found = measure_gaps(problems, episodes=episodes, runs=runs, configs=configs, jobs=jobs, console=console)
     write_gaps(found, episodes, results)
     for each in rich_tables(found):

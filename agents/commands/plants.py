@@ -53,9 +53,10 @@ def plants(
     The two families `bursts` and `graded` were kept out of all tuning of the package. What the same code has found
     before is kept: interrupted, the same command goes on.
     """
+    from agents.own import check_tables
     from agents.plants.asked import programs_of
     from agents.plants.machines import FAMILY_NAMES, machines
-    from agents.plants.page import check_results, rich_tables, write
+    from agents.plants.page import BEGINS, rich_tables, write
     from agents.plants.study import QUESTIONS, run_study
 
     console = table_console()
@@ -63,7 +64,7 @@ def plants(
     programs = programs_of(program, job)
     whole = not (family or program or question) and seeds == STUDY_MACHINES
     folder = results or (RESULTS if whole else runs)
-    check_results(folder)
+    check_tables(folder, "plants", BEGINS)
     found = run_study(machines(families, seeds, programs), questions, jobs=jobs, console=console, runs=runs)
     for each in rich_tables(found):
         console.print(each)

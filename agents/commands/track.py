@@ -52,13 +52,14 @@ def track(
     same code has found before is kept: interrupted, the same command goes on.
     """
     from agents.commands.interrupted import going_on
-    from agents.track.page import check_results, write
+    from agents.own import check_tables
+    from agents.track.page import BEGINS, write
     from agents.track.running import Request
     from agents.track.study import TASK, asked_for, run_track
 
     console = table_console()
     folder = results or (runs if task != TASK or machines or adapters or blocks else RESULTS)
-    check_results(folder)
+    check_tables(folder, "track", BEGINS)
     cells = asked_for(task, machines or [], adapters or [], blocks, seeds, wide=wide)
     with going_on():
         found = run_track(cells, jobs=jobs, console=console, request=Request(runs=runs))

@@ -2,7 +2,6 @@
 
 import csv
 import io
-import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -15,7 +14,6 @@ from agents.plants.verdicts import COLUMNS, Asked, family_rows, promises
 from agents.provenance import commit
 from grind_env.pages.markdown import table
 from grind_env.policies.tuned import write_whole
-from grind_env.targets import Own, check_own
 
 CSV, PAGE, PICTURE = "plants.csv", "plants.md", "figures/plants.png"
 TITLE = "# The tools on machines that are not the model"
@@ -24,22 +22,9 @@ SAID = """\
 machines of all these families. *Advise*: `floor` holds no model, and `trusting` is the adviser without its guard.
 *Robust*: an agent trained for the program on other machines of all these families."""
 HEADER = ("question", "program", "plant", "what", "value", "commit")
-OWNED = {
-    CSV: Own("table of `python -m agents plants`", re.compile(",".join(HEADER).encode()).match),
-    PAGE: Own("page of `python -m agents plants`", re.compile(TITLE.encode()).match),
-}
+BEGINS = {CSV: ",".join(HEADER), PAGE: TITLE}
 SHOWN = "What parts cost on each machine with each program, a dot each"
 ASKED = ("question", "what", "found", "asked", "kept")
-
-
-def check_results(folder: Path) -> None:
-    """Find out whether a folder has files under the names of the tables that are none of its own.
-
-    Raises:
-        FileError: it has.
-    """
-    for name, own in OWNED.items():
-        check_own(folder / name, own, "--results")
 
 
 def rich_tables(found: Mapping[Cell, Found]) -> list[Table]:

@@ -1,7 +1,6 @@
 """The tables of gaps: for a terminal, as a page, and as a CSV file."""
 
 import io
-import re
 from collections.abc import Callable, Sequence
 from csv import writer
 from dataclasses import fields
@@ -18,20 +17,10 @@ from agents.reference.table import flat, spread_names
 from grind_env.policies.evaluation import episode_seeds
 from grind_env.policies.statistics import Interval
 from grind_env.policies.tuned import write_whole
-from grind_env.targets import Own, check_own
 
 TABLE, PAGE = "gaps.csv", "gaps.md"
+BEGINS = {TABLE: "task,what,policy,", PAGE: "# Gaps"}
 VERDICTS = ("promise", "held", "by", "not by")
-
-
-def check_gaps(folder: Path) -> None:
-    """Find out whether a folder has files under the names of `write_gaps` that are none of its own.
-
-    Raises:
-        FileError: it has.
-    """
-    for name, begin in ((TABLE, b"task,what,policy,"), (PAGE, b"# Gaps")):
-        check_own(folder / name, Own("table of `python -m agents gaps`", re.compile(begin).match), "--results")
 
 
 def write_gaps(tasks: Sequence[TaskGaps], episodes: int, folder: Path) -> None:

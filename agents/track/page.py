@@ -3,7 +3,6 @@
 import csv
 import io
 import math
-import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -16,16 +15,12 @@ from grind_env.pages.markdown import table
 from grind_env.policies.evaluation import SEEDS
 from grind_env.policies.statistics import Interval
 from grind_env.policies.tuned import write_whole
-from grind_env.targets import Own, check_own
 
 CSV, PAGE = "track.csv", "track.md"
 TITLE = "# The track plants"
 COLUMNS = ("task", "plant", "adapter", "seed", "blocks", "cost", "scrap", "spent", "learning_scrap", "cpu_seconds")
 """Of the CSV: $ an episode and share of scrap where it is judged, and $ and bad parts of the blocks before."""
-OWNED = {
-    CSV: Own("table of `python -m agents track`", re.compile(",".join(COLUMNS).encode()).match),
-    PAGE: Own("page of `python -m agents track`", re.compile(TITLE.encode()).match),
-}
+BEGINS = {CSV: ",".join(COLUMNS), PAGE: TITLE}
 HEADINGS = (
     "adapter",
     "blocks",
@@ -44,16 +39,6 @@ its state; mean over machines, and of the worst tenth of them, with 95 % (machin
 *Cost of these blocks*, on the machine before it is judged: over that of the fixed plan on the same lots. *Over the
 budget*: runs with more scrap in them than one part or 1 %, whichever is more. *Beaten after*: blocks after which all of
 them together have cost less than with the fixed plan, median of the runs."""
-
-
-def check_results(folder: Path) -> None:
-    """Find out whether a folder has files under the names of the tables that are none of its own.
-
-    Raises:
-        FileError: it has.
-    """
-    for name, own in OWNED.items():
-        check_own(folder / name, own, "--results")
 
 
 def write(found: Found, folder: Path) -> str:

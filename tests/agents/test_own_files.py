@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from agents import recipe, safety
 from agents.application import app
 from agents.benchmark.results import CSV
 from agents.benchmark.results import TABLE as BENCHMARK
@@ -12,12 +13,11 @@ from agents.commands.dress_study import FOLDER
 from agents.dressing.study import TABLE as STUDY
 from agents.learning.batches import PICTURE, draw
 from agents.learning.curve import Point
-from agents.plants.page import check_results as check_plants
-from agents.recipe import check_recipe
-from agents.reference.gap_table import check_gaps
+from agents.own import check_tables
+from agents.plants import page as plants
+from agents.reference import gap_table as gaps
 from agents.reference.scores import TABLE as SCORES
-from agents.safety import check_results as check_safety
-from agents.track.page import check_results as check_track
+from agents.track import page as track
 from grind_env import examples
 from grind_env.policies.tuned import CONFIGS, TUNED_FILE
 from grind_env.scores import FILE, REFERENCES
@@ -70,8 +70,8 @@ def test_what_is_checked_in_is_known_for_their_own() -> None:
     ):
         found = list(paths)
         assert found and all(own.fits(path) for path in found)
-    for check in (check_gaps, check_plants, check_recipe, check_safety, check_track):
-        check(RESULTS)
+    for module in (gaps, plants, recipe, safety, track):
+        check_tables(RESULTS, module.__name__, module.BEGINS)
 
 
 def test_a_picture_of_batches_is_known_for_one(tmp_path: Path) -> None:
