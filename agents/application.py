@@ -15,6 +15,7 @@ from agents.commands import (
     train,
     tune,
     video,
+    worlds,
 )
 from grind_env.arguments import Application
 
@@ -27,7 +28,7 @@ app = Application(
 )
 
 COMMANDS = (
-    *(tune, train, recipe, safety, benchmark, scores, gaps, dress_study, plants, track),
+    *(tune, train, recipe, safety, benchmark, scores, gaps, dress_study, plants, track, worlds),
     *(figure, video, dataset, clone),
 )
 for command in COMMANDS:

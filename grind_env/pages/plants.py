@@ -28,7 +28,7 @@ plant = find_plant("foreign:3+meter:7")
 ```
 
 Environments take a name as `plant` (`make`, `make_vec`, `reset(options=...)`), task and job files as a key above their
-tables, `evaluate` and the commands `run`, `play`, `optimise` and `evaluate` as an argument
+tables, `evaluate` and the commands `run`, `report`, `play`, `optimise` and `evaluate` as an argument
 ([how to](howto/evaluate.md)). A file must not name a module, the code of which would be run.
 
 A name draws the same numbers on every machine. Numbers are drawn each by itself between the ends of its range, evenly

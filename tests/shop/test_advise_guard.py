@@ -74,6 +74,7 @@ def test_a_shadow_follows_what_others_decide_and_says_from_when_on_it_was_right(
         session.run()
     assert said[0].startswith("block 1 of 12, part 1: would be E")
     lines = session.shadow.lines()
+    assert said[-len(lines) :] == lines
     assert lines[0] == "forecasts beside readings:" and "forecast" in lines[1] and "part 1: peak power" in lines[1]
     assert lines[-1].endswith("on") or lines[-1].endswith("yet")
     # without E and D in a row the words of the program hold

@@ -8,6 +8,7 @@ from grind_env.envs.job.loading import load_simulation
 from grind_env.errors import GrindError, printable, quoted
 from grind_env.files import beside
 from grind_env.machine.job.file import job_beside
+from grind_env.plants.names import MODEL
 from grind_env.policies.guard import STEP, Guarded
 from grind_env.policies.learned.saved import SUFFIX
 from grind_env.policies.problem import find_problem
@@ -55,7 +56,7 @@ def open_session(
         raise ArgumentError("--follow waits for rows of a file: name it with --measurements")
     path = job_beside(program) if job is None else job
     given = dict(find_problem(str(program), str(path), parts).arguments)
-    simulation = load_simulation(given.get("program"), given["job"], parts, 1.0, "measured", variables)
+    simulation = load_simulation(given.get("program"), given["job"], parts, 1.0, "measured", variables, MODEL.name)
     for sentence in simulation.unread:
         _tell(sentence)
     chosen = policy_for(policy, simulation, step)

@@ -126,13 +126,14 @@ class Forecaster:
 
 
 def sentences(seen: Forecast, *, weighed: bool = True) -> list[str]:
-    """A forecast as sentences; `weighed` says whether what a dress saves by it is what the advice rests on."""
+    """A forecast as sentences; `weighed` says whether it is what the advice rests on, and the model not in doubt."""
     relative = seen.dullness / REFERENCE_AREA
     state = "sharp" if relative < SHARP else "dull" if relative > DULL else "neither sharp nor dull"
     slow, fast = (seen.growth * np.exp(sign * seen.growth_spread) for sign in (-1.0, 1.0))
     dulling = f"{seen.growth:.1f} times as fast as usual ({slow:.1f} to {fast:.1f})"
+    by = "" if weighed else "by the model, which is in doubt, "
     said = [
-        f"the wheel is believed {state}: wear flats {100.0 * seen.dullness:.2f} % of it, "
+        f"{by}the wheel is believed {state}: wear flats {100.0 * seen.dullness:.2f} % of it, "
         f"+/- {100.0 * seen.dullness_spread:.2f}; it dulls {dulling}",
         f"expected power {seen.power / 1000.0:.2f} kW +/- {seen.power_spread / 1000.0:.2f} at this E, "
         f"the spindle has {seen.power_limit / 1000.0:.2f} kW",

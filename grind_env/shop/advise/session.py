@@ -84,6 +84,23 @@ class Session:
         """
         if self.source.retold and not self._retold():
             return
+        try:
+            over = self._advise()
+        except KeyboardInterrupt:
+            self._compared()  # whoever looks on may stop when enough has been seen
+            raise
+        self._compared()
+        if not over:
+            return
+        further = self.source.next("") if self.source.retold and not self.source.patient else None
+        if further is not None:
+            what = f"{further.place} is of no block of this batch, which is over: nothing is read from there on"
+            self.say(json.dumps({"ignored": what}) if self.as_json else what)
+        if not self.as_json:
+            self.say(f"the batch is finished: {len(self.steps)} blocks, log in {self.files.log}")
+
+    def _advise(self) -> bool:
+        """Advise block by block; whether the batch is over, and not the readings."""
         while (advice := self.adviser.advice) is not None:
             self._show(advice)
             ends = self.adviser.simulation.blocks[advice.block].finished > 0
@@ -93,16 +110,9 @@ class Session:
                 continue
             readings = self._read(advice)
             if readings is None:
-                self._compared()
-                return
+                return False
             self._keep(advice, readings)
-        self._compared()
-        further = self.source.next("") if self.source.retold and not self.source.patient else None
-        if further is not None:
-            what = f"{further.place} is of no block of this batch, which is over: nothing is read from there on"
-            self.say(json.dumps({"ignored": what}) if self.as_json else what)
-        if not self.as_json:
-            self.say(f"the batch is finished: {len(self.steps)} blocks, log in {self.files.log}")
+        return True
 
     def _compared(self) -> None:
         """Of a shadow: forecasts beside readings."""

@@ -14,6 +14,7 @@ from grind_env.files import shown
 from grind_env.machine.job import Job
 from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
+from grind_env.plants.names import MODEL
 from grind_env.shop.calibrate.alignment import Alignment
 from grind_env.shop.calibrate.columns import read_map
 from grind_env.shop.calibrate.errors import CalibrationError
@@ -75,7 +76,7 @@ def calibrate(
         GrindError: program or job cannot be used.
     """
     said = read_map(map_file)
-    settings, programs = load_job(job), read_file(program)
+    settings, programs = load_job(job, plant=MODEL), read_file(program)
     if settings.parts:
         raise CalibrationError(
             f"{shown(job)} says how each part differs, but a calibration takes like parts; leave [[parts]] out"

@@ -20,6 +20,7 @@ from grind_env.files import shown
 from grind_env.machine.job import Job
 from grind_env.machine.job.entries import entries_of, with_entries
 from grind_env.machine.job.file import load_job
+from grind_env.plants.names import MODEL
 from grind_env.process.catalogue import Catalogue
 from grind_env.shop.calibrate.columns import Map, find_columns, names_of, read_map
 from grind_env.shop.calibrate.errors import CalibrationError
@@ -101,7 +102,7 @@ def calibrate_table(
         GrindError: the job cannot be used.
     """
     said = read_map(map_file)
-    settings = load_job(job)
+    settings = load_job(job, plant=MODEL)
     parameters = chosen_parameters(settings, names, BESIDE)
     sheet = read_sheet(table)
     columns = find_columns(sheet, "table", said)

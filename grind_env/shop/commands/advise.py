@@ -52,8 +52,8 @@ def advise(
         bool,
         typer.Option(
             "--shadow",
-            help="Look on: E and D are those of the program, or of the readings; in the end forecasts are printed "
-            "beside readings.",
+            help="Look on: E and D are those of the program, or of the readings; in the end, or when you stop "
+            "it, forecasts are printed beside readings.",
         ),
     ] = False,
     restart: Annotated[bool, typer.Option("--restart", help="Forget what the state has kept, and begin anew.")] = False,
@@ -68,7 +68,8 @@ def advise(
 
     Readings that are not as they were forecast are an alarm, in words: until forecasts hold again, it advises what has
     worked on this machine. It begins at the words of the program, and E rises step by step. A reading that cannot be,
-    such as 2.6 W for 2.6 kW, is refused with a sentence; the session goes on.
+    such as 2.6 W for 2.6 kW, is refused with a sentence and awaited anew; with --measurements it has to be
+    corrected in the file, and without --follow the session ends there, to be gone on with.
     """
     from grind_env.control.options import variables_of
     from grind_env.shop.advise.command import open_session

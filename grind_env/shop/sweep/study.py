@@ -118,6 +118,7 @@ class Sweep:
         dresses: over lead and depth, with the best E and interval of these.
         remarks: sentences on variables that were given and that nothing reads.
         calibration: as of `Optimised`.
+        plant: name of the machine, where it is not the model.
     """
 
     program: str
@@ -130,6 +131,7 @@ class Sweep:
     dresses: tuple[SweepPoint, ...]
     remarks: tuple[str, ...] = ()
     calibration: str | None = None
+    plant: str = ""
 
     @property
     def best(self) -> SweepPoint:
@@ -257,6 +259,7 @@ def sweep(
         dresses=tuple(dresses),
         remarks=trials.simulation.unread,
         calibration=None if held.uncertainty is None else held.uncertainty.source,
+        plant=held.plant,
     )
 
 

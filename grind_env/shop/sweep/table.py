@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from grind_env.errors import printable
 from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.sweep.study import RISK, Sweep, SweepPoint, cheapest
 from grind_env.shop.trials import lots_said
@@ -74,6 +75,8 @@ def print_sweep(found: Sweep, console: "Console") -> None:
 def sentences(found: Sweep) -> list[str]:
     """What is best, and how flat the valley is."""
     best, said = found.best, list(found.remarks)
+    if found.plant:
+        said.append(f"ground on {printable(found.plant)}, a machine that is not the model")
     if found.calibration is None:
         said.append("not calibrated: costs and limits are those of machines that the catalogue allows")
     if any(point.every for point in found.speeds):
@@ -111,6 +114,7 @@ def as_data(found: Sweep) -> dict[str, Any]:
         "program": found.program,
         "parts": found.parts,
         "lots": found.lots,
+        **({"plant": found.plant} if found.plant else {}),
         "calibration": found.calibration,
         "most_risk": found.most_risk,
         "counted": found.counted,
