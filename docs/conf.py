@@ -79,7 +79,7 @@ myst_heading_anchors = 4
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
 
-# Notebooks come executed from `make notebooks`; how-to pages are executed here, so that no output is retyped.
+# Notebooks come with the outputs that are checked in; how-to pages are executed here, so that no output is retyped.
 nb_ipywidgets_js = {}
 nb_execution_mode = "force"
 nb_execution_excludepatterns = ["tutorials/*.ipynb"]

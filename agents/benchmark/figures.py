@@ -23,8 +23,9 @@ WIDTH = 9.0
 DPI = 110
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-"""Of Okabe and Ito: told apart with any colour vision. With other dashes they begin anew."""
-DASHES = ("-", "--", ":", "-.")
+"""Of Okabe and Ito: told apart with any colour vision."""
+DASHES, LINE_MARKS = ("-", "--", ":", "-."), "os^DvPX"
+"""Beside them, for grey prints: of these numbers none is a multiple of the other."""
 GREY = "#8a8a8a"
 SEES = {"measurements": "#0072B2", "state": "#D55E00", "future": "#000000"}
 """Colours of what a policy sees."""
@@ -35,7 +36,8 @@ PROFILED = 3
 """Tasks from which on a profile says more than their scores."""
 LEAST, MOST = 40.0, 160.0
 """Ends of the axis of costs, %."""
-LEVELS = np.linspace(0.0, 100.0, 101)
+LEVELS, EACH = np.linspace(0.0, 100.0, 101), 20
+"""Of profiles, and how many of them lie between two marks of a line."""
 
 
 def write_figures(results: Sequence[Result], folder: Path) -> list[Path]:
@@ -150,9 +152,20 @@ def profile_figure(results: Sequence[Result], runs: dict[str, Runs], tasks: int)
     figure = Figure(figsize=(WIDTH, 4.2), dpi=DPI, layout="constrained")
     panel = figure.subplots()
     for k, name in enumerate(profiled(results, runs)):
-        colour, dashes = COLOURS[k % len(COLOURS)], DASHES[k // len(COLOURS) % len(DASHES)]
+        colour, dashes = COLOURS[k % len(COLOURS)], DASHES[k % len(DASHES)]
         share, low, high = profile(runs[name], LEVELS)
-        panel.plot(LEVELS, share, color=colour, ls=dashes, lw=1.6, label=name, drawstyle="steps-post")
+        panel.plot(
+            LEVELS,
+            share,
+            color=colour,
+            ls=dashes,
+            lw=1.6,
+            label=name,
+            drawstyle="steps-post",
+            marker=LINE_MARKS[k % len(LINE_MARKS)],
+            markevery=(3 * k % EACH, EACH),
+            ms=4,
+        )
         panel.fill_between(LEVELS, low, high, color=colour, alpha=0.10, lw=0, step="post")
     panel.set_xlim(LEVELS[0], LEVELS[-1])
     panel.set_ylim(-0.02, 1.02)

@@ -53,7 +53,7 @@ stock; with its 95 % interval over episodes and training seeds. All policies of 
 episodes; those of fewer are compared on the ones that they share. What may be tuned on what, and what the splits are:
 [protocol](../../docs/benchmark/protocol.md). [Diagnostics](../../docs/benchmark/index.md#diagnostics) have no place
 here. Files `<task>.csv` are the reference scores of the environments (`python -m agents scores`).
-`python -m agents benchmark --grid` makes all of this page."""
+`python -m agents benchmark --grid` makes all of this page anew; the commands at its end made what is here."""
 COLUMNS = f"""\
 *Over best rule*: points more than the best scripted policy that sees the same, paired. *Model*: what of the
 simulator's equations a policy holds when it decides; none, those with nominal constants, or the exact ones.

@@ -50,8 +50,8 @@ def plants(
 ) -> None:
     """How calibration, search and adviser hold on machines that are not the model: how far off, at what cost.
 
-    The two families `bursts` and `graded` were kept out of all tuning of the package. What the same code has found
-    before is kept: interrupted, the same command goes on.
+    The two families `bursts` and `graded` were kept out of all tuning of calibration and adviser. What the same code
+    has found before is kept: interrupted, the same command goes on.
     """
     from agents.own import check_tables
     from agents.plants.asked import programs_of

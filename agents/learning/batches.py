@@ -63,10 +63,10 @@ def draw(curves: dict[str, Sequence[Point]], title: str) -> bytes:
     FigureCanvasAgg(figure)
     figure.suptitle(title)
     left, right = figure.subplots(1, 2, sharey=True)
-    for (name, points), colour in zip(curves.items(), (BLUE, ORANGE), strict=True):
+    for (name, points), colour, dashes in zip(curves.items(), (BLUE, ORANGE), ("-", "--"), strict=True):
         scores = [point.score for point in points]
-        left.plot([point.steps / 1000.0 for point in points], scores, color=colour, label=name)
-        right.plot([point.seconds for point in points], scores, color=colour)
+        left.plot([point.steps / 1000.0 for point in points], scores, color=colour, ls=dashes, label=name)
+        right.plot([point.seconds for point in points], scores, color=colour, ls=dashes)
     # what lies far below the best fixed plan is not told apart
     left.set(xlabel="thousand environment steps", ylabel="validation score", ylim=(-100.0, 100.0))
     right.set(xlabel="wall time, s")

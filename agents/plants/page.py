@@ -19,8 +19,10 @@ CSV, PAGE, PICTURE = "plants.csv", "plants.md", "figures/plants.png"
 TITLE = "# The tools on machines that are not the model"
 SAID = """\
 `python -m agents plants`; means of the machines of a family. *Optimise* without a calibration judges its words on other
-machines of all these families. *Advise*: `floor` holds no model, and `trusting` is the adviser without its guard.
-*Robust*: an agent trained for the program on other machines of all these families."""
+machines of all these families; they are the words, too, where a calibration *refused* its log (share of the machines).
+Logs have the gain and the idle power of a meter, and neither its lag nor the drift of a gauge. *Advise*: `floor` holds
+no model, and `trusting` is the adviser without its guard. *Robust*: an agent trained for the program on other machines
+of all these families."""
 HEADER = ("question", "program", "plant", "what", "value", "commit")
 BEGINS = {CSV: ",".join(HEADER), PAGE: TITLE}
 SHOWN = "What parts cost on each machine with each program, a dot each"

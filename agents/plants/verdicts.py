@@ -159,7 +159,7 @@ def _robust(others: Rows, own: Rows) -> list[Asked]:
 JUDGED = {"calibrate": _calibrate, "optimise": _optimise, "advise": _advise, "robust": _robust}
 COLUMNS = {
     "calibrate": ("error", "catalogue", "regression"),
-    "optimise": ("original", "uncalibrated_cost", "calibrated_cost", "known_cost", "calibrated_scrap"),
+    "optimise": ("original", "uncalibrated_cost", "calibrated_cost", "known_cost", "calibrated_scrap", "refused"),
     "advise": ("program_cost", "plan_cost", "floor_cost", "trusting_cost", "adviser_cost", "adviser_scrap"),
     "robust": ("plan_cost", "robust_cost", "robust_scrap"),
 }
@@ -172,7 +172,8 @@ def family_rows(found: Mapping[Cell, Found], question: str) -> list[tuple[str, .
     for family in dict.fromkeys(cell.machine.family for cell, _ in rows):
         mine = [row for row in rows if row[0].machine.family == family]
         values = [_mean(column(mine, name)) for name in COLUMNS[question]]
-        # a robust agent is trained on machines of all families
-        name = f"{family} (kept out)" if family in KEPT_OUT and question != "robust" else family
+        # a robust agent is trained, and a search without a calibration judged, on machines of all families
+        out = family in KEPT_OUT and question in ("calibrate", "advise")
+        name = f"{family} (kept out)" if out else family
         lines.append((name, f"{len(mine)}", *(f"{value:.3g}" for value in values)))
     return lines

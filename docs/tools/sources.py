@@ -1,7 +1,7 @@
 """Write the folder from which Sphinx makes the site: `python docs/tools/sources.py FOLDER`.
 
 Hand-written pages are copied from `docs/`; pages on tasks, fields, validation, plants, facts, commands and results are
-written from code and results; notebooks come with their outputs from `build/notebooks`.
+written from code and results; notebooks come with the outputs that are checked in.
 """
 
 import sys

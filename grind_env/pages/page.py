@@ -36,8 +36,8 @@ SECTIONS = (
 """Headings of a page, in their order."""
 
 OTHER_TABLES = (
-    "Tables of the benchmark are of fewer of these episodes, and of trained agents on them: a score there may differ"
-    " from this one, and lies within its interval."
+    "Tables of the benchmark are of other numbers of episodes, the first of which are these, and have trained agents"
+    " besides: a score there may differ from this one by what chance allows."
 )
 
 

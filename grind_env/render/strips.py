@@ -45,8 +45,10 @@ class Strip(NamedTuple):
 
 
 def strips_of(view: View) -> tuple[Strip, ...]:
-    """Power, temperature, Ra and table speed of the blocks ground so far."""
+    """Power, temperature and Ra of the blocks ground so far, and table speed, that of a running one as well."""
     ground, extent = view.ground, view.extent
+    # the E of a block is chosen before it runs, and its caption names it
+    speeds = [block.speed for block in ground] + ([view.instant.speed] if view.instant else [])
     low, high = 0.001 * extent.lowest_speed, 0.001 * extent.highest_speed
     return (
         _measured(
@@ -70,8 +72,8 @@ def strips_of(view: View) -> tuple[Strip, ...]:
             "table speed E",
             "m/min",
             "{:.1f}",
-            [0.001 * block.speed for block in ground],
-            [0.0] * len(ground),
+            [0.001 * speed for speed in speeds],
+            [0.0] * len(speeds),
             low if low < high else 0.0,
             high,
         ),

@@ -1,4 +1,4 @@
-"""A job that names a machine that is not the model: what grinds is that machine, what advises and fits holds the model."""
+"""A job of a machine that is not the model: what grinds is that machine, what advises and fits holds the model."""
 
 from pathlib import Path
 
