@@ -149,7 +149,7 @@ def optimise(
 
     seconds = seconds_of(budget)
     wishes = wishes_of(vary, bounds, rounding, keep, margin, objective, within, free, dress_by, confidence, untried)
-    with progress() as advance:
+    with progress(seconds) as advance:
         return find_words(
             program,
             job,

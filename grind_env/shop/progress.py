@@ -5,12 +5,22 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def progress() -> Iterator[Callable[[str, int], None]]:
-    """Show a count for each thing that is being done, if somebody looks on; `advance(what, count)` adds to it."""
-    from rich.console import Console
-    from rich.progress import Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
+def progress(seconds: float | None = None) -> Iterator[Callable[[str, int], None]]:
+    """Show a count for each thing that is being done, if somebody looks on; `advance(what, count)` adds to it.
 
-    columns = (SpinnerColumn(), TextColumn("{task.description}: {task.completed:.0f}"), TimeElapsedColumn())
+    Args:
+        seconds: that all of it may take, where that is known.
+    """
+    from rich.console import Console
+    from rich.progress import Progress, ProgressColumn, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
+
+    columns: tuple[ProgressColumn, ...] = (
+        SpinnerColumn(),
+        TextColumn("{task.description}: {task.completed:.0f}"),
+        TimeElapsedColumn(),
+    )
+    if seconds is not None:
+        columns = (*columns, TextColumn(f"of {seconds:g} s"))
     tasks: dict[str, TaskID] = {}
     console = Console(stderr=True)
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as shown:

@@ -85,9 +85,10 @@ def init(
         raise GrindError("--stations is of the example, and no program is proposed for several parts: leave it out")
     else:
         try:
-            with progress() as advance:
+            most = seconds(budget or "30s")
+            with progress(most) as advance:
                 paths, found = propose_folder(
-                    folder, asked, seconds=seconds(budget or "30s"), seed=1 if seed is None else seed, progress=advance
+                    folder, asked, seconds=most, seed=1 if seed is None else seed, progress=advance
                 )
         except NotHeldError as error:
             print(printable(f"grind: {error}"), file=sys.stderr)
