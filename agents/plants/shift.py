@@ -40,7 +40,8 @@ class Shift:
         speeds: E of each block, mm/min.
         executions: D of each block.
         power: highest load that was read in each block, over the limit above idle.
-        size: size error that was read of each part, over the tolerance.
+        gauged: size error or Ra that was read of each part, over its limit, whichever is more.
+        slowest: whether each part was finished at the slowest E with a dress: more no E and D can do.
     """
 
     cost: Array
@@ -48,7 +49,8 @@ class Shift:
     speeds: Array
     executions: Array
     power: Array
-    size: Array
+    gauged: Array
+    slowest: Array
 
     @property
     def mean_cost(self) -> float:
@@ -67,6 +69,7 @@ class Shift:
             "late": float(self.cost[EARLY:].mean()),
             "scrap": self.mean_scrap,
             "in_a_row": float(self.in_a_row),
+            "parts_in_a_row": float(self.parts_in_a_row),
             "dresses": float(self.executions.sum()),
         }
 
@@ -76,6 +79,12 @@ class Shift:
         beyond = self.power > 1.0
         return int((beyond[1:] & beyond[:-1]).sum())
 
+    @property
+    def parts_in_a_row(self) -> int:
+        """How often a part after one read beyond the limit of size or Ra was so, too, although more could be done."""
+        beyond = self.gauged > 1.0
+        return int((beyond[1:] & beyond[:-1] & ~self.slowest[1:]).sum())
+
 
 def ground(simulation: JobSimulation, decide: Decide, seed: int = LOTS) -> Shift:
     """Grind a batch, block by block."""
@@ -83,7 +92,8 @@ def ground(simulation: JobSimulation, decide: Decide, seed: int = LOTS) -> Shift
     job, blocks = simulation.job, simulation.blocks
     cost, scrap = np.zeros(simulation.parts), np.zeros(simulation.parts)
     speeds, executions, power = (np.zeros(len(blocks)) for _ in range(3))
-    size, readings = np.zeros(simulation.parts), None
+    gauged, slowest, readings = np.zeros(simulation.parts), np.zeros(simulation.parts, bool), None
+    lowest = 1000.0 * simulation.task.action.speed_ends[0]
     for number, block in enumerate(blocks):
         choice = decide(number, readings)
         outcomes, _ = simulation.step(episodes, np.array([choice.speed]), np.array([float(choice.executions)]))
@@ -92,9 +102,15 @@ def ground(simulation: JobSimulation, decide: Decide, seed: int = LOTS) -> Shift
         readings = read(simulation, episodes, number)
         speeds[number], executions[number] = choice
         power[number] = (readings.peak_power or 0.0) / job.limits.power
-        if readings.size_error is not None:
-            size[block.part] = abs(readings.size_error) / job.part.tolerance
-    return Shift(cost=cost, scrap=scrap, speeds=speeds, executions=executions, power=power, size=size)
+        slowest[block.part] = choice.speed <= lowest and choice.executions > 0
+        if readings.size_error is not None and job.part.tolerance > 0.0:
+            gauged[block.part] = abs(readings.size_error) / job.part.tolerance
+        if readings.Ra_before is not None and block.part > 0 and job.limits.roughness > 0.0:
+            # Ra comes when the next part has been ground
+            gauged[block.part - 1] = max(gauged[block.part - 1], readings.Ra_before / job.limits.roughness)
+    return Shift(
+        cost=cost, scrap=scrap, speeds=speeds, executions=executions, power=power, gauged=gauged, slowest=slowest
+    )
 
 
 def read(simulation: JobSimulation, episodes: Any, number: int) -> Readings:

@@ -142,6 +142,11 @@ def _advise(others: Rows, own: Rows) -> list[Asked]:
             _most(column(others, "adviser_in_a_row")),
             0.0,
         ),
+        Asked(
+            "parts beyond size or Ra after one that was read so, worst machine",
+            _most(column(others, "adviser_parts_in_a_row")),
+            0.0,
+        ),
         Asked("given away on the model, %", given_away("cost"), 10.0),
         Asked("the same from part 15 on, %", given_away("late"), 3.0),
     ]

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from agents import recipe, safety
+from agents import recipe, safety, worlds
 from agents.application import app
 from agents.benchmark.results import CSV
 from agents.benchmark.results import TABLE as BENCHMARK
@@ -60,7 +60,7 @@ def test_a_file_of_somebody_is_told_before_any_work(
 
 
 def test_what_is_checked_in_is_known_for_their_own() -> None:
-    elsewhere = ("benchmark", "gaps", "plants", "recipe", "safety", "track")
+    elsewhere = ("benchmark", "gaps", "plants", "recipe", "safety", "track", "worlds")
     for own, paths in (
         (TUNED_FILE, CONFIGS.glob("*.toml")),
         (REFERENCES, [FILE]),
@@ -70,7 +70,7 @@ def test_what_is_checked_in_is_known_for_their_own() -> None:
     ):
         found = list(paths)
         assert found and all(own.fits(path) for path in found)
-    for module in (gaps, plants, recipe, safety, track):
+    for module in (gaps, plants, recipe, safety, track, worlds):
         check_tables(RESULTS, module.__name__, module.BEGINS)
 
 
