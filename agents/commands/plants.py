@@ -44,7 +44,10 @@ def plants(
     runs: Annotated[Path, typer.Option(help="Folder of what is kept."), Keeps()] = RUNS,
     results: Annotated[
         Path | None,
-        typer.Option(help="Folder of plants.csv and plants.md; of some cells alone, by default that of what is kept."),
+        typer.Option(
+            help="Folder of plants.csv and plants.md, in which other questions stay; of some cells alone, by default "
+            "that of what is kept."
+        ),
         Keeps(),
     ] = None,
 ) -> None:

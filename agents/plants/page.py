@@ -9,9 +9,11 @@ from rich.table import Table
 
 from agents.benchmark.figures import write_figure
 from agents.plants.figure import plants_figure
-from agents.plants.study import Cell, Found
+from agents.plants.machines import PROGRAMS, Machine
+from agents.plants.study import QUESTIONS, Cell, Found
 from agents.plants.verdicts import COLUMNS, Asked, family_rows, promises
 from agents.provenance import commit
+from grind_env.files import read_text
 from grind_env.pages.markdown import table
 from grind_env.policies.tuned import write_whole
 
@@ -44,23 +46,43 @@ def rich_tables(found: Mapping[Cell, Found]) -> list[Table]:
 
 
 def write(found: Mapping[Cell, Found], folder: Path) -> None:
-    """Write plants.csv and plants.md; errors as of `write_whole`."""
+    """Write plants.csv and plants.md, in which answers to other questions stay; errors as of `write_whole`."""
+    questions, made_with = {cell.question for cell in found}, dict.fromkeys(found, commit())
+    others, commits = read_csv(folder / CSV)
+    answers = {cell: numbers for cell, numbers in others.items() if cell.question not in questions} | {**found}
+    found = {cell: answers[cell] for cell in sorted(answers, key=lambda cell: [*QUESTIONS].index(cell.question))}
     drawn = plants_figure(found)
-    for name, content in ((CSV, csv_text(found)), (PAGE, page(found, drawn=drawn is not None))):
+    for name, content in (
+        (CSV, csv_text(found, commits | made_with)),
+        (PAGE, page(found, drawn=drawn is not None)),
+    ):
         write_whole(folder / name, content)
     if drawn is not None:
         (folder / PICTURE).parent.mkdir(exist_ok=True)
         write_figure(drawn, folder / PICTURE)
 
 
-def csv_text(found: Mapping[Cell, Found]) -> str:
-    """What was found, a number a row."""
-    made_with, text = commit(), io.StringIO(newline="")
+def read_csv(path: Path) -> tuple[dict[Cell, Found], dict[Cell, str]]:
+    """What such a table has of the programs of the study, and the commit of each cell; nothing if there is none."""
+    if not path.exists():
+        return {}, {}
+    found, commits = dict[Cell, dict[str, float]](), dict[Cell, str]()
+    for row in csv.DictReader(io.StringIO(read_text(path))):
+        if row["program"] in PROGRAMS and row["question"] in QUESTIONS:
+            cell = Cell(row["question"], Machine(row["plant"], PROGRAMS[row["program"]]))
+            found.setdefault(cell, {})[row["what"]] = float(row["value"])
+            commits[cell] = row["commit"]
+    return {**found}, commits
+
+
+def csv_text(found: Mapping[Cell, Found], commits: Mapping[Cell, str]) -> str:
+    """What was found, a number a row, with the commit by which."""
+    text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(HEADER)
     for cell, numbers in found.items():
         of = cell.question, cell.machine.program.name, cell.machine.plant
-        writer.writerows([(*of, what, f"{value:.6g}", made_with) for what, value in numbers.items()])
+        writer.writerows([(*of, what, f"{value:.6g}", commits[cell]) for what, value in numbers.items()])
     return text.getvalue()
 
 

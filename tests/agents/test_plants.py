@@ -19,7 +19,7 @@ from agents.plants.floor import Law, strokes_of
 from agents.plants.log import over_the_part
 from agents.plants.machines import FAMILY_NAMES, PROGRAMS, Machine, Program, machines
 from agents.plants.optimising import real
-from agents.plants.page import csv_text, page, write
+from agents.plants.page import page, write
 from agents.plants.plans import plans
 from agents.plants.regression import Cuts, fitted, predicted
 from agents.plants.shift import Choice, ground
@@ -151,7 +151,15 @@ def test_the_tables_tell_what_is_asked_and_whether_it_holds(tmp_path: Path) -> N
     assert all(good.values()) and not bad["scrap, worst machine, %"] and not bad["the same, worst machine"]
     found = {Cell("advise", others[0]): kept, Cell("advise", others[1]): missed}
     assert "| soft | 1 |" in page(found, drawn=False) and "NO" in page(found, drawn=False)
-    assert csv_text(found).count("\n") == 1 + len(kept) + len(missed)
+    write(found, tmp_path)
+    rows = 1 + len(kept) + len(missed)
+    assert (tmp_path / "plants.csv").read_text().count("\n") == rows
+    # and answers to other questions stay
+    write({Cell("robust", others[0]): {"robust_cost": 1.0, "plan_cost": 1.0}}, tmp_path)
+    assert (tmp_path / "plants.csv").read_text().count("\n") == rows + 2
+    write({Cell("advise", others[0]): kept}, tmp_path)
+    assert (tmp_path / "plants.csv").read_text().count("\n") == 1 + len(kept) + 2
+    assert "## advise" in (tmp_path / "plants.md").read_text() and "## robust" in (tmp_path / "plants.md").read_text()
 
 
 def test_a_robust_agent_is_held_against_the_best_plan_of_each_machine() -> None:
