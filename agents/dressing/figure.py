@@ -16,25 +16,25 @@ from grind_env.render.plots import BLUE, GREEN, GREY, ORANGE
 
 COLOURS = {"measurements": BLUE, "state": ORANGE, "future": GREEN}
 TITLE = 10
+WIDTH = 9.0
+"""Inches: at 90 dots each, about as many as a page of the site has."""
 DEAREST = 20.0
 """Intervals that cost more than so many times the best one are left out of the picture; the table has them."""
 
 
 def dress_figure(found: Sequence[Finding], title: str) -> bytes:
-    """Draw the answers for one problem side by side, as PNG; no dresser for a program that says how it is set."""
+    """Draw the answers for one problem, as PNG as wide as a page; no dresser for a program that says how it is set."""
     (own,) = about(found, "plan")
     shown = [each for each in about(found, "interval") if each.cost <= DEAREST * own.cost]
-    drawn = [partial(draw_intervals, found=shown)]
-    widths = [1.0]
+    drawn = [partial(draw_intervals, found=shown), partial(draw_deciders, found=about(found, "decision"), fixed=own)]
     if dressers := about(found, "dresser"):
         drawn += [partial(draw_dresser, found=dressers, own=own), partial(draw_passes, found=about(found, "passes"))]
-        widths += [1.2, 0.6]
-    drawn.append(partial(draw_deciders, found=about(found, "decision"), fixed=own))
-    widths.append(1.0)
-    figure = Figure(figsize=(4.2 * sum(widths), 4.4), layout="constrained")
+    rows = len(drawn) // 2
+    figure = Figure(figsize=(WIDTH, 4.0 * rows), layout="constrained")
     FigureCanvasAgg(figure)
     figure.suptitle(title)
-    for draw, axes in zip(drawn, np.atleast_1d(figure.subplots(1, len(drawn), width_ratios=widths)), strict=True):
+    panels = figure.subplots(rows, 2, width_ratios=(1.3, 1.0))
+    for draw, axes in zip(drawn, panels.flat, strict=True):
         draw(axes)
     figure.legend(fontsize=8, loc="outside lower right", ncols=1 + len(COLOURS))
     image = BytesIO()
@@ -121,7 +121,7 @@ def draw_deciders(axes: Axes, found: Sequence[Finding], fixed: Finding) -> None:
     axes.set_yticks(range(len(ordered)), [each.policy for each in ordered])
     axes.axvline(fixed.cost, color=GREY, ls="--", lw=1.2, label=f"best fixed plan, N = {fixed.every}")
     axes.set_title("what decides when to dress", fontsize=TITLE)
-    axes.set_xlabel("$ per good part, and executions a block")
+    axes.set_xlabel("$ per good part; grey: D a block")
     for sees, colour in COLOURS.items():
         axes.plot([], [], "o", color=colour, label=f"sees {sees}")
     axes.margins(x=0.18)
