@@ -50,7 +50,7 @@ class Film:
     fps: float = 10.0
     hold: float = 3.0
     """s for which the last picture stays."""
-    most_bytes: int = 3_000_000
+    most_bytes: int = 1_500_000
 
     def __post_init__(self) -> None:
         if self.frames < 1 or not 1.0 <= self.fps <= FASTEST:

@@ -1,10 +1,16 @@
-"""Write the pictures of the site anew with 256 colours, a third as long: `python docs/tools/pictures.py FOLDER`."""
+"""Write the pictures of the site anew with 256 colours, a third as long: `python docs/tools/pictures.py FOLDER`.
+
+Exit status 1 if the site is then heavier than it may be.
+"""
 
 import io
 import sys
 from pathlib import Path
 
 from PIL import Image
+
+MOST = 12_000_000
+"""Bytes of the site."""
 
 
 def lighter(data: bytes) -> bytes:
@@ -20,3 +26,8 @@ def lighter(data: bytes) -> bytes:
 if __name__ == "__main__":
     for path in Path(sys.argv[1]).rglob("_images/*.png"):
         path.write_bytes(lighter(path.read_bytes()))
+    weight = sum(path.stat().st_size for path in Path(sys.argv[1]).rglob("*") if path.is_file())
+    if weight > MOST:
+        sys.exit(
+            f"the site has {weight / 1e6:.2f} MB, more than {MOST / 1e6:g}: leave a picture out, or make it smaller"
+        )
