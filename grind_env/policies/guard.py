@@ -47,12 +47,14 @@ class Guarded:
             a power that burns, is an alarm, expected or not, and its E is not used again for a while. Once there was
             one, or while readings are off their forecasts either way, the wheel is dressed where policy or rule ask for
             it, and sooner where it has come near burning; one that did so freshly dressed had too high an E.
+        residual: as of `Watch`.
     """
 
     policy: Policy
     rule: EmpiricalRule = field(default_factory=EmpiricalRule)
     step: float = STEP
     cautious: bool = False
+    residual: float = 0.0
     simulation: Simulation = field(init=False, repr=False)
     watch: Watch = field(init=False, repr=False)
     alarmed: NDArray[np.bool_] = field(init=False, repr=False)
@@ -83,7 +85,7 @@ class Guarded:
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         """Trust the policy."""
-        self.simulation, self.watch = simulation, Watch(simulation, episodes)
+        self.simulation, self.watch = simulation, Watch(simulation, episodes, self.residual)
         self.policy.begin(simulation, episodes)
         self.rule.begin(simulation, episodes)
         self.alarmed, self.returning = np.zeros(episodes, bool), np.zeros(episodes, bool)

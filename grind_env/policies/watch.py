@@ -72,6 +72,7 @@ class Watch:
     Args:
         simulation: of the model.
         machines: N.
+        residual: logarithmic standard deviation of forces that the model does not follow, as a calibration says.
 
     Attributes:
         alarm: whether the last block is an alarm, shape (N,).
@@ -89,9 +90,10 @@ class Watch:
     doubt: NDArray[np.bool_]
     holds: NDArray[np.bool_]
 
-    def __init__(self, simulation: Simulation, machines: int) -> None:
+    def __init__(self, simulation: Simulation, machines: int, residual: float = 0.0) -> None:
         task, shape = simulation.task, (machines, len(NAMES))
         self.simulation, self.noise, spread = simulation, task.spread.measurement, task.spread
+        self.residual = residual
         self.belief = WheelBelief(MemberModel(simulation)) if simulation.by_block and simulation.compiled else None
         if self.belief is not None:
             self.belief.begin(machines)
@@ -198,4 +200,5 @@ class Watch:
         forecast = np.log(np.maximum(members, 1.0))
         mean = forecast.mean(axis=1)
         noise = self.noise * (POWER_NOISE + POWER_NOISE_FLOOR / np.exp(mean))
+        noise = np.hypot(noise, self.residual)
         return mean, np.hypot(forecast.std(axis=1), noise), (read > 0.0) & (members > 0.0).all(axis=1)

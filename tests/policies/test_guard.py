@@ -25,10 +25,15 @@ USUAL = {"mean_power": 4000.0, "peak_power": 4500.0, "size_error": 5.0, "roughne
 
 
 def watched(
-    *read: dict[str, float], peak: float = 4500.0, size: float = 5.0, spread: float = 0.0, heat: float = 0.5
+    *read: dict[str, float],
+    peak: float = 4500.0,
+    size: float = 5.0,
+    spread: float = 0.0,
+    heat: float = 0.5,
+    residual: float = 0.0,
 ) -> tuple[Watch, list[bool]]:
     """A watch after these readings, of which the members forecast always the same, and where it was alarmed."""
-    watch, law = Watch(PLATES, 1), PowerLaw(1)
+    watch, law = Watch(PLATES, 1, residual), PowerLaw(1)
     members = np.array([[-1.0, 1.0]]) * spread
     made = Forecast(
         4000.0 * np.exp(members),
@@ -53,6 +58,11 @@ def test_readings_as_they_were_forecast_are_no_alarm() -> None:
     assert not any(alarms)
     assert watch.holds.tolist() == [True]
     assert watch.said(0) == []
+
+
+def test_a_power_is_no_surprise_that_is_off_by_what_a_calibration_does_not_follow() -> None:
+    run = [{"peak_power": 6500.0}] * 12
+    assert any(watched({}, *run, peak=5000.0)[1]) and not any(watched({}, *run, peak=5000.0, residual=0.5)[1])
 
 
 def test_one_reading_beyond_a_limit_that_was_not_to_be_expected_is_an_alarm_in_words() -> None:

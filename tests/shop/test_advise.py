@@ -18,6 +18,7 @@ from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.rules import AdaptiveRule, Fixed, PowerThreshold
 from grind_env.shop.advise.adviser import Adviser, policy_for
 from grind_env.shop.advise.forecast import Forecaster
+from grind_env.shop.advise.forecast import sentences as reasons
 from grind_env.shop.advise.readings import check_readings, readings_of
 from grind_env.shop.advise.values import write_values
 from tests.shop.advising import DRESS, EXECUTED, INCHES, PLATE, RAIL, SEED, batch, played, saved_agent, told
@@ -127,6 +128,11 @@ def test_the_reason_is_what_members_of_the_belief_come_to() -> None:
     # what the dress saves does not depend on whether it is the advice
     assert dull.forecast(4, 20_000.0, 1).dress_saving == pytest.approx(worn.dress_saving)
     assert worn.dress_cost == pytest.approx(simulation.branches.dress_price)
+    # advice that goes against it says so
+    assert worn.dress_saving > 0.01
+    against, along = (reasons(dull.forecast(4, 20_000.0, executions))[-1] for executions in (0, 1))
+    assert " saves about " in against and against.endswith("what advises counts more than these")
+    assert along.endswith("E being the same")
 
 
 def test_a_program_in_inches_is_advised_and_answered_in_inches(tmp_path: Path) -> None:

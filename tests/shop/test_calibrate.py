@@ -186,3 +186,15 @@ def test_a_table_of_settings_goes_through_the_same_fit(tmp_path: Path):
     assert values["roughness"].low < 0.65 < values["roughness"].high
     assert values["chip_energy"].low < 16.0 < values["chip_energy"].high
     assert found.errors["Ra"][2] < 0.05 < found.errors["Ra"][1]
+
+
+def test_forces_of_settings_that_follow_other_laws_leave_a_residual(tmp_path: Path) -> None:
+    path, left = tmp_path / "forces.csv", []
+    for off in (0.0, 0.2):
+        rows = ["table_speed [m/min],downfeed [um],volume,Ft [N/mm]"]
+        for k, (speed, feed) in enumerate((speed, feed) for speed in (8, 11, 14, 17, 20) for feed in (5, 15)):
+            rig = Rig(load_catalogue()).fresh(table_speed=speed * 1000 / 60, downfeed=feed / 1000)
+            rows.append(f"{speed},{feed},40,{rig.grind_volume(40.0).Ft * (1.0 + off * (-1) ** (k // 2)):.4f}")
+        path.write_text("\n".join(rows), encoding="utf-8")
+        left.append(calibrate_table(path, EXAMPLES / "plate_g82.toml").residual)
+    assert left[0] < 0.02 and 0.1 < left[1] < 0.3

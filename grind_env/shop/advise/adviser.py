@@ -2,6 +2,7 @@
 
 import copy
 from dataclasses import dataclass, replace
+from functools import partial
 
 from grind_env.envs.job.measured import MeasuredEpisode
 from grind_env.envs.job.outline import INCH, Choice
@@ -65,10 +66,12 @@ def policy_for(text: str | None, simulation: JobSimulation, step: float = STEP) 
     rule = EmpiricalRule(step=step, interval=1.5 * INTERVAL)
     if text is None and not simulation.compiled:
         return rule
-    kinds = len(simulation.task.kinds)
+    kinds, uncertainty = len(simulation.task.kinds), simulation.job.uncertainty
+    residual = 0.0 if uncertainty is None else uncertainty.residual
+    watched = partial(Guarded, rule=rule, step=step, cautious=True, residual=residual)
     if text is None and DEFAULT not in read_tuned(simulation.task.name, tuned_folder(simulation.task)):
         ahead = LookAhead(price=(USUAL_PRICE,) * kinds, growth=(USUAL_GROWTH,) * kinds, caution=USUAL_CAUTION)
-        return Guarded(ahead, rule, step, cautious=True)
+        return watched(ahead)
     policy = named_policy(text or f"{Guarded.PREFIX}{DEFAULT}", simulation)
     if policy.sees != "measurements":
         raise AdviceError(
@@ -76,7 +79,7 @@ def policy_for(text: str | None, simulation: JobSimulation, step: float = STEP) 
             "choose one that sees measurements, such as look_ahead or belief_rule"
         )
     if isinstance(policy, Guarded):
-        return Guarded(policy.policy, rule, step, cautious=True)
+        return watched(policy.policy)
     if step != STEP:
         raise AdviceError(
             f"--step is of a policy with the guard, which {policy.name} has not: leave it out, or name "

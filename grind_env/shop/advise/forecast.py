@@ -40,6 +40,8 @@ class Forecast(NamedTuple):
     power_spread: float
     power_limit: float
     """What the spindle has above idle, W."""
+    executions: int
+    """D of it."""
     dresses: int
     """Executions whose price and saving follow; 0 where the block can have none."""
     dress_cost: float
@@ -89,6 +91,7 @@ class Forecaster:
             power=float(peak.mean()),
             power_spread=float(peak.std()),
             power_limit=float(simulation.kinds[block, POWER]),
+            executions=executions,
             dresses=tried,
             dress_cost=price,
             dress_saving=saved,
@@ -145,5 +148,8 @@ def sentences(seen: Forecast, *, weighed: bool = True) -> list[str]:
         worth = f"{'saves' if seen.dress_saving > 0.0 else 'loses'} about {abs(seen.dress_saving):.2f} $"
         if abs(seen.dress_saving) < LEAST_SAVING:
             worth = "saves nothing"
-        said.append(f"{times} costs {seen.dress_cost:.2f} $, and {when} {worth} over {parts}, E being the same")
+        # what advises may look further ahead than this
+        otherwise = abs(seen.dress_saving) >= LEAST_SAVING and (seen.dress_saving > 0.0) != (seen.executions > 0)
+        but = ": what advises counts more than these" if otherwise else ""
+        said.append(f"{times} costs {seen.dress_cost:.2f} $, and {when} {worth} over {parts}, E being the same{but}")
     return said

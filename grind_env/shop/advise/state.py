@@ -73,8 +73,8 @@ def origin_of(simulation: JobSimulation, policy: Policy, file: Path | None, how:
     shops[:, REFERENCE_COST] = 1.0
     numbers = simulation.kinds, simulation.branches.base, simulation.branches.first_wheels(1), shops
     tables = [table.tolist() for table in numbers]
-    job = [tables, asdict(simulation.task.spread), asdict(simulation.job.lots)]
-    job += [sorted(simulation.job.variables.items())] if simulation.job.variables else []
+    job: list[Any] = [tables, asdict(simulation.task.spread), asdict(simulation.job.lots)]
+    job += [sorted(simulation.job.variables.items()), simulation.job.setup.machine.meter_scale]
     rule = _hash((read_bytes(file) if file is not None else repr(policy).encode()) + how.encode())
     return Origin(
         parts=simulation.parts,

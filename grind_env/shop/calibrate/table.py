@@ -24,7 +24,7 @@ from grind_env.plants.names import MODEL
 from grind_env.process.catalogue import Catalogue
 from grind_env.shop.calibrate.columns import Map, find_columns, names_of, read_map
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.fit import Problem, errors_of, fit
+from grind_env.shop.calibrate.fit import Fit, Problem, errors_of, fit
 from grind_env.shop.calibrate.parameters import chosen_parameters
 from grind_env.shop.calibrate.remarks import fit_remarks, overridden
 from grind_env.shop.calibrate.result import Calibration, HeldOut, estimates_of, scales_of
@@ -60,6 +60,7 @@ FACTORS = {
 LENGTH_FACTORS = {"mm": 1.0, "um": 1e-3, "": 1.0}
 ERRORS = {"power": 0.05, "Ft": 0.05, "Fn": 0.05, "Ra": 0.1, "wear": 0.15, "G": 0.2}
 """Relative errors of a response that is measured once with care."""
+FORCES = ("Ft", "Fn")
 FREE = 3.0
 """Logarithmic spread of a scale that is not known."""
 BESIDE = (("material", "g_ratio_exponent"), ("wheel", "roughness_rate"), ("wheel", "initial_wear"))
@@ -162,7 +163,7 @@ def calibrate_table(
         time=np.full(value.size, np.nan),
         errors=errors_of(fitted, data, fitted.used),
         held_out=judged,
-        residual=missed(fitted, data, np.where(data.kind == "power", data.part, 0))[0] if "power" in measured else 0.0,
+        residual=_missed(fitted, data),
         remarks=(
             *(f"{name} is column {quoted(sheet.headings[column].name)}" for name, column in columns.items()),
             *(f"of {name} only ratios count" for name in free),
@@ -170,6 +171,15 @@ def calibrate_table(
             *overridden(job, fitted, idle=False),
         ),
     )
+
+
+def _missed(fitted: Fit, data: Data) -> float:
+    """Logarithmic standard deviation of the forces of a setting that the model does not follow; 0 if none is known."""
+    if (data.kind == "power").any():
+        return missed(fitted, data, np.where(data.kind == "power", data.part, 0))[0]
+    forces = fitted.used & np.isin(data.kind, FORCES)
+    off = np.log(data.value[forces] / fitted.predicted[forces])
+    return float(np.sqrt(np.mean(np.square(off)))) if off.size else 0.0
 
 
 def _values(sheet: Sheet, column: int, name: str, width: float) -> Floats:
