@@ -7,6 +7,7 @@ import pytest
 from rich.console import Console
 
 from agents import worlds
+from agents.__main__ import main
 from agents.worlds import (
     GUARDED,
     NOMINAL,
@@ -63,13 +64,19 @@ def test_the_guard_is_held_against_the_cheaper_one_of_agent_and_rule() -> None:
     assert promises(found)[0][1] == pytest.approx(1.25) and "NO" in page(found, "power_limited", 8)
 
 
-def test_what_was_found_is_kept_and_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_was_found_is_kept_and_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.setattr(worlds, "WORLDS", {NOMINAL: {}})
     monkeypatch.setattr(worlds, "WHO", (RULE, SHIPPED, GUARDED))
-    first, again = (
-        run_worlds(PLATES, 2, jobs=1, console=Console(quiet=True), runs=tmp_path / "runs", results=tmp_path)
-        for _ in range(2)
-    )
-    assert first == again and set(first) == {(NOMINAL, who) for who in (RULE, SHIPPED, GUARDED)}
+    first = run_worlds(PLATES, 2, jobs=1, console=Console(quiet=True), runs=tmp_path / "runs", results=tmp_path)
+    words = ["agents", "worlds", "--episodes", "2", "--jobs", "1", "--runs", str(tmp_path / "runs")]
+    monkeypatch.setattr("sys.argv", [*words, "--results", str(tmp_path)])
+    written = {path: path.stat().st_mtime_ns for path in (tmp_path / "runs").rglob("*.json")}
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code in (0, None) and "guarded over the agent, nominal" in capsys.readouterr().out
+    assert len(written) == 3 and all(path.stat().st_mtime_ns == time for path, time in written.items())
+    assert set(first) == {(NOMINAL, who) for who in (RULE, SHIPPED, GUARDED)}
     rows = (tmp_path / "worlds.csv").read_text().splitlines()
     assert rows[0].startswith("world,who,cost,low,high,scrap,") and len(rows) == 4
