@@ -17,6 +17,7 @@ from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episod
 from grind_env.policies.learned.network import Actor, LearnedPolicy, Network
 from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.learned.view import LearnerView
+from grind_env.policies.naming import SHIPPED
 from grind_env.policies.problem import find_problem
 
 pytestmark = pytest.mark.bits
@@ -103,6 +104,13 @@ def test_a_network_says_the_same_on_every_machine(family: str, lstm: int, activa
     first, state = actor.outputs(features, actor.begin(16))
     second, _ = actor.outputs(features, state)
     assert hashlib.sha256(first.tobytes() + second.tobytes()).hexdigest()[:16] == digest
+
+
+def test_an_agent_says_the_same_of_itself_in_every_run_and_another_one_something_else():
+    one, same, other = (load_policy(SHIPPED / f"{name}.safetensors") for name in ("blades", "blades", "rush"))
+    assert repr(one) == repr(same) and "0x" not in repr(one)
+    one.actor.tensors[next(iter(one.actor.tensors))].flat[0] += 1.0
+    assert repr(one) != repr(same) != repr(other)
 
 
 def test_every_evaluation_of_a_recurrent_agent_begins_without_memory(tmp_path: Path):

@@ -5,6 +5,7 @@ activation between them. What its last layer says is read as logits of E and of 
 point of a Box.
 """
 
+import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -127,6 +128,13 @@ class Actor:
         self.tensors = {name: tensors[name] for name in network.shapes()}
         # a layer multiplies weights of shape (inputs, outputs) in double precision
         self._factors = {name: np.ascontiguousarray(values.T, np.float64) for name, values in self.tensors.items()}
+
+    def __repr__(self) -> str:
+        """The same for the same weights, in every run: what was found with a policy is kept by its repr."""
+        digest = hashlib.sha256(repr(self.network).encode())
+        for values in self.tensors.values():
+            digest.update(np.ascontiguousarray(values).tobytes())
+        return f"Actor({digest.hexdigest()[:16]})"
 
     def begin(self, n: int) -> LstmState:
         """The state of N episodes before their first block; without units where nothing is remembered."""
