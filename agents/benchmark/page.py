@@ -227,14 +227,26 @@ def made_by(results: Sequence[Result]) -> list[str]:
 
 
 def options(results: Sequence[Result]) -> list[str]:
-    """Options of the commands that make the results of a task: one for the kinds of each number of training seeds."""
-    if any(AT in each.policy for each in results):
-        return ["--grid --results agents/results"]
-    trained = Counter(each.policy for each in results if each.seed is not None)
-    most = max(results, key=lambda each: each.episodes)
-    return [
-        f"--kinds {','.join(kind for kind in trained if trained[kind] == seeds) or repr('')} --seeds {seeds}"
-        f" --episodes {most.episodes} --interpolation-episodes {most.interpolation_episodes}"
-        f" --plants-episodes {most.plants_episodes} --results agents/results"
-        for seeds in sorted(set(trained.values()) or {0}, reverse=True)
-    ]
+    """Options of the commands that make the results of a task: one for what has as many episodes and trainings."""
+    grid, most = any(AT in each.policy for each in results), max(results, key=lambda each: each.episodes)
+    trained = Counter((each.policy, each.episodes) for each in results if each.seed is not None)
+    made: dict[tuple[int, int], list[str]] = {}
+    for (kind, episodes), seeds in trained.items():
+        made.setdefault((episodes, seeds), []).append(kind)
+    commands = []
+    for (episodes, seeds), kinds in sorted((made or {(most.episodes, 0): []}).items(), reverse=True):
+        given = f"--kinds {','.join(kinds) or repr('')} --seeds {seeds}"
+        if grid and episodes == most.episodes:
+            given = f"--grid {given}"
+        else:
+            of = (
+                next((each for each in results if (each.policy, each.episodes) == (kinds[0], episodes)), most)
+                if kinds
+                else most
+            )
+            given += (
+                f" --episodes {of.episodes} --interpolation-episodes {of.interpolation_episodes}"
+                f" --plants-episodes {of.plants_episodes}"
+            )
+        commands.append(f"{given} --results agents/results")
+    return commands

@@ -57,7 +57,7 @@ def status(*arguments: object) -> int:
 @pytest.fixture(scope="module", params=["plate_g82", "rail_g83", "keyway_g81"])
 def found(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Optimised:
     job = known_job(tmp_path_factory.mktemp("job"), request.param)
-    return find_words(EXAMPLES / f"{request.param}.nc", job, wishes_of(steps={"E": 500}), parts=PARTS, seconds=1000.0)
+    return find_words(EXAMPLES / f"{request.param}.nc", job, wishes_of(steps={"E": 1000}), parts=PARTS, seconds=1000.0)
 
 
 def test_every_example_is_made_better(found: Optimised) -> None:
@@ -108,7 +108,8 @@ def test_the_programs_tried_lie_around_the_one_chosen(found: Optimised) -> None:
 
 @pytest.mark.usefixtures("few_lots")
 def test_the_same_seed_finds_the_same() -> None:
-    runs = [find_words(EXAMPLES / "keyway_g81.nc", parts=3, seconds=1000.0, seed=5) for _ in range(2)]
+    wishes = wishes_of(("E",), steps={"E": 1000})
+    runs = [find_words(EXAMPLES / "keyway_g81.nc", None, wishes, parts=3, seconds=1000.0, seed=5) for _ in range(2)]
     assert runs[0] == runs[1]
 
 

@@ -19,6 +19,7 @@ from grind_env.shop.start.folder import LOG, start_folder
 from grind_env.shop.start.sample import PRESSURE, sample_log
 from grind_env.shop.start.template import job_template
 from tests.command import Grind
+from tests.shop.programs import KNOWN
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
 FILES = {"part.nc", "part.toml", "shop.toml", "first_steps.ipynb", "log.csv"}
@@ -54,7 +55,9 @@ def test_what_grind_init_writes_for_stations_runs_and_its_parts_are_good(grind: 
     assert {name: first[name] for name in ("strokes", "S", "Ra", "rise")} == pytest.approx(
         {name: single[name] for name in ("strokes", "S", "Ra", "rise")}
     )
-    assert grind("optimise", tmp_path / "part.nc", "--budget", "20s", "--parts", "2")[0] == 0
+    job = tmp_path / "part.toml"
+    job.write_text(job.read_text(encoding="utf-8") + KNOWN, encoding="utf-8")
+    assert grind("optimise", tmp_path / "part.nc", "--budget", "10s", "--parts", "2")[0] == 0
     status, _, err = grind("init", tmp_path / "many", "--stations", "7")
     assert status == 2 and "choose 1 to 6, one for each of G54 to G59" in err
 
