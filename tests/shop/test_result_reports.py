@@ -97,7 +97,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize(
     ("options", "expected"),
     [
-        ([], 0),
+        (["--round", "E=2000"], 0),
         (["--vary", "E", "--bounds", "E=8000..9000", "--interactive"], 3),
         (["--vary", "E", "--margin", "Ra=.2", "--interactive"], 4),
     ],
