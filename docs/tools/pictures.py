@@ -1,4 +1,4 @@
-"""Write the pictures of the site anew with 256 colours, a third as long: `python docs/tools/pictures.py FOLDER`.
+"""Write the pictures of the site anew with 128 colours, a third as long: `python docs/tools/pictures.py FOLDER`.
 
 Exit status 1 if the site is then heavier than it may be.
 """
@@ -14,11 +14,15 @@ MOST = 12_000_000
 
 
 def lighter(data: bytes) -> bytes:
-    """A .png picture with the 256 colours that are nearest to its own, or as it is where that is no shorter."""
+    """A .png picture with 128 of its own colours, the rare ones among them, or as it is where that is no shorter."""
     made = io.BytesIO()
     shown = Image.open(io.BytesIO(data)).convert("RGBA")
     white = Image.new("RGBA", shown.size, "white")
-    few = Image.alpha_composite(white, shown).convert("RGB").quantize(256, dither=Image.Dither.NONE)
+    few = (
+        Image.alpha_composite(white, shown)
+        .convert("RGB")
+        .quantize(128, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    )
     few.save(made, "PNG", optimize=True)
     return min(made.getvalue(), data, key=len)
 
