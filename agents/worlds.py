@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from rich.console import Console
 
-from agents.cells import RESULTS, RUNS, behaviour, sources
+from agents.cells import RESULTS, RUNS, behaviour, fingerprint_of, sources
 from agents.findings import keep, kept
 from agents.own import check_tables
 from agents.pool import work_on_all
@@ -101,8 +101,8 @@ def work(cell: Cell, request: Request, tell: Callable[[int], object]) -> Found:
     model = cell.problem.simulation()
     machine, path = machine_of(model, WORLDS[cell.world]), request.runs / cell.files[0]
     policy = None if cell.who == RETUNED else named_policy(cell.who, model)
-    made_of = sources(__name__) if policy is None else sources(type(policy).__module__)
-    decides = (made_of, repr(policy), behaviour(model), behaviour(machine), request.episodes)
+    made_of = "" if policy is None else fingerprint_of(policy, model)
+    decides = (sources(__name__), made_of, behaviour(model), behaviour(machine), request.episodes)
     code = hashlib.sha256("\0".join(map(str, decides)).encode()).hexdigest()[:16]
     if (held := kept(path, code)) is not None:
         return dict(held)

@@ -229,24 +229,20 @@ def made_by(results: Sequence[Result]) -> list[str]:
 def options(results: Sequence[Result]) -> list[str]:
     """Options of the commands that make the results of a task: one for what has as many episodes and trainings."""
     grid, most = any(AT in each.policy for each in results), max(results, key=lambda each: each.episodes)
-    trained = Counter((each.policy, each.episodes) for each in results if each.seed is not None)
-    made: dict[tuple[int, int], list[str]] = {}
-    for (kind, episodes), seeds in trained.items():
-        made.setdefault((episodes, seeds), []).append(kind)
+    trained = Counter((each.policy, _lengths(each)) for each in results if each.seed is not None)
+    made: dict[tuple[tuple[int, ...], int], list[str]] = {}
+    for (kind, lengths), seeds in trained.items():
+        made.setdefault((lengths, seeds), []).append(kind)
     commands = []
-    for (episodes, seeds), kinds in sorted((made or {(most.episodes, 0): []}).items(), reverse=True):
-        given = f"--kinds {','.join(kinds) or repr('')} --seeds {seeds}"
-        if grid and episodes == most.episodes:
-            given = f"--grid {given}"
-        else:
-            of = (
-                next((each for each in results if (each.policy, each.episodes) == (kinds[0], episodes)), most)
-                if kinds
-                else most
-            )
-            given += (
-                f" --episodes {of.episodes} --interpolation-episodes {of.interpolation_episodes}"
-                f" --plants-episodes {of.plants_episodes}"
-            )
+    for (lengths, seeds), kinds in sorted((made or {(_lengths(most), 0): []}).items(), reverse=True):
+        episodes, interpolation, plants = lengths
+        long = f"--episodes {episodes} --interpolation-episodes {interpolation} --plants-episodes {plants}"
+        of_kinds = f"--kinds {','.join(kinds) or repr('')} --seeds {seeds}"
+        given = f"--grid {of_kinds}" if grid and episodes == most.episodes else f"{of_kinds} {long}"
         commands.append(f"{given} --results agents/results")
     return commands
+
+
+def _lengths(result: Result) -> tuple[int, ...]:
+    """On how many episodes it was judged: all, of the split `interpolation`, and on plants."""
+    return result.episodes, result.interpolation_episodes, result.plants_episodes

@@ -33,6 +33,8 @@ BY_COMMAND = {
     "benchmark.csv": "benchmark --task oracle6 --kinds= --policies handbook --runs .",
     "benchmark.parquet": "benchmark --task oracle6 --kinds= --policies handbook --runs runs --results .",
     "power_limited.csv": "scores --task power_limited --results . --runs runs --data new.toml",
+    "worlds.csv": "worlds --episodes 2 --results . --runs runs",
+    "worlds.md": "worlds --episodes 2 --results . --runs runs",
     "new.toml": "scores --task power_limited --results . --runs runs --data new.toml",
     "plate_g82.toml": f"tune --program {PART} --configs . --runs runs --policies constant --fresh",
     "learning/plate_g82.toml": f"tune --program {PART} --kind ppo --configs . --runs runs",
