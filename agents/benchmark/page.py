@@ -229,20 +229,21 @@ def made_by(results: Sequence[Result]) -> list[str]:
 def options(results: Sequence[Result]) -> list[str]:
     """Options of the commands that make the results of a task: one for what has as many episodes and trainings."""
     grid, most = any(AT in each.policy for each in results), max(results, key=lambda each: each.episodes)
-    trained = Counter((each.policy, _lengths(each)) for each in results if each.seed is not None)
-    made: dict[tuple[tuple[int, ...], int], list[str]] = {}
-    for (kind, lengths), seeds in trained.items():
-        made.setdefault((lengths, seeds), []).append(kind)
-    commands = []
-    for (lengths, seeds), kinds in sorted((made or {(_lengths(most), 0): []}).items(), reverse=True):
-        episodes, interpolation, plants = lengths
-        long = f"--episodes {episodes} --interpolation-episodes {interpolation} --plants-episodes {plants}"
-        of_kinds = f"--kinds {','.join(kinds) or repr('')} --seeds {seeds}"
-        given = f"--grid {of_kinds}" if grid and episodes == most.episodes else f"{of_kinds} {long}"
-        commands.append(f"{given} --results agents/results")
-    return commands
 
+    def lengths(result: Result) -> str:
+        # of the grid it is the command that knows them
+        if grid and result.episodes == most.episodes:
+            return ""
+        return (
+            f" --episodes {result.episodes} --interpolation-episodes {result.interpolation_episodes}"
+            f" --plants-episodes {result.plants_episodes}"
+        )
 
-def _lengths(result: Result) -> tuple[int, ...]:
-    """On how many episodes it was judged: all, of the split `interpolation`, and on plants."""
-    return result.episodes, result.interpolation_episodes, result.plants_episodes
+    trained = Counter((each.policy, lengths(each)) for each in results if each.seed is not None)
+    made: dict[tuple[int, str], list[str]] = {}
+    for (kind, given), seeds in trained.items():
+        made.setdefault((seeds, given), []).append(kind)
+    return [
+        f"{'' if given else '--grid '}--kinds {','.join(kinds) or repr('')} --seeds {seeds}{given} --results agents/results"
+        for (seeds, given), kinds in sorted((made or {(0, lengths(most)): []}).items(), key=lambda each: -each[0][0])
+    ]
