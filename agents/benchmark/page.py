@@ -243,7 +243,8 @@ def options(results: Sequence[Result]) -> list[str]:
     made: dict[tuple[int, str], list[str]] = {}
     for (kind, given), seeds in trained.items():
         made.setdefault((seeds, given), []).append(kind)
-    return [
-        f"{'' if given else '--grid '}--kinds {','.join(kinds) or repr('')} --seeds {seeds}{given} --results agents/results"
-        for (seeds, given), kinds in sorted((made or {(0, lengths(most)): []}).items(), key=lambda each: -each[0][0])
-    ]
+    commands = []
+    for (seeds, given), kinds in sorted((made or {(0, lengths(most)): []}).items(), key=lambda each: -each[0][0]):
+        of_kinds = f"--kinds {','.join(kinds) or repr('')} --seeds {seeds}{given}"
+        commands.append(f"{'' if given else '--grid '}{of_kinds} --results agents/results")
+    return commands
