@@ -44,11 +44,13 @@ from grind_env.machine.axes import cross_axis
 from grind_env.machine.dress.dressing import DressPrograms
 from grind_env.machine.dress.mounting import Mount
 from grind_env.machine.dress.program import NO_DRESS, DressPlan, DressProgramError
-from grind_env.machine.dress.sharpening import NO_SHARPENING, sharpening_of, sharpenings_of
+from grind_env.machine.dress.sharpening import NO_SHARPENING, sharpening_of
 from grind_env.machine.job import Job, PartConditions, Station, require_conditions
+from grind_env.machine.loops.compiled import dress_lead
 from grind_env.machine.part.feeds import feed_stroke, keeps_across, leads_over, table_axis
 from grind_env.machine.part.grooving import infeed_depth
 from grind_env.machine.part.part import ANYWHERE, PartRun
+from grind_env.machine.part.passes import Dressed
 from grind_env.machine.part.rows import NUMBERS_FROM, STROKE_ROW, WHEEL_FIELDS, table_of
 from grind_env.machine.part.running import Running
 from grind_env.machine.part.stations import Sweep, alone, met, sweep_of, sweep_of_plan, touched
@@ -444,7 +446,8 @@ class GrindingRun:
             self.watch.cuts.dress(self._line, plan)
             self.mount.pass_time(self.clock(began), self.part.p)
             before = self.mount.present(self.part.p)
-            sharpening = sharpening_of(plan, before, self.job.setup.dresser, self.part.p)
+            lead = dress_lead(before, plan.feed, self.part.p)
+            sharpening = sharpening_of(plan.depth, lead, before.wd, self.job.setup.dresser, self.part.p)
             removed = self.mount.dress(plan, self.part.p)
         time = self.clock(began)
         self.delay += plan.seconds - (event.time - began)
@@ -495,23 +498,19 @@ class GrindingRun:
         edges = np.array(event.cross)
         dressed, plunged = part.grind(rows, event.ends(0), event.turns, edges, self.mount, effective, dress)
         if misses:
-            dressed = np.array([(0.0, rows["ds"][after - 1], 0.0) for after in due])
+            dressed = np.array([Dressed(0.0, rows["ds"][after - 1], 0.0, 0.0, 0.0) for after in due])
             for _ in due:
                 part.dress(dress.seconds, 0.0)
         stalls, stalled = part.stalled and not had_stalled, count
         if stalls:  # as the clock has it stroke by stroke, to the bit
             stalled = int(np.argmax(rows["torque"] >= STALL))
             rows["time"][stalled + 1 :] = (delays + part.p.stall_time + event.begins)[stalled + 1 :]
-        taken = [(ds, removed) for _, ds, removed in dressed.tolist()]
-        sharpenings = (
-            [NO_SHARPENING] * len(due)
-            if misses
-            else list(sharpenings_of(dress, before, taken, self.job.setup.dresser, part.p))
-        )
-        for after, time, (ds, removed), sharpening in zip(due, began, taken, sharpenings, strict=True):
+        for after, time, each in zip(due, began, map(Dressed._make, dressed.tolist()), strict=True):
             begin = time + (part.p.stall_time if after > stalled else 0.0)
-            made = len(self.strokes) + after
-            row = part.number, made, begin, "auto", plan.program, dress.seconds, ds, removed
+            made, sharpening = len(self.strokes) + after, NO_SHARPENING
+            if not misses:
+                sharpening = sharpening_of(dress.depth, each.lead, each.wd, self.job.setup.dresser, part.p)
+            row = part.number, made, begin, "auto", plan.program, dress.seconds, each.ds, each.removed
             self.dresses.add((*row, *sharpening))
         self._add(rows, plunged.tobytes(), stalls)
         self.watch.strokes(part, event, rows, before.A, dress, dressed[: len(effective)])

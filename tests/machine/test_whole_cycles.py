@@ -16,6 +16,7 @@ from grind_env.machine.job import Job, PartConditions, Stage, Times, WheelStart
 from grind_env.machine.part.part import PartRun
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.watch import Watch
+from grind_env.process.equations import LEAST_DIAMETER
 from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, LONG_AFTER, job, run, told_stepped
 
 DRESSES = (0, 1, 1, 3)
@@ -146,6 +147,17 @@ def test_whole_cycles_with_dresses_grind_what_their_strokes_do(program: Any, job
 
 
 PLATES = HEAD + (CYCLE.replace("P9100", "P9100 D1") + "G80\nG00 Y20.\nM00\nG00 X-30. Y0\n") * 2 + "M30\n"
+
+
+def test_a_wheel_worn_down_to_its_hub_is_dressed_with_the_lead_of_its_diameter() -> None:
+    """None is left below that: what it was before a dress does not follow from what it is after it."""
+    eaten = job(setup={"constant_surface_speed": True})
+    conditions = (PartConditions(factors={"Gref": 1e-6}),) * 2
+    found = outcome(PLATES, eaten, conditions)
+    stepped = outcome(PLATES, eaten, conditions, operator_dress_at=LONG_AFTER)
+    assert isinstance(found, GrindingRecord) and isinstance(stepped, GrindingRecord)
+    assert found.dresses["ds"][1] == LEAST_DIAMETER
+    require_equal(found.dresses, stepped.dresses, 1e-9)
 
 
 @pytest.fixture

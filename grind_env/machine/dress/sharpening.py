@@ -1,14 +1,11 @@
 """What engineers compare dresses by: lead, overlap ratio and severity."""
 
-from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 from grind_env.kernel import plain
-from grind_env.machine.dress.program import DressPlan
-from grind_env.machine.loops.compiled import dress_lead
 from grind_env.process import equations as eq
 from grind_env.process.entries import Dresser
-from grind_env.process.state import StrokeParameters, WheelState
+from grind_env.process.state import StrokeParameters
 
 
 class Sharpening(NamedTuple):
@@ -25,26 +22,17 @@ class Sharpening(NamedTuple):
 NO_SHARPENING = Sharpening(0.0, 0.0, 0.0)
 
 
-def sharpening_of(plan: DressPlan, wheel: WheelState, dresser: Dresser, p: StrokeParameters) -> Sharpening:
-    """How coarse a dress of a wheel is, which is given as it was before."""
-    lead, tip = dress_lead(wheel, plan.feed, p), dresser.tip_radius
-    width = plain(eq.dress_width)(min(plan.depth, tip), tip, wheel.wd)  # not wider than the tip, however deep
-    severity = plain(eq.severity)(plan.depth, lead, plain(eq.blunting)(wheel.wd, p.b0), p.qs)
-    return Sharpening(lead, plain(eq.overlap_ratio)(width, lead), severity)
-
-
-def sharpenings_of(
-    plan: DressPlan, wheel: WheelState, dressed: Iterable[tuple[float, float]], dresser: Dresser, p: StrokeParameters
-) -> Iterator[Sharpening]:
-    """The same of dresses one after the other, strokes between them.
+def sharpening_of(depth: float, lead: float, wd: float, dresser: Dresser, p: StrokeParameters) -> Sharpening:
+    """How coarse a dress is.
 
     Args:
-        plan: what each of them does.
-        wheel: before the first.
-        dressed: of each the wheel diameter after it, mm, and the wheel volume that it took off, mm3.
+        depth: infeed of a pass, mm.
+        lead: of the diamond, mm per wheel revolution.
+        wd: wear flat of the diamond before it, mm.
         dresser: the diamond.
         p: parameters.
     """
-    for ds, removed in dressed:
-        yield sharpening_of(plan, wheel._replace(ds=ds + 2.0 * plan.passes * plan.depth), dresser, p)
-        wheel = wheel._replace(wd=wheel.wd + p.kd * removed)
+    tip = dresser.tip_radius
+    width = plain(eq.dress_width)(min(depth, tip), tip, wd)  # not wider than the tip, however deep
+    severity = plain(eq.severity)(depth, lead, plain(eq.blunting)(wd, p.b0), p.qs)
+    return Sharpening(lead, plain(eq.overlap_ratio)(width, lead), severity)

@@ -28,6 +28,10 @@ class Dressed(NamedTuple):
     """Wheel diameter after it, mm."""
     removed: float
     """Wheel volume that it took off, mm3."""
+    lead: float
+    """Of the diamond, mm per wheel revolution."""
+    wd: float
+    """Wear flat of the diamond before it, mm."""
 
 
 class Way(NamedTuple):
@@ -107,12 +111,13 @@ def passes_of(process: Process) -> Callable[..., tuple[WheelState, Tally, float]
         for k in range(len(rows) + 1):
             while executed < due.size and due[executed] == k:
                 lead = dress_lead(wheel, dress.feed, p)
+                wd = wheel.wd
                 wheel, left, removed = dress_wheel(wheel, read_own(own, 0), float(dress.passes), lead, dress.depth, p)
                 wheel, left = idle(wheel, left, p, dress.seconds, False)
                 write_own(own, 0, left)
                 lived += dress.seconds
                 tally = count_dress(tally, dress.seconds, removed)
-                write_dressed(dressed, executed, Dressed(A=wheel.A, ds=wheel.ds, removed=removed))
+                write_dressed(dressed, executed, Dressed(wheel.A, wheel.ds, removed, lead, wd))
                 executed += 1
             if k == len(rows):
                 break

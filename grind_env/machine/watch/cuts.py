@@ -12,6 +12,7 @@ from grind_env.machine.dress.program import DressPlan
 from grind_env.machine.job import Job
 from grind_env.machine.part.feeds import speed_word
 from grind_env.machine.part.part import PartRun
+from grind_env.machine.part.passes import Dressed
 from grind_env.machine.watch import advice
 from grind_env.machine.watch.notices import Notices
 from grind_env.process.state import StrokeResult, WheelState
@@ -50,12 +51,12 @@ class Cuts:
         alive = min(flats) > 0.0 and max(flats) < part.p.Amax
         quiet = shallow and alive and not any(_turns_inside(part, turn) for turn in event.turns)
         made = 0
-        for (upto, _), (dressed_A, ds, _) in zip(event.dresses, dressed.tolist(), strict=False):
+        for (upto, _), each in zip(event.dresses, map(Dressed._make, dressed.tolist()), strict=False):
             if not quiet:
                 self._judge(part, event, made, rows[made:upto], A)
             self.dress(event.plan.line, dress)
-            self.diameter(ds)
-            made, A = upto, dressed_A
+            self.diameter(each.ds)
+            made, A = upto, each.A
         if not quiet:
             self._judge(part, event, made, rows[made:], A)
 
