@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 from rich.console import Console
 
 from agents.progress import Board, CellT, FoundT, RequestT, Work, sentence
+from grind_env.errors import GrindError
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 KILLED = "its process was killed; the same command goes on with it"
@@ -82,6 +83,25 @@ def work_on_all(
                 worker.process.terminate()
                 worker.process.join()
     return board.ended()
+
+
+def find_all(
+    cells: Sequence[CellT],
+    request: RequestT,
+    jobs: int,
+    console: Console,
+    work: Work[CellT, RequestT, FoundT],
+) -> list[FoundT]:
+    """What was found in every cell, in their order; arguments as of `work_on_all`.
+
+    Raises:
+        GrindError: a cell failed.
+    """
+    found, failed = work_on_all(cells, request, jobs, console, work)
+    if failed:
+        cell, why = next(iter(failed.items()))
+        raise GrindError(f"{len(failed)} of {len(cells)} cells failed: {cell}: {why}")
+    return found
 
 
 def _start(work: Work[CellT, RequestT, FoundT], request: RequestT) -> Worker:

@@ -1,8 +1,6 @@
 """The training recipe of the README, run as it stands there: with other seeds, without the belief, on other tasks."""
 
-import csv
 import hashlib
-import io
 import json
 import os
 import re
@@ -17,9 +15,9 @@ from typing import Any, NamedTuple, get_type_hints
 from rich.console import Console
 
 from agents.cells import RESULTS, RUNS, behaviour, sources
-from agents.own import check_tables
-from agents.pool import work_on_all
+from agents.pool import find_all
 from agents.provenance import ROOT, installed, provenance
+from agents.tables import check_tables, csv_of, csv_rows
 from grind_env.envs import wrappers
 from grind_env.errors import GrindError
 from grind_env.files import read_text
@@ -199,9 +197,7 @@ def run_recipe(
     results.mkdir(parents=True, exist_ok=True)
     check_tables(results, "recipe", BEGINS)
     cells = [Cell(problem, way, seed) for problem in problems for way in WAYS for seed in range(seeds)]
-    found, failed = work_on_all(cells, request, jobs, console, train)
-    if failed:
-        raise GrindError(f"{len(failed)} of {len(cells)} trainings failed: {next(iter(failed.values()))}")
+    found = find_all(cells, request, jobs, console, train)
     write(found, results)
     return found
 
@@ -211,18 +207,12 @@ def write(found: Sequence[Trained], results: Path) -> None:
     made_with = provenance(episode_seeds("evaluation", EPISODES))
     new = [{name: str(value) for name, value in (asdict(each) | made_with).items()} for each in found]
     tasks = {row["task"] for row in new}
-    kept = [row for row in _rows(results / CSV) if row["task"] not in tasks and _alike(row, new[0])]
+    before = csv_rows(results / CSV) if (results / CSV).exists() else []
+    kept = [row for row in before if row["task"] not in tasks and _alike(row, new[0])]
     rows = sorted(kept + new, key=lambda row: row["task"])
-    text = io.StringIO(newline="")
-    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    for name, content in ((CSV, text.getvalue()), (PAGE, page([_trained(row) for row in rows]))):
+    text = csv_of(list(rows[0]), [list(row.values()) for row in rows])
+    for name, content in ((CSV, text), (PAGE, page([_trained(row) for row in rows]))):
         write_whole(results / name, content)
-
-
-def _rows(path: Path) -> list[dict[str, str]]:
-    return list(csv.DictReader(io.StringIO(read_text(path)))) if path.exists() else []
 
 
 def _alike(one: Mapping[str, str], other: Mapping[str, str]) -> bool:

@@ -1,8 +1,6 @@
 """The safe track: what agents and rules earn, and what they violate, beside a budget of scrap."""
 
-import csv
 import hashlib
-import io
 import json
 import re
 from collections.abc import Callable, Sequence
@@ -15,13 +13,12 @@ import numpy as np
 from rich.console import Console
 
 from agents.cells import RESULTS, RUNS, behaviour, sources
-from agents.own import check_tables
-from agents.pool import work_on_all
+from agents.pool import find_all
 from agents.provenance import installed, provenance
+from agents.tables import check_tables, csv_of
 from grind_env.arrays import Table
 from grind_env.envs.simulation import Simulation, advance
 from grind_env.envs.tables import KindRow, Outcome
-from grind_env.errors import GrindError
 from grind_env.files import read_text
 from grind_env.pages.markdown import table
 from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
@@ -228,15 +225,10 @@ def run_safety(
         for seed in range(1 if who in RULES else seeds)
     ]
     request = Request(steps, episodes, runs.absolute() / "safety")
-    found, failed = work_on_all(cells, request, jobs, console, work)
-    if failed:
-        raise GrindError(f"{len(failed)} of {len(cells)} cells failed: {next(iter(failed.values()))}")
+    found = find_all(cells, request, jobs, console, work)
     rows = [asdict(each) | provenance(episode_seeds("evaluation", episodes)) for each in found]
-    text = io.StringIO(newline="")
-    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    for name, content in ((CSV, text.getvalue()), (PAGE, page(found))):
+    text = csv_of(list(rows[0]), [list(row.values()) for row in rows])
+    for name, content in ((CSV, text), (PAGE, page(found))):
         write_whole(results / name, content)
     return found
 

@@ -1,8 +1,6 @@
 """Policies that hold the model of a task, on machines on which one constant of it is another one."""
 
-import csv
 import hashlib
-import io
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
@@ -13,11 +11,10 @@ from rich.console import Console
 
 from agents.cells import RESULTS, RUNS, behaviour, fingerprint_of, sources
 from agents.findings import keep, kept
-from agents.own import check_tables
-from agents.pool import work_on_all
+from agents.pool import find_all
 from agents.provenance import provenance
+from agents.tables import check_tables, csv_of
 from grind_env.envs.simulation import Simulation
-from grind_env.errors import GrindError
 from grind_env.pages.markdown import table
 from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds
 from grind_env.policies.naming import named_policy
@@ -152,16 +149,12 @@ def run_worlds(
     results.mkdir(parents=True, exist_ok=True)
     check_tables(results, "worlds", BEGINS)
     cells = [Cell(problem, world, who) for world in WORLDS for who in WHO]
-    found, failed = work_on_all(cells, Request(episodes, runs), jobs, console, work)
-    if failed:
-        raise GrindError(f"{len(failed)} of {len(cells)} cells failed: {next(iter(failed.values()))}")
+    found = find_all(cells, Request(episodes, runs), jobs, console, work)
     by_cell = {(cell.world, cell.who): each for cell, each in zip(cells, found, strict=True)}
-    text = io.StringIO(newline="")
     made_with = provenance(episode_seeds("evaluation", episodes))
-    writer = csv.DictWriter(text, [*COLUMNS, *made_with], lineterminator="\n")
-    writer.writeheader()
-    writer.writerows({"world": world, "who": who, **each, **made_with} for (world, who), each in by_cell.items())
-    for name, content in ((CSV, text.getvalue()), (PAGE, page(by_cell, problem.name, episodes))):
+    rows = [(*of, *(each[name] for name in COLUMNS[2:]), *made_with.values()) for of, each in by_cell.items()]
+    text = csv_of([*COLUMNS, *made_with], rows)
+    for name, content in ((CSV, text), (PAGE, page(by_cell, problem.name, episodes))):
         write_whole(results / name, content)
     return by_cell
 

@@ -1,6 +1,5 @@
 """The table of results: one row a cell, with all it was made with; Parquet holds the episodes, too, CSV does not."""
 
-import csv
 import io
 import re
 from collections.abc import Iterable, Sequence
@@ -16,6 +15,7 @@ from pyarrow import parquet
 from agents.benchmark.measure import Measured
 from agents.benchmark.plan import LONG
 from agents.provenance import provenance, shown_seeds
+from agents.tables import csv_of
 from grind_env.arrays import Array
 from grind_env.errors import reason
 from grind_env.files import csv_cell, read_bytes, write_atomically
@@ -262,12 +262,10 @@ def read_results(folder: Path) -> list[Result]:
 
 def write_results(results: Sequence[Result], folder: Path) -> None:
     """Write both files, each whole or not at all; the folder is made."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    for each in results:
-        writer.writerow("" if (value := getattr(each, name)) is None else csv_cell(value) for name in COLUMNS)
-    write_whole(folder / CSV, text.getvalue())
+    cells = [
+        ["" if (value := getattr(each, name)) is None else csv_cell(value) for name in COLUMNS] for each in results
+    ]
+    write_whole(folder / CSV, csv_of(COLUMNS, cells))
     rows = [{name: getattr(each, name) for name in SCHEMA.names} for each in results]
     table = pyarrow.Table.from_pylist(rows, SCHEMA)
     write_atomically(folder / PARQUET, lambda path: parquet.write_table(table, path, compression="zstd"))

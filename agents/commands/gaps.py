@@ -39,10 +39,10 @@ def gaps(
     The fixed plan is the best one without sensors. The planner knows the state of the wheel; hindsight knows what is to
     come, too.
     """
-    from agents.own import check_tables
     from agents.reference.gap_table import BEGINS, rich_tables, write_gaps
     from agents.reference.gaps import measure_gaps
     from agents.reference.scores import scored_problems
+    from agents.tables import check_tables
 
     console = table_console()
     problems = [find_problem(name) for name in dict.fromkeys(task)] if task else scored_problems()

@@ -56,11 +56,11 @@ def plants(
     The two families `bursts` and `graded` were kept out of all tuning of calibration and adviser. What the same code
     has found before is kept: interrupted, the same command goes on.
     """
-    from agents.own import check_tables
     from agents.plants.asked import programs_of
     from agents.plants.machines import FAMILY_NAMES, machines
     from agents.plants.page import BEGINS, rich_tables, write
     from agents.plants.study import QUESTIONS, run_study
+    from agents.tables import check_tables
 
     console = table_console()
     families, questions = _chosen("--family", family, FAMILY_NAMES), _chosen("--question", question, tuple(QUESTIONS))

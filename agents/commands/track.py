@@ -52,7 +52,7 @@ def track(
     same code has found before is kept: interrupted, the same command goes on.
     """
     from agents.commands.interrupted import going_on
-    from agents.own import check_tables
+    from agents.tables import check_tables
     from agents.track.page import BEGINS, write
     from agents.track.running import Request
     from agents.track.study import TASK, asked_for, run_track

@@ -4,13 +4,12 @@ It is a CSV file beside the policy, one line a validation.
 """
 
 import csv
-import io
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 
+from agents.tables import csv_of, csv_rows
 from grind_env.errors import reason
-from grind_env.files import read_text
 from grind_env.policies.tuned import ConfigError, write_whole
 
 
@@ -48,11 +47,7 @@ def curve_path(policy: Path) -> Path:
 
 def write_curve(path: Path, points: Sequence[Point]) -> None:
     """Write the curve, whole or not at all."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(field.name for field in fields(Point))
-    writer.writerows(astuple(point) for point in points)
-    write_whole(path, text.getvalue())
+    write_whole(path, csv_of([field.name for field in fields(Point)], map(astuple, points)))
 
 
 def read_curve(path: Path) -> list[Point]:
@@ -62,7 +57,7 @@ def read_curve(path: Path) -> list[Point]:
         ConfigError: if the file is not there or is no curve.
     """
     try:
-        rows = list(csv.DictReader(io.StringIO(read_text(path), newline="")))
+        rows = csv_rows(path)
         return [
             Point(steps=int(row["steps"]), **{name: float(row[name]) for name in row if name != "steps"})
             for row in rows

@@ -1,7 +1,5 @@
 """The tables of the study: on the screen, as a page, and every number as CSV."""
 
-import csv
-import io
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -13,7 +11,7 @@ from agents.plants.machines import PROGRAMS, Machine
 from agents.plants.study import QUESTIONS, Cell, Found
 from agents.plants.verdicts import COLUMNS, Asked, family_rows, promises
 from agents.provenance import commit
-from grind_env.files import read_text
+from agents.tables import csv_of, csv_rows
 from grind_env.pages.markdown import table
 from grind_env.policies.tuned import write_whole
 
@@ -67,7 +65,7 @@ def read_csv(path: Path) -> tuple[dict[Cell, Found], dict[Cell, str]]:
     if not path.exists():
         return {}, {}
     found, commits = dict[Cell, dict[str, float]](), dict[Cell, str]()
-    for row in csv.DictReader(io.StringIO(read_text(path))):
+    for row in csv_rows(path):
         if row["program"] in PROGRAMS and row["question"] in QUESTIONS:
             cell = Cell(row["question"], Machine(row["plant"], PROGRAMS[row["program"]]))
             found.setdefault(cell, {})[row["what"]] = float(row["value"])
@@ -77,13 +75,14 @@ def read_csv(path: Path) -> tuple[dict[Cell, Found], dict[Cell, str]]:
 
 def csv_text(found: Mapping[Cell, Found], commits: Mapping[Cell, str]) -> str:
     """What was found, a number a row, with the commit by which."""
-    text = io.StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(HEADER)
-    for cell, numbers in found.items():
-        of = cell.question, cell.machine.program.name, cell.machine.plant
-        writer.writerows([(*of, what, f"{value:.6g}", commits[cell]) for what, value in numbers.items()])
-    return text.getvalue()
+    return csv_of(
+        HEADER,
+        (
+            (cell.question, cell.machine.program.name, cell.machine.plant, what, f"{value:.6g}", commits[cell])
+            for cell, numbers in found.items()
+            for what, value in numbers.items()
+        ),
+    )
 
 
 def page(found: Mapping[Cell, Found], *, drawn: bool) -> str:

@@ -14,9 +14,8 @@ from rich.console import Console
 from agents.cells import RUNS, bare
 from agents.findings import keep, kept
 from agents.plants.machines import Machine
-from agents.pool import work_on_all
+from agents.pool import find_all
 from agents.provenance import ROOT
-from grind_env.errors import GrindError
 
 QUESTIONS = {"calibrate": "calibrating", "optimise": "optimising", "advise": "advising", "robust": "robust"}
 """With the module of `agents.plants` that answers it."""
@@ -157,7 +156,4 @@ def run_study(
     waiting = [cell for cell in cells if kept(runs / cell.files[0], code(cell)) is None]
     hours = sum(HOURS[cell.question] for cell in waiting)
     console.print(f"{len(cells)} cells, {len(waiting)} of them to be worked on: about {hours:.1f} core-hours")
-    found, failed = work_on_all(cells, Request(runs=runs), jobs, console, find)
-    if failed:
-        raise GrindError(f"{len(failed)} of {len(cells)} cells failed: {next(iter(failed.values()))}")
-    return dict(zip(cells, found, strict=True))
+    return dict(zip(cells, find_all(cells, Request(runs=runs), jobs, console, find), strict=True))

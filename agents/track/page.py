@@ -1,7 +1,5 @@
 """The tables of the track: on the screen, as a page, and every run as CSV."""
 
-import csv
-import io
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from agents.provenance import provenance
+from agents.tables import csv_of
 from agents.track.running import EPISODES
 from agents.track.scores import Found, Scored, scored
 from grind_env.pages.markdown import table
@@ -52,10 +51,8 @@ def write(found: Found, folder: Path) -> str:
 def csv_text(found: Found) -> str:
     """A row for every run and every time that it is judged, with what it was made with."""
     seeds = 1 + max(cell.seed for cell in found)
-    first, text = SEEDS["evaluation"], io.StringIO(newline="")
+    first, rows = SEEDS["evaluation"], list[list[object]]()
     made_with = provenance(range(first, first + seeds * EPISODES))
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*COLUMNS, *made_with])
     for cell, run in found.items():
         shift = cell.problem.simulation().most_steps
         for blocks in cell.blocks:
@@ -63,8 +60,8 @@ def csv_text(found: Found) -> str:
             before = [sum(values[: blocks // shift]) for values in (run.costs, run.scrap)]
             numbers = cost.mean(), 1.0 - good.sum() / finished.sum(), *before, run.cpu_seconds
             of = cell.problem.name, cell.plant, cell.adapter, cell.seed, blocks
-            writer.writerow([*of, *(f"{number:.6g}" for number in numbers), *made_with.values()])
-    return text.getvalue()
+            rows.append([*of, *(f"{number:.6g}" for number in numbers), *made_with.values()])
+    return csv_of([*COLUMNS, *made_with], rows)
 
 
 def page(rows: Sequence[Scored]) -> str:

@@ -5,7 +5,7 @@ from typing import Any
 
 from rich.console import Console
 
-from agents.pool import work_on_all
+from agents.pool import find_all
 from agents.track.adapters import BLOCKS, HEADLINE, WIDE, made
 from agents.track.knowing import ANCHORS, KNOWING
 from agents.track.running import TUNING, Cell, Request, Run, find, found_before, tuning_of
@@ -100,10 +100,7 @@ def run_track(cells: Sequence[Cell], *, jobs: int, console: Console, request: Re
     console.print(f"{len(cells)} runs, {len(waiting)} cells to be worked on: about {hours:.1f} core-hours at most")
     found = list[dict[str, Any]]()
     for some in (tunings, cells):
-        found, failed = work_on_all(some, request, jobs, console, find)
-        if failed:
-            cell, why = next(iter(failed.items()))
-            raise GrindError(f"{len(failed)} of {len(some)} cells failed: {cell}: {why}")
+        found = find_all(some, request, jobs, console, find)
     return {cell: Run(**each) for cell, each in zip(cells, found, strict=True)}
 
 

@@ -310,7 +310,7 @@ class GrindingRun:
                 self.part.end_stage()
                 self._change_worn_wheel(event.time)
                 self.mount.gauge()
-                if not event.reciprocating and self.unloaded_at is None:
+                if self.part.cutting and not event.reciprocating and self.unloaded_at is None:
                     self.gauged_at = self.clock(event.time)
             elif self.part.cutting and event.reciprocating:
                 self._leaving = event

@@ -13,10 +13,10 @@ from agents.commands.dress_study import FOLDER
 from agents.dressing.study import TABLE as STUDY
 from agents.learning.batches import PICTURE, draw
 from agents.learning.curve import Point
-from agents.own import check_tables
 from agents.plants import page as plants
 from agents.reference import gap_table as gaps
 from agents.reference.scores import TABLE as SCORES
+from agents.tables import check_tables
 from agents.track import page as track
 from grind_env import examples
 from grind_env.policies.tuned import CONFIGS, TUNED_FILE

@@ -12,7 +12,7 @@ import pytest
 from rich.console import Console
 
 from agents import pool
-from agents.pool import KILLED, work_on_all
+from agents.pool import KILLED, find_all, work_on_all
 from grind_env.errors import GrindError
 from tests.patience import PATIENCE, wait_until
 
@@ -55,6 +55,12 @@ def test_one_cell_that_fails_does_not_stop_the_others(capsys):
     printed = capsys.readouterr().out
     assert "mistake: this is a mistake\n" in printed
     assert "a worker prints nothing" not in printed
+
+
+def test_a_study_that_needs_every_cell_says_how_many_failed_and_why_the_first_did():
+    with pytest.raises(GrindError, match=r"2 of 3 cells failed: (mistake: this is a mistake|defect: ValueError)"):
+        find_all(["mistake", "good", "defect"], Asked(), 2, Console(quiet=True), eventful)
+    assert find_all(["good", "fine"], Asked(), 2, Console(quiet=True), eventful) == [["good"], ["fine"]]
 
 
 @pytest.mark.parametrize("cell", [None, "idle", "sending"])

@@ -223,16 +223,14 @@ def test_by_hand() -> None:
     assert 0.5 < draws.std() / (100.0 / 20.0 * 1.2 / math.sqrt(600.0)) < 2.0
 
 
-def in_process(
-    cells: Sequence[Any], request: Any, jobs: int, console: Any, work: Any
-) -> tuple[list[Any], dict[Any, str]]:
-    return [work(cell, request, lambda done: None) for cell in cells], {}
+def in_process(cells: Sequence[Any], request: Any, jobs: int, console: Any, work: Any) -> list[Any]:
+    return [work(cell, request, lambda done: None) for cell in cells]
 
 
 def test_the_command_runs_the_track(module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
     for name, number in (("EVALUATIONS", 4), ("STARTS", 1), ("EPISODES", 2)):
         monkeypatch.setattr(knowing, name, number)
-    monkeypatch.setattr(study, "work_on_all", in_process)
+    monkeypatch.setattr(study, "find_all", in_process)
     monkeypatch.setattr("agents.track.running.EPISODES", 2)
     words = ["track", "--machines", "public:1", "--adapters", "E7D1", "--adapters", f"{module}:Mine", "--seeds", "1"]
     monkeypatch.setattr("sys.argv", ["agents", *words, "--blocks", "60,0", "--runs", str(tmp_path)])

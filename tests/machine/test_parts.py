@@ -49,6 +49,12 @@ def test_where_the_table_goes_on_or_no_part_lies_gauging_takes_no_time(stop: str
     assert run(text, gauged(0.0)).strokes.tolist() == run(text, gauged(30.0)).strokes.tolist()
 
 
+def test_nothing_is_gauged_of_a_part_that_has_not_been_ground() -> None:
+    text = HEAD + "M01\nM01\n" + CYCLE + "M30\n"
+    times = [dataclasses.replace(job(), times=Times(load=0.0, gauge=seconds)) for seconds in (0.0, 30.0)]
+    assert run(text, times[0]).strokes.tolist() == run(text, times[1]).strokes.tolist()
+
+
 def test_a_dress_takes_the_time_of_its_plan() -> None:
     text = HEAD + CYCLE.replace("P9100", "P9100 D2") + "M30\n"
     brief, slow = run(text, job(dress_setup=0.0)), run(text, job(dress_setup=100.0))

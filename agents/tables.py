@@ -1,0 +1,40 @@
+"""Tables that commands of `python -m agents` write in a folder that may be somebody's: each replaces its own alone."""
+
+import csv
+import io
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+from grind_env.files import read_text
+from grind_env.targets import Own, check_own
+
+
+def check_tables(folder: Path, command: str, begins: Mapping[str, str]) -> None:
+    """Find out whether a folder has files under the names of tables that are none of a command's.
+
+    Args:
+        folder: that `--results` names.
+        command: as `python -m agents` knows it.
+        begins: how each file begins, by its name.
+
+    Raises:
+        FileError: it has.
+    """
+    for name, begin in begins.items():
+        own = Own(f"table of `python -m agents {command}`", re.compile(re.escape(begin.encode())).match)
+        check_own(folder / name, own, "--results")
+
+
+def csv_of(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """A table as CSV, its cells as they are."""
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def csv_rows(path: Path) -> list[dict[str, str]]:
+    """Rows of a table, by the names of its columns; errors as of `read_text`."""
+    return list(csv.DictReader(io.StringIO(read_text(path), newline="")))
