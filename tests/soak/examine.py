@@ -47,6 +47,8 @@ SUM = 1e-9
 NAME = "campaign.nc"
 SHARED = " at once, which is not simulated"
 """Of what is told of strokes that meet two stations."""
+UNCONDITIONED = " grinds more parts than the "
+"""Of what is told of a run that has more parts than conditions."""
 SLOWED = 1.001
 """Torque over that at the power limit from which on the spindle has slowed."""
 STEPPED_BY_CONTROL = 4
@@ -143,6 +145,8 @@ def _run(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
     if isinstance(whole, GrindError) or isinstance(stepped, GrindError):
         error = whole if isinstance(whole, GrindError) else stepped
         examined.end = error.name if isinstance(error, ControlError) else type(error).__name__
+        if _counts_otherwise(whole, stepped):
+            return False
         if str(whole) != str(stepped):
             examined.differ("run: refused on one way", str(whole)[:300], str(stepped)[:300])
         known["refused"] = str(error)
@@ -168,6 +172,17 @@ def _run(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
     if whole.stages != stepped.stages:
         examined.differ("run: stages stroke by stroke", whole.stages, stepped.stages)
     return True
+
+
+def _counts_otherwise(*ways: GrindingRecord | GrindError) -> bool:
+    """Whether one way has parts without conditions, and the other shares strokes, where that is a matter of the way."""
+    refused = any(isinstance(way, GrindError) and UNCONDITIONED in str(way) for way in ways)
+    return refused and any(isinstance(way, GrindingRecord) and _shares(way) for way in ways)
+
+
+def _shares(record: GrindingRecord) -> bool:
+    """Whether strokes of a record have met two stations."""
+    return any(SHARED in each.why for found in record.unjudged for each in found)
 
 
 def _compare_shared(whole: GrindingRecord, stepped: GrindingRecord, examined: Examined) -> None:
@@ -212,7 +227,7 @@ def _see(record: GrindingRecord, examined: Examined) -> None:
         "stall in a groove": (strokes["torque"][strokes["groove"] > 0] >= STALL).any(),
         "air": any(not (table["ae"][table["line"] == line] > 0.0).any() for line in np.unique(table["line"])),
         "several parts": len(record.parts) > 1,
-        "stations met at once": any(SHARED in each.why for found in record.unjudged for each in found),
+        "stations met at once": _shares(record),
         "several stations ground": len({station.name for station in record.job.met}) > 1,
         "dresses": len(record.dresses) > 0,
         "wheel destroyed": bool(strokes.size) and float(strokes["A"].max()) >= 0.999 * p.Amax,
