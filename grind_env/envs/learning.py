@@ -40,6 +40,28 @@ def eased(rewards: NDArray[Any], worst: float = WORST_REWARD) -> NDArray[Any]:
     return np.maximum(rewards + 1.0, worst).astype(rewards.dtype)
 
 
+def lateness(simulation: Simulation, observations: Array) -> Array:
+    """What it costs that the parts of the coming due date are late already, over the reference cost; 0 without dates.
+
+    The environment charges it at the date, with the last of these parts. Whoever learns is better charged what it has
+    grown by with each block, which is the same in the end (Ng, Harada, Russell, ICML 1999, 278) and tells which block
+    was too slow.
+
+    Args:
+        simulation: of the environment.
+        observations: of episodes, shape (N, entries).
+
+    Returns:
+        Shape (N,), of the same type.
+    """
+    due, names = simulation.task.due, [reading.name for reading in simulation.entries]
+    if due is None:
+        return np.zeros(len(observations), observations.dtype)
+    shown, reading = observations[:, names.index("time_to_due")], simulation.entries[names.index("time_to_due")]
+    late = np.maximum(-(shown * reading.scale + reading.offset), 0.0)
+    return (late * (due.late / 3600.0 / simulation.task.reference_cost)).astype(observations.dtype)
+
+
 def usual(simulation: Simulation, codec: ActionCodec, forms: Sequence[MemoryForm]) -> Standard:
     """Mean and standard deviation of every entry of what is shown, in the better part of random play.
 

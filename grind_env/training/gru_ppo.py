@@ -19,7 +19,7 @@ from gymnasium import spaces
 from torch import Tensor, nn
 
 from grind_env.arrays import Array
-from grind_env.envs.learning import eased, usual
+from grind_env.envs.learning import eased, lateness, usual
 from grind_env.envs.memory import Flags
 from grind_env.envs.shown import CLIP, Standard
 from grind_env.envs.simulation import Simulation
@@ -217,6 +217,7 @@ class Episodes:
         self.standard = usual(self.envs.simulation, self.envs.codec, [self.memory])
         observations, _ = self.envs.reset(seed=FIRST_SEED + SEED_STRIDE * seed, options={"split": settings.split})
         self.memory.begin(settings.envs)
+        self.late = lateness(self.envs.simulation, observations)
         self.seen = self._standardised(self.memory.take(observations, None, self.everyone))
         self.begun = torch.ones(settings.envs)
 
@@ -244,8 +245,11 @@ class Episodes:
         self.seen, self.begun = self._standardised(shows), torch.as_tensor(over, dtype=torch.float32)
         # the chance of scrap, not what is found of it: it says more of every part, and a simulator knows it
         finished, good = self.envs.last[0][:, [FINISHED, GOOD]].T
+        # tried on Rush: lateness is charged as it grows; as a lump it is cut, and on public machines all dawdled
+        charged = rewards + self.late - lateness(self.envs.simulation, last)
+        self.late = lateness(self.envs.simulation, observations)
         # the reward is one more, so that the best fixed plan earns about 0, and scrap does not drown an update
-        earned = np.stack([eased(rewards), finished - good], axis=1)
+        earned = np.stack([eased(charged), finished - good], axis=1)
         return earned, float(finished.sum()), truncated, self._standardised(seen)
 
     def _standardised(self, seen: Array) -> Tensor:

@@ -1,6 +1,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from grind_env.policies.held import on
 from grind_env.policies.learned.network import Network
 from grind_env.policies.learned.saved import ENTRY, load_policy, write_policy
 from grind_env.policies.problem import find_problem
+from grind_env.training import gru_ppo
 from grind_env.training.gru_ppo import (
     SEEN,
     Agent,
@@ -108,6 +110,23 @@ def test_the_worth_is_that_of_all_returns_together():
         worth.take(part)
     assert worth.mean.numpy() == pytest.approx(returns.numpy().mean(axis=0), rel=1e-5)
     assert worth.deviation.numpy() == pytest.approx(returns.numpy().std(axis=0), rel=1e-4)
+
+
+def test_lateness_is_charged_as_it_grows_and_is_the_same_in_all(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(gru_ppo, "eased", lambda charged: charged)
+    episodes, slow, given = Episodes(find_problem("rush"), SMALL, 0), np.tile([8, 1], (SMALL.envs, 1)), []
+    step = episodes.envs.step
+
+    def noting(actions: np.ndarray) -> Any:
+        given.append(step(actions))
+        return given[-1]
+
+    episodes.envs.step = noting
+    charged = np.array([episodes.step(slow)[0][:, 0] for _ in range(8)])
+    rewards = np.array([each[1] for each in given])
+    assert (rewards[-1] < -10.0).all() and (charged[-1] > 0.6 * rewards[-1]).all()
+    # of the next due date something may be late already
+    assert charged.sum(axis=0) == pytest.approx(rewards.sum(axis=0) - episodes.late, rel=1e-5)
 
 
 def test_what_is_seen_is_what_is_measured_and_behind_it_what_is_hidden():
