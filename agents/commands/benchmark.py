@@ -144,7 +144,10 @@ def benchmark(
         fresh=fresh,
     )
     taken, waiting = grid.hours(cells, request)
-    console.print(f"{len(cells)} cells: about {taken:.1f} core-hours, {waiting:.1f} of them for what is not kept yet")
+    console.print(
+        f"{len(cells)} cells: about {taken:.1f} core-hours, {waiting:.1f} of them for what is not kept yet; what other"
+        " code has made is made anew"
+    )
     with going_on(fresh):
         found, failed = work_on_all(cells, request, jobs, console, measure, ray)
     before = read_results(folder)
