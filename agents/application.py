@@ -11,6 +11,7 @@ from agents.commands import (
     recipe,
     safety,
     scores,
+    splits,
     track,
     train,
     tune,
@@ -28,7 +29,7 @@ app = Application(
 )
 
 COMMANDS = (
-    *(tune, train, recipe, safety, benchmark, scores, gaps, dress_study, plants, track, worlds),
+    *(tune, train, recipe, safety, benchmark, scores, gaps, dress_study, plants, track, worlds, splits),
     *(figure, video, dataset, clone),
 )
 for command in COMMANDS:

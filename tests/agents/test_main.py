@@ -16,7 +16,9 @@ from grind_env.cli import main as grind
 from grind_env.policies.tuned import read_tuned
 
 HEAVY = ("torch", "stable_baselines3", "optuna", "matplotlib", "pyarrow", "cma", "minari")
-ELSEWHERE = ("benchmark", "clone", "figure", "gaps", "plants", "recipe", "safety", "scores", "track", "worlds")
+ELSEWHERE = (
+    *("benchmark", "clone", "figure", "gaps", "plants", "recipe", "safety", "scores", "splits", "track", "worlds"),
+)
 """Commands that tests of their own run through the same `main`."""
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from agents import recipe, safety, worlds
+from agents import recipe, safety, splits, worlds
 from agents.application import app
 from agents.benchmark.results import CSV
 from agents.benchmark.results import TABLE as BENCHMARK
@@ -33,6 +33,8 @@ BY_COMMAND = {
     "benchmark.csv": "benchmark --task oracle6 --kinds= --policies handbook --runs .",
     "benchmark.parquet": "benchmark --task oracle6 --kinds= --policies handbook --runs runs --results .",
     "power_limited.csv": "scores --task power_limited --results . --runs runs --data new.toml",
+    "splits.csv": "splits --task oracle6 --episodes 2 --results . --runs runs",
+    "splits.md": "splits --task oracle6 --episodes 2 --results . --runs runs",
     "worlds.csv": "worlds --episodes 2 --results . --runs runs",
     "worlds.md": "worlds --episodes 2 --results . --runs runs",
     "new.toml": "scores --task power_limited --results . --runs runs --data new.toml",
@@ -62,7 +64,7 @@ def test_a_file_of_somebody_is_told_before_any_work(
 
 
 def test_what_is_checked_in_is_known_for_their_own() -> None:
-    elsewhere = ("benchmark", "gaps", "plants", "recipe", "safety", "track", "worlds")
+    elsewhere = ("benchmark", "gaps", "plants", "recipe", "safety", "splits", "track", "worlds")
     for own, paths in (
         (TUNED_FILE, CONFIGS.glob("*.toml")),
         (REFERENCES, [FILE]),
@@ -72,7 +74,7 @@ def test_what_is_checked_in_is_known_for_their_own() -> None:
     ):
         found = list(paths)
         assert found and all(own.fits(path) for path in found)
-    for module in (gaps, plants, recipe, safety, track, worlds):
+    for module in (gaps, plants, recipe, safety, splits, track, worlds):
         check_tables(RESULTS, module.__name__, module.BEGINS)
 
 

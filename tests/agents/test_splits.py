@@ -1,0 +1,58 @@
+"""`python -m agents splits`: policies on contexts that were held out, and beyond the task."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from agents.__main__ import main
+from agents.splits import EVERY, SHOWN, Cell, judged, lines_of, page, plans_of, run_splits
+from grind_env.policies.evaluation import Evaluation
+from grind_env.policies.problem import find_problem
+from grind_env.policies.registry import REFERENCE
+
+ORACLE, PLATES = find_problem("oracle6"), find_problem("power_limited")
+
+
+def test_agents_are_judged_where_there_are_some() -> None:
+    assert judged(ORACLE) == ["empirical_rule", "look_ahead", "belief_planner", "mpc"]
+    assert judged(PLATES) == ["empirical_rule", "look_ahead", "belief_planner", "shipped", "robust", "mpc"]
+
+
+def test_each_split_is_scored_between_its_own_hindsight_and_the_plan_that_is_best_on_all_contexts() -> None:
+    def run(cost: float) -> Evaluation:
+        N = np.full(4, cost)
+        shape = dict.fromkeys(Evaluation.__slots__, N)
+        return Evaluation(**shape)
+
+    costs = {EVERY: (4.0, 5.0, 2.0, 1.0), "interpolation": (8.0, 2.0, 5.0, 2.0), "extrapolation": (9.0, 9.0, 9.0, 1.0)}
+    names = ("constant", "interval", "mpc", REFERENCE)
+    found = {
+        Cell(PLATES, split, who): run(cost) for split in SHOWN for who, cost in zip(names, costs[split], strict=True)
+    }
+    lines = lines_of(PLATES, found)
+    assert [(each.split, each.who) for each in lines] == [
+        (split, who) for split in SHOWN for who in ("constant", "mpc", REFERENCE)
+    ]
+    assert [each.score[0] for each in lines if each.who == "mpc"] == pytest.approx([200.0 / 3.0, 50.0, 0.0])
+    assert "| power_limited | interpolation | – | – | – | – | – | 50.0 (50.0 to 50.0) |" in page(lines, 4)
+
+
+def test_what_was_run_is_kept_and_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run_splits([ORACLE], 2, jobs=1, console=Console(quiet=True), runs=tmp_path / "runs", results=tmp_path)
+    written = {path: path.stat().st_mtime_ns for path in (tmp_path / "runs").rglob("*.npz")}
+    words = ["splits", "--task", "oracle6", "--episodes", "2", "--jobs", "1", "--runs", str(tmp_path / "runs")]
+    monkeypatch.setattr("sys.argv", ["agents", *words, "--results", str(tmp_path)])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code in (0, None) and "| oracle6 | extrapolation |" in capsys.readouterr().out
+    assert all(path.stat().st_mtime_ns == time for path, time in written.items())
+    assert len(written) == (len(plans_of(ORACLE)) + len(judged(ORACLE)) + 1) * len(SHOWN)
+    with (tmp_path / "splits.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert {row["split"] for row in rows} == set(SHOWN)
+    assert all(float(row["score"]) == pytest.approx(100.0) for row in rows if row["who"] == REFERENCE)
