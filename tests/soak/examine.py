@@ -18,7 +18,7 @@ from grind_env.control.control import WHEEL_RADIUS
 from grind_env.envs.job.outline import JobProgramError
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.job.text import with_words_chosen
-from grind_env.envs.program_episode import ProgramEpisode
+from grind_env.envs.program_episode import PassageError, ProgramEpisode
 from grind_env.envs.tables import Outcome
 from grind_env.errors import GrindError
 from grind_env.machine.dress.mounting import first_diameter
@@ -288,7 +288,7 @@ def _replayed(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
         simulation = JobSimulation(programs, job, 0.0)
     except GrindError as error:
         _require_sentence(error, examined)
-        if record is not None and not isinstance(error, JobProgramError):
+        if record is not None and not isinstance(error, JobProgramError | PassageError):
             examined.differ("replay: refuses what is ground", str(error)[:300], "ground")
         examined.replay = f"refused: {type(error).__name__}"
         return False
