@@ -268,6 +268,10 @@ def _replay(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
     else:
         if record is not None and any(record.unjudged):
             examined.differ("replay: grinds what is not judged", "judged", str(record.unjudged)[:300])
+    if record is not None and _shares(record) and case.job.parts:
+        # a run takes the conditions of all parts that strokes meet, a replay those of the ones whose stations it names
+        examined.replay = "conditions of parts that share strokes"
+        return False
     with patch.object(script, "refuse_unjudged"):
         return _replayed(case, examined, known)
 
