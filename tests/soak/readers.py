@@ -102,7 +102,7 @@ READS = (
     Read("shop.toml", "catalogue --file shop.toml", weight=2.0),
     Read("shop.toml", "catalogue wheel our_a60j --file shop.toml --json"),
     Read("shop.toml", f"run part.nc --job shop_job.toml {OUT}", weight=2.0),
-    Read("shop.toml", "init made --catalogue shop.toml --tolerance 20 --budget 0s", 60.0, weight=0.1),
+    Read("shop.toml", "init made --catalogue shop.toml --tolerance 20 --stock 0.05 --budget 0s", 60.0, weight=0.1),
     Read("entries.toml", "catalogue --file entries.toml", weight=2.0),
     Read("task.toml", "tasks task.toml", weight=2.0),
     Read("task.toml", "tasks task.toml --json"),
