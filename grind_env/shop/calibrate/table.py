@@ -76,7 +76,7 @@ LEAST_SETTING = 1e-9
 class _Row(NamedTuple):
     """A row that has a response."""
 
-    setting: Mapping[str, float]
+    setting: tuple[tuple[str, float], ...]
     volume: float
     """mm3/mm; NaN for a wheel that is sharp."""
 
@@ -117,6 +117,7 @@ def calibrate_table(
         )
     values = {name: _values(sheet, columns[name], name, settings.part.width) for name in columns}
     rows = [_row(settings, values, k) for k in range(len(sheet.cells))]
+    distinct = set(rows)  # a setting may be measured many times
     free = _free(said, measured)
     of_row, kind, value = (
         np.array(each)
@@ -136,8 +137,8 @@ def calibrate_table(
 
     def predict(changes: Changes) -> Floats:
         changed = with_entries(settings, changes)
-        found = [_ground(changed, row) for row in rows]
-        return np.array([found[k][name] for k, name in zip(of_row.tolist(), kind.tolist(), strict=True)])
+        found = {row: _ground(changed, row) for row in distinct}
+        return np.array([found[rows[k]][name] for k, name in zip(of_row.tolist(), kind.tolist(), strict=True)])
 
     told("fitting")
     problem = Problem(parameters, dict.fromkeys(free, FREE), data, predict)
@@ -211,7 +212,7 @@ def _row(job: Job, values: Mapping[str, Floats], k: int) -> _Row:
     for name, value in given.items():
         if not value > LEAST_SETTING:
             raise CalibrationError(f"setting {k + 1} has no {name}; every row needs all of its settings, above 0")
-    return _Row({**usual, **given}, float(values["volume"][k]) if "volume" in values else math.nan)
+    return _Row(tuple({**usual, **given}.items()), float(values["volume"][k]) if "volume" in values else math.nan)
 
 
 def _free(said: Map, measured: list[str]) -> list[str]:
@@ -233,7 +234,7 @@ def _ground(job: Job, row: _Row) -> Mapping[str, float]:
     names = {kind: entries[kind].name for kind in ("material", "wheel", "dresser", "fluid")}
     grinder = rig.fresh(
         **names,
-        **row.setting,
+        **dict(row.setting),
         constant_surface_speed=job.setup.constant_surface_speed,
         diameter=job.wheel.diameter or job.setup.wheel.diameter,
         diamond_flat=job.wheel.diamond_flat,
