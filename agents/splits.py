@@ -168,7 +168,7 @@ def page(lines: Sequence[Line], episodes: int) -> str:
         costs.append((task, split, plan, *(_cost(of.get(who)) for who in (plan, *WHO, REFERENCE))))
     return (
         f"{TITLE}\n\n`python -m agents splits`: {episodes} evaluation episodes, the same seeds in every split. `all` is"
-        " what a task draws; `interpolation` are the contexts that no training and no tuning has seen;"
+        " what a task draws, and what rules are tuned on; `interpolation` are contexts that no agent was trained on;"
         " `extrapolation` has wear and pressure beyond all that a task draws, another wheel and another material, half"
         " as much stock again and readings that are three times as noisy. Score (95 % over episodes): 0 is the fixed"
         " plan that is best on all contexts, 100 is hindsight; `mpc` knows the state.\n\n"
