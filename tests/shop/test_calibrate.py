@@ -2,6 +2,7 @@
 
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from grind_env.errors import GrindError
 from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
 from grind_env.process.catalogue import load_catalogue
+from grind_env.shop.calibrate import table
 from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.idle import idle_at
@@ -186,6 +188,31 @@ def test_a_table_of_settings_goes_through_the_same_fit(tmp_path: Path):
     assert values["roughness"].low < 0.65 < values["roughness"].high
     assert values["chip_energy"].low < 16.0 < values["chip_energy"].high
     assert found.errors["Ra"][2] < 0.05 < found.errors["Ra"][1]
+
+
+@pytest.mark.parametrize("volume", ["400000000", "100001"])
+def test_a_setting_that_would_be_ground_for_ever_is_refused(volume: str, tmp_path: Path) -> None:
+    (tmp_path / "table.csv").write_text(f"downfeed [um];volume;Ra\n5;40;.3\n5;{volume};.4\n", encoding="utf-8")
+    with pytest.raises(CalibrationError, match=r"setting 2 grinds .* strokes; check volume, downfeed and length"):
+        calibrate_table(tmp_path / "table.csv", EXAMPLES / "plate_g82.toml")
+
+
+def test_a_setting_that_is_measured_often_takes_no_longer_to_fit(tmp_path: Path, monkeypatch: Any) -> None:
+    ground = []
+
+    def counted(job: Any, row: Any) -> Any:
+        ground.append(row)
+        return once(job, row)
+
+    once = table._ground
+    monkeypatch.setattr(table, "_ground", counted)
+    for repeats in (1, 20):
+        rows = ["downfeed [um];Fn [N/mm]", *["5;2.1", "10;3.4"] * repeats]
+        (tmp_path / f"{repeats}.csv").write_text("\n".join(rows), encoding="utf-8")
+        calibrate_table(tmp_path / f"{repeats}.csv", EXAMPLES / "plate_g82.toml", names=["chip_energy"])
+        assert len(set(ground)) == 2
+        assert len(ground) < 400
+        ground.clear()
 
 
 def test_forces_of_settings_that_follow_other_laws_leave_a_residual(tmp_path: Path) -> None:

@@ -31,7 +31,7 @@ from grind_env.shop.calibrate.result import Calibration, HeldOut, estimates_of, 
 from grind_env.shop.calibrate.sheet import Floats, Sheet, plain, read_sheet
 from grind_env.shop.calibrate.solver import Changes, Data, changes_of
 from grind_env.shop.calibrate.uncertain import missed
-from grind_env.validation.rig import SHARP, Rig
+from grind_env.validation.rig import SHARP, Rig, SetUp
 
 SETTINGS = ("wheel_speed", "table_speed", "downfeed", "width", "length", "lead", "depth", "volume")
 """What a row sets; `depth` is that of the dress."""
@@ -71,6 +71,8 @@ HELD_OUT, ENOUGH = 4, 6
 
 LEAST_SETTING = 1e-9
 """Of m/s, mm/s and mm, up to which a setting is none: with it nothing would be ground."""
+MOST_STROKES = 100_000
+"""Of a setting; a fit grinds each a thousand times."""
 
 
 class _Row(NamedTuple):
@@ -207,12 +209,21 @@ def _row(job: Job, values: Mapping[str, Floats], k: int) -> _Row:
         "width": min(job.part.width, job.setup.wheel.width),
         "length": job.part.length,
         "wheel_speed": job.setup.wheel_speed,
+        "downfeed": SetUp().downfeed,
     }
     given = {name: float(values[name][k]) for name in SETTINGS if name in values and name != "volume"}
     for name, value in given.items():
         if not value > LEAST_SETTING:
             raise CalibrationError(f"setting {k + 1} has no {name}; every row needs all of its settings, above 0")
-    return _Row(tuple({**usual, **given}.items()), float(values["volume"][k]) if "volume" in values else math.nan)
+    setting = {**usual, **given}
+    volume = float(values["volume"][k]) if "volume" in values else math.nan
+    a_stroke = setting["downfeed"] * setting["length"]
+    if volume > MOST_STROKES * a_stroke:
+        raise CalibrationError(
+            f"setting {k + 1} grinds {volume:.6g} mm3 per mm of width, {a_stroke:.3g} in a stroke: more than"
+            f" {MOST_STROKES:,} strokes; check volume, downfeed and length, and their units"
+        )
+    return _Row(tuple(setting.items()), volume)
 
 
 def _free(said: Map, measured: list[str]) -> list[str]:
