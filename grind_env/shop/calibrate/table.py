@@ -72,7 +72,7 @@ HELD_OUT, ENOUGH = 4, 6
 LEAST_SETTING = 1e-9
 """Of m/s, mm/s and mm, up to which a setting is none: with it nothing would be ground."""
 MOST_STROKES = 100_000
-"""Of a setting; a fit grinds each a thousand times."""
+"""Of a setting, far more than a wheel stands; a fit grinds each setting some hundred times."""
 
 
 class _Row(NamedTuple):
