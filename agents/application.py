@@ -9,6 +9,7 @@ from agents.commands import (
     gaps,
     plants,
     recipe,
+    replicate,
     safety,
     scores,
     splits,
@@ -29,7 +30,7 @@ app = Application(
 )
 
 COMMANDS = (
-    *(tune, train, recipe, safety, benchmark, scores, gaps, dress_study, plants, track, worlds, splits),
+    *(tune, train, recipe, safety, benchmark, replicate, scores, gaps, dress_study, plants, track, worlds, splits),
     *(figure, video, dataset, clone),
 )
 for command in COMMANDS:

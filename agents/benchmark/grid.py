@@ -51,7 +51,7 @@ def grid(
 
 
 def hours(cells: Sequence[Cell], request: Request) -> tuple[float, float]:
-    """Core-hours of all cells, about, and of those of which no evaluation is kept."""
+    """Core-hours of all cells, about, and of those of which no evaluation of the first seeds is kept."""
     all_of = [seconds(cell, request) / 3600.0 for cell in cells]
     waiting = [each for cell, each in zip(cells, all_of, strict=True) if not begun(cell, request)]
     return sum(all_of), sum(waiting)
@@ -76,5 +76,5 @@ def seconds(cell: Cell, request: Request) -> float:
 
 
 def begun(cell: Cell, request: Request) -> bool:
-    """Whether an evaluation of a cell is kept, of whatever code."""
-    return any(request.runs.glob(cell.files[-1].replace("**/*", "*.npz")))
+    """Whether an evaluation of a cell on the first seeds is kept, of whatever code."""
+    return any(request.runs.glob(cell.files[-1].replace("**/*", f"{request.first}.npz")))

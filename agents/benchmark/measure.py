@@ -11,7 +11,7 @@ from agents.cells import CHUNK, Advance, kept_evaluation
 from agents.learning.curve import Point, curve_path, read_curve, seconds_to
 from agents.learning.settings import settings_of
 from grind_env.envs.splits import EVERY
-from grind_env.policies.evaluation import Evaluation, episode_seeds
+from grind_env.policies.evaluation import SEEDS, Evaluation
 from grind_env.policies.held import on
 from grind_env.policies.planners.hindsight import Hindsight
 from grind_env.policies.policy import Policy, Sees
@@ -52,11 +52,12 @@ class Measured:
     Attributes:
         cell: the cell.
         sees: what the policy sees.
-        evaluation: on the evaluation seeds, split `all`.
+        evaluation: on the seeds that were asked for, split `all`.
         interpolation: on the same seeds with contexts of the split `interpolation`, if asked for.
         plants: on the same seeds on machines that are held out, if asked for; of what sees measurements.
         made: how the policy was made.
         price: of its decisions.
+        first: of the seeds.
     """
 
     cell: Cell
@@ -66,6 +67,7 @@ class Measured:
     plants: Evaluation | None = None
     made: Made = Made()
     price: Price | None = None
+    first: int = SEEDS["evaluation"]
 
     @property
     def seconds_to_95(self) -> float | None:
@@ -93,7 +95,7 @@ def measure(cell: Cell, request: Request, advance: Advance = lambda episodes: No
         episodes, between = min(episodes, CHUNK), 0
 
     def run(count: int, split: str = EVERY, on_plants: bool = False) -> Evaluation:
-        seeds, what = episode_seeds("evaluation", count), on(problem, HELD_OUT) if on_plants else problem
+        seeds, what = range(request.first, request.first + count), on(problem, HELD_OUT) if on_plants else problem
         place = request.runs / f"{AT}{HELD_OUT}" / cell.apart if on_plants else runs
         return kept_evaluation(policy, what, seeds, place, split=split, fresh=request.fresh, advance=advance)
 
@@ -106,6 +108,7 @@ def measure(cell: Cell, request: Request, advance: Advance = lambda episodes: No
         made=made,
         # behind the evaluation, which has compiled what it needs; in a simulation for which no table has been made
         price=price_of(policy, replace(problem).simulation(), runs / cell.task / "cells" / policy.name / "price.json"),
+        first=request.first,
     )
 
 

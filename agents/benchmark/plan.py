@@ -10,6 +10,7 @@ from agents.cells import RUNS
 from agents.learning.settings import LAST_SEED, settings_of
 from grind_env.envs.names import task_names
 from grind_env.errors import quoted
+from grind_env.policies.evaluation import SEEDS
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE, fitting, policy_names
 from grind_env.policies.tuned import ConfigError
@@ -92,7 +93,8 @@ class Request:
     """How cells are measured.
 
     Attributes:
-        episodes: of the evaluation seeds, split `all`.
+        first: of the seeds of the episodes; the evaluation seeds by default.
+        episodes: of these seeds, split `all`.
         interpolation_episodes: of the same seeds with contexts of the split `interpolation`; 0 for none.
         plants_episodes: of the same seeds on machines that are held out, of policies that see measurements; 0 for none.
         steps: training steps; those of the kind by default.
@@ -101,6 +103,7 @@ class Request:
         fresh: do again what is kept.
     """
 
+    first: int = SEEDS["evaluation"]
     episodes: int = EPISODES
     interpolation_episodes: int = INTERPOLATION_EPISODES
     plants_episodes: int = PLANTS_EPISODES

@@ -19,7 +19,7 @@ from agents.tables import csv_of
 from grind_env.arrays import Array
 from grind_env.errors import reason
 from grind_env.files import csv_cell, read_bytes, write_atomically
-from grind_env.policies.evaluation import Evaluation, episode_seeds
+from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.tuned import ConfigError, write_whole
 from grind_env.targets import Own
 from grind_env.task_version import TASK_VERSION
@@ -162,7 +162,7 @@ def result_of(measured: Measured) -> Result:
     made, price = measured.made, measured.price
     speeds = run.speeds / 1000.0
     low, high = np.nanpercentile(speeds, [10.0, 90.0])
-    facts: dict[str, Any] = dict(provenance(episode_seeds("evaluation", len(run.cost))))
+    facts: dict[str, Any] = dict(provenance(seeds_of(measured, run)))
     return Result(
         task=cell.task,
         policy=cell.policy,
@@ -178,10 +178,10 @@ def result_of(measured: Measured) -> Result:
         dresses_per_part=float(np.nansum(run.executions) / run.finished.sum()),
         interpolation_episodes=0 if between is None else len(between.cost),
         interpolation_scrap=None if between is None else between.scrap,
-        interpolation_seeds=None if between is None else shown_seeds(episode_seeds("evaluation", len(between.cost))),
+        interpolation_seeds=None if between is None else shown_seeds(seeds_of(measured, between)),
         plants_episodes=0 if plants is None else len(plants.cost),
         plants_scrap=None if plants is None else plants.scrap,
-        plants_seeds=None if plants is None else shown_seeds(episode_seeds("evaluation", len(plants.cost))),
+        plants_seeds=None if plants is None else shown_seeds(seeds_of(measured, plants)),
         trained_on=made.trained_on,
         steps=made.steps,
         train_seconds=made.seconds,
@@ -199,6 +199,11 @@ def result_of(measured: Measured) -> Result:
         plants_cost=single(plants, "cost"),
         plants_good=single(plants, "good"),
     )
+
+
+def seeds_of(measured: Measured, run: Evaluation) -> range:
+    """Seeds of the episodes of a run."""
+    return range(measured.first, measured.first + len(run.cost))
 
 
 def single(run: Evaluation | None, name: str) -> Episodes:

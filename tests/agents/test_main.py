@@ -17,7 +17,8 @@ from grind_env.policies.tuned import read_tuned
 
 HEAVY = ("torch", "stable_baselines3", "optuna", "matplotlib", "pyarrow", "cma", "minari")
 ELSEWHERE = (
-    *("benchmark", "clone", "figure", "gaps", "plants", "recipe", "safety", "scores", "splits", "track", "worlds"),
+    *("benchmark", "clone", "figure", "gaps", "plants", "recipe", "replicate"),
+    *("safety", "scores", "splits", "track", "worlds"),
 )
 """Commands that tests of their own run through the same `main`."""
 

@@ -6,6 +6,7 @@ import pytest
 
 from agents import recipe, safety, splits, worlds
 from agents.application import app
+from agents.benchmark import replications
 from agents.benchmark.results import CSV
 from agents.benchmark.results import TABLE as BENCHMARK
 from agents.cells import RESULTS
@@ -32,6 +33,8 @@ BY_COMMAND = {
     "gaps.md": "gaps --task oracle6 --results . --runs runs",
     "benchmark.csv": "benchmark --task oracle6 --kinds= --policies handbook --runs .",
     "benchmark.parquet": "benchmark --task oracle6 --kinds= --policies handbook --runs runs --results .",
+    "replications.csv": "replicate --task oracle6 --results . --runs runs",
+    "replications.md": "replicate --task oracle6 --results . --runs runs",
     "power_limited.csv": "scores --task power_limited --results . --runs runs --data new.toml",
     "splits.csv": "splits --task oracle6 --episodes 2 --results . --runs runs",
     "splits.md": "splits --task oracle6 --episodes 2 --results . --runs runs",
@@ -64,7 +67,7 @@ def test_a_file_of_somebody_is_told_before_any_work(
 
 
 def test_what_is_checked_in_is_known_for_their_own() -> None:
-    elsewhere = ("benchmark", "gaps", "plants", "recipe", "safety", "splits", "track", "worlds")
+    elsewhere = ("benchmark", "gaps", "plants", "recipe", "replications", "safety", "splits", "track", "worlds")
     for own, paths in (
         (TUNED_FILE, CONFIGS.glob("*.toml")),
         (REFERENCES, [FILE]),
@@ -74,7 +77,7 @@ def test_what_is_checked_in_is_known_for_their_own() -> None:
     ):
         found = list(paths)
         assert found and all(own.fits(path) for path in found)
-    for module in (gaps, plants, recipe, safety, splits, track, worlds):
+    for module in (gaps, plants, recipe, replications, safety, splits, track, worlds):
         check_tables(RESULTS, module.__name__, module.BEGINS)
 
 

@@ -1,0 +1,195 @@
+"""Published results on seeds that nothing was chosen by: do their means lie where the rows say that they will?"""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from rich.console import Console
+
+from agents.benchmark import grid
+from agents.benchmark.judge import Sampled, judged
+from agents.benchmark.measure import measure
+from agents.benchmark.page import Verdict, verdict
+from agents.benchmark.plan import AT, Cell, Request
+from agents.benchmark.results import PLANTS, Result, result_of
+from agents.benchmark.summary import shown, tasks_of
+from agents.pool import find_all
+from agents.provenance import provenance
+from agents.tables import csv_of
+from grind_env.pages.markdown import table
+from grind_env.policies.problem import Problem
+from grind_env.policies.statistics import prediction
+from grind_env.policies.tuned import ConfigError, write_whole
+
+FIRSTS = (11_000_000, 12_000_000, 13_000_000)
+"""Of the seeds of each set; none is in `grind_env.policies.evaluation.SEEDS`."""
+EPISODES = 128
+PLACES = {"": "the model", PLANTS: "machines that are not the model"}
+"""What is ground, by what the columns of a result begin with."""
+CSV, PAGE, TITLE = "replications.csv", "replications.md", "# Replications"
+COLUMNS = ("task", "policy", "seed", "on", "first", "published", "low", "high", "found", "holds")
+BEGINS = {CSV: ",".join(COLUMNS), PAGE: TITLE}
+
+HEAD = """\
+`python -m agents replicate`: every policy of [the results](README.md), variants left out, on {sets} sets of {episodes}
+other episodes, of seeds by which nothing was tuned, trained or chosen. Told is how many mean costs lie where the
+published row has the mean of so many others with 95 % ([the prediction
+interval](../../docs/benchmark/protocol.md#verify-a-row)).
+Policies of a task grind the same episodes, so that one hard set moves many of them. {total}."""
+CHOSEN = """\
+The best learned agent from measurements and the best rule of the published results, not chosen anew; points are paired.
+The agent beats the rule, the interval of the difference apart from 0, in {beaten} of {tasks} tasks, set by set."""
+
+
+class Replication(NamedTuple):
+    """A published number and what came of it on other seeds; $ an episode."""
+
+    task: str
+    policy: str
+    seed: int | None
+    """Training seed."""
+    on: str
+    first: int
+    """Of the other seeds."""
+    published: float
+    low: float
+    high: float
+    """Ends of where the published row has the mean of as many other episodes with 95 %."""
+    found: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether it lies there."""
+        return self.low <= self.found <= self.high
+
+
+def replicate(
+    published: Sequence[Result],
+    problems: Sequence[Problem],
+    firsts: Sequence[int],
+    episodes: int,
+    *,
+    jobs: int,
+    console: Console,
+    runs: Path,
+) -> dict[int, list[Result]]:
+    """Run all policies of published results, variants left out, on other seeds.
+
+    Args:
+        published: the results.
+        problems: of which tasks.
+        firsts: of each set of seeds.
+        episodes: of each set, on the model and on machines that are not.
+        jobs: processes.
+        console: shows how far it is.
+        runs: folder of what is kept: agents of the benchmark, which are trained anew if they are not there, and
+            evaluations.
+
+    Returns:
+        The results of every set, by its first seed.
+
+    Raises:
+        ConfigError: there are no such results.
+        GrindError: a cell failed.
+    """
+    cells = [
+        Cell(problem, each.policy, each.seed)
+        for problem in problems
+        for each in published
+        if each.task == problem.name and AT not in each.policy
+    ]
+    if not cells:
+        raise ConfigError("there are no such results to be replicated: run `python -m agents benchmark` first")
+    requests = {
+        first: Request(first=first, episodes=episodes, interpolation_episodes=0, plants_episodes=episodes, runs=runs)
+        for first in firsts
+    }
+    taken, waiting = np.sum([grid.hours(cells, request) for request in requests.values()], axis=0)
+    console.print(
+        f"{len(cells)} policies, {len(firsts)} times: at most {taken:.1f} core-hours, {waiting:.1f} of them for what is"
+        " not kept yet; agents that are kept are not trained again"
+    )
+    return {
+        first: judged([result_of(each) for each in find_all(cells, request, jobs, console, measure)])
+        for first, request in requests.items()
+    }
+
+
+def compared(published: Sequence[Result], found: Mapping[int, Sequence[Result]]) -> list[Replication]:
+    """Each published number beside those of all sets."""
+    others = {first: {each.key: each for each in results} for first, results in found.items()}
+    replications = []
+    for each in published:
+        for prefix, on in PLACES.items():
+            cost = f"{prefix}cost"
+            known = np.asarray(getattr(each, cost), float)
+            for first, results in others.items():
+                if not len(known) or each.key not in results:
+                    continue
+                other = np.asarray(getattr(results[each.key], cost), float)
+                expected = prediction(known, len(other))
+                replications.append(Replication(*each.key, on, first, *expected, float(other.mean())))
+    return replications
+
+
+def verdicts_of(published: Sequence[Result], found: Sequence[Result]) -> list[Verdict]:
+    """What published results say is the best agent and the best rule of every task, on other seeds."""
+    given = []
+    for task in tasks_of(found):
+        chosen, of = (Sampled(each for each in results if each.task == task) for results in (published, found))
+        given.append(verdict(task, of, chosen))
+    return [each for each in given if each is not None]
+
+
+def page(
+    published: Sequence[Result], found: Mapping[int, Sequence[Result]], replications: Sequence[Replication]
+) -> str:
+    """The tables, Markdown."""
+    results = next(iter(found.values()))
+    tasks, sets = tasks_of(results), [f"from {first}" for first in found]
+    shares = [
+        (task, on, *(_share(replications, on, task, first) for first in found))
+        for task in tasks
+        for on in PLACES.values()
+    ]
+    total = "; ".join(f"{_share(replications, on)} on {on}" for on in PLACES.values())
+    known = verdicts_of(published, [each for each in published if each.task in tasks])
+    others = [verdicts_of(published, results) for results in found.values()]
+    beaten = ", ".join(str(sum(each.over.low > 0.0 for each in of)) for of in others)
+    verdicts = [
+        row
+        for first, *later in zip(known, *others, strict=True)
+        for row in (
+            (first.task, f"{first.agent}, score", *(shown(each.score, ratio=False) for each in (first, *later))),
+            (first.task, f"its points over {first.rule}", *(shown(each.over, ratio=False) for each in (first, *later))),
+        )
+    ]
+    return "\n\n".join(
+        (
+            TITLE,
+            HEAD.format(sets=len(found), episodes=results[0].episodes, total=total),
+            table(("task", "on", *sets), shares),
+            "## Learned against scripted",
+            CHOSEN.format(beaten=beaten, tasks=len(known)),
+            table(("task", "what", "published", *sets), verdicts) + "\n",
+        )
+    )
+
+
+def _share(replications: Sequence[Replication], on: str, task: str | None = None, first: int | None = None) -> str:
+    """How many hold, of a task or all, and of a set or all."""
+    of = [each for each in replications if each.on == on and task in (None, each.task) and first in (None, each.first)]
+    held = sum(each.holds for each in of)
+    return f"{held} of {len(of)}" + (f" ({100.0 * held / len(of):.1f} %)" if of and task is None else "")
+
+
+def write(published: Sequence[Result], found: Mapping[int, Sequence[Result]], folder: Path) -> str:
+    """Write both files; the page comes back."""
+    replications = compared(published, found)
+    facts = {first: provenance(range(first, first + results[0].episodes)) for first, results in found.items()}
+    rows = [(*each, each.holds, *facts[each.first].values()) for each in replications]
+    text = page(published, found, replications)
+    write_whole(folder / CSV, csv_of([*COLUMNS, *next(iter(facts.values()))], rows))
+    write_whole(folder / PAGE, text)
+    return text

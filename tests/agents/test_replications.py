@@ -1,0 +1,95 @@
+"""`python -m agents replicate`: published results on seeds that nothing was chosen by."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from agents.__main__ import main
+from agents.benchmark.measure import Measured
+from agents.benchmark.plan import Cell
+from agents.benchmark.replications import compared, page, verdicts_of
+from agents.benchmark.results import Result, read_results, result_of
+from grind_env.policies.evaluation import Evaluation, run_seeds
+from grind_env.policies.problem import find_problem
+from grind_env.policies.registry import make_policy
+
+ORACLE, RUSH = find_problem("oracle6"), find_problem("rush")
+FIRST = 7_000_000
+
+
+def row(policy: str, cost: np.ndarray, seed: int | None = None) -> Result:
+    n = len(cost)
+    run = Evaluation(cost, np.ones(n), np.ones(n), np.full((n, 2), 9000.0), np.ones((n, 2)))
+    return result_of(Measured(cell=Cell(RUSH, policy, seed), sees="measurements", evaluation=run))
+
+
+def test_the_mean_of_as_many_others_is_held_as_often_as_is_said() -> None:
+    """Episodes of one law, drawn again and again: the interval has to hold 95 % of their means, and none of another."""
+    rng = np.random.default_rng(1)
+    known = [row("constant", rng.gamma(2.0, 3.0, 256)) for _ in range(300)]
+    found = [{FIRST: [row("constant", rng.gamma(2.0, 3.0, 64))]} for _ in known]
+    held = [compared([one], others)[0].holds for one, others in zip(known, found, strict=True)]
+    assert 0.91 < np.mean(held) < 0.985
+    (dearer,) = compared(known[:1], {FIRST: [row("constant", 9.0 + rng.gamma(2.0, 3.0, 64))]})
+    assert not dearer.holds and dearer.found > dearer.high
+
+
+def test_agent_and_rule_are_those_that_were_best_in_what_is_published() -> None:
+    rng = np.random.default_rng(2)
+    costs = {"constant": 9.0, "interval": 9.5, "adaptive_rule": 7.0, "handbook": 8.0, "hindsight": 1.0}
+    agents = {"plain_gru": 5.0, "bc": 6.0}
+
+    def rows(**other: float) -> list[Result]:
+        shared = rng.normal(0.0, 0.1, 40)
+        kinds = {**dict.fromkeys(costs), **dict.fromkeys(agents, 0)}
+        return [row(name, {**costs, **agents, **other}[name] + shared, seed) for name, seed in kinds.items()]
+
+    published, found = rows(), rows(bc=4.0, handbook=6.5)
+    (verdict,) = verdicts_of(published, found)
+    assert (verdict.agent, verdict.rule) == ("plain_gru", "adaptive_rule")
+    assert verdict.over.value == pytest.approx(25.0) and verdict.score.value == pytest.approx(50.0)
+    text = page(published, {FIRST: found}, compared(published, {FIRST: found}))
+    assert "in 1 of 1 tasks" in text and "| rush | the model | 5 of 7 |" in text
+
+
+def test_policies_of_a_table_are_run_on_other_seeds_and_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def agents(*words: object) -> str:
+        monkeypatch.setattr("sys.argv", ["agents", *map(str, words)])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        said = capsys.readouterr()
+        assert ended.value.code in (0, None), said.err
+        return said.out
+
+    few = ("--kinds", "", "--policies", "handbook", "--episodes", 8, "--interpolation-episodes", 0)
+    agents("benchmark", "--task", "oracle6", *few, "--plants-episodes", 4, "--jobs", 1, "--runs", tmp_path)
+    words = ("replicate", "--published", tmp_path, "--first", FIRST, "--episodes", 4, "--jobs", 1, "--runs", tmp_path)
+    said = agents(*words)
+    assert "## Learned against scripted" in said and "| oracle6 | machines that are not the model |" in said
+    with (tmp_path / "replications.csv").open(encoding="utf-8", newline="") as file:
+        rows = {(each["policy"], each["on"]): each for each in csv.DictReader(file)}
+    simulation = ORACLE.simulation()
+    there = run_seeds(make_policy("handbook", simulation), simulation, range(FIRST, FIRST + 4))
+    assert float(rows["handbook", "the model"]["found"]) == pytest.approx(there.cost.mean())
+    published = {each.policy: each for each in read_results(tmp_path)}
+    assert published["handbook"].seeds == "2000000..2000007"
+    assert float(rows["handbook", "the model"]["published"]) == pytest.approx(published["handbook"].cost.mean())
+    assert rows["handbook", "the model"]["seeds"] == f"{FIRST}..{FIRST + 3}"
+    written = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.npz")}
+    agents(*words)
+    assert all(path.stat().st_mtime_ns == time for path, time in written.items())
+
+
+def test_of_no_results_it_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.argv", ["agents", "replicate", "--published", str(tmp_path), "--runs", str(tmp_path)])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    said = capsys.readouterr().err
+    assert (ended.value.code, said.count("\n")) == (2, 1) and "run `python -m agents benchmark` first" in said
+    assert not list(tmp_path.iterdir())
