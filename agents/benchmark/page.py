@@ -29,6 +29,8 @@ NEAR = 3.0
 """Points that the best learned agent may stay behind the planner on the belief."""
 WIDE = 0.1
 """Half the interval of what 100 points are, over that, from which on scores of other episodes may differ by as much."""
+SHIPPED = "bc"
+"""The kind of the agents that come with the package."""
 NOTHING = 0.5
 """Points that more search of hindsight may gain."""
 FACULTIES = {
@@ -160,9 +162,26 @@ def verdicts(samples: Mapping[str, Sampled]) -> list[str]:
         " over the best fixed plan"
         + (f", which is known to no better than {100.0 * WIDE:g} % in {', '.join(wide)}" if wide else "")
         + "; differences on the same episodes are known better."
+        + shipped(samples)
     )
     headings = ("task", "best learned, score", "best rule", "points over it", f"over {ON_BELIEF}", "100 points, $")
     return ["## Learned against scripted", said, table(headings, [each.cells for each in found])]
+
+
+def shipped(samples: Mapping[str, Sampled]) -> str:
+    """In how many tasks no other kind of agent on measurements scores more than the shipped one beyond chance."""
+    held = []
+    for task, of in samples.items():
+        others = {row.policy for row in of.results if (row.kind, row.sees) == ("learned", KNOWLEDGE[0])} - {SHIPPED}
+        gains = [gain for gain in (of.gain(other, SHIPPED) for other in sorted(others)) if gain is not None]
+        if gains and not is_ratio(task):
+            held.append(all(gain.low <= 0.0 for gain in gains))
+    if not held:
+        return ""
+    return (
+        f" Agents of `{SHIPPED}` come with the package: in {sum(held)} of {len(held)} tasks no other learned agent from"
+        " measurements scores more beyond chance, paired."
+    )
 
 
 def worths(samples: Mapping[str, Sampled]) -> list[str]:

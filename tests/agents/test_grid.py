@@ -117,6 +117,16 @@ def test_the_best_agent_is_held_against_the_best_rule_and_the_planner():
     assert verdict("rush", Sampled(rows()[:5])) is None
 
 
+def test_the_page_says_where_another_agent_scores_more_than_the_shipped_one():
+    def of(cost, task):
+        return rows(task) + [row("bc", cost + SHARED, 0, task=task)]
+
+    # plain_gru costs 5.0; plain_state, which costs less than both, sees more
+    text = page(judged([*of(5.6, "rush"), *of(4.6, "blades")]))
+    assert "in 1 of 2 tasks no other learned agent from measurements scores more beyond chance" in text
+    assert "come with the package" not in page(judged(rows()))
+
+
 def test_the_page_says_what_is_worth_what_and_how_sure_the_measure_is():
     ours = rows()
     best = np.asarray(ours[4].cost, float)
