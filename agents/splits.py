@@ -1,5 +1,6 @@
 """Policies on contexts that the task does not draw, beside those that it does."""
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from glob import escape
@@ -23,7 +24,8 @@ from grind_env.policies.registry import FIXED_PLANS, REFERENCE, policy_names
 from grind_env.policies.tuned import write_whole
 
 SHOWN = (EVERY, "interpolation", "extrapolation")
-WHO = ("empirical_rule", "look_ahead", "belief_planner", "shipped", "robust", "mpc")
+MEASURED = ("empirical_rule", "look_ahead", "belief_planner", "shipped", "robust")
+WHO = (*MEASURED, "mpc")
 CSV, PAGE, TITLE = "splits.csv", "splits.md", "# Contexts that were held out, and some beyond the task"
 COLUMNS = ("task", "split", "who", "score", "score_low", "score_high", "cost", "cost_low", "cost_high", "scrap")
 BEGINS = {CSV: ",".join(COLUMNS), PAGE: TITLE}
@@ -172,11 +174,31 @@ def page(lines: Sequence[Line], episodes: int) -> str:
         " `extrapolation` has wear and pressure beyond all that a task draws, another wheel and another material, half"
         " as much stock again and readings that are three times as noisy. Score (95 % over episodes): 0 is the fixed"
         " plan that is best on all contexts, 100 is hindsight; `mpc` knows the state.\n\n"
+        + "".join(f"In `{split}`, of those that see measurements, {leading(lines, split)}. " for split in SHOWN).strip()
+        + "\n\n"
         + table(("task", "split", *WHO), scores)
         + "\n\n$ per good part, and scrap:\n\n"
         + table(("task", "split", "fixed plan", "of it", *WHO, REFERENCE), costs)
         + "\n"
     )
+
+
+def leading(lines: Sequence[Line], split: str) -> str:
+    """Who scores best on measurements in how many tasks, and in how many of these clear of the intervals of others."""
+    first, clear = Counter[str](), Counter[str]()
+    for task in dict.fromkeys(each.task for each in lines):
+        of = [each for each in lines if (each.task, each.split) == (task, split) and each.who in MEASURED]
+        if not of:
+            continue
+        best = max(of, key=lambda each: each.score[0])
+        first[best.who] += 1
+        clear[best.who] += all(best.score[1] > each.score[2] for each in of if each is not best)
+    said = [
+        f"`{who}` leads in {count} of {first.total()} tasks"
+        + (f" ({clear[who]} clear of all others)" if clear[who] else "")
+        for who, count in first.most_common()
+    ]
+    return ", ".join(said) or "nobody was run"
 
 
 def _score(line: Line | None) -> str:

@@ -119,7 +119,7 @@ def test_the_best_agent_is_held_against_the_best_rule_and_the_planner():
 
 def test_the_page_says_where_another_agent_scores_more_than_the_shipped_one():
     def of(cost, task):
-        return rows(task) + [row("bc", cost + SHARED, 0, task=task)]
+        return [*rows(task), row("bc", cost + SHARED, 0, task=task)]
 
     # plain_gru costs 5.0; plain_state, which costs less than both, sees more
     text = page(judged([*of(5.6, "rush"), *of(4.6, "blades")]))

@@ -8,7 +8,7 @@ import pytest
 from rich.console import Console
 
 from agents.__main__ import main
-from agents.splits import EVERY, SHOWN, Cell, judged, lines_of, page, plans_of, run_splits
+from agents.splits import EVERY, SHOWN, Cell, Line, judged, leading, lines_of, page, plans_of, run_splits
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import REFERENCE
@@ -38,6 +38,17 @@ def test_each_split_is_scored_between_its_own_hindsight_and_the_plan_that_is_bes
     ]
     assert [each.score[0] for each in lines if each.who == "mpc"] == pytest.approx([200.0 / 3.0, 50.0, 0.0])
     assert "| power_limited | interpolation | – | – | – | – | – | 50.0 (50.0 to 50.0) |" in page(lines, 4)
+
+
+def test_who_leads_is_counted_over_tasks_and_said_to_be_clear_only_if_no_interval_reaches_it() -> None:
+    def line(task: str, who: str, score: float, half: float = 1.0) -> Line:
+        return Line(task, EVERY, who, (score, score - half, score + half), (1.0, 1.0, 1.0), 0.0)
+
+    lines = [line("a", "shipped", 9.0), line("a", "robust", 5.0), line("b", "robust", 9.0), line("b", "shipped", 8.0)]
+    lines += [line("c", "robust", 9.0), line("c", "look_ahead", 3.0), line("c", "mpc", 50.0)]
+    one, other = leading(lines, EVERY).split(", ")
+    assert one == "`robust` leads in 2 of 3 tasks (1 clear of all others)"
+    assert other == "`shipped` leads in 1 of 3 tasks (1 clear of all others)"
 
 
 def test_what_was_run_is_kept_and_written(
