@@ -32,13 +32,14 @@ COLUMNS = ("task", "policy", "seed", "on", "first", "published", "low", "high", 
 BEGINS = {CSV: ",".join(COLUMNS), PAGE: TITLE}
 
 HEAD = """\
-`python -m agents replicate`: every policy of [the results](README.md), variants left out, on {sets} sets of {episodes}
-other episodes, of seeds by which nothing was tuned, trained or chosen. Told is how many mean costs lie where the
-published row has the mean of so many others with 95 % ([the prediction
-interval](../../docs/benchmark/protocol.md#verify-a-row)).
-Policies of a task grind the same episodes, so that one hard set moves many of them. {total}."""
+`python -m agents replicate`: {policies} policies of [the results](README.md), all but variants and agents that are no
+longer kept, on {sets} sets of {episodes} other episodes, of seeds by which nothing was tuned, trained or chosen. Told
+is how many mean costs lie where the published row has the mean of so many others with 95 % ([the prediction
+interval](../../docs/benchmark/protocol.md#verify-a-row)). Policies of a task grind the same episodes, so that one hard
+set moves many of them. {total}."""
 CHOSEN = """\
-The best learned agent from measurements and the best rule of the published results, not chosen anew; points are paired.
+The best learned agent from measurements and the best rule of these published results, not chosen anew; points are
+paired.
 The agent beats the rule, the interval of the difference apart from 0, in {beaten} of {tasks} tasks, set by set."""
 
 
@@ -83,8 +84,7 @@ def replicate(
         episodes: of each set, on the model and on machines that are not.
         jobs: processes.
         console: shows how far it is.
-        runs: folder of what is kept: agents of the benchmark, which are trained anew if they are not there, and
-            evaluations.
+        runs: folder of what is kept: agents of the benchmark, without which results are left out, and evaluations.
 
     Returns:
         The results of every set, by its first seed.
@@ -99,6 +99,12 @@ def replicate(
         for each in published
         if each.task == problem.name and AT not in each.policy
     ]
+    # agents that were trained anew would be others
+    gone = [cell for cell in cells if cell.trains and not any(runs.glob(cell.files[0]))]
+    if gone:
+        names = dict.fromkeys(f"{cell.task} {cell.policy}" for cell in gone)
+        console.print(f"left out, because no agent of theirs is kept: {', '.join(names)}", markup=False)
+    cells = [cell for cell in cells if cell not in gone]
     if not cells:
         raise ConfigError("there are no such results to be replicated: run `python -m agents benchmark` first")
     requests = {
@@ -108,7 +114,7 @@ def replicate(
     taken, waiting = np.sum([grid.hours(cells, request) for request in requests.values()], axis=0)
     console.print(
         f"{len(cells)} policies, {len(firsts)} times: at most {taken:.1f} core-hours, {waiting:.1f} of them for what is"
-        " not kept yet; agents that are kept are not trained again"
+        " not kept yet"
     )
     return {
         first: judged([result_of(each) for each in find_all(cells, request, jobs, console, measure)])
@@ -154,7 +160,9 @@ def page(
         for on in PLACES.values()
     ]
     total = "; ".join(f"{_share(replications, on)} on {on}" for on in PLACES.values())
-    known = verdicts_of(published, [each for each in published if each.task in tasks])
+    ran = {each.key for each in results}
+    published = [each for each in published if each.key in ran]
+    known = verdicts_of(published, published)
     others = [verdicts_of(published, results) for results in found.values()]
     beaten = ", ".join(str(sum(each.over.low > 0.0 for each in of)) for of in others)
     verdicts = [
@@ -168,7 +176,7 @@ def page(
     return "\n\n".join(
         (
             TITLE,
-            HEAD.format(sets=len(found), episodes=results[0].episodes, total=total),
+            HEAD.format(policies=len(results), sets=len(found), episodes=results[0].episodes, total=total),
             table(("task", "on", *sets), shares),
             "## Learned against scripted",
             CHOSEN.format(beaten=beaten, tasks=len(known)),

@@ -1,15 +1,18 @@
 """`python -m agents replicate`: published results on seeds that nothing was chosen by."""
 
 import csv
+import io
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from agents.__main__ import main
 from agents.benchmark.measure import Measured
 from agents.benchmark.plan import Cell
-from agents.benchmark.replications import compared, page, verdicts_of
+from agents.benchmark.replications import compared, page, replicate, verdicts_of
 from agents.benchmark.results import Result, read_results, result_of
 from grind_env.policies.evaluation import Evaluation, run_seeds
 from grind_env.policies.problem import find_problem
@@ -50,7 +53,8 @@ def test_agent_and_rule_are_those_that_were_best_in_what_is_published() -> None:
     (verdict,) = verdicts_of(published, found)
     assert (verdict.agent, verdict.rule) == ("plain_gru", "adaptive_rule")
     assert verdict.over.value == pytest.approx(25.0) and verdict.score.value == pytest.approx(50.0)
-    text = page(published, {FIRST: found}, compared(published, {FIRST: found}))
+    best = row("plain_none", published[0].cost - 8.9, 0)  # is no longer kept
+    text = page([*published, best], {FIRST: found}, compared(published, {FIRST: found}))
     assert "in 1 of 1 tasks" in text and "| rush | the model | 5 of 7 |" in text
 
 
@@ -82,6 +86,16 @@ def test_policies_of_a_table_are_run_on_other_seeds_and_kept(
     written = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.npz")}
     agents(*words)
     assert all(path.stat().st_mtime_ns == time for path, time in written.items())
+
+
+def test_agents_that_are_no_longer_kept_are_left_out_and_not_trained(tmp_path: Path) -> None:
+    out, cost = io.StringIO(), np.full(4, 5.0)
+    published = [replace(row(policy, cost, seed), task="oracle6") for policy, seed in (("handbook", None), ("bc", 0))]
+    console = Console(file=out, width=200)
+    found = replicate(published, [ORACLE], [FIRST], 2, jobs=1, console=console, runs=tmp_path)
+    assert [each.policy for each in found[FIRST]] == ["handbook"]
+    assert "left out, because no agent of theirs is kept: oracle6 bc" in out.getvalue()
+    assert not list(tmp_path.rglob("*.safetensors"))
 
 
 def test_of_no_results_it_says_so(
