@@ -52,27 +52,31 @@ def grid(
 
 def hours(cells: Sequence[Cell], request: Request) -> tuple[float, float]:
     """Core-hours of all cells, about, and of those of which no evaluation of the first seeds is kept."""
-    all_of = [seconds(cell, request) / 3600.0 for cell in cells]
+    all_of = [(making(cell, request) + running(cell, request)) / 3600.0 for cell in cells]
     waiting = [each for cell, each in zip(cells, all_of, strict=True) if not begun(cell, request)]
     return sum(all_of), sum(waiting)
 
 
-def seconds(cell: Cell, request: Request) -> float:
-    """CPU-seconds of a cell."""
+def making(cell: Cell, request: Request) -> float:
+    """CPU-seconds in which the policy of a cell is tuned or trained."""
+    if cell.variant == LIMITED:
+        return LIMIT * TUNING_BLOCK
+    if cell.policy in PLAIN:
+        return TRAINING[PLAIN[cell.policy]] * (request.steps or 1_000_000) / 1_000_000
+    if cell.trains:
+        return settings_of(cell.problem, cell.policy, request.steps).steps * STEP.get(cell.policy, USUAL_STEP)
+    return 0.0
+
+
+def running(cell: Cell, request: Request) -> float:
+    """CPU-seconds in which the policy of a cell is judged."""
     steps = cell.problem.simulation().most_steps
     if cell.base == REFERENCE and cell.variant:
         # the plan that sweeps begin with takes about as long as one
         return CHUNK * steps * DECISION[REFERENCE] * (int(cell.variant) + 1) / (hindsight.SWEEPS + 1)
     # what knows the machine is not judged on others
     episodes = request.size - request.plants_episodes * (cell.base in EXACT)
-    spent = episodes * steps * DECISION.get(cell.policy, USUAL_DECISION)
-    if cell.variant:
-        return spent + LIMIT * TUNING_BLOCK
-    if cell.policy in PLAIN:
-        return spent + TRAINING[PLAIN[cell.policy]] * (request.steps or 1_000_000) / 1_000_000
-    if cell.trains:
-        return spent + settings_of(cell.problem, cell.policy, request.steps).steps * STEP.get(cell.policy, USUAL_STEP)
-    return spent
+    return episodes * steps * DECISION.get(cell.policy, USUAL_DECISION)
 
 
 def begun(cell: Cell, request: Request) -> bool:

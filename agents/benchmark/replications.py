@@ -84,7 +84,8 @@ def replicate(
         episodes: of each set, on the model and on machines that are not.
         jobs: processes.
         console: shows how far it is.
-        runs: folder of what is kept: agents of the benchmark, without which results are left out, and evaluations.
+        runs: folder of what is kept: evaluations, and agents of the benchmark. Without an agent its result is left out;
+            one that other code has trained is trained anew.
 
     Returns:
         The results of every set, by its first seed.
@@ -111,11 +112,8 @@ def replicate(
         first: Request(first=first, episodes=episodes, interpolation_episodes=0, plants_episodes=episodes, runs=runs)
         for first in firsts
     }
-    taken, waiting = np.sum([grid.hours(cells, request) for request in requests.values()], axis=0)
-    console.print(
-        f"{len(cells)} policies, {len(firsts)} times: at most {taken:.1f} core-hours, {waiting:.1f} of them for what is"
-        " not kept yet"
-    )
+    hours = sum(grid.running(cell, request) for request in requests.values() for cell in cells) / 3600.0
+    console.print(f"{len(cells)} policies, {len(firsts)} times: at most {hours:.1f} core-hours")
     return {
         first: judged([result_of(each) for each in find_all(cells, request, jobs, console, measure)])
         for first, request in requests.items()
