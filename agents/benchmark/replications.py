@@ -32,15 +32,15 @@ COLUMNS = ("task", "policy", "seed", "on", "first", "published", "low", "high", 
 BEGINS = {CSV: ",".join(COLUMNS), PAGE: TITLE}
 
 HEAD = """\
-`python -m agents replicate`: {policies} policies of [the results](README.md), all but variants and agents that are no
-longer kept, on {sets} sets of {episodes} other episodes, of seeds by which nothing was tuned, trained or chosen. Told
-is how many mean costs lie where the published row has the mean of so many others with 95 % ([the prediction
-interval](../../docs/benchmark/protocol.md#verify-a-row)). Policies of a task grind the same episodes, so that one hard
-set moves many of them. {total}."""
+`python -m agents replicate`: {policies} rules, planners and agents of [the results](README.md), all but variants and
+agents that are no longer kept, on {sets} sets of {episodes} other episodes, of seeds by which nothing was tuned,
+trained or chosen. Told is how many mean costs lie where the published row has the mean of so many others with 95 %
+([the prediction interval](../../docs/benchmark/protocol.md#verify-a-row)). Policies of a task grind the same episodes,
+so that one hard set moves many of them. {total}."""
 CHOSEN = """\
 The best learned agent from measurements and the best rule of these published results, not chosen anew; points are
-paired.
-The agent beats the rule, the interval of the difference apart from 0, in {beaten} of {tasks} tasks, set by set."""
+paired. The agent beats the rule, the interval of the difference apart from 0, in {beaten} of {tasks} tasks, set by
+set."""
 
 
 class Replication(NamedTuple):
