@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from agents.cells import RESULTS, RUNS
-from grind_env.arguments import PROBLEM, Keeps
+from grind_env.arguments import PROBLEM, Keeps, Reads
 from grind_env.terminal import table_console
 
 
@@ -31,7 +31,9 @@ def replicate(
     jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
     runs: Annotated[Path, typer.Option(help="Folder of what is kept."), Keeps()] = RUNS,
     published: Annotated[
-        Path, typer.Option(help="Folder of benchmark.parquet, the results that are replicated.")
+        Path,
+        typer.Option(help="Folder of benchmark.parquet, the results that are replicated."),
+        Reads(files=lambda text: [Path(text) / "benchmark.parquet"]),
     ] = RESULTS,
     results: Annotated[
         Path | None,
