@@ -17,14 +17,15 @@ from agents.benchmark.summary import shown, tasks_of
 from agents.pool import find_all
 from agents.provenance import provenance
 from agents.tables import csv_of
+from grind_env.files import csv_cell
 from grind_env.pages.markdown import table
+from grind_env.policies.evaluation import SEEDS, SEEDS_EACH
 from grind_env.policies.problem import Problem
 from grind_env.policies.statistics import prediction
 from grind_env.policies.tuned import ConfigError, write_whole
 
 FIRSTS = (11_000_000, 12_000_000, 13_000_000)
 """Of the seeds of each set; none is in `grind_env.policies.evaluation.SEEDS`."""
-EPISODES = 128
 PLACES = {"": "the model", PLANTS: "machines that are not the model"}
 """What is ground, by what the columns of a result begin with."""
 CSV, PAGE, TITLE = "replications.csv", "replications.md", "# Replications"
@@ -74,6 +75,7 @@ def replicate(
     jobs: int,
     console: Console,
     runs: Path,
+    configs: Path | None = None,
 ) -> dict[int, list[Result]]:
     """Run all policies of published results, variants left out, on other seeds.
 
@@ -86,14 +88,16 @@ def replicate(
         console: shows how far it is.
         runs: folder of what is kept: evaluations, and agents of the benchmark. Without an agent its result is left out;
             one that other code has trained is trained anew.
+        configs: folder of the tuned parameters; by default that of `tuned_folder`.
 
     Returns:
         The results of every set, by its first seed.
 
     Raises:
-        ConfigError: there are no such results.
+        ConfigError: there are no such results, or a set has seeds of another one or of `SEEDS`.
         GrindError: a cell failed.
     """
+    check_sets(firsts, episodes)
     cells = [
         Cell(problem, each.policy, each.seed)
         for problem in problems
@@ -109,7 +113,14 @@ def replicate(
     if not cells:
         raise ConfigError("there are no such results to be replicated: run `python -m agents benchmark` first")
     requests = {
-        first: Request(first=first, episodes=episodes, interpolation_episodes=0, plants_episodes=episodes, runs=runs)
+        first: Request(
+            first=first,
+            episodes=episodes,
+            interpolation_episodes=0,
+            plants_episodes=episodes,
+            runs=runs,
+            configs=configs,
+        )
         for first in firsts
     }
     hours = sum(grid.running(cell, request) for request in requests.values() for cell in cells) / 3600.0
@@ -118,6 +129,22 @@ def replicate(
         first: judged([result_of(each) for each in find_all(cells, request, jobs, console, measure)])
         for first, request in requests.items()
     }
+
+
+def check_sets(firsts: Sequence[int], episodes: int) -> None:
+    """Find out whether sets of seeds are apart from each other, and from those that policies were made and chosen by.
+
+    Raises:
+        ConfigError: they are not.
+    """
+    taken = {f"the {name} seeds": range(first, first + SEEDS_EACH) for name, first in SEEDS.items()}
+    for first in firsts:
+        for name, other in taken.items():
+            if first < other.stop and other.start < first + episodes:
+                raise ConfigError(
+                    f"--first {first} has {name}, {other.start} to {other.stop - 1}, among its {episodes}: give another"
+                )
+        taken[f"seeds of the set from {first}"] = range(first, first + episodes)
 
 
 def compared(published: Sequence[Result], found: Mapping[int, Sequence[Result]]) -> list[Replication]:
@@ -171,16 +198,12 @@ def page(
             (first.task, f"its points over {first.rule}", *(shown(each.over, ratio=False) for each in (first, *later))),
         )
     ]
-    return "\n\n".join(
-        (
-            TITLE,
-            HEAD.format(policies=len(results), sets=len(found), episodes=results[0].episodes, total=total),
-            table(("task", "on", *sets), shares),
-            "## Learned against scripted",
-            CHOSEN.format(beaten=beaten, tasks=len(known)),
-            table(("task", "what", "published", *sets), verdicts) + "\n",
-        )
-    )
+    head = HEAD.format(policies=len(results), sets=len(found), episodes=results[0].episodes, total=total)
+    parts = [TITLE, head, table(("task", "on", *sets), shares)]
+    if known:
+        chosen = CHOSEN.format(beaten=beaten, tasks=len(known))
+        parts += ["## Learned against scripted", chosen, table(("task", "what", "published", *sets), verdicts)]
+    return "\n\n".join(parts) + "\n"
 
 
 def _share(replications: Sequence[Replication], on: str, task: str | None = None, first: int | None = None) -> str:
@@ -194,7 +217,10 @@ def write(published: Sequence[Result], found: Mapping[int, Sequence[Result]], fo
     """Write both files; the page comes back."""
     replications = compared(published, found)
     facts = {first: provenance(range(first, first + results[0].episodes)) for first, results in found.items()}
-    rows = [(*each, each.holds, *facts[each.first].values()) for each in replications]
+    rows = [
+        [*("" if value is None else csv_cell(value) for value in each), each.holds, *facts[each.first].values()]
+        for each in replications
+    ]
     text = page(published, found, replications)
     write_whole(folder / CSV, csv_of([*COLUMNS, *next(iter(facts.values()))], rows))
     write_whole(folder / PAGE, text)

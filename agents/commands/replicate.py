@@ -5,8 +5,10 @@ from typing import Annotated
 
 import typer
 
+from agents.benchmark.plan import EPISODES, chosen_problems
 from agents.cells import RESULTS, RUNS
 from grind_env.arguments import PROBLEM, Keeps, Reads
+from grind_env.commands import Configs, JobFile, Parts
 from grind_env.terminal import table_console
 
 
@@ -16,20 +18,30 @@ def register(app: typer.Typer) -> None:
 
 
 def replicate(
-    task: Annotated[
-        list[str] | None,
-        typer.Option("--task", "--env", help="A task with results; may be repeated; all that have some by default."),
+    tasks: Annotated[
+        str | None,
+        typer.Option(
+            "--tasks",
+            "--task",
+            "--env",
+            "--program",
+            help="Tasks, ids, task files (.toml) or part programs with results, separated by commas; `core` or `all`"
+            " tasks; by default all that have some.",
+        ),
         PROBLEM,
     ] = None,
+    job: JobFile = None,
+    parts: Parts = 1,
     first: Annotated[
         list[int] | None,
         typer.Option("--first", min=0, help="First seed of a set; may be repeated; three sets by default."),
     ] = None,
     episodes: Annotated[
         int, typer.Option(min=2, help="Episodes of a set, on the model and on machines that are not.")
-    ] = 128,
+    ] = EPISODES,
     jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
     runs: Annotated[Path, typer.Option(help="Folder of what is kept."), Keeps()] = RUNS,
+    configs: Configs = None,
     published: Annotated[
         Path,
         typer.Option(help="Folder of benchmark.parquet, the results that are replicated."),
@@ -53,12 +65,12 @@ def replicate(
     from agents.benchmark.results import read_results
     from agents.benchmark.summary import tasks_of
     from agents.tables import check_tables
-    from grind_env.policies.problem import find_problem
 
     console, known = table_console(), read_results(published)
-    folder = results or (runs if task or first or published != RESULTS else RESULTS)
+    folder = results or (runs if tasks or first or published != RESULTS else RESULTS)
     check_tables(folder, "replicate", BEGINS)
-    problems = [find_problem(name) for name in dict.fromkeys(task or tasks_of(known))]
-    found = run(known, problems, list(dict.fromkeys(first or FIRSTS)), episodes, jobs=jobs, console=console, runs=runs)
+    problems = chosen_problems(tasks or ",".join(tasks_of(known)), job, parts) if known else []
+    sets = list(dict.fromkeys(first or FIRSTS))
+    found = run(known, problems, sets, episodes, jobs=jobs, console=console, runs=runs, configs=configs)
     console.print(write(known, found, folder), soft_wrap=True, highlight=False, markup=False)
     console.print(f"written to {folder}: replications.csv and replications.md", highlight=False)

@@ -12,11 +12,12 @@ from rich.console import Console
 from agents.__main__ import main
 from agents.benchmark.measure import Measured
 from agents.benchmark.plan import Cell
-from agents.benchmark.replications import compared, page, replicate, verdicts_of
+from agents.benchmark.replications import check_sets, compared, page, replicate, verdicts_of
 from agents.benchmark.results import Result, read_results, result_of
 from grind_env.policies.evaluation import Evaluation, run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
+from grind_env.policies.tuned import ConfigError
 
 ORACLE, RUSH = find_problem("oracle6"), find_problem("rush")
 FIRST = 7_000_000
@@ -76,7 +77,8 @@ def test_policies_of_a_table_are_run_on_other_seeds_and_kept(
     agents("benchmark", "--task", "oracle6", *few, "--plants-episodes", 4, "--jobs", 1, "--runs", tmp_path)
     words = ("replicate", "--published", tmp_path, "--first", FIRST, "--episodes", 4, "--jobs", 1, "--runs", tmp_path)
     said = agents(*words)
-    assert "## Learned against scripted" in said and "| oracle6 | machines that are not the model |" in said
+    # no agent was trained
+    assert "## Learned against scripted" not in said and "| oracle6 | machines that are not the model |" in said
     with (tmp_path / "replications.csv").open(encoding="utf-8", newline="") as file:
         rows = {(each["policy"], each["on"]): each for each in csv.DictReader(file)}
     simulation = ORACLE.simulation()
@@ -99,6 +101,21 @@ def test_agents_that_are_no_longer_kept_are_left_out_and_not_trained(tmp_path: P
     assert [each.policy for each in found[FIRST]] == ["handbook"]
     assert "left out, because no agent of theirs is kept: oracle6 bc" in out.getvalue()
     assert not list(tmp_path.rglob("*.safetensors"))
+
+
+@pytest.mark.parametrize(
+    ("firsts", "said"),
+    [
+        ([2_000_000], "has the evaluation seeds, 2000000 to 2499999"),
+        ([499_999 + 2_000_000], "has the evaluation seeds"),
+        ([499_950], "has the training seeds"),
+        ([FIRST, FIRST + 63], f"has seeds of the set from {FIRST}"),
+    ],
+)
+def test_seeds_that_something_was_chosen_by_or_that_are_drawn_twice_are_refused(firsts: list[int], said: str) -> None:
+    with pytest.raises(ConfigError, match=said):
+        check_sets(firsts, 64)
+    check_sets([2_500_000, FIRST, FIRST + 64], 64)
 
 
 def test_of_no_results_it_says_so(
