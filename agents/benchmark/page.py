@@ -10,6 +10,8 @@ from agents.benchmark.judge import CLIP, Sampled, is_ratio
 from agents.benchmark.plan import AT, LIMIT, LIMITED, ON_BELIEF, SWEEPS
 from agents.benchmark.results import Result
 from agents.benchmark.summary import HEADINGS, KNOWLEDGE, NONE, Summary, best, brief, shown, summaries, tasks_of
+from grind_env.policies.learned.saved import SUFFIX, load_policy
+from grind_env.policies.naming import SHIPPED
 from grind_env.policies.planners import hindsight
 from grind_env.policies.registry import REFERENCE
 from grind_env.policies.statistics import Interval
@@ -29,8 +31,6 @@ NEAR = 3.0
 """Points that the best learned agent may stay behind the planner on the belief."""
 WIDE = 0.1
 """Half the interval of what 100 points are, over that, from which on scores of other episodes may differ by as much."""
-SHIPPED = "bc"
-"""The kind of the agents that come with the package."""
 NOTHING = 0.5
 """Points that more search of hindsight may gain."""
 FACULTIES = {
@@ -170,18 +170,28 @@ def verdicts(samples: Mapping[str, Sampled]) -> list[str]:
 
 def shipped(samples: Mapping[str, Sampled]) -> str:
     """In how many tasks no other kind of agent on measurements scores more than the shipped one beyond chance."""
-    held = []
+    kinds, held = set[str](), []
     for task, of in samples.items():
-        others = {row.policy for row in of.results if (row.kind, row.sees) == ("learned", KNOWLEDGE[0])} - {SHIPPED}
-        gains = [gain for gain in (of.gain(other, SHIPPED) for other in sorted(others)) if gain is not None]
-        if gains and not is_ratio(task):
+        if (kind := shipped_kind(task)) is None or is_ratio(task):
+            continue
+        others = {row.policy for row in of.results if (row.kind, row.sees) == ("learned", KNOWLEDGE[0])} - {kind}
+        gains = [gain for gain in (of.gain(other, kind) for other in sorted(others)) if gain is not None]
+        if gains:
+            kinds.add(kind)
             held.append(all(gain.low <= 0.0 for gain in gains))
     if not held:
         return ""
     return (
-        f" Agents of `{SHIPPED}` come with the package: in {sum(held)} of {len(held)} tasks no other learned agent from"
-        " measurements scores more beyond chance, paired."
+        f" The first training of {' or '.join(f'`{kind}`' for kind in sorted(kinds))} comes with the package for each"
+        f" task: in {sum(held)} of {len(held)} no other kind of agent from measurements scores more beyond chance,"
+        " paired."
     )
+
+
+def shipped_kind(task: str) -> str | None:
+    """The kind of agent that comes with the package for a task; None if there is none."""
+    path = SHIPPED / f"{task}{SUFFIX}"
+    return load_policy(path).name if path.is_file() else None
 
 
 def worths(samples: Mapping[str, Sampled]) -> list[str]:

@@ -123,8 +123,16 @@ def test_the_page_says_where_another_agent_scores_more_than_the_shipped_one():
 
     # plain_gru costs 5.0; plain_state, which costs less than both, sees more
     text = page(judged([*of(5.6, "rush"), *of(4.6, "blades")]))
-    assert "in 1 of 2 tasks no other learned agent from measurements scores more beyond chance" in text
-    assert "come with the package" not in page(judged(rows()))
+    assert "first training of `bc` comes with the package" in text
+    assert "in 1 of 2 no other kind of agent from measurements scores more beyond chance" in text
+    assert "comes with the package" not in page(judged(rows()))
+
+
+def test_which_kind_is_shipped_is_that_of_its_file_for_the_task():
+    # plain_gru costs 5.0: it is that of job_shop, and beyond that of rush
+    every = [each for task in ("job_shop", "rush") for each in (*rows(task), row("bc", 5.6 + SHARED, 0, task=task))]
+    text = page(judged(every))
+    assert "first training of `bc` or `plain_gru` comes with the package for each task: in 1 of 2 no other" in text
 
 
 def test_the_page_says_what_is_worth_what_and_how_sure_the_measure_is():

@@ -112,7 +112,8 @@ def test_core_tasks_have_a_shipped_and_a_robust_policy():
     for task in CORE:
         simulation = find_problem(task).simulation()
         shipped, robust = (named_policy(name, simulation) for name in TRAINED)
-        assert (shipped.name, robust.name, robust.sees) == ("bc", "ppo_gru", "measurements")
+        assert (shipped.name, shipped.sees) in (("bc", "measurements"), ("plain_gru", "measurements"))
+        assert (robust.name, robust.sees) == ("ppo_gru", "measurements")
     with pytest.raises(GrindError, match="no policy 'robust' comes with the package for oracle6: name a rule"):
         named_policy("robust", find_problem("oracle6").simulation())
 
