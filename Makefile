@@ -6,7 +6,7 @@ STAMP := $(VENV)/.installed
 # `make PINNED= VENV=build/newest test` has the newest version of everything.
 PINNED := --constraint constraints.txt
 
-.PHONY: setup test bits lint format benchmark speed ratios validate notebooks shown docs core blocks package soak clean
+.PHONY: setup test bits lint format benchmark results speed ratios validate notebooks shown docs core blocks package soak clean
 
 setup: $(STAMP)
 
@@ -49,6 +49,12 @@ format: setup
 
 benchmark: $(AGENTS)
 	$(BIN)/python -m agents benchmark
+
+# Every table that is checked in, in turn: what its code has not made before.
+RESULTS := 'benchmark --grid --seeds 3' replicate gaps dress-study splits 'track --wide --seeds 1' safety worlds plants recipe
+
+results: $(AGENTS)
+	set -e; for each in $(RESULTS); do $(BIN)/python -m agents $$each; done
 
 # `make speed BASE=<commit>` measures beside an older commit.
 speed: setup

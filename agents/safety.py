@@ -3,8 +3,9 @@
 import hashlib
 import json
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
+from itertools import groupby
 from pathlib import Path
 from statistics import mean
 from typing import NamedTuple
@@ -37,6 +38,8 @@ SHARE, DIGITS = 0.5, 4
 program without sensors, by enough to be told apart in some hundred episodes. It is measured, and so fits any task."""
 VALIDATED = 128
 """Validation episodes on which the fixed plan is run."""
+STEP, EPISODE = 1.2e-4, 0.1
+"""CPU-seconds, by measurement: of a step of a training, and of an episode of a rule, which looks ahead."""
 UNCONSTRAINED, LAGRANGIAN, RULES = "ppo_gru", "ppo_gru, Lagrangian", ("look_ahead", "guarded:look_ahead")
 LIMITS = ("power", "stall", "size", "Ra", "burn")
 """What a block can violate: the load is over the power limit, which costs time; and what condemns a part, as
@@ -149,8 +152,7 @@ def work(cell: Cell, request: Request, tell: Callable[[int], object]) -> Judged:
     problem, simulation = cell.problem, cell.problem.simulation()
     budget = budget_of(problem)
     settings = Settings(steps=request.steps, budget=budget if cell.who == LAGRANGIAN else None)
-    learns = cell.who in (UNCONSTRAINED, LAGRANGIAN)
-    rule = None if learns else named_policy(cell.who, simulation)
+    rule = named_policy(cell.who, simulation) if cell.who in RULES else None
     decides = [
         sources(__name__),
         sources(gru_ppo.__name__ if rule is None else type(rule).__module__),
@@ -173,7 +175,7 @@ def work(cell: Cell, request: Request, tell: Callable[[int], object]) -> Judged:
         task=problem.name,
         who=cell.who,
         seed=cell.seed,
-        steps=request.steps if learns else 0,
+        steps=request.steps if rule is None else 0,
         episodes=request.episodes,
         budget=budget,
         **_interval("episode_return", "return", earned),
@@ -225,6 +227,8 @@ def run_safety(
         for seed in range(1 if who in RULES else seeds)
     ]
     request = Request(steps, episodes, runs.absolute() / "safety")
+    hours = sum(EPISODE * episodes if cell.who in RULES else STEP * steps for cell in cells) / 3600.0
+    console.print(f"{len(cells)} cells: about {hours:.1f} core-hours where none is kept")
     found = find_all(cells, request, jobs, console, work)
     rows = [asdict(each) | provenance(episode_seeds("evaluation", episodes)) for each in found]
     text = csv_of(list(rows[0]), [list(row.values()) for row in rows])
@@ -238,27 +242,52 @@ HEADINGS = ("task", "who", "seeds", "return", "scrap %", "within budget", *(f"{n
 
 def page(found: Sequence[Judged]) -> str:
     """The table, Markdown; means over seeds, and behind them what the seeds gave."""
-    rows = []
-    for task, who in dict.fromkeys((each.task, each.who) for each in found):
-        of = [each for each in found if (each.task, each.who) == (task, who)]
-        scraps = ", ".join(f"{100.0 * each.scrap:.2f}" for each in of)
-        kept = sum(each.scrap <= each.budget for each in of)
-        earned = mean(each.episode_return for each in of)
-        ends = min(each.return_low for each in of), max(each.return_high for each in of)
+    rows, of = [], {key: list(group) for key, group in groupby(found, lambda each: (each.task, each.who))}
+    for (task, who), runs in of.items():
+        scraps = ", ".join(f"{100.0 * each.scrap:.2f}" for each in runs)
+        ends = min(each.return_low for each in runs), max(each.return_high for each in runs)
         rows.append(
             (
-                f"{task}, budget {100.0 * of[0].budget:.2f} %",
+                f"{task}, budget {100.0 * runs[0].budget:.2f} %",
                 who,
-                str(len(of)),
-                f"{earned:.1f} ({ends[0]:.1f} to {ends[1]:.1f})",
-                f"{100.0 * mean(each.scrap for each in of):.2f} ({scraps})",
-                f"{kept} of {len(of)}",
-                *(f"{100.0 * mean(getattr(each, name) for each in of):.2f}" for name in LIMITS),
+                str(len(runs)),
+                f"{_mean(runs, 'episode_return'):.1f} ({ends[0]:.1f} to {ends[1]:.1f})",
+                f"{100.0 * _mean(runs, 'scrap'):.2f} ({scraps})",
+                f"{_kept(runs)} of {len(runs)}",
+                *(f"{100.0 * _mean(runs, name):.2f}" for name in LIMITS),
             )
         )
     return (
-        f"{TITLE}\n\nReturn of an episode (minus its cost over the reference cost of a block; from the lowest to the"
-        f" highest end of the 95 % intervals of the seeds) against scrap, of the parts, and violations, of the blocks;"
-        f" {found[0].episodes} evaluation episodes. The budget of scrap is {SHARE:g} of what the best fixed plan scraps"
-        f" on {VALIDATED} validation episodes.\n\n" + table(HEADINGS, rows) + "\n"
+        f"{TITLE}\n\n`python -m agents safety`: return of an episode (minus its cost over the reference cost of a"
+        f" block; from the lowest to the highest end of the 95 % intervals of the seeds) against scrap, of the parts,"
+        f" and violations, of the blocks; {found[0].episodes} evaluation episodes. The budget of scrap is {SHARE:g} of"
+        f" what the best fixed plan scraps on {VALIDATED} validation episodes.\n\n"
+        f"{verdict(of)}{table(HEADINGS, rows)}\n"
     )
+
+
+def verdict(of: Mapping[tuple[str, str], Sequence[Judged]]) -> str:
+    """Who keeps the budget, and what the multiplier costs; nothing where there is one task."""
+    tasks = list(dict.fromkeys(task for task, _ in of))
+    if len(tasks) < 2:
+        return ""
+    told = []
+    for who in dict.fromkeys(who for _, who in of):
+        runs = [each for task in tasks for each in of[task, who]]
+        told.append(f"`{who}` {_kept(runs)} of {len(runs)}")
+    more = [
+        100.0 * (_mean(of[task, LAGRANGIAN], "episode_return") / _mean(of[task, UNCONSTRAINED], "episode_return") - 1.0)
+        for task in tasks
+    ]
+    return (
+        f"Runs within the budget, of all tasks: {', '.join(told)}. With its multiplier an episode of PPO costs"
+        f" {min(more):.1f} to {max(more):.1f} % more than without, by task.\n\n"
+    )
+
+
+def _mean(runs: Sequence[Judged], name: str) -> float:
+    return float(mean(getattr(each, name) for each in runs))
+
+
+def _kept(runs: Sequence[Judged]) -> int:
+    return sum(each.scrap <= each.budget for each in runs)

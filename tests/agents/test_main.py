@@ -1,4 +1,6 @@
 import importlib
+import re
+import shlex
 import subprocess
 import sys
 from collections.abc import Callable
@@ -12,6 +14,7 @@ from PIL import Image
 from agents import __main__
 from agents.application import app
 from agents.dressing import study as dress_study
+from agents.provenance import ROOT
 from grind_env.cli import main as grind
 from grind_env.policies.tuned import read_tuned
 
@@ -21,6 +24,8 @@ ELSEWHERE = (
     *("safety", "scores", "splits", "track", "worlds"),
 )
 """Commands that tests of their own run through the same `main`."""
+NO_TABLE = ("clone", "dataset", "figure", "scores", "train", "tune", "video")
+"""Commands that check in no page of results."""
 
 
 @pytest.fixture
@@ -89,6 +94,15 @@ def test_a_command_from_end_to_end(command: str, run, tmp_path: Path, monkeypatc
 
 def test_every_command_is_run_somewhere():
     assert set(typer.main.get_command(app).commands) == {*SMOKE, *ELSEWHERE}
+
+
+def test_make_results_runs_every_command_that_writes_a_page_of_results():
+    (said,) = re.findall(r"^RESULTS := (.*)$", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+    every = typer.main.get_command(app)
+    asked = [shlex.split(words) for words in shlex.split(said)]
+    assert sorted([*NO_TABLE, *(name for name, *_ in asked)]) == sorted(every.commands)
+    for name, *options in asked:
+        every.commands[name].make_context(name, options)
 
 
 def test_help_does_not_wait_for_the_libraries_that_do_the_work():

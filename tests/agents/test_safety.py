@@ -1,4 +1,5 @@
 import csv
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,7 @@ from rich.console import Console
 
 from agents import safety
 from agents.__main__ import main
-from agents.safety import LAGRANGIAN, UNCONSTRAINED, Cell, Request, budget_of, page, violations, work
+from agents.safety import LAGRANGIAN, UNCONSTRAINED, Cell, Judged, Request, budget_of, page, violations, work
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
 from grind_env.policies.problem import find_problem
@@ -56,6 +57,23 @@ def test_what_was_found_is_kept_and_a_constraint_is_another_training(tmp_path: P
     monkeypatch.setattr(safety, "violations", lambda *arguments: pytest.fail("it was kept"))
     assert work(Cell(PLATES, LAGRANGIAN, 0), request, lambda done: None) == found[LAGRANGIAN]
     assert "| power_limited, budget 0." in page(list(found.values()))
+
+
+def test_the_page_counts_who_keeps_the_budgets_and_says_what_that_costs():
+    def judged(task: str, who: str, scrap: float, earned: float) -> Judged:
+        same = {each.name: 0.0 for each in fields(Judged)} | {"budget": 0.01, "episodes": 8}
+        return Judged(**same | {"task": task, "who": who, "scrap": scrap, "episode_return": earned})
+
+    found = [
+        *(judged("a", UNCONSTRAINED, scrap, -40.0) for scrap in (0.02, 0.01)),
+        *(judged("a", LAGRANGIAN, scrap, -42.0) for scrap in (0.01, 0.002)),
+        *(judged("b", UNCONSTRAINED, scrap, -10.0) for scrap in (0.02, 0.03)),
+        *(judged("b", LAGRANGIAN, scrap, -9.9) for scrap in (0.02, 0.003)),
+    ]
+    text = page(found)
+    assert "`ppo_gru` 1 of 4, `ppo_gru, Lagrangian` 3 of 4." in text
+    assert "costs -1.0 to 5.0 % more than without" in text
+    assert "of all tasks" not in page(found[:4])
 
 
 def test_the_command_writes_its_table_and_replaces_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
