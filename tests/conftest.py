@@ -2,6 +2,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from grind_env.cli import main
+from grind_env.shop import machines
 from grind_env.shop.optimise import variation
 from tests.command import Grind
 
@@ -26,5 +27,6 @@ def grind(capsys: pytest.CaptureFixture[str]) -> Grind:
 
 @pytest.fixture
 def few_lots(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Short batches are ground on as many lots as long ones, where a test is not of how sure a promise is."""
+    """As many lots for short batches as for long ones, and few machines, where no test is of how sure a promise is."""
     monkeypatch.setattr(variation, "USUAL_RUNS", 1)
+    monkeypatch.setattr(machines, "NEEDED", 96)

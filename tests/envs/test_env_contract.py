@@ -74,13 +74,24 @@ def kinds_of(env_id: str) -> list[dict[str, Any]]:
     return [*forms, *({**form, "predress": True} for form in dressing if env_id not in NO_PRE_DRESS)]
 
 
+def parametrized(cases: list[tuple[str, dict[str, Any]]]) -> pytest.MarkDecorator:
+    names = ["-".join([env_id.removeprefix("grind/"), *map(str, kwargs.values())]) for env_id, kwargs in cases]
+    return pytest.mark.parametrize(("env_id", "kwargs"), cases, ids=names)
+
+
 CASES = [(env_id, kwargs) for env_id in every_id() for kwargs in kinds_of(env_id)]
+ALL_KINDS = ("grind/Oracle6-v0", "grind/Job-v0")
 every_environment = pytest.mark.parametrize("env_id", every_id())
-every_kind = pytest.mark.parametrize(
-    ("env_id", "kwargs"),
-    CASES,
-    ids=["-".join([env_id.removeprefix("grind/"), *map(str, kwargs.values())]) for env_id, kwargs in CASES],
+every_kind = parametrized(CASES)
+a_kind_of_each = parametrized(
+    [
+        (env_id, kwargs)
+        for k, env_id in enumerate(every_id())
+        for kinds in [kinds_of(env_id)]
+        for kwargs in (kinds if env_id in ALL_KINDS else [kinds[k % len(kinds)]])
+    ]
 )
+"""Of the most an environment has one kind here, the next one another: that decisions do the same in all is tested."""
 every_clone = pytest.mark.parametrize(
     "clone", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))], ids=["deepcopy", "pickle"]
 )
@@ -189,7 +200,7 @@ def test_both_checkers_pass_without_a_warning(env_id: str, kwargs: dict[str, Any
             sb3_check_env(env.unwrapped)
 
 
-@every_kind
+@a_kind_of_each
 def test_the_vector_form_keeps_the_contract(env_id: str, kwargs: dict[str, Any]) -> None:
     # the blocks are shown in every other case
     shown = {"show_block": bool(CASES.index((env_id, kwargs)) % 2) and env_id not in BOX_ALONE}
@@ -202,7 +213,7 @@ def test_the_vector_form_keeps_the_contract(env_id: str, kwargs: dict[str, Any])
 
 
 @pytest.mark.bits
-@every_kind
+@a_kind_of_each
 def test_single_sync_async_and_native_give_the_same_bits(env_id: str, kwargs: dict[str, Any]) -> None:
     n, plan = 2, sampled(env_id, 4, 2, **kwargs)
     kwargs = {**kwargs, **quiet(env_id)}

@@ -70,7 +70,11 @@ def likeness(a: Any, b: Any) -> float:
     return float(np.abs(np.asarray(a, float) - np.asarray(b, float)).mean())
 
 
-@pytest.mark.parametrize("env_id", every_id())
+FILMED = [f"grind/{name}-v0" for name in ("Oracle6", "Job", "Reciprocation", "Stroke", "WidePlates", "Wen")]
+"""One of each kind of picture."""
+
+
+@pytest.mark.parametrize("env_id", FILMED)
 def test_a_film_has_a_picture_of_every_state(env_id: str, tmp_path: Path) -> None:
     steps = 3
     env = RecordVideo(gym.make(env_id, render_mode="rgb_array"), str(tmp_path / "film"), lambda number: True)
@@ -85,7 +89,7 @@ def test_a_film_has_a_picture_of_every_state(env_id: str, tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.DISABLED])
-@pytest.mark.parametrize("env_id", ["grind/Oracle6-v0", "grind/Job-v0", "grind/Reciprocation-v0", "grind/Wen-v0"])
+@pytest.mark.parametrize("env_id", ["grind/Oracle6-v0", "grind/Job-v0", "grind/Wen-v0"])
 def test_a_film_of_a_vector_has_all_machines_in_every_picture(env_id: str, mode: AutoresetMode, tmp_path: Path) -> None:
     steps = 1 if env_id == "grind/Wen-v0" else 2
     env = VectorVideo(native(env_id, 2, mode, render_mode="rgb_array"), str(tmp_path / "film"), video_length=steps + 1)

@@ -293,4 +293,4 @@ def test_a_command_leaves_no_more_garbage_the_longer_it_runs(command: str, tmp_p
             gc.enable()
 
     left(4)  # what is made once
-    assert left(40) < left(4) + 36  # less than an object a part
+    assert left(24) < left(4) + 20  # less than an object a part

@@ -166,10 +166,10 @@ ATTACKS: list[tuple[Callable[[Document], Any], str]] = [
     (task("blocks = ["), "mine.toml"),
     (
         lambda row: (
-            task('base = "oracle6"\nblocks = 10000\n')(row),
-            row.update(episodes=[row["episodes"][0] | {"seed": k} for k in range(600)]),
+            task('base = "oracle6"\nblocks = 1000\n')(row),
+            row.update(episodes=[row["episodes"][0] | {"seed": k} for k in range(5001)]),
         ),
-        "600 episodes of 10000 blocks are more than 5000000 blocks in all",
+        "5001 episodes of 1000 blocks are more than 5000000 blocks in all",
     ),
     (task('base = "/etc/shop.toml"\n'), "names the file '/etc/shop.toml', which is none of the row"),
     (task('base = "../../../../etc/shop.TOML"\n'), "which is none of the row"),
@@ -285,7 +285,6 @@ class Talker:
         ("sys.exit('\\n\\x1bgood bye')", 2, r"its policy has ended \(\\x1bgood bye\)"),
         ("os._exit(3)", 2, "its policy has ended"),
         ("raise ValueError('no\\nmore')", 2, r"its policy has ended \(ValueError: no\)"),
-        ("return Decision(np.zeros(3), np.zeros(1))", 2, "its policy has ended"),
         ("return Decision(np.zeros(1), np.zeros(1))", 2, "E and D are of shape"),
         ("return Decision(np.full(len(observation), np.nan), np.ones(len(observation)))", 2, "E is nan"),
         ("return None", 2, "its policy has ended"),

@@ -277,19 +277,37 @@ def test_its_lanes_have_the_bits_of_its_scalar_loop() -> None:
     assert wheels[:, own].tobytes() == episodes.wheels[:, own].tobytes()
 
 
+PLUNGE = """G00 Y20.
+G00 X-30. Z-2.5
+G01 Y0 F500.
+G82 X230. I-30. Y-.08 J-.01 L2 F100. E6000. P9100 D0
+G80
+G00 Y20.
+"""
+SIX_PARTS = "G71 G94 G90 G19\n" + "M00\n".join([PLUNGE] * 6) + "M30\n"
+
+
 def test_what_it_says_is_felt() -> None:
-    choices = [(6000.0, 0.0)] * 6
-    plain, bare = (play(simulation_of("power_limited", process, GAUGE), choices) for process in (PROCESS, BARE))
-    A, heat = WheelState._fields.index("A"), OWN_FROM + FIELDS.index("heat")
-    assert bare.wheel[A] < plain.wheel[A] - 0.5 * PULLED * BURST  # grains have pulled out
-    assert bare.wheel[heat] > 0.0
-    cold = play(simulation_of("power_limited", PROCESS._replace(grown=None), GAUGE), choices)
-    assert (bare.outcomes.size_error < cold.outcomes.size_error).all()  # the head has grown towards the part
-    assert (plain.outcomes.size_error < cold.outcomes.size_error).all()  # and the part towards the head
-    dulls, slows = (composed(PROCESS, hook) for hook in (Hook(dulling, Dulling), Hook(worn_table)))
-    duller, slower = (play(simulation_of("power_limited", process, GAUGE), choices) for process in (dulls, slows))
-    assert duller.wheel[A] > plain.wheel[A]
-    assert (slower.outcomes.seconds > plain.outcomes.seconds).all()
+    def machine(process: Process) -> GrindingRun:
+        return ground(Written(SIX_PARTS + DRESS, replace(job(stock=0.08), process=process)))
+
+    plain, bare, cold, duller, slower = (
+        machine(process)
+        for process in (
+            PROCESS,
+            BARE,
+            PROCESS._replace(grown=None),
+            composed(PROCESS, Hook(dulling, Dulling)),
+            composed(PROCESS, Hook(worn_table)),
+        )
+    )
+    sizes = {name: run.record().parts["size_error"] for name, run in (("bare", bare), ("plain", plain), ("cold", cold))}
+    assert bare.wheel.A < plain.wheel.A - 0.5 * PULLED * BURST  # grains have pulled out
+    assert bare.mount.own[0, Warm._fields.index("heat")] > 0.0
+    assert (sizes["bare"] < sizes["cold"]).all()  # the head has grown towards the part
+    assert (sizes["plain"] < sizes["cold"]).all()  # and the part towards the head
+    assert duller.wheel.A > plain.wheel.A
+    assert (slower.record().parts["seconds"] > plain.record().parts["seconds"]).all()
 
 
 def test_time_alone_cools_the_head() -> None:

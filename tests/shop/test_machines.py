@@ -171,8 +171,8 @@ def test_a_program_that_the_model_condemns_does_not_make_the_model_unlikely() ->
 def test_other_laws_are_drawn_of_a_machine_that_is_neither_calibrated_nor_of_ones_own() -> None:
     job = load_job(EXAMPLES / "plate_g82.toml")
     calibrated = replace(job, uncertainty=replace(known_of(job), names=(), spread=(), correlation=()))
-    named = [job.on(find_plant(name)) for name in ("foreign:1", "meter:1")]  # the process of a meter is the model's
-    own = replace(job, process=find_plant("table:1").process)
+    named = [job.on(find_plant(name)) for name in ("drift:1", "meter:1")]  # the process of a meter is the model's
+    own = replace(job, process=find_plant("drift:1").process)
     for each, name in ((job, "public:"), (calibrated, ""), (own, ""), *((plant, plant.plant) for plant in named)):
         as_it_is = trials("plate_g82", each)
         fleet = fleet_of(as_it_is, 1, untried=True)

@@ -43,7 +43,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("name", PROGRAMS)
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(data=st.data())
 def test_only_the_intended_words_change_and_mean_what_was_asked(name: str, folder: Path, data: st.DataObject) -> None:
     asked = asked_for(name, folder, "E,D,J,L,lead,depth")

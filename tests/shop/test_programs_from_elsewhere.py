@@ -22,6 +22,8 @@ from grind_env.shop.optimise.wishes import wishes_of
 from grind_env.shop.report.blocks import HEADINGS, block_rows
 from tests.shop.test_optimise import status
 
+pytestmark = pytest.mark.usefixtures("few_lots")
+
 FOLDER = Path(__file__).with_name("programs_from_elsewhere")
 CYCLES = {
     # code, strokes and dresses of each cycle: 1 + (picks + L) traverses in a G83, picks + 1 + L in a G82
