@@ -1,7 +1,6 @@
 """The tables of the track: on the screen, as a page, and every run as CSV."""
 
 import math
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -42,7 +41,7 @@ them together have cost less than with the fixed plan, median of the runs."""
 
 def write(found: Found, folder: Path) -> str:
     """Write track.csv and track.md, which is given back; errors as of `write_whole`."""
-    shown = page(scored(found))
+    shown = page(found)
     for name, content in ((CSV, csv_text(found)), (PAGE, shown)):
         write_whole(folder / name, content)
     return shown
@@ -64,12 +63,29 @@ def csv_text(found: Found) -> str:
     return csv_of([*COLUMNS, *made_with], rows)
 
 
-def page(rows: Sequence[Scored]) -> str:
+def page(found: Found) -> str:
     """The tables, Markdown."""
     parts = [TITLE, "`python -m agents track`; its machines and seeds are in track.csv.", WHAT]
-    for task in dict.fromkeys(each.task for each in rows):
-        parts += [f"## {task}", table(HEADINGS, [_cells(each) for each in rows if each.task == task])]
+    for heading, runs in tables_of(found).items():
+        parts += [f"## {heading}", table(HEADINGS, [_cells(each) for each in scored(runs)])]
     return "\n\n".join(parts) + "\n"
+
+
+def tables_of(found: Found) -> dict[str, Found]:
+    """The runs of each table: of a task on all machines; where more adapters are on fewer machines, of all on these."""
+    tables: dict[str, Found] = {}
+    for problem in dict.fromkeys(cell.problem for cell in found):
+        on = dict[str, set[str]]()
+        for cell in found:
+            if cell.problem == problem:
+                on.setdefault(cell.adapter, set()).add(cell.plant)
+        for plants in sorted(on.values(), key=len, reverse=True):
+            tables[f"{problem.name}, {len(plants)} machine{'s' * (len(plants) > 1)}"] = {
+                cell: run
+                for cell, run in found.items()
+                if cell.problem == problem and cell.plant in plants and on[cell.adapter] >= plants
+            }
+    return tables
 
 
 def _cells(row: Scored) -> tuple[str, ...]:

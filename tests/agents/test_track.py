@@ -14,6 +14,7 @@ from agents.track import knowing, study
 from agents.track.adapters import made
 from agents.track.floor import Floor, found
 from agents.track.knowing import FIXED, PLANNER
+from agents.track.page import page, tables_of
 from agents.track.running import Cell, Request, Run, find
 from agents.track.scores import beaten, machine_scores, resampled, scored, worst_of
 from grind_env.envs.episodes import Episodes
@@ -210,6 +211,24 @@ def test_scores_are_between_the_anchors_and_intervals_over_machines() -> None:
     assert mine.score.low == pytest.approx(10.0, abs=5.0) and mine.score.high == pytest.approx(50.0, abs=5.0)
     assert mine.scrap == pytest.approx(0.1) and mine.learning_scrap == pytest.approx(1.5 / 120.0)
     assert (mine.violations, mine.runs) == (4, 4) and mine.spent == 1.0 and mine.beaten == math.inf
+
+
+def test_adapters_stand_beside_others_on_the_same_machines_alone() -> None:
+    def of(cost: float) -> Run:
+        return Run(costs=[100.0], scrap=[0.0], parts=[60.0], judged={"60": [[cost], [10.0], [10.0]]})
+
+    found = {
+        Cell(PLATES, f"public:{k}", name, 0, (60,)): of(cost * k)
+        for name, cost, machines in ((FIXED, 200.0, 3), (PLANNER, 100.0, 3), ("bc", 150.0, 3), ("trim", 120.0, 2))
+        for k in range(1, machines + 1)
+    }
+    tables = tables_of(found)
+    assert [*tables] == ["power_limited, 3 machines", "power_limited, 2 machines"]
+    whole, few = ({row.adapter: row for row in scored(runs)} for runs in tables.values())
+    assert [*whole] == [FIXED, PLANNER, "bc"] and [*few] == [FIXED, PLANNER, "bc", "trim"]
+    assert {row.machines for row in whole.values()} == {3} and {row.machines for row in few.values()} == {2}
+    assert few["trim"].score.value == pytest.approx(80.0) and few["bc"].score.value == pytest.approx(50.0)
+    assert page(found).count("| bc |") == 2 and page(found).count("| trim |") == 1
 
 
 def test_by_hand() -> None:
