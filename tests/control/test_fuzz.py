@@ -10,7 +10,7 @@ from tests.control.fuzz_cases import Case, case
 from tests.control.fuzz_examine import Finding, examine, smallest
 from tests.soak.texts import attempt
 
-PROGRAMS = 2000
+PROGRAMS = 1500
 ENDS = """
 done block-format missing-parameter block-budget program-not-found number-format out-of-range expression arc-geometry
 axis-conflict dress-program unknown-word not-supported interrupt-program feed-mode missing-return interference
