@@ -50,7 +50,7 @@ format: setup
 benchmark: $(AGENTS)
 	$(BIN)/python -m agents benchmark
 
-# Every table that is checked in, in turn: what its code has not made before.
+# The pages of results, one after the other: of each what its code has not made before.
 RESULTS := 'benchmark --grid --seeds 3' replicate gaps dress-study splits 'track --wide' safety worlds plants recipe
 
 results: $(AGENTS)
