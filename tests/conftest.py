@@ -1,8 +1,10 @@
+import itertools
+
 import pytest
 from hypothesis import HealthCheck, settings
 
 from grind_env.cli import main
-from grind_env.shop import machines
+from grind_env.shop.optimise import budget as clock
 from grind_env.shop.optimise import variation
 from tests.command import Grind
 
@@ -27,6 +29,12 @@ def grind(capsys: pytest.CaptureFixture[str]) -> Grind:
 
 @pytest.fixture
 def few_lots(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As many lots for short batches as for long ones, and few machines, where no test is of how sure a promise is."""
+    """Short batches are ground on as many lots as long ones, where a test is not of how sure a promise is."""
     monkeypatch.setattr(variation, "USUAL_RUNS", 1)
-    monkeypatch.setattr(machines, "NEEDED", 96)
+
+
+@pytest.fixture
+def clock_of_looks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The clock of a search goes on by 10 ms whenever it is looked at, however busy the machine is."""
+    looks = itertools.count()
+    monkeypatch.setattr(clock, "monotonic", lambda: 0.01 * next(looks))

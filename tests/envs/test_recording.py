@@ -1,4 +1,4 @@
-"""Gymnasium's recorders work on every environment, alone and in vectors."""
+"""Gymnasium's recorders work: statistics of every environment, films of each kind of picture, alone and in vectors."""
 
 from pathlib import Path
 from typing import Any

@@ -103,7 +103,7 @@ def test_the_native_vector_form_is_the_single_one_bit_by_bit(cycle: str, mode: A
 
 @every_cycle
 def test_a_task_of_a_user_keeps_the_contract(cycle: str, tmp_path: Path) -> None:
-    path = written(tmp_path, "reference_cost = 1.0\n" + CYCLES[cycle])
+    path = written(tmp_path, CYCLES[cycle])
     check_vector_env(
         lambda mode: native(ID, 2, mode, task=path),
         single=lambda: gym.make(ID, task=path, show_block=False),
@@ -180,7 +180,7 @@ SUITABLE = {"material": "inconel_718", "wheel": "b126", "dresser": "single_point
 @st.composite
 def documents(draw: st.DrawFn) -> dict[str, Any]:
     """A file of a few legal values beside those of the smallest one, or with one key misspelt, missing or illegal."""
-    content = tomllib.loads("reference_cost = 1.0\nblocks = 4\n" + MINIMAL)
+    content = tomllib.loads("blocks = 4\n" + MINIMAL)
     for row in draw(st.lists(st.sampled_from(ROWS), max_size=5, unique=True)):
         value = draw(legal(row))
         place = (
@@ -203,7 +203,7 @@ def documents(draw: st.DrawFn) -> dict[str, Any]:
     return content
 
 
-@settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(content=documents())
 def test_a_file_is_an_environment_or_one_sentence(content: dict[str, Any], tmp_path: Path) -> None:
     path = written(tmp_path, toml_text(content))

@@ -285,6 +285,7 @@ class Talker:
         ("sys.exit('\\n\\x1bgood bye')", 2, r"its policy has ended \(\\x1bgood bye\)"),
         ("os._exit(3)", 2, "its policy has ended"),
         ("raise ValueError('no\\nmore')", 2, r"its policy has ended \(ValueError: no\)"),
+        ("return Decision(np.zeros(3), np.zeros(1))", 2, "its policy has ended"),
         ("return Decision(np.zeros(1), np.zeros(1))", 2, "E and D are of shape"),
         ("return Decision(np.full(len(observation), np.nan), np.ones(len(observation)))", 2, "E is nan"),
         ("return None", 2, "its policy has ended"),

@@ -5,7 +5,6 @@ with a stroke and makes `ceil(way / K)` for each traverse. After an odd number o
 from where the next cycle takes over.
 """
 
-import itertools
 import json
 from collections.abc import Mapping
 from dataclasses import replace
@@ -20,7 +19,6 @@ from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
 from grind_env.machine.job.file import load_job
 from grind_env.shop.calls import optimise, sweep
-from grind_env.shop.optimise import budget as clock
 from grind_env.shop.optimise import variation
 from grind_env.shop.optimise.outcome import Verdict
 from tests.command import Grind
@@ -85,6 +83,7 @@ def test_an_infeed_beside_a_table_that_reciprocates_grinds_the_stock() -> None:
     assert record.parts["survival"][0] > 0.99
 
 
+@pytest.mark.usefixtures("clock_of_looks")
 @pytest.mark.parametrize("name", MADE_BETTER)
 def test_what_is_promised_of_better_words_is_what_they_grind(
     name: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
@@ -94,8 +93,6 @@ def test_what_is_promised_of_better_words_is_what_they_grind(
     known.write_text(path.with_suffix(".toml").read_text(encoding="utf-8") + KNOWN, encoding="utf-8")
     if name == "maschinenmesser":  # Ra is so near its limit that as many lots as a shop's own tell what keeps it
         monkeypatch.setattr(variation, "USUAL_RUNS", 50)
-    looks = itertools.count()  # a clock that goes on by 10 ms whenever it is looked at, however busy the machine is
-    monkeypatch.setattr(clock, "monotonic", lambda: 0.01 * next(looks))
     found = optimise(path, known, parts=4, budget=6.0, variables=job.variables)
     assert found.verdict is Verdict.BETTER
     record = grind(read(found.after, path.name, path.parent), replace(job, variables=SHOPS[name].given))

@@ -27,7 +27,7 @@ from grind_env.shop.trials import LotUse
 from tests.command import Grind
 from tests.shop.proposals import PARTS, by_rules, drawn, ground, said
 
-PLANTS = "foreign:3", "meter:1", "public:2", "public:7"
+PLANTS = "soft:1", "foreign:1", "foreign:3", "table:1", "meter:1", "thermal:1"
 SEARCH = 0.8
 """s of a clock that stands still but for being looked at: some 300 programs, however busy the machine is."""
 NOT_HELD = 4
