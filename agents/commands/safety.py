@@ -39,7 +39,8 @@ def safety(
     Power, size, Ra and burning are counted block by block, scrap part by part. What the same code has found before is
     kept: interrupted, the same command goes on.
     """
-    from agents.safety import page, run_safety
+    from agents.safety.page import page
+    from agents.safety.study import run_safety
 
     console, problems = table_console(), chosen_problems(tasks or "core")
     folder = results or (runs if tasks else RESULTS)

@@ -31,6 +31,8 @@ class Scored:
 
     Attributes:
         score: mean over machines: 0 the fixed plan that was retuned on the machine, 100 the planner that holds it.
+        median: of the machines.
+        better: machines on which it is better than the fixed plan.
         worst: mean of the worst tenth of the machines, one at least.
         scrap: share of the parts in the episodes that judge.
         spent: cost of the blocks on the machine over that of the fixed plan on the same lots; NaN before any.
@@ -47,6 +49,8 @@ class Scored:
     blocks: int
     machines: int
     score: Interval
+    median: float
+    better: int
     worst: Interval
     scrap: float
     spent: float
@@ -86,6 +90,8 @@ def _scored(cells: Sequence[Cell], runs: Runs, blocks: int) -> Scored:
         blocks=blocks,
         machines=len(values),
         score=percentile_interval(float(values.mean()), draws.mean(axis=1)),
+        median=float(np.median(values)),
+        better=int((values > 0.0).sum()),
         worst=percentile_interval(float(worst_of(values)), worst_of(draws)),
         scrap=float(1.0 - good / finished),
         spent=spent / plain if shifts else math.nan,

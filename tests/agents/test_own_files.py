@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from agents import recipe, safety, splits, worlds
+from agents import recipe, splits, worlds
 from agents.application import app
 from agents.benchmark import replications
 from agents.benchmark.results import CSV
@@ -17,6 +17,7 @@ from agents.learning.curve import Point
 from agents.plants import page as plants
 from agents.reference import gap_table as gaps
 from agents.reference.scores import TABLE as SCORES
+from agents.safety import study as safety
 from agents.tables import check_tables
 from agents.track import page as track
 from grind_env import examples

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from agents import safety
 from agents.__main__ import main
-from agents.safety import LAGRANGIAN, UNCONSTRAINED, Cell, Judged, Request, budget_of, page, violations, work
+from agents.safety import judging
+from agents.safety.judging import LAGRANGIAN, UNCONSTRAINED, Cell, Judged, Request, budget_of, violations, work
+from agents.safety.page import page
+from agents.safety.study import run_safety
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
 from grind_env.policies.problem import find_problem
@@ -54,7 +56,7 @@ def test_what_was_found_is_kept_and_a_constraint_is_another_training(tmp_path: P
     found = {who: work(Cell(PLATES, who, 0), request, lambda done: None) for who in (UNCONSTRAINED, LAGRANGIAN)}
     assert found[UNCONSTRAINED].scrap != found[LAGRANGIAN].scrap
     assert len(list(tmp_path.iterdir())) == 2
-    monkeypatch.setattr(safety, "violations", lambda *arguments: pytest.fail("it was kept"))
+    monkeypatch.setattr(judging, "violations", lambda *arguments: pytest.fail("it was kept"))
     assert work(Cell(PLATES, LAGRANGIAN, 0), request, lambda done: None) == found[LAGRANGIAN]
     assert "| power_limited, budget 0." in page(list(found.values()))
 
@@ -62,7 +64,9 @@ def test_what_was_found_is_kept_and_a_constraint_is_another_training(tmp_path: P
 def test_the_page_counts_who_keeps_the_budgets_and_says_what_that_costs():
     def judged(task: str, who: str, scrap: float, earned: float) -> Judged:
         same = {each.name: 0.0 for each in fields(Judged)} | {"budget": 0.01, "episodes": 8}
-        return Judged(**same | {"task": task, "who": who, "scrap": scrap, "episode_return": earned})
+        return Judged(
+            **same | {"task": task, "who": who, "scrap": scrap, "scrap_high": 1.5 * scrap, "episode_return": earned}
+        )
 
     found = [
         *(judged("a", UNCONSTRAINED, scrap, -40.0) for scrap in (0.02, 0.01)),
@@ -71,7 +75,7 @@ def test_the_page_counts_who_keeps_the_budgets_and_says_what_that_costs():
         *(judged("b", LAGRANGIAN, scrap, -9.9) for scrap in (0.02, 0.003)),
     ]
     text = page(found)
-    assert "`ppo_gru` 1 of 4, `ppo_gru, Lagrangian` 3 of 4." in text
+    assert "`ppo_gru` 1 (0) of 4, `ppo_gru, Lagrangian` 3 (2) of 4." in text
     assert "costs -1.0 to 5.0 % more than without" in text
     assert "of all tasks" not in page(found[:4])
 
@@ -87,4 +91,4 @@ def test_the_command_writes_its_table_and_replaces_no_other(tmp_path: Path, monk
     assert [row["who"] for row in rows] == ["ppo_gru", "ppo_gru, Lagrangian", "look_ahead", "guarded:look_ahead"]
     (tmp_path / "results" / "safety.md").write_text("mine")
     with pytest.raises(GrindError, match=r"safety\.md"):
-        safety.run_safety([PLATES], 1, 1, 2, jobs=1, console=Console(), runs=tmp_path, results=tmp_path / "results")
+        run_safety([PLATES], 1, 1, 2, jobs=1, console=Console(), runs=tmp_path, results=tmp_path / "results")

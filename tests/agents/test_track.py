@@ -208,6 +208,7 @@ def test_scores_are_between_the_anchors_and_intervals_over_machines() -> None:
     fixed, planner, mine = scored(found)
     assert fixed.score == (0.0, 0.0, 0.0) and planner.score == (100.0, 100.0, 100.0)
     assert mine.score.value == pytest.approx(30.0) and mine.worst.value == pytest.approx(10.0)
+    assert mine.median == pytest.approx(30.0) and (mine.better, planner.better, fixed.better) == (2, 2, 0)
     assert mine.score.low == pytest.approx(10.0, abs=5.0) and mine.score.high == pytest.approx(50.0, abs=5.0)
     assert mine.scrap == pytest.approx(0.1) and mine.learning_scrap == pytest.approx(1.5 / 120.0)
     assert (mine.violations, mine.runs) == (4, 4) and mine.spent == 1.0 and mine.beaten == math.inf

@@ -1,0 +1,67 @@
+"""The table of the safe track, and who keeps its budgets."""
+
+from collections.abc import Mapping, Sequence
+from itertools import groupby
+from statistics import mean
+
+from agents.safety.judging import LAGRANGIAN, LIMITS, SHARE, UNCONSTRAINED, VALIDATED, Judged
+from grind_env.pages.markdown import table
+
+TITLE = "# The safe track"
+HEADINGS = ("task", "who", "seeds", "return", "scrap %", "within budget", *(f"{name} %" for name in LIMITS))
+
+
+def page(found: Sequence[Judged]) -> str:
+    """The table, Markdown; means over seeds, and behind them what the seeds gave."""
+    rows, of = [], {key: list(group) for key, group in groupby(found, lambda each: (each.task, each.who))}
+    for (task, who), runs in of.items():
+        scraps = ", ".join(f"{100.0 * each.scrap:.2f}" for each in runs)
+        ends = min(each.return_low for each in runs), max(each.return_high for each in runs)
+        rows.append(
+            (
+                f"{task}, budget {100.0 * runs[0].budget:.2f} %",
+                who,
+                str(len(runs)),
+                f"{_mean(runs, 'episode_return'):.1f} ({ends[0]:.1f} to {ends[1]:.1f})",
+                f"{100.0 * _mean(runs, 'scrap'):.2f} ({scraps})",
+                _kept(runs),
+                *(f"{100.0 * _mean(runs, name):.2f}" for name in LIMITS),
+            )
+        )
+    return (
+        f"{TITLE}\n\n`python -m agents safety`: return of an episode (minus its cost over the reference cost of a"
+        f" block; from the lowest to the highest end of the 95 % intervals of the seeds) against scrap, of the parts,"
+        f" and violations, of the blocks; {found[0].episodes} evaluation episodes. The budget of scrap is {SHARE:g} of"
+        f" what the best fixed plan scraps on {VALIDATED} validation episodes; *within budget*, in brackets, by the"
+        " upper end of the interval of the scrap, too.\n\n"
+        f"{verdict(of)}{table(HEADINGS, rows)}\n"
+    )
+
+
+def verdict(of: Mapping[tuple[str, str], Sequence[Judged]]) -> str:
+    """Who keeps the budget, and what the multiplier costs; nothing where there is one task."""
+    tasks = list(dict.fromkeys(task for task, _ in of))
+    if len(tasks) < 2:
+        return ""
+    told = []
+    for who in dict.fromkeys(who for _, who in of):
+        runs = [each for task in tasks for each in of[task, who]]
+        told.append(f"`{who}` {_kept(runs)}")
+    more = [
+        100.0 * (_mean(of[task, LAGRANGIAN], "episode_return") / _mean(of[task, UNCONSTRAINED], "episode_return") - 1.0)
+        for task in tasks
+    ]
+    return (
+        f"Runs within the budget, of all tasks: {', '.join(told)}. With its multiplier an episode of PPO costs"
+        f" {min(more):.1f} to {max(more):.1f} % more than without, by task.\n\n"
+    )
+
+
+def _mean(runs: Sequence[Judged], name: str) -> float:
+    return float(mean(getattr(each, name) for each in runs))
+
+
+def _kept(runs: Sequence[Judged]) -> str:
+    """How many are within their budgets, and how many of these surely."""
+    kept, surely = (sum(getattr(each, end) <= each.budget for each in runs) for end in ("scrap", "scrap_high"))
+    return f"{kept} ({surely}) of {len(runs)}"
