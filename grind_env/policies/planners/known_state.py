@@ -1,7 +1,7 @@
 """Planners: policies that know the true state, which a machine cannot measure.
 
 They do not bound what an agent can reach: one is a tuned rule, the other looks some blocks ahead and leaves the rest to
-that rule. `bc`, which sees measurements only, costs less than `mpc` in Rush, and `look_ahead` less than both in CBN.
+that rule.
 """
 
 from dataclasses import dataclass, field
