@@ -19,8 +19,8 @@ from agents.benchmark.plan import (
 )
 from agents.cells import RESULTS, RUNS
 from agents.commands.interrupted import going_on
-from agents.commands.options import Ray
-from grind_env.arguments import PROBLEM, Keeps, Writes
+from agents.commands.options import Ray, Tasks
+from grind_env.arguments import Keeps, Writes
 from grind_env.commands import Configs, JobFile, Parts
 from grind_env.errors import printable
 from grind_env.policies.tuned import ConfigError
@@ -40,18 +40,7 @@ def register(app: typer.Typer) -> None:
 
 
 def benchmark(
-    tasks: Annotated[
-        str | None,
-        typer.Option(
-            "--tasks",
-            "--task",
-            "--env",
-            "--program",
-            help="Tasks, ids, task files (.toml) or part programs, separated by commas; `core` or `all` tasks;"
-            f" {FLAGSHIP} by default.",
-        ),
-        PROBLEM,
-    ] = None,
+    tasks: Tasks = None,
     job: JobFile = None,
     parts: Parts = 1,
     policies: Annotated[
@@ -102,7 +91,7 @@ def benchmark(
         bool, typer.Option("--report", help="Run nothing: write figures and README anew from the checked-in results.")
     ] = False,
 ) -> None:
-    """Compare policies, agents trained for it among them, on the same evaluation episodes.
+    """Compare policies, agents trained for it among them, on the same evaluation episodes, by default of power_limited.
 
     How long it takes is said before it begins. Killed at any moment, the same command goes on where it was. Results
     that are in the folder already stay there, but for those of the same task whose episodes begin with another seed.

@@ -7,7 +7,8 @@ import typer
 
 from agents.benchmark.plan import EPISODES, chosen_problems
 from agents.cells import RESULTS, RUNS
-from grind_env.arguments import PROBLEM, Keeps, Reads
+from agents.commands.options import Tasks
+from grind_env.arguments import Keeps, Reads
 from grind_env.commands import Configs, JobFile, Parts
 from grind_env.terminal import table_console
 
@@ -18,18 +19,7 @@ def register(app: typer.Typer) -> None:
 
 
 def replicate(
-    tasks: Annotated[
-        str | None,
-        typer.Option(
-            "--tasks",
-            "--task",
-            "--env",
-            "--program",
-            help="Tasks, ids, task files (.toml) or part programs with results, separated by commas; `core` or `all`"
-            " tasks; by default all that have some.",
-        ),
-        PROBLEM,
-    ] = None,
+    tasks: Tasks = None,
     job: JobFile = None,
     parts: Parts = 1,
     first: Annotated[
@@ -57,8 +47,9 @@ def replicate(
 ) -> None:
     """Whether published results of the benchmark hold on seeds that nothing was chosen by.
 
-    Policies of the results are run on other episodes, whose mean costs are to lie where the published rows have them
-    with 95 %. What the same code has found before is kept: interrupted, the same command goes on.
+    Policies of the results, by default of all tasks that have some, are run on other episodes, whose mean costs are to
+    lie where the published rows have them with 95 %. What the same code has found before is kept: interrupted, the same
+    command goes on.
     """
     from agents.benchmark.replications import BEGINS, FIRSTS, write
     from agents.benchmark.replications import replicate as run
