@@ -1,4 +1,4 @@
-"""The training recipe of the README, run as it stands there: with other seeds, without the belief, on other tasks."""
+"""The training recipe of `docs/howto/train.md`, run as printed, with other seeds, without belief, on other tasks."""
 
 import hashlib
 import json
@@ -26,7 +26,7 @@ from grind_env.policies.evaluation import episode_seeds
 from grind_env.policies.problem import Problem
 from grind_env.policies.tuned import write_whole
 
-README = ROOT / "README.md"
+SOURCE = ROOT / "docs" / "howto" / "train.md"
 BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
 TRAINS = "model.learn("
 """By which the block is known."""
@@ -36,7 +36,7 @@ WAYS = {"measurements": "measurements alone", "belief": "with the belief"}
 EPISODES = 128
 LIBRARIES = ("gymnasium", "numpy", "stable_baselines3", "torch")
 CSV, PAGE = "recipe.csv", "recipe.md"
-TITLE = "# The recipe of the README"
+TITLE = "# The training recipe"
 BEGINS = {CSV: "task,sees,seed,steps,", PAGE: TITLE}
 
 
@@ -56,7 +56,7 @@ class Request:
     """How the recipe is run.
 
     Attributes:
-        text: the lines of the README.
+        text: the Python block of the page.
         steps: of a training.
         folder: of what is kept.
     """
@@ -92,15 +92,15 @@ class Trained:
     wall_seconds: float
 
 
-def recipe(readme: str) -> str:
-    """The lines of the README that train.
+def recipe(page: str) -> str:
+    """Return the Python block of a page that trains.
 
     Raises:
         GrindError: there are none, or several blocks of them.
     """
-    found = [block for block in BLOCK.findall(readme) if TRAINS in block]
+    found = [block for block in BLOCK.findall(page) if TRAINS in block]
     if len(found) != 1:
-        raise GrindError(f"README.md has {len(found)} blocks with {TRAINS!r}, but must have one: the recipe")
+        raise GrindError(f"{SOURCE.name} has {len(found)} blocks with {TRAINS!r}, but must have one: the recipe")
     return str(found[0])
 
 
@@ -115,22 +115,22 @@ def variant(text: str, cell: Cell, steps: int | None = None) -> str:
             f"{cell.problem.name} is a file, and the recipe names its task by an id: choose a registered one"
         )
     if TASK not in text:
-        raise GrindError(f"the recipe of README.md does not train on {TASK}, so that it cannot be run on another task")
+        raise GrindError(f"the recipe of train.md does not train on {TASK}, so that it cannot be run on another task")
     changes = [(re.escape(SEED), f"seed={cell.seed}")]
     changes += [] if cell.way == "belief" else [(BELIEF.pattern, "")]
     changes += [] if steps is None else [(STEPS, str(steps))]
     for pattern, new in changes:
         text, count = re.subn(pattern, new, text, flags=re.MULTILINE)
         if count != 1:
-            raise GrindError(f"the recipe of README.md has {pattern!r} {count} times, but must have it once")
+            raise GrindError(f"the recipe of train.md has {pattern!r} {count} times, but must have it once")
     return text.replace(TASK, f'"{cell.problem.id}"')
 
 
 def run(text: str) -> dict[str, Any]:
-    """Run lines of the README; what they have named, with the seconds that they took."""
+    """Run the lines of the recipe; return the names they bind and the seconds they took."""
     names: dict[str, Any] = {}
     wall, cpu = time.perf_counter(), time.process_time()
-    exec(compile(text, "README.md", "exec"), names)
+    exec(compile(text, SOURCE.name, "exec"), names)
     return {**names, "cpu_seconds": time.process_time() - cpu, "wall_seconds": time.perf_counter() - wall}
 
 
@@ -191,9 +191,9 @@ def run_recipe(
 
     Raises:
         FileError: another table has the name of one that is to be written.
-        GrindError: the README has no recipe, or a training failed.
+        GrindError: the page has no recipe, or a training failed.
     """
-    request = Request(recipe(read_text(README)), steps, runs.absolute() / "recipe")
+    request = Request(recipe(read_text(SOURCE)), steps, runs.absolute() / "recipe")
     results.mkdir(parents=True, exist_ok=True)
     check_tables(results, "recipe", BEGINS)
     cells = [Cell(problem, way, seed) for problem in problems for way in WAYS for seed in range(seeds)]

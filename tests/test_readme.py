@@ -7,20 +7,42 @@ import gymnasium as gym
 import numpy as np
 
 import grind_env
+from agents.benchmark.plan import CORE
+from agents.benchmark.results import read_results
+from agents.benchmark.summary import summaries
+from agents.cells import RESULTS
+from grind_env.envs.names import environment_id
+from grind_env.policies.naming import named_policy
+from grind_env.policies.problem import find_problem
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-def test_the_examples_run_one_after_the_other(tmp_path):
-    examples = "\n".join(re.findall(r"```python\n(.*?)```", README, re.DOTALL))
-    assert examples.count("1_000_000") == 1
-    script = examples.replace("1_000_000", "7_680")
-    run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, cwd=tmp_path)
-    *evaluated, power = run.stdout.splitlines()
-    assert sum("$ per good part (" in line for line in evaluated) == examples.count("grind_env.evaluate(") == 2
-    record = grind_env.grind(grind_env.examples.path("plate_g82.nc"))
-    assert float(power) == record.strokes["power"].max()
+def test_the_example_prints_what_the_readme_shows(tmp_path):
+    (example,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    (printed,) = re.findall(r"```text\n(.*?)```", README, re.DOTALL)
+    run = subprocess.run([sys.executable, "-c", example], capture_output=True, text=True, check=True, cwd=tmp_path)
+    assert run.stdout == printed
+
+
+def test_each_policy_of_the_results_table_is_a_name_for_evaluate():
+    names = re.findall(r"^\| (\w+) \| .* to ", README, re.MULTILINE)
+    assert len(names) == 6
+    simulation = find_problem("power_limited").simulation()
+    for name in names:
+        assert named_policy(name, simulation)
+
+
+def test_best_scores_of_the_core_tasks_are_the_published_ones():
+    results = read_results(RESULTS)
+    shown = {name: int(score) for name, score in re.findall(r"^\| \[(\w+)\]\[r\] .* (\d+) \|$", README, re.MULTILINE)}
+    found = {
+        task: max(line.score.value for line in summaries(results, task) if line.sees == "measurements") for task in CORE
+    }
+    assert {f"grind/{name}-v0": score for name, score in shown.items()} == {
+        environment_id(task): round(score) for task, score in found.items()
+    }
 
 
 def test_the_task_file_of_the_guide_is_an_environment(tmp_path):
@@ -60,4 +82,8 @@ def test_the_commands_it_names_exist():
 
 
 def test_it_is_short():
-    assert len(README.splitlines()) < 130
+    assert len(README.split()) <= 700
+    code = re.findall(r"```(?:sh|python)\n(.*?)```", README, re.DOTALL)
+    assert len(code) == 3 and all(len(line) <= 80 for block in code for line in block.splitlines())
+    paragraphs = re.sub(r"```.*?```", "", README, flags=re.DOTALL).split("\n\n")
+    assert all(len(each.splitlines()) <= 4 for each in paragraphs if not each.lstrip().startswith(("|", "- ")))

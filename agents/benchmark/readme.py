@@ -4,39 +4,44 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from agents.benchmark.judge import is_ratio
-from agents.benchmark.page import page, table
-from agents.benchmark.plan import EMPIRICAL, FLAGSHIP, LONG, ROBUST
+from agents.benchmark.page import page, shipped_kind, table
+from agents.benchmark.plan import FLAGSHIP, ROBUST
 from agents.benchmark.results import Result
-from agents.benchmark.summary import KNOWLEDGE, NONE, Summary, shown, summaries
+from agents.benchmark.summary import NONE, shown, summaries
 from agents.provenance import ROOT
 from grind_env.files import read_text
+from grind_env.policies.registry import REFERENCE
 from grind_env.policies.statistics import Interval
 from grind_env.policies.tuned import ConfigError, write_whole
 
 README = ROOT / "README.md"
 BEGIN, END = "<!-- results: written by `python -m agents benchmark --report` -->", "<!-- end of results -->"
 PAGE = "agents/results/README.md"
-WITHOUT_SENSORS = ("handbook", "constant")
-AGENTS, RECIPE = 2, "ppo"
-"""Agents in the table of the README at most, and the one of its recipe."""
+SHIPPED = "shipped"
+ROWS = ("constant", "look_ahead", "belief_planner", SHIPPED, ROBUST, REFERENCE)
+"""Policies of the table in the README, by the names that `grind evaluate --policy` takes."""
 
 
 def section(results: Sequence[Result], task: str = FLAGSHIP) -> str:
-    """The text between the markers of the README: what a task costs with the policies that say most of it.
+    """Return the results table of the README: scores, and costs on the model and on out-of-model machines.
 
-    Beside them stands what a good part costs on machines that are not the model.
+    The bundled agents are the ones of training seed 0.
     """
-    headings = ("policy", "score (95 %)", "sees", "$ per good part", "on other machines, $", "scrap there, %")
+    headings = ("policy", "score (95 % CI)", "$ per good part", "$ on other machines")
+    names = {shipped_kind(task): SHIPPED}
+    lines = {
+        names.get(line.policy, line.policy): line
+        for line in summaries([each for each in results if not each.seed], task)
+    }
     rows = [
         [
-            line.policy,
+            name,
             shown(line.ratio if is_ratio(task) else line.score, is_ratio(task)),
-            line.sees,
             dollars(line.cost),
             NONE if line.plants_cost is None else dollars(line.plants_cost),
-            NONE if line.plants_scrap is None else f"{100.0 * line.plants_scrap:.1f}",
         ]
-        for line in telling(summaries(results, task))
+        for name in ROWS
+        if (line := lines.get(name))
     ]
     return table(headings, rows)
 
@@ -44,15 +49,6 @@ def section(results: Sequence[Result], task: str = FLAGSHIP) -> str:
 def dollars(cost: Interval) -> str:
     """A cost with half its interval."""
     return f"{cost.value:.2f} ± {cost.half_width:.2f}"
-
-
-def telling(lines: Sequence[Summary]) -> list[Summary]:
-    """Those without sensors, the best rule and agents on measurements, the agent of the recipe, and the planners."""
-    plans = [line for line in lines if line.policy in WITHOUT_SENSORS]
-    measured = [line for line in reversed(lines) if line.sees == KNOWLEDGE[0] and line not in plans]
-    rules, agents = ([line for line in measured if line.kind == kind] for kind in ("scripted", "learned"))
-    kept = [*plans, *rules[:1], *agents[:AGENTS]]
-    return [line for line in lines if line in kept or line.policy in (*LONG, RECIPE, ROBUST, EMPIRICAL)]
 
 
 def replaced(text: str, results: Sequence[Result]) -> str:

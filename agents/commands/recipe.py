@@ -27,7 +27,7 @@ def recipe(
     runs: Annotated[Path, typer.Option(help="Folder of what is kept."), Keeps()] = RUNS,
     results: Annotated[Path, typer.Option(help="Folder of recipe.csv and recipe.md."), Keeps()] = RESULTS,
 ) -> None:
-    """Run the training recipe of the README on several seeds, with the belief and without, and write the table.
+    """Run the training recipe of the docs on several seeds, with the belief and without, and write the table.
 
     What was trained before by the same lines and code is kept: interrupted, the same command goes on. What the table
     has of other tasks stays.

@@ -79,7 +79,7 @@ PPO = Settings(
         "ent_coef": 0.003,
     },
 )
-"""Those of the recipe of the README: many environments and few epochs, because the environment is fast."""
+"""Those of the training recipe: many environments and few epochs, because the environment is fast."""
 
 GENTLE: Mapping[str, Number] = {**PPO.hyper, "batch_size": 3840, "learning_rate": 1e-3}
 """Of a network that knows something already, or remembers: larger batches, smaller steps."""

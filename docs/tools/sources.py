@@ -19,7 +19,6 @@ from gallery import png, still
 
 from agents.application import app as agents_app
 from agents.dressing.table import HEADINGS, line, read_studies
-from agents.recipe import recipe
 from grind_env.cli import app as grind_app
 from grind_env.pages.__main__ import write as write_pages
 from grind_env.pages.markdown import table
@@ -43,12 +42,11 @@ Page = tuple[str, bytes]
 
 
 def by_hand() -> Iterator[Page]:
-    """The pages of `docs/`, and what stands at the root of the repository or in its README."""
+    """The pages of `docs/`, and those at the root of the repository."""
     for path in sorted(DOCS.rglob("*")):
         place = path.relative_to(DOCS)
         if path.suffix in PAGES and place.parts[0] not in ("tools", "static"):
             yield place.as_posix(), path.read_bytes()
-    yield "howto/recipe.py", recipe((ROOT / "README.md").read_text(encoding="utf-8")).encode()
     yield "project/CHANGELOG.md", NOT_SEARCHED + (ROOT / "CHANGELOG.md").read_bytes()
     yield "project/LICENSE", (ROOT / "LICENSE").read_bytes()
     for path in sorted((ROOT / "notebooks" / "images").iterdir()):

@@ -89,7 +89,7 @@ def _example(about: Sheet) -> str:
         "To learn it: `VectorForLearning` of `grind_env.envs.wrappers` shows the observation less its mean and over its"
         f" standard deviation, as they usually are here, and gives one more than the reward, at least {WORST_REWARD:g}."
         ' With these, `action="multidiscrete"` and `SB3VecEnv` of `grind_env.sb3`, PPO of Stable-Baselines3 learns: the'
-        f" recipe stands in `README.md`, and what goes with it in `docs/howto/train.md`.\n\n{session}"
+        f" recipe stands in `docs/howto/train.md`.\n\n{session}"
     )
 
 

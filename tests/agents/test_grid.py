@@ -330,13 +330,13 @@ def test_the_readme_shows_a_good_part_on_other_machines_beside_the_model():
     assert all(each.plants_cost_per_good_part is None for each in plain)
     there = np.linspace(5.0, 7.0, 4, dtype=np.float32)
     some = {"plants_episodes": 4, "plants_cost": there, "plants_good": np.ones(4, np.float32), "plants_scrap": 0.021}
-    results = judged([replace(each, **some) if each.policy == "plain_gru" else each for each in plain])
+    results = judged([replace(each, **some) if each.policy == "belief_planner" else each for each in plain])
     of = {each.policy: each for each in results}
-    assert of["plain_gru"].plants_cost_per_good_part == pytest.approx(6.0)
+    assert of["belief_planner"].plants_cost_per_good_part == pytest.approx(6.0)
     assert of["constant"].plants_cost_per_good_part is None
     lines = {line.split(" | ")[0][2:]: line for line in section(results).splitlines()}
-    assert " | 6.00 ± " in lines["plain_gru"] and lines["plain_gru"].endswith(" | 2.1 |")
-    assert lines["constant"].endswith(f" | {NONE} | {NONE} |")
+    assert " | 6.00 ± " in lines["belief_planner"]
+    assert lines["constant"].endswith(f" | {NONE} |")
 
 
 def test_what_is_kept_of_a_price_is_not_measured_again(tmp_path):
