@@ -97,9 +97,8 @@ def sheet(name: str) -> Sheet:
         full = oracle.observation_info()
     simulation: Simulation | None = getattr(env, "simulation", None)
     # a program has no task that its reward could be worked out from
-    priced = None if simulation is None or note.reward is not None else simulation.task
-    task = priced if simulation is not None and simulation.by_block else None
-    costs = {} if priced is None else cost_spans(priced, step_times(priced, by_block=task is not None))
+    task = None if simulation is None or note.reward is not None else simulation.task
+    costs = {} if task is None else cost_spans(task, step_times(task))
     return Sheet(
         id=env_id,
         note=note,
@@ -110,8 +109,8 @@ def sheet(name: str) -> Sheet:
         task=task,
         codec=getattr(env, "codec", None),
         costs=costs,
-        reference_cost=0.0 if priced is None else priced.reference_cost,
-        reward=_noted(env_id, note) if priced is None else reward_span(priced, costs),
+        reference_cost=0.0 if task is None else task.reference_cost,
+        reward=_noted(env_id, note) if task is None else reward_span(task, costs),
     )
 
 

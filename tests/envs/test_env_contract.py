@@ -22,7 +22,6 @@ from grind_env.envs import any_task
 from grind_env.envs.actions import ActionCodec, ActionError
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.strokes.simulation import StrokeSimulation
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.testing.conformance import check_vector_env
 from tests.envs.harness import (
@@ -44,11 +43,8 @@ from tests.envs.harness import (
 
 pytestmark = pytest.mark.filterwarnings("error")
 
-SHORT = {"stroke": 1, "wide_plates": 2}
+SHORT = {"wide_plates": 2}
 """Blocks of an episode of the short form of a task; 8 of the others."""
-
-THIN = {"stroke": 0.1}
-"""Stock of that form, mm, where a step is a stroke."""
 
 SPACES = dict(zip(FORMS, (spaces.Box, spaces.MultiDiscrete, spaces.Discrete, spaces.Dict), strict=True))
 
@@ -57,7 +53,6 @@ BOX_ALONE = {"grind/Wen-v0": "its four settings are continuous, and none is E or
 
 NO_PRE_DRESS = {
     "grind/Job-v0": "the program says which cycles begin with a dress",
-    "grind/Stroke-v0": "D is the dress before the stroke",
     "grind/Wen-v0": "there is no time at which to dress",
 }
 """Environments whose action has no pre-dress, and why; all others have it."""
@@ -107,9 +102,8 @@ def short_simulation(env_id: str, predress: bool = False) -> Simulation:
     if env_id == "grind/Job-v0":
         return simulation
     task = simulation.task
-    kinds = tuple(replace(kind, stock=THIN.get(task.name, kind.stock)) for kind in task.kinds)
-    task = replace(task, blocks=min(task.blocks, SHORT.get(task.name, 8)), kinds=kinds)
-    return StrokeSimulation(task) if env_id == "grind/Stroke-v0" else any_task.simulation_of(task, predress=predress)
+    task = replace(task, blocks=min(task.blocks, SHORT.get(task.name, 8)))
+    return any_task.simulation_of(task, predress=predress)
 
 
 def short_vector(env_id: str, mode: AutoresetMode, predress: bool = False, **kwargs: Any) -> VectorEnv:
@@ -141,7 +135,7 @@ def play(env: gym.Env[Any, Any], most: int, seed: int = 0) -> list[Any]:
 def test_the_published_ids_are_registered() -> None:
     names = "Slot JobShop Rush PowerLimited WideRails Oracle6 Blades CBN Memory Noise Credit"
     assert set(IDS) == {f"grind/{name}-v0" for name in names.split()}
-    assert set(IDS) | {f"grind/{name}-v0" for name in ("Job", "Reciprocation", "Stroke", "Wen")} <= set(every_id())
+    assert set(IDS) | {f"grind/{name}-v0" for name in ("Job", "Reciprocation", "Wen")} <= set(every_id())
     assert {*BOX_ALONE, *NO_PRE_DRESS} <= set(every_id())
 
 

@@ -70,7 +70,7 @@ def likeness(a: Any, b: Any) -> float:
     return float(np.abs(np.asarray(a, float) - np.asarray(b, float)).mean())
 
 
-FILMED = [f"grind/{name}-v0" for name in ("Oracle6", "Job", "Reciprocation", "Stroke", "WidePlates", "Wen")]
+FILMED = [f"grind/{name}-v0" for name in ("Oracle6", "Job", "Reciprocation", "WidePlates", "Wen")]
 """One of each kind of picture."""
 
 

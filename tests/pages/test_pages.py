@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 
 from grind_env.cli import main
-from grind_env.envs.ids import stroke
 from grind_env.envs.observations import physical
 from grind_env.envs.wen.actions import decode
 from grind_env.envs.wen.judging import judged
@@ -210,46 +209,6 @@ def test_the_ends_of_the_time_are_reached(env_id: str) -> None:
         exact = 1e-9 if any(each.name == "pick" for each in about.readings) else 0.08
         assert extreme == pytest.approx(end, rel=exact)
         assert span.least * (1.0 - 1e-9) <= costs.min() and costs.max() <= span.most * (1.0 + 1e-9)
-
-
-def stroke_costs(
-    speed: float, dress: bool, seeds: int, context: dict[str, Any] | None = None
-) -> list[dict[str, float]]:
-    """Terms of the cost of every stroke in $, with one E (mm/min) and a dress before every stroke or none."""
-    env = stroke.make(action="dict", show_block=False)
-    steps = []
-    for seed in range(seeds):
-        env.reset(seed=seed, options={"context": context})
-        terminated = False
-        while not terminated:
-            _, reward, terminated, _, info = env.step({"E": [speed], "D": int(dress)})
-            costs = {name: -env.task.reference_cost * term for name, term in info["reward_terms"].items()}
-            steps.append({"reward": reward, **costs})
-    return steps
-
-
-def test_the_reward_of_a_stroke_lies_in_the_range_that_its_page_states() -> None:
-    about = sheet("grind/Stroke-v0")
-    text = section(page("grind/Stroke-v0"), "Reward")
-    match = re.search(r"A step earns from (\S+) to (\S+)\. ", text)
-    assert match and [float(end) for end in match.groups()] == list(about.reward)
-    corners = [(speed, dress) for speed in (3000.0, 30_000.0) for dress in (False, True)]
-    played = {corner: stroke_costs(*corner, 2) for corner in corners}
-    steps = [step for steps in played.values() for step in steps]
-    for name, span in about.costs.items():
-        values = [step[name] for step in steps]
-        assert span.least * (1.0 - 1e-9) <= min(values) and max(values) <= span.most * (1.0 + 1e-9), name
-    # both ends of the time are reached: a bare stroke, and one with loading and a dress or, on a dull wheel, a stall
-    assert min(step["time"] for step in played[30_000.0, False]) == pytest.approx(about.costs["time"].least, rel=1e-9)
-    task, most = stroke.make().task, about.costs["time"].most
-    load, stall = (task.rates.hourly * seconds / 3600.0 for seconds in (task.setup.load, task.machine.stall_time))
-    assert max(step["time"] for step in played[3000.0, True]) == pytest.approx(most - stall, rel=1e-9)
-    stalled = max(step["time"] for step in stroke_costs(3000.0, True, 1, DULL))
-    # the program is waited for before a dress, at most 2 ms
-    assert 0.0 <= stalled - (most - load) <= 1.01 * task.rates.hourly * 0.002 / 3600.0
-    rewards = [step["reward"] for step in steps]
-    assert about.reward.least <= min(rewards) < 0.4 * about.reward.least
-    assert 1.2 * about.reward.most <= max(rewards) <= about.reward.most
 
 
 def test_the_page_of_a_job_says_that_its_reward_has_no_lower_bound() -> None:

@@ -191,7 +191,7 @@ def test_an_environment_of_the_model_takes_no_machine() -> None:
         made.reset(options={"machine": "meter:7"})
 
 
-@pytest.mark.parametrize("env_id", ["grind/Reciprocation-v0", "grind/WidePlates-v0", "grind/Stroke-v0", ID])
+@pytest.mark.parametrize("env_id", ["grind/Reciprocation-v0", "grind/WidePlates-v0", ID])
 def test_every_id_takes_a_machine(env_id: str) -> None:
     made = gym.make(env_id, plant="soft:3").unwrapped
     assert made.simulation.process == find_plant("soft:3").process
