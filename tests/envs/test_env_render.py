@@ -60,18 +60,6 @@ def test_a_view_adds_up_what_the_steps_have_told(env_id: str) -> None:
     assert all(f"{line}" in env.render() for line in info["block"].split("\n"))
 
 
-def test_the_sheet_of_the_published_problem_says_what_its_info_says() -> None:
-    env = gym.make("grind/Wen-v0", render_mode="ansi")
-    while env.reset()[0][0] != 1.0:  # until the part is to be rough-ground
-        pass
-    assert "nothing ground yet" in env.render()
-    info = env.step(np.array([0.9, 0.5, 1.0, -0.9], np.float32))[4]
-    shown = {line[:24].split(",")[0].strip(): line for line in env.render().splitlines()}
-    assert f"{info['Vs']:.4g}" in shown["Vs"] and f"{info['roughness']:.4g}" in shown["Ra"]
-    assert f"violation {info['cost']:.4f}" in env.render()
-    assert "(beyond)" in shown["Ra"] and info["cost"] > 0.0
-
-
 def test_there_is_nothing_to_show_before_the_first_reset() -> None:
     with pytest.raises(ResetNeeded, match=r"call reset\(\) before render\(\)"):
         any_task.make(render_mode="ansi").render()

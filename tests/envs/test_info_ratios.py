@@ -18,7 +18,6 @@ from grind_env.machine.record import GrindingRecord
 from tests.envs.harness import Array, every_id
 
 PLATE = Path(grind_env.__file__).parent / "examples" / "plate_g82.nc"
-CHOSEN = [name for name in every_id() if name != "grind/Wen-v0"]
 OF_PARTS = ["power_limited", "wide_plates", "reciprocation"]
 
 
@@ -26,7 +25,7 @@ def arguments_of(env_id: str) -> dict[str, Any]:
     return {"program": str(PLATE)} if env_id == "grind/Job-v0" else {}
 
 
-@pytest.mark.parametrize("env_id", CHOSEN)
+@pytest.mark.parametrize("env_id", every_id())
 def test_single_and_vector_infos_have_them(env_id: str) -> None:
     single = gym.make(env_id, info="full", **arguments_of(env_id)).unwrapped
     vector = gym.make_vec(env_id, num_envs=3, info="full", **arguments_of(env_id))
@@ -40,7 +39,7 @@ def test_single_and_vector_infos_have_them(env_id: str) -> None:
         assert infos[name][0] == info[name]
 
 
-@pytest.mark.parametrize("env_id", CHOSEN)
+@pytest.mark.parametrize("env_id", every_id())
 def test_by_default_the_info_is_what_a_shop_knows(env_id: str) -> None:
     envs: list[Any] = [gym.make(env_id, info=info, **arguments_of(env_id)).unwrapped for info in ("measured", "full")]
     default: Any = gym.make(env_id, **arguments_of(env_id)).unwrapped

@@ -36,7 +36,6 @@ def cases() -> Iterator[Any]:
     for env_id in every_id():
         if env_id != "grind/Job-v0":
             yield pytest.param(env_id, {}, id=env_id)
-        if env_id not in ("grind/Job-v0", "grind/Wen-v0"):
             yield pytest.param(env_id, {"predress": True}, id=f"{env_id} predress")
     for program in EXAMPLES:
         # before the only block of a keyway nothing has been measured
@@ -46,8 +45,6 @@ def cases() -> Iterator[Any]:
 
 def contexts(env_id: str) -> list[Any]:
     """None, and two ends of what a context can fix."""
-    if env_id == "grind/Wen-v0":
-        return [None, {"case": "rough"}, {"case": "finish"}]
     ends = [{"kA": 0.5, "fc": 0.8}, {"kA": 2.0, "Gref": 0.7}]
     stocks = [{}, {}] if env_id == "grind/Job-v0" else [{"stock": 0.7}, {"stock": 1.4}]
     return [None, *({**a, **b} for a, b in zip(ends, stocks, strict=True))]

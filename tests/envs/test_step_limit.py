@@ -18,7 +18,6 @@ STEPS = {
     "grind/Reciprocation-v0": 2,
     "grind/WidePlates-v0": 2,
     "grind/Job-v0": 1,
-    "grind/Wen-v0": 1,
 }
 
 

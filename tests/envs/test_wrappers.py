@@ -105,7 +105,7 @@ def test_what_is_shown_is_written_on_the_space_and_travels_with_it() -> None:
     assert space == env.single_observation_space and isinstance(gym.make("grind/Slot-v0").observation_space, ShownBox)
 
 
-@pytest.mark.parametrize("make", [Walk, lambda: gym.make("grind/Wen-v0"), lambda: gym.make("CartPole-v1")])
+@pytest.mark.parametrize("make", [Walk, lambda: gym.make("CartPole-v1")])
 def test_nobody_knows_what_is_usual_elsewhere(make: Any) -> None:
     with pytest.raises(WrapperError, match="no environment of grind_env in which E and D are chosen"):
         ForLearning(make())

@@ -6,7 +6,6 @@ import math
 import re
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +15,7 @@ import pytest
 
 from grind_env.cli import main
 from grind_env.envs.observations import physical
-from grind_env.envs.wen.actions import decode
-from grind_env.envs.wen.judging import judged
-from grind_env.envs.wen.model import CASES, WenVerdict
-from grind_env.pages import PageError, notes, page, page_ids
+from grind_env.pages import PageError, page, page_ids
 from grind_env.pages.__main__ import write
 from grind_env.pages.discount import dress_interval
 from grind_env.pages.markdown import arguments, prose, table
@@ -34,11 +30,9 @@ GOLDEN = Path(__file__).with_name("page_oracle6.md")
 
 EVERY = page_ids()
 TASKS = [env_id for env_id in EVERY if sheet(env_id).task is not None]
-WITH_FORMS = [env_id for env_id in EVERY if env_id != "grind/Wen-v0"]
 
 every_id = pytest.mark.parametrize("env_id", EVERY)
 every_task = pytest.mark.parametrize("env_id", TASKS)
-every_form = pytest.mark.parametrize("env_id", WITH_FORMS)
 
 SHARP = {"pm": 0.2, "kA": 0.05, "wheel_kA": 0.05, "diamond_flat": 0.0, "fc": 0.25, "Gref": 0.3}
 SHARP |= {"material": "grey_cast_iron"}
@@ -87,7 +81,7 @@ def test_the_action_table_is_that_of_the_space(env_id: str) -> None:
     assert [float(row[3]) for row in rows] == space.high.tolist()
 
 
-@every_form
+@every_id
 def test_the_action_table_says_what_the_ends_choose(env_id: str) -> None:
     (speed, dresses), forms = tables(section(page(env_id), "Action space"))
     env: Any = sheet(env_id).env
@@ -218,32 +212,6 @@ def test_the_page_of_a_job_says_that_its_reward_has_no_lower_bound() -> None:
     assert sheet("grind/Job-v0").reward == (-math.inf, 0.0)
 
 
-def test_an_id_of_whose_reward_nothing_is_known_gets_no_page(monkeypatch: pytest.MonkeyPatch) -> None:
-    silent = {**load_notes(), "grind/Wen-v0": replace(note_of("grind/Wen-v0"), reward=None)}
-    monkeypatch.setattr(notes, "load_notes", lambda: silent)
-    with pytest.raises(PageError, match=r"^the reward of grind/Wen-v0 has no range: give its notes a reward$"):
-        page("grind/Wen-v0")
-
-
-def test_the_page_of_wen_says_why_its_action_has_one_form() -> None:
-    text = " ".join(section(page("grind/Wen-v0"), "Action space").split())
-    assert "This is the only form of the action: the problem is published with continuous settings" in text
-
-
-def test_the_reward_of_wen_lies_in_the_range_that_its_notes_state() -> None:
-    ends = note_of("grind/Wen-v0").reward
-    assert ends is not None
-    corners = np.array(list(itertools.product([-1.0, 0.0, 1.0], repeat=4)))
-    actions = np.concatenate([corners, np.random.default_rng(0).uniform(-1.0, 1.0, (20_000, 4))])
-    settings, verdicts = decode(actions), []
-    for case in range(len(CASES)):
-        verdicts.append(WenVerdict(*judged(settings, np.full(len(actions), case)).T))
-    rewards = -np.array([each.objective + each.violation for each in verdicts])
-    assert ends[0] <= rewards.min() < ends[0] + 0.002
-    # the optima are published (scenarios, 4.3)
-    assert rewards.max() <= ends[1] == pytest.approx(0.22925, abs=1e-4)
-
-
 @every_id
 def test_the_history_ends_with_the_version_of_the_id(env_id: str) -> None:
     versions = [row[0] for row in tables(section(page(env_id), "Version history"))[0]]
@@ -346,7 +314,7 @@ def test_grind_tasks_prints_json(capsys: pytest.CaptureFixture[str]) -> None:
     (rush,) = (one for one in found if one["id"] == "grind/Rush-v0")
     assert (rush["steps"], rush["observation"], rush["full"]) == (96, 33, 45)
     assert rush["actions"] == ["box", "multidiscrete", "discrete", "dict"]
-    assert {one["id"]: one["actions"] for one in found if len(one["actions"]) != 4} == {"grind/Wen-v0": ["box"]}
+    assert all(len(one["actions"]) == 4 for one in found)
     assert {one["id"]: one["reward"] for one in found if one["reward"][0] is None} == {"grind/Job-v0": [None, 0.0]}
     assert json.loads(listed(capsys, "grind/Rush-v0", "--json")[1]) == [rush]
 
@@ -383,7 +351,7 @@ def test_every_page_says_its_task_version_and_what_the_others_were(env_id: str) 
     assert all(row[1] for row in versions)
 
 
-@every_form
+@every_id
 def test_the_recommended_discount_follows_from_the_interval_named(env_id: str) -> None:
     said = facts(env_id)["recommended discount"]
     (discount,) = re.findall(r"^0\.\d{4}", said)
@@ -393,10 +361,6 @@ def test_the_recommended_discount_follows_from_the_interval_named(env_id: str) -
     assert float(discount) ** steps == pytest.approx(0.9, abs=0.002 * steps**0.5)
     about = sheet(env_id)
     assert 1 <= steps <= (about.steps or 10_000)
-
-
-def test_a_problem_of_one_step_has_no_discount() -> None:
-    assert facts("grind/Wen-v0")["recommended discount"] == "none: an episode is one step"
 
 
 @pytest.mark.parametrize("name", ["PowerLimited", "WideRails"])

@@ -199,12 +199,6 @@ def test_every_id_takes_a_machine(env_id: str) -> None:
         gym.make(env_id, plant="sofa:3")
 
 
-def test_the_problem_of_wen_takes_none() -> None:
-    for make in (gym.make, gym.make_vec):
-        with pytest.raises(TaskError, match="plant is 'meter:7', but grind/Wen-v0 has the model"):
-            make("grind/Wen-v0", plant="meter:7")
-
-
 def test_ones_own_is_an_argument_and_never_named_by_a_file(module: str, tmp_path: Path) -> None:
     name = f"{module}:MINE"
     made = gym.make(ID, plant=name).unwrapped

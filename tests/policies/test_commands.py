@@ -88,7 +88,6 @@ BAD = {
     "no problem": (("--env", "no_such"), "there is no problem 'no_such'"),
     "a misspelt id": (("--env", "grind/JobShp-v0"), "(did you mean grind/JobShop-v0?)"),
     "a misspelt policy": (("--policy", "look_ahed"), "(did you mean look_ahead?)"),
-    "an id without E and D": (("--env", "grind/Wen-v0"), "there is no problem 'grind/Wen-v0'"),
     "no task file": (("--task", "no_such.toml"), "no_such.toml"),
     "a task file that is none": (("--task", "junk.toml"), "junk.toml"),
     "no policy": (("--policy", "no_such"), "there is no policy 'no_such'"),
