@@ -42,12 +42,12 @@ class Reference:
     """Reference scores of one environment. Returns are mean episode returns, costs $ an episode.
 
     Attributes:
-        zero: return, with no unit, that scores 0: the best fixed plan; for Wen random actions.
-        hundred: return, with no unit, that scores 100: the hindsight planner; for Wen the optimum.
+        zero: return, with no unit, that scores 0: the best fixed plan.
+        hundred: return, with no unit, that scores 100: the hindsight planner.
         ratio: the two are so close that `normalise` gives the cost over that of the fixed plan instead.
         fixed_plan: policy that `zero` is of.
         best_scripted: the policy that earns most of those that see what a machine measures.
-        J_fix: cost of the best fixed plan on all its episodes, $; for Wen the loss, which has no unit, like J_plan.
+        J_fix: cost of the best fixed plan on all its episodes, $.
         J_plan: cost of the planner, $.
         returns: by policy.
     """
@@ -66,9 +66,8 @@ def normalise(environment_id: str, episode_return: float) -> float:
     """The score of a mean episode return in an environment with its default arguments.
 
     Returns:
-        0 for the best fixed plan, 100 for the hindsight planner, linear between and beyond; in `grind/Wen-v0` 0 for
-        random actions and 100 for the optimum. In `grind/Slot-v0`, where these two cost nearly the same, the cost
-        over that of the best constant.
+        0 for the best fixed plan, 100 for the hindsight planner, linear between and beyond. In `grind/Slot-v0`,
+        where these two cost nearly the same, the cost over that of the best constant.
 
     Raises:
         ScoreError: if the environment has no reference scores.

@@ -26,7 +26,7 @@ TASKS = ("Slot", "PowerLimited", "WideRails", "Blades", "Rush", "JobShop", "CBN"
 SIZES = (64, 256, 1024, 4096)
 OVER_KERNEL, OVER_EMPTY, OVER_PLAIN = 1.2, 3.0, 100.0
 """Targets: vector step over its kernel, single step over an empty one, native over plain Python."""
-NATIVE = {"Job": 250_000, "WidePlates": 100_000, "Stroke": 1_000_000, "Reciprocation": None}
+NATIVE = {"Job": 250_000, "WidePlates": 100_000, "Reciprocation": None}
 """Targets of native steps/s, N = 256; that of Reciprocation is 2.5 times what it was at an older commit."""
 FEW_AND_MANY, OVER_FEW = (1024, 65_536), 1.25
 """Environments, and what a step among many may cost over one among few."""

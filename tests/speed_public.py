@@ -23,7 +23,6 @@ from grind_env.control import Control, execute
 VECTORS = {
     "PowerLimited": ((256, 100), (1024, 60), (65536, 4)),
     "Reciprocation": ((256, 60),),
-    "Stroke": ((256, 10),),
     "WidePlates": ((256, 2),),
     "Job": ((256, 2),),
 }

@@ -37,7 +37,7 @@ def test_ids_are_registered_whichever_is_imported_first(imports: str) -> None:
     code = f"{imports}; print(sorted(name for name in gymnasium.registry if name.startswith('grind/')))"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert found.strip() == str(sorted(name for name in gym.registry if name.startswith("grind/")))
-    assert "grind/PowerLimited-v0" in found and "grind/Wen-v0" in found
+    assert "grind/PowerLimited-v0" in found and "grind/Job-v0" in found
 
 
 def test_every_public_name_is_there_documented_and_completed() -> None:

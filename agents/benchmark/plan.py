@@ -16,7 +16,7 @@ from grind_env.policies.registry import FIXED_PLANS, REFERENCE, fitting, policy_
 from grind_env.policies.tuned import ConfigError
 
 CORE = ("power_limited", "reciprocation", "wide_plates", "wide_rails", "blades", "rush", "job_shop")
-"""Each asks something of its own. Slot, Oracle6, Memory, Noise and Credit are diagnostic, Wen has its own scores."""
+"""Each asks something of its own. Slot, Oracle6, Memory, Noise and Credit are diagnostic."""
 FLAGSHIP = "power_limited"
 EMPIRICAL, ON_BELIEF = "empirical_rule", "belief_planner"
 LONG = (REFERENCE, ON_BELIEF, "mpc")

@@ -17,9 +17,6 @@ from grind_env.scores import FILE as SCORES
 from grind_env.scores import REFERENCES
 from grind_env.terminal import table_console
 
-WEN = "wen"
-"""The problem of one step, which chooses no E and D."""
-
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
@@ -28,7 +25,7 @@ def register(app: typer.Typer) -> None:
 
 def scores(
     task: Annotated[
-        str | None, typer.Option("--task", "--env", help=f"A task, an id, or {WEN}; all by default."), PROBLEM
+        str | None, typer.Option("--task", "--env", help="A task or an id; all by default."), PROBLEM
     ] = None,
     episodes: Annotated[int, typer.Option(min=2, help="Evaluation episodes.")] = SCORE_EPISODES,
     compare: Annotated[bool, typer.Option("--compare", help="Only set the tables beside the published costs.")] = False,
@@ -46,11 +43,9 @@ def scores(
     """Measure the reference scores: tune what is missing, run every policy, write the tables."""
     from agents.reference.compare import compare as compare_published
     from agents.reference.compare import comparison_table
-    from agents.reference.scores import score, score_wen, scored_problems
+    from agents.reference.scores import score, scored_problems
 
-    if task in (None, WEN) and not compare:
-        score_wen(data)
-    problems = scored_problems() if task is None else [] if task == WEN else [find_problem(task)]
+    problems = scored_problems() if task is None else [find_problem(task)]
     if of_user := next((problem for problem in problems if problem.simulation().task.file), None):
         raise GrindError(
             f"{of_user.name} has no reference scores, which registered environments have: "

@@ -100,7 +100,7 @@ def tables(tasks: Sequence[TaskGaps]) -> list[tuple[str, Sequence[str], list[lis
         for each in tasks
     ]
     return [
-        ("Cost, $ per step: a block, or a stroke in `stroke`", ("task", *ROLES, "reference cost"), costs),
+        ("Cost, $ per block", ("task", *ROLES, "reference cost"), costs),
         (
             "Saving, % of the mean cost of an episode: on the best fixed plan; by adapting E, on D alone; by adapting"
             " D, on E alone",

@@ -64,8 +64,6 @@ class TaskGaps:
     """All gaps of a task, by what they are of."""
 
     task: str
-    by_block: bool
-    """Whether a step is a block."""
     reference_cost: float
     gaps: Mapping[str, Gap]
 
@@ -122,8 +120,7 @@ def task_gaps(problem: Problem, found: Mapping[str, Evaluation], configs: Path |
         STATE: "full_state_rule",
     }
     fixed, hindsight = found[policies[FIXED]], found[REFERENCE]
-    # an episode of strokes has as many as its stock takes
-    steps = float(np.isfinite(fixed.speeds).sum(axis=1).mean())
+    steps = fixed.speeds.shape[1]
     gaps = {}
     for what in (*ROLES, ADAPTING_E, ADAPTING_D, *KNOWN):
         policy, against = policies[DOES.get(what, what)], policies[AGAINST.get(what, FIXED)]
@@ -138,7 +135,7 @@ def task_gaps(problem: Problem, found: Mapping[str, Evaluation], configs: Path |
                 saving=bootstrap(saving, run.cost, found[against].cost),
                 score=run.score(fixed, hindsight),
             )
-    return TaskGaps(problem.name, simulation.by_block, simulation.task.reference_cost, gaps)
+    return TaskGaps(problem.name, simulation.task.reference_cost, gaps)
 
 
 def mean(cost: Array) -> Array:

@@ -40,11 +40,10 @@ class Promise(NamedTuple):
 
 
 def _saved(what: str, but: Sequence[str] = ()) -> Callable[[TaskGaps], float | None]:
-    """What a gap saves in a task whose steps are blocks, %."""
+    """What a gap saves in a task, %."""
 
     def figure(found: TaskGaps) -> float | None:
-        counts = found.by_block and found.task not in but
-        return found.gaps[what].saving.value if counts and what in found.gaps else None
+        return found.gaps[what].saving.value if found.task not in but and what in found.gaps else None
 
     return figure
 
@@ -56,7 +55,7 @@ def _best_score(found: TaskGaps) -> float | None:
 
 PROMISES = (
     Promise(
-        "the planner saves 15 % on the best fixed plan in every task of blocks but Slot",
+        "the planner saves 15 % on the best fixed plan in every task but Slot",
         _saved(PLANNER, but=("slot",)),
         " %",
         lambda saving: saving >= 15.0,

@@ -14,9 +14,8 @@ from agents.cells import RESULTS, RUNS
 from agents.provenance import provenance
 from agents.reference.measuring import Places, measure_all
 from agents.reference.table import Row, best_plan, flat, rich_table, spread_names, table_rows
-from agents.reference.wen_scores import wen_reference
 from agents.tuning.rules import tunable, tune
-from grind_env.envs.names import OTHERS, WEN, environment_id, task_names
+from grind_env.envs.names import OTHERS, task_names
 from grind_env.envs.tasks import Task
 from grind_env.policies.evaluation import Evaluation, episode_seeds
 from grind_env.policies.policy import Policy
@@ -96,11 +95,6 @@ def tune_missing(
     tuned = partial(tune, problem, folder=configs, runs=runs, jobs=jobs, cluster=cluster)
     tuned(quick, evaluations=EVALUATIONS)
     tuned(slow, evaluations=SLOW_EVALUATIONS, starts=SLOW_STARTS)
-
-
-def score_wen(data: Path = FILE) -> None:
-    """Measure the reference scores of the one-step problem of Wen."""
-    write_whole(data, write_text({**read_references(data), environment_id(WEN): wen_reference()}))
 
 
 def scored_problems() -> list[Problem]:

@@ -49,8 +49,6 @@ INTERVALS = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48)
 """Blocks from one dress to the next."""
 COST_DIGITS = 1e-3
 """$; to which a file says what an episode costs."""
-STROKES = (4, 6, 8, 12, 17, 24, 34, 48, 68, 96, 136)
-"""Strokes from one dress to the next, where a step is one."""
 
 Advance = Callable[[int], object]
 
@@ -121,7 +119,7 @@ class Tuner:
     def interval(self) -> tuple[Fixed, int]:
         """The best constant E with one or two executions in every N-th block."""
         D = range(1, min(2, self.task.action.executions) + 1)
-        return self._fixed("interval", INTERVAL_SPEEDS, D, INTERVALS if self.simulation.by_block else STROKES)
+        return self._fixed("interval", INTERVAL_SPEEDS, D, INTERVALS)
 
     def _fixed(self, name: str, speeds: int, D: range, every: tuple[int, ...]) -> tuple[Fixed, int]:
         def plan(E: float, D: int, every: int) -> Fixed:

@@ -17,7 +17,7 @@ from grind_env.policies.naming import named_policy, usual_name
 from grind_env.policies.problem import find_problem
 from grind_env.render.frames import render
 
-ON_SHEET = (*CORE, "CBN", "stroke")
+ON_SHEET = (*CORE, "CBN")
 COLUMNS, WIDTH, GAP = 3, 480, 8
 """Of the sheet; px."""
 SHARE = 0.4

@@ -32,9 +32,9 @@ NOT_TASKS = {
 }
 """Where the pages that are not of a task go."""
 PAGES = (".md", ".png", ".svg", ".toml", ".nc", ".csv")
-UNSEEN = ("Job-v0.md", "Task-v0.md", "Wen-v0.md")
-"""Pages of ids that need a file, or have no machine to be seen."""
-GALLERY = "![Nine tasks in the middle of an episode](../images/gallery.png)"
+UNSEEN = ("Job-v0.md", "Task-v0.md")
+"""Pages of ids that need a file."""
+GALLERY = "![Eight tasks in the middle of an episode](../images/gallery.png)"
 NOT_SEARCHED = b"---\nnosearch: true\n---\n\n"
 """Head of a page that has every word, and explains none."""
 Page = tuple[str, bytes]

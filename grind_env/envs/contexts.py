@@ -9,8 +9,7 @@ An environment made with a machine that is not the model (`plant="meter"`, see `
 the same families as the option `plant`, which holds likewise; None stands for that of the environment. A name without a
 seed is that of a machine that every episode draws anew.
 
-A factor that would change nothing in a task is refused. `grind/Job-v0` takes those of lot, wheel, coolant and noise;
-the context of `grind/Wen-v0` has one key of its own, `"case"`, and there are no splits of two cases.
+A factor that would change nothing in a task is refused. `grind/Job-v0` takes those of lot, wheel, coolant and noise.
 
 A material that is fixed in a task of one material is not observed, not even in `observation="full"`: like every other
 factor of a context it changes what is ground and not the layout of the observation, so that a policy trained on the

@@ -15,10 +15,10 @@ from grind_env.kernel import entry, exp, inlined
 from grind_env.kernel.columns import lane_reader, lane_writer
 from grind_env.kernel.random import Words, normal, philox, uniform
 
-EPISODE, ORDER, DATE, PART, GAUGES, READINGS, STROKE, TAPER = range(8)
+EPISODE, ORDER, DATE, PART, GAUGES, READINGS, _, TAPER = range(8)
 """What is drawn, four words a number: of the episode (the wheel; coolant and start; the spare wheel), of an order by
 its first block, of a due date, of a part by its first block, of a block (the pre-gauge, the part's roughness, mean and
-first power; then peak power, size, roughness and wheel), of a stroke, and of a part by its number."""
+first power; then peak power, size, roughness and wheel), and of a part by its number."""
 
 
 WORDS = 2.0**32

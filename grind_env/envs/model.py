@@ -26,11 +26,11 @@ class MemberModel:
         simulation: of what is followed; its entries say how observations are read.
 
     Raises:
-        BeliefError: its steps are no blocks, or are not run in compiled code.
+        BeliefError: its steps are not run in compiled code.
     """
 
     def __init__(self, simulation: Simulation) -> None:
-        if not (simulation.by_block and simulation.compiled):
+        if not simulation.compiled:
             raise BeliefError(
                 f"{simulation.task.name} is not followed by a belief, which grinds compiled blocks: use HistoryStack"
             )

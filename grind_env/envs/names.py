@@ -8,9 +8,6 @@ FOLDER = Path(__file__).with_name("tasks")
 OTHERS = tuple(sorted({path.stem for path in Path(__file__).with_name("ids").glob("[a-z]*.py")}))
 """Ids of a form of their own, each a module of `grind_env.envs.ids`; some have a task file, too."""
 
-WEN = "wen"
-"""The published problem of one step, in which no E and D are chosen."""
-
 ANY_TASK = "grind/Task-v0"
 """The id of all tasks that are in files of the user."""
 

@@ -2,7 +2,7 @@
 
 import gymnasium as gym
 
-from grind_env.envs.names import ANY_TASK, OTHERS, WEN, environment_id, task_names
+from grind_env.envs.names import ANY_TASK, OTHERS, environment_id, task_names
 
 
 def _register(env_id: str, module: str, **fixed: str) -> None:
@@ -15,8 +15,3 @@ for name in task_names():
 _register(ANY_TASK, "any_task")
 for name in OTHERS:
     _register(environment_id(name), f"ids.{name}")
-gym.register(
-    environment_id(WEN),
-    entry_point="grind_env.envs.wen.env:WenEnv",
-    vector_entry_point="grind_env.envs.wen.vector_env:WenVectorEnv",
-)

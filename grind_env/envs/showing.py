@@ -5,7 +5,6 @@ from typing import Any, TypeVar
 import gymnasium as gym
 
 from grind_env.render import ansi, frames
-from grind_env.render.sheet import Sheet
 from grind_env.render.view import View
 
 RENDER_MODES = ("rgb_array", "human", "ansi")
@@ -27,7 +26,7 @@ class Showing:
     render_mode: str | None
     follower: frames.Follower | None = None
 
-    def view(self) -> View | Sheet:
+    def view(self) -> View:
         """What a picture shows now.
 
         Raises:

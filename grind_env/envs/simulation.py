@@ -62,10 +62,6 @@ class Simulation(Protocol):
         """What planners, beliefs and advisers need beside."""
 
     @property
-    def by_block(self) -> bool:
-        """Whether a step is a block, and not a stroke."""
-
-    @property
     def pre_dress(self) -> bool:
         """Whether a choice has a third number: 1 for a dress before the first plunge."""
 

@@ -34,11 +34,11 @@ def example(about: Sheet) -> str:
     ]
     least = f"{about.reward.least:g} <= " if math.isfinite(about.reward.least) else ""
     lines += [f">>> {least}reward <= {about.reward.most:g}", "True"]
-    if about.codec is not None:
-        terms = COST_TERMS if about.task is None else reward_terms(about.task)
-        lines += ['>>> list(info["reward_terms"])', repr(list(terms))]
-        lines += ['>>> info["E"], info["D"]', f"({about.codec.low}, 0.0)"]
+    terms = COST_TERMS if about.task is None else reward_terms(about.task)
+    lines += ['>>> list(info["reward_terms"])', repr(list(terms))]
     lines += [
+        '>>> info["E"], info["D"]',
+        f"({about.codec.low}, 0.0)",
         f'>>> vector = gym.make_vec("{about.id}", num_envs={COUNT}{program})',
         ">>> observations, infos = vector.reset(seed=1)",
         ">>> observations.shape, vector.action_space.shape",

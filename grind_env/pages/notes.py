@@ -25,7 +25,6 @@ class Note:
         hard: what makes it easy or hard, no sentence.
         versions: what each version of the id changed, the latest last.
         program: part program among the examples of the package that the id needs to be made; "" for none.
-        blocks: steps of an episode where there is no task to say so; 0 where they are not fixed.
         reward: lowest and highest reward of a step where there is no task to work them out from; `-inf` if no lower
             bound is known.
     """
@@ -34,7 +33,6 @@ class Note:
     hard: str
     versions: Mapping[str, str]
     program: str = ""
-    blocks: int = 0
     reward: tuple[float, float] | None = None
 
 

@@ -83,8 +83,6 @@ def _facts(about: Sheet) -> str:
 
 def _example(about: Sheet) -> str:
     session = f"```python\n{example(about)}\n```"
-    if about.codec is None:
-        return session
     return (
         "To learn it: `VectorForLearning` of `grind_env.envs.wrappers` shows the observation less its mean and over its"
         f" standard deviation, as they usually are here, and gives one more than the reward, at least {WORST_REWARD:g}."
@@ -110,8 +108,6 @@ def _box(space: Any) -> str:
 
 
 def _discount(about: Sheet) -> str:
-    if about.codec is None:
-        return "none: an episode is one step"
     env: Any = about.env
     env.reset(seed=0, options={"context": "nominal"})
     interval = dress_interval(env.simulation, env.given)
@@ -135,10 +131,8 @@ def _description(about: Sheet, words: dict[str, str]) -> str:
 
 
 def _actions(about: Sheet) -> str:
-    tables = [action_table(about)]
-    if about.codec is not None:
-        tables.append(form_table(about.codec.task, predress=about.task is not None))
-    return "\n\n".join(tables)
+    forms = form_table(about.codec.task, predress=about.task is not None)
+    return f"{action_table(about)}\n\n{forms}"
 
 
 def _observation(about: Sheet) -> str:

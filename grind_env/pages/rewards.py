@@ -47,10 +47,8 @@ def stock_span(task: Task, kind: Kind) -> Span:
     return Span(*ends)
 
 
-def step_times(task: Task, *, by_block: bool) -> dict[str, Span]:
-    """Seconds of a step without its dresses, by kind; a step is a block, or a stroke."""
-    if not by_block:
-        return single_stroke_times(task)
+def step_times(task: Task) -> dict[str, Span]:
+    """Seconds of a block without its dresses, by kind."""
     return infeed_times(task) if task.infeed > 0.0 else stroke_times(task)
 
 
@@ -69,15 +67,6 @@ def stroke_times(task: Task) -> dict[str, Span]:
             max(task.nominal_seconds(thick, low), task.nominal_seconds(thick, high)),
         )
     return spans
-
-
-def single_stroke_times(task: Task) -> dict[str, Span]:
-    """Seconds of one stroke of each kind without a dress; the longest with the loading before the first on a part.
-
-    The wait for the program before a dress, at most 2 ms, is less than a loading and never comes with one.
-    """
-    strokes = {kind.name: _stroke(task, kind) for kind in task.kinds}
-    return {name: Span(stroke.least, task.setup.load + stroke.most) for name, stroke in strokes.items()}
 
 
 def infeed_times(task: Task) -> dict[str, Span]:
@@ -147,6 +136,6 @@ def _stroke(task: Task, kind: Kind) -> Span:
 
 
 def _worn(task: Task, kind: Kind) -> float:
-    """Wheel volume that a block, or a stroke that meets all of its stock, wears off at most, mm3."""
+    """Wheel volume that a block wears off at most, mm3."""
     p = task.parameters(kind)
     return stock_span(task, kind).most * kind.width * kind.length / (WORST_WEAR * p.Gref)

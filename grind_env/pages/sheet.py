@@ -1,6 +1,5 @@
 """What is known of a registered id: its environment, made with default arguments, and the notes on it."""
 
-import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -8,11 +7,10 @@ from typing import Any
 import gymnasium as gym
 from gymnasium.envs.registration import load_env_creator
 
-from grind_env.envs.actions import ACTIONS, ActionCodec
+from grind_env.envs.actions import ActionCodec
 from grind_env.envs.job.loading import EXAMPLE
 from grind_env.envs.names import environment_id
 from grind_env.envs.observations import Reading
-from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
 from grind_env.errors import did_you_mean, quoted
 from grind_env.pages.notes import Note, PageError, note_of
@@ -29,9 +27,9 @@ class Sheet:
         make: makes the environment; its docstring and its arguments are those of the page.
         env: an environment of that id, before its first step.
         readings: entries of the observation.
-        full: entries of the observation with the hidden state; as `readings` where it cannot be asked for.
+        full: entries of the observation with the hidden state.
         task: its task, if a step is a block of one.
-        codec: its actions; None where they are not E and D.
+        codec: its actions.
         costs: cost of a step in $ by term, if they can be worked out.
         reference_cost: what a reward of -1 stands for, $; 0 where that is not told.
         reward: lowest and highest reward of a step, minus infinity where no lower bound is known.
@@ -44,7 +42,7 @@ class Sheet:
     readings: tuple[Reading, ...]
     full: tuple[Reading, ...]
     task: Task | None
-    codec: ActionCodec | None
+    codec: ActionCodec
     costs: dict[str, Span]
     reference_cost: float
     reward: Span
@@ -57,12 +55,7 @@ class Sheet:
     @property
     def steps(self) -> int:
         """Steps of an episode; 0 where they are not fixed."""
-        return self.task.blocks if self.task else self.note.blocks
-
-    @property
-    def forms(self) -> tuple[str, ...]:
-        """Forms of the action."""
-        return ("box",) if self.codec is None else ACTIONS
+        return self.task.blocks if self.task else 0
 
 
 def page_ids() -> list[str]:
@@ -78,7 +71,7 @@ def sheet(name: str) -> Sheet:
         name: the id, or the name of its task.
 
     Raises:
-        PageError: if the id is not registered or has no notes, or if nothing is known of its reward.
+        PageError: if the id is not registered or has no notes.
     """
     known = page_ids()
     env_id = name if name in known else environment_id(name)
@@ -89,33 +82,20 @@ def sheet(name: str) -> Sheet:
     note = note_of(env_id)
     arguments: dict[str, Any] = {"program": str(EXAMPLE.with_name(note.program))} if note.program else {}
     env: Any = gym.make(env_id, **arguments).unwrapped
-    readings: tuple[Reading, ...] = env.observation_info()
-    full = readings
-    make = load_env_creator(str(gym.spec(env_id).entry_point))
-    if "observation" in inspect.signature(make).parameters:
-        oracle: Any = gym.make(env_id, observation="full", **arguments).unwrapped
-        full = oracle.observation_info()
-    simulation: Simulation | None = getattr(env, "simulation", None)
+    oracle: Any = gym.make(env_id, observation="full", **arguments).unwrapped
     # a program has no task that its reward could be worked out from
-    priced = None if simulation is None or note.reward is not None else simulation.task
-    task = priced if simulation is not None and simulation.by_block else None
-    costs = {} if priced is None else cost_spans(priced, step_times(priced, by_block=task is not None))
+    task = env.task if note.reward is None else None
+    costs = {} if task is None else cost_spans(task, step_times(task))
     return Sheet(
         id=env_id,
         note=note,
-        make=make,
+        make=load_env_creator(str(gym.spec(env_id).entry_point)),
         env=env,
-        readings=readings,
-        full=full,
+        readings=env.observation_info(),
+        full=oracle.observation_info(),
         task=task,
-        codec=getattr(env, "codec", None),
+        codec=env.codec,
         costs=costs,
-        reference_cost=0.0 if priced is None else priced.reference_cost,
-        reward=_noted(env_id, note) if priced is None else reward_span(priced, costs),
+        reference_cost=0.0 if task is None else task.reference_cost,
+        reward=Span(*note.reward) if note.reward else reward_span(env.task, costs),
     )
-
-
-def _noted(env_id: str, note: Note) -> Span:
-    if note.reward is None:
-        raise PageError(f"the reward of {env_id} has no range: give its notes a reward")
-    return Span(*note.reward)

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 
+from grind_env.envs.actions import ACTIONS
 from grind_env.pages.markdown import table
 from grind_env.pages.sheet import Sheet, page_ids, sheet
 from grind_env.scores import find_reference, normalise
@@ -54,7 +55,7 @@ def _row(about: Sheet) -> Summary:
         id=about.id,
         title=about.title,
         steps=about.steps,
-        actions=about.forms,
+        actions=ACTIONS,
         observation=len(about.readings),
         full=len(about.full),
         reward=(about.reward.least if math.isfinite(about.reward.least) else None, about.reward.most),

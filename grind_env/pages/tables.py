@@ -7,7 +7,6 @@ from grind_env.belief.hidden import CUT
 from grind_env.envs.actions import ACTIONS, ActionCodec
 from grind_env.envs.observations import Reading
 from grind_env.envs.tasks import Task
-from grind_env.envs.wen.model import HIGHEST, LOWEST, Setting
 from grind_env.pages.markdown import table
 from grind_env.pages.rewards import MEANINGS, STOCK_SIGMAS, WORST_WEAR
 from grind_env.pages.sheet import Sheet
@@ -36,9 +35,6 @@ def action_table(sheet: Sheet) -> str:
 def _components(sheet: Sheet) -> list[tuple[str, str]]:
     """Name of each component of the default action, and what it chooses."""
     codec = sheet.codec
-    if codec is None:
-        ends = zip(Setting._fields, LOWEST, HIGHEST, strict=True)
-        return [(name, f"{low:g} to {high:g}, linear") for name, low, high in ends]
     speed = f"{codec.low:g} to {codec.high:g} mm/min, geometric, rounded to whole mm/min"
     if codec.levels.size > 0:
         levels = ", ".join(f"{level:g}" for level in codec.levels)

@@ -90,15 +90,9 @@ class Evaluation:
     @staticmethod
     def joined(parts: Sequence["Evaluation"]) -> "Evaluation":
         """Evaluations of different episodes as one."""
-        steps = max(part.speeds.shape[1] for part in parts)
-
-        def column(name: str) -> Array:
-            values = [getattr(part, name) for part in parts]
-            if values[0].ndim > 1:
-                values = [np.pad(each, ((0, 0), (0, steps - each.shape[1])), constant_values=np.nan) for each in values]
-            return np.concatenate(values)
-
-        return Evaluation(*(column(each.name) for each in fields(Evaluation)))
+        return Evaluation(
+            *(np.concatenate([getattr(part, each.name) for part in parts]) for each in fields(Evaluation))
+        )
 
     def first(self, count: int) -> "Evaluation":
         """The same of the first `count` episodes."""

@@ -10,7 +10,7 @@ import gymnasium as gym
 from grind_env.envs.arguments import check_file, check_parts
 from grind_env.envs.job.loading import EXAMPLE
 from grind_env.envs.job.text import MOST_PARTS, batch_name
-from grind_env.envs.names import ANY_TASK, OTHERS, WEN, environment_id, task_names
+from grind_env.envs.names import ANY_TASK, OTHERS, environment_id, task_names
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks.reading import is_file as is_task_file
 from grind_env.errors import GrindError, did_you_mean, quoted
@@ -131,7 +131,7 @@ def _own_name(path: Path, name: str) -> str:
     """
     if not name.isprintable():
         raise ProblemError(f"{quoted(str(path))} has a name that cannot be printed: rename the file")
-    if environment_id(name) in map(environment_id, (*task_names(), *OTHERS, WEN)) and name != "job":
+    if environment_id(name) in map(environment_id, (*task_names(), *OTHERS)) and name != "job":
         raise ProblemError(
             f"{path} has the name of a task of this package, and its results would take the place"
             f" of those of {name}: rename the file"

@@ -71,8 +71,6 @@ on a machine that is not the model, and the planner on the belief."""
 TRAINED = {"shipped": ".", "robust": "robust"}
 """Names of the trained policies that come with the package, and their folders in that of all of them: trained on the
 model, or over public plants, one in every episode."""
-BY_BLOCK = ("belief_rule", "look_ahead", "belief_planner", "mpc")
-"""Policies that think in blocks."""
 BRANCHING = ("belief_rule", "look_ahead", "belief_planner", "mpc", REFERENCE)
 """Policies that grind a block many times before they decide."""
 
@@ -87,7 +85,6 @@ def fitting(names: Sequence[str], simulation: Simulation) -> list[str]:
     """Those of some names of policies that can decide in an environment."""
     unfit = {
         *(["constant_per_kind"] if len(simulation.task.kinds) == 1 else []),
-        *(BY_BLOCK if not simulation.by_block else ()),
         *(BRANCHING if not simulation.compiled else ()),
     }
     return [name for name in names if name not in unfit]

@@ -94,7 +94,7 @@ class Watch:
         task, shape = simulation.task, (machines, len(NAMES))
         self.simulation, self.noise, spread = simulation, task.spread.measurement, task.spread
         self.residual = residual
-        self.belief = WheelBelief(MemberModel(simulation)) if simulation.by_block and simulation.compiled else None
+        self.belief = WheelBelief(MemberModel(simulation)) if simulation.compiled else None
         if self.belief is not None:
             self.belief.begin(machines)
         scatter = spread.wheel_roughness, spread.part_roughness, self.noise * ROUGHNESS_NOISE

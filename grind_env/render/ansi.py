@@ -1,20 +1,17 @@
 """A view as text: the facts of the picture, for a terminal or a log."""
 
 from grind_env.errors import printable
-from grind_env.render.sheet import Sheet
 from grind_env.render.strips import Strip, strips_of
 from grind_env.render.view import View
 
 LEVELS = "▁▂▃▄▅▆▇█"
 SHOWN = 60
 """Blocks of the past that a line has room for."""
-WIDTH = 30
-"""Characters of the longest bar of a sheet."""
 
 
-def panel(view: View | Sheet) -> str:
+def panel(view: View) -> str:
     """The view as lines of at most 100 characters; bars stand for the last blocks, a digit for the dresses of one."""
-    return printable(_sheet(view) if isinstance(view, Sheet) else _view(view))
+    return printable(_view(view))
 
 
 def _view(view: View) -> str:
@@ -46,11 +43,3 @@ def _dresses(view: View) -> str:
     count = sum(block.executions for block in view.ground)
     marks = "".join(str(block.executions) if block.executions else "·" for block in view.ground[-SHOWN:])
     return f"{count:<22}{marks}"
-
-
-def _sheet(sheet: Sheet) -> str:
-    lines = [sheet.title]
-    for entry in sheet.entries:
-        bar = "█" * round(WIDTH * entry.share)
-        lines.append(f"{entry.name:<24}{bar:<{WIDTH + 2}}{entry.text}{' (beyond)' if entry.beyond else ''}")
-    return "\n".join([*lines, sheet.verdict])

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from grind_env.extras import needing
 from grind_env.render.ansi import panel
-from grind_env.render.sheet import Sheet
 from grind_env.render.view import NoScreenError, RenderError, View
 
 if TYPE_CHECKING:
@@ -25,7 +24,7 @@ FPS = 10
 """Pictures a second, one for each block, at which an episode can be followed by eye."""
 
 
-def render(view: View | Sheet, size: tuple[int, int] = WIDE) -> NDArray[np.uint8]:
+def render(view: View, size: tuple[int, int] = WIDE) -> NDArray[np.uint8]:
     """Draw a view.
 
     Args:
@@ -43,9 +42,6 @@ def render(view: View | Sheet, size: tuple[int, int] = WIDE) -> NDArray[np.uint8
         raise RenderError(f"the size of a picture is {size!r}, but must be {WIDE} or {TALL}")
     with needing("render", "pictures need"):
         from grind_env.render.layout import draw_tall, draw_wide
-        from grind_env.render.sheet_layout import draw_sheet
-    if isinstance(view, Sheet):
-        return draw_sheet(view, *size).pixels()
     return (draw_wide if size == WIDE else draw_tall)(view, *size).pixels()
 
 
@@ -84,7 +80,7 @@ class Follower:
         except NoScreenError:
             self.window = None
 
-    def show(self, view: View | Sheet) -> None:
+    def show(self, view: View) -> None:
         """Show a state.
 
         Raises:

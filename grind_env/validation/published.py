@@ -37,6 +37,7 @@ QUANTITIES: Mapping[str, Callable[[Grinder], float]] = {
 
 KALPAKJIAN = Basis(Evidence.REMEMBERED, "specific_energy_ranges.csv: Kalpakjian & Schmid")
 GRID = Basis(Evidence.REMEMBERED, "burn_threshold_grid.csv: Malkin 1978; Wen, Tay & Nee 1992")
+OPTIMA = Basis(Evidence.REMEMBERED, "wen_optima.csv: their Ra follows from dress and speeds alone; within x 2")
 OVERLAP = Basis(
     Evidence.DRAWN,
     "dressing_overlap_worked_example.csv: moderngrindingtechnology.com, worked out there and not measured",
@@ -76,6 +77,31 @@ def energy_range(published: str, material: str) -> Check:
         band=Band(float(row["u_min_J_mm3"]), float(row["u_max_J_mm3"])),
         measure=lambda rig: rig.sharp(material=material).grind(5).u_s,
         basis=KALPAKJIAN,
+    )
+
+
+def optimum(row: dict[str, str]) -> Check:
+    """Ra at a published optimum of the problem of Wen, Tay and Nee."""
+    setup = {
+        "wheel_speed": float(row["Vs_m_min"]) / 60.0,
+        "table_speed": float(row["Vw_m_min"]) / 0.06,
+        "downfeed": float(row["ap_mm"]),
+        "depth": float(row["doc_mm"]),
+        "lead": float(row["L_mm"]),
+        "diameter": 355.0,
+        "changes": {"wheel": {"grit_size": 0.3}},
+    }
+    Ra = float(row["Ra_um"])
+    return Check(
+        name=f"optimum {row['id']}",
+        group=10,
+        what=f"Ra at an optimum of Wen, Tay & Nee: {row['source']}, {row['case']}",
+        at=f"{USUAL}; grit .3 mm, 355 mm; freshly dressed; speeds, depth and dress of the optimum",
+        unit="um",
+        reference=Ra,
+        band=Band(0.5 * Ra, 2.0 * Ra),
+        measure=lambda rig: rig.fresh(**setup).grind(5).Rg,
+        basis=OPTIMA,
     )
 
 
@@ -147,6 +173,7 @@ CHECKS = (
     *(magnitude(row) for row in data.rows("expected_magnitudes")),
     energy_range("Cast iron (class 40)", "grey_cast_iron"),
     energy_range("Tool steel T15", "aisi_m2"),
+    *(optimum(row) for row in data.rows("wen_optima")),
     Check(
         name="specific energy 1045 by handbook",
         group=10,

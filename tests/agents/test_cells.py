@@ -148,15 +148,3 @@ def test_every_policy_stands_on_the_module_that_it_is_defined_in() -> None:
     for name in modules:
         assert name in imported(name)
         assert sources(name) != sources("agents.cells.nothing")
-
-
-def test_chunks_of_different_lengths_are_kept_and_joined(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cells, "CHUNK", 2)
-    problem = changed(find_problem("stroke"), blocks=1)
-    whole = run_seeds(Handbook(), problem.simulation(), range(5))
-    assert np.isnan(whole.speeds).any()
-    for _ in range(2):
-        found = kept_evaluation(Handbook(), problem, range(5), tmp_path)
-        for each in fields(Evaluation):
-            np.testing.assert_array_equal(getattr(found, each.name), getattr(whole, each.name))
-    assert len(list(tmp_path.rglob("*.npz"))) == 3

@@ -102,14 +102,14 @@ def test_a_task_without_a_planner_goes_without_its_gap(tmp_path):
     assert "| oracle6 | 1.417 ± 0.083 |" in page([of], 2)
 
 
-def gaps_of(task, *, planner=20.0, speed=9.0, dress=11.0, best=80.0, off=0.0, by_block=True):
+def gaps_of(task, *, planner=20.0, speed=9.0, dress=11.0, best=80.0, off=0.0):
     """The gaps of a task with these figures."""
 
     def gap(saving, score=0.0):
         return Gap("", "", "measurements", Interval(4.0, 3.9, 4.1), "", Interval(saving, 0, 0), Interval(score, 0, 0))
 
     savings = {FIXED: gap(0.0), PLANNER: gap(planner), ADAPTING_E: gap(speed), ADAPTING_D: gap(dress)}
-    return TaskGaps(task, by_block, 4.0 * (1.0 + 0.01 * off), {**savings, BEST: gap(0.0, best)})
+    return TaskGaps(task, 4.0 * (1.0 + 0.01 * off), {**savings, BEST: gap(0.0, best)})
 
 
 def held(*tasks):
@@ -125,9 +125,8 @@ def test_promises():
     assert held(gaps_of("a", planner=14.9), *good[1:]) == [False, True, True, True, True]
     assert held(gaps_of("a", best=97.1), *good[1:]) == [True, True, True, False, True]
     assert held(gaps_of("a", off=-1.1), *good[1:]) == [True, True, True, True, False]
-    # a diagnostic task and the test oracle are exempt, a step that is a stroke is no block
+    # a diagnostic task and the test oracle are exempt
     assert held(*good, gaps_of("slot", planner=0.4, best=99.0), gaps_of("oracle6", best=100.0)) == [True] * 5
-    assert held(*good, gaps_of("stroke", planner=1.0, by_block=False)) == [True] * 5
     assert PROMISES[0].verdict([*good[:1], gaps_of("z", planner=14.0)]) == (False, "a 20 %", "z 14 %")
 
 
@@ -154,7 +153,7 @@ def test_the_command(tmp_path, monkeypatch, capsys):
     place = parameters(tmp_path)
     assert command() == 0
     printed = capsys.readouterr().out
-    assert "Cost, $ per step" in printed
+    assert "Cost, $ per block" in printed
     assert "the planner saves 15 %" in printed
     with (tmp_path / "results" / "gaps.csv").open(encoding="utf-8") as file:
         rows = {row["what"]: row for row in csv.DictReader(file)}

@@ -12,8 +12,6 @@ from agents.cells import RESULTS
 from agents.reference import scores
 from agents.reference.compare import PUBLISHED, Comparison, compare, compared
 from agents.reference.scores import mean_return, reference_of
-from agents.reference.wen_scores import losses, optimum
-from grind_env.envs.wen.model import CASES
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy, policy_names
@@ -132,17 +130,6 @@ def test_the_tasks_with_a_ratio_are_those_whose_planner_saves_next_to_nothing():
     assert ratios == {name for name, share in saved.items() if share <= 0.02} == {"slot"}
 
 
-# scenarios, section 4.3: the optimum, and the mean of uniform settings
-@pytest.mark.parametrize(("case", "best", "mean"), [("rough", -0.22925, 0.1478), ("finish", 0.52242, 0.8426)])
-def test_the_optimum_and_the_mean_of_wen_are_the_published_ones(case, best, mean):
-    number = list(CASES).index(case)
-    found = optimum(number)
-    assert found.cost == pytest.approx(best, abs=2e-5)
-    assert losses(found.point[None], number)[0] == found.cost
-    actions = np.random.default_rng(1).uniform(-1.0, 1.0, (20000, 4))
-    assert losses(actions, number).mean() == pytest.approx(mean, abs=0.005)
-
-
 def checked_in(table):
     with (RESULTS / f"{table}.csv").open(encoding="utf-8") as file:
         return list(csv.DictReader(file))
@@ -172,7 +159,7 @@ def test_a_comparison_by_hand():
 
 
 def test_tasks_that_were_not_measured_are_left_out_of_a_comparison(tmp_path):
-    assert compare(["slot", "wen"], tmp_path, PUBLISHED) == []
+    assert compare(["slot"], tmp_path, PUBLISHED) == []
     (tmp_path / "slot.csv").write_text("policy\nrandom\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"slot\.csv is damaged .*: run `python -m agents scores --task slot`"):
         compare(["slot"], tmp_path, PUBLISHED)
@@ -201,9 +188,8 @@ def test_command_line_of_scores(tmp_path, monkeypatch, capsys):
 
     data = ("--data", tmp_path / "scores.toml", "--results", tmp_path, "--runs", tmp_path / "runs")
     data += ("--configs", copied_parameters(tmp_path))
-    assert command("--task", "wen", *data) == 0
     assert command("--task", "oracle6", "--episodes", 2, *data) == 0
-    assert set(read_references(tmp_path / "scores.toml")) == {"grind/Wen-v0", "grind/Oracle6-v0"}
+    assert set(read_references(tmp_path / "scores.toml")) == {"grind/Oracle6-v0"}
     row = f"slot,{{}},6.2,6.1,6.3,{TASK_VERSION}\n"
     policies = [name for name in policy_names(find_problem("slot").simulation()) if name != "power_threshold"]
     header = "task,policy,cost_per_good_part,cost_per_good_part_low,cost_per_good_part_high,task_version\n"
@@ -219,4 +205,4 @@ def test_command_line_of_scores(tmp_path, monkeypatch, capsys):
     shop.write_text('base = "oracle6"\n', encoding="utf-8")
     assert command("--task", shop, *data) == 2
     assert "shop has no reference scores" in capsys.readouterr().err
-    assert set(read_references(tmp_path / "scores.toml")) == {"grind/Wen-v0", "grind/Oracle6-v0"}
+    assert set(read_references(tmp_path / "scores.toml")) == {"grind/Oracle6-v0"}

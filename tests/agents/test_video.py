@@ -102,7 +102,7 @@ def test_the_animation_holds_every_picture(tmp_path: Path) -> None:
     assert np.quantile(np.abs(last - drawn), 0.99) < 24
 
 
-@pytest.mark.parametrize("name", ["reciprocation", "wide_plates", "stroke"])
+@pytest.mark.parametrize("name", ["reciprocation", "wide_plates"])
 def test_an_episode_of_another_cycle_is_filmed(name: str) -> None:
     problem, plan, frames = find_problem(name), Fixed(6.0, 1, 3), 3
     views = list(watch(plan, problem, SEED, frames))

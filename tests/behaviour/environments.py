@@ -38,6 +38,9 @@ JOBS = {
 }
 """Programs that `grind/Job-v0` is recorded with besides its own example."""
 
+SHOWN: dict[str, Any] = {"show_block": True, "info": "full"}
+"""The arguments that put the text of the blocks, chances and true ratios into the info."""
+
 Kinds = dict[str, dict[str, Any]]
 
 
@@ -88,7 +91,7 @@ def part_program(env_id: str) -> Table:
 
 def vector_play(env_id: str, steps: int | None, **kwargs: Any) -> Table:
     """What the native vector form shows in that many steps; None for all of the first episodes and into the next."""
-    env = native(env_id, COUNT, **shown(env_id), **kwargs)
+    env = native(env_id, COUNT, **SHOWN, **kwargs)
     names = columns(env_id, **kwargs)
     observations, _ = env.reset(seed=SEED)
     rows = [row(0, i, names, observations[i]) for i in range(COUNT)]
@@ -109,7 +112,7 @@ def vector_play(env_id: str, steps: int | None, **kwargs: Any) -> Table:
 
 def single_play(env_id: str, steps: int, **kwargs: Any) -> Table:
     """What single environments show beside each other; one whose episode is over is reset in place of a step."""
-    envs = [gym.make(env_id, **shown(env_id), **kwargs) for _ in range(COUNT)]
+    envs = [gym.make(env_id, **SHOWN, **kwargs) for _ in range(COUNT)]
     names = columns(env_id, **kwargs)
     rows = [row(0, i, names, env.reset(seed=SEED + i)[0]) for i, env in enumerate(envs)]
     over = [False] * COUNT
@@ -123,11 +126,6 @@ def single_play(env_id: str, steps: int, **kwargs: Any) -> Table:
                 rows.append(row(step, i, names, observation, *rest))
                 over[i] = rest[1] or rest[2]
     return table(rows)
-
-
-def shown(env_id: str) -> dict[str, Any]:
-    """The arguments that put the text of the blocks, chances and true ratios into the info; one has no blocks."""
-    return {} if env_id == "grind/Wen-v0" else {"show_block": True, "info": "full"}
 
 
 def row(

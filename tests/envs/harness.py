@@ -43,11 +43,6 @@ def accepts(env_id: str, name: str) -> bool:
     return name in inspect.signature(load_env_creator(gym.spec(env_id).entry_point)).parameters
 
 
-def forms_of(env_id: str) -> tuple[str, ...]:
-    """The forms of actions that an environment has; grind/Wen-v0 chooses neither E nor D."""
-    return FORMS[:1] if env_id == "grind/Wen-v0" else FORMS
-
-
 def quiet(env_id: str) -> dict[str, Any]:
     """The keyword argument that keeps the text of the blocks out of the info."""
     return {"show_block": False} if accepts(env_id, "show_block") else {}

@@ -93,7 +93,7 @@ OTHER = {"executions_left": 3.0, "slack": 0.5, "diamond_flat": 0.2, "noise": 2.0
 """Values that are not the nominal ones; 1.5 of every other factor."""
 
 
-@pytest.mark.parametrize("env_id", [*IDS, "grind/Reciprocation-v0", "grind/Stroke-v0", "grind/WidePlates-v0"])
+@pytest.mark.parametrize("env_id", [*IDS, "grind/Reciprocation-v0", "grind/WidePlates-v0"])
 def test_a_factor_either_changes_something_or_is_refused(env_id: str) -> None:
     single = gym.make(env_id).unwrapped
     nominal = nominal_context(single.task)
@@ -352,7 +352,7 @@ def test_options_that_are_no_dict_are_refused_in_one_sentence(env_id: str, optio
         assert str(caught.value) == f"options is {options!r}, but must be a dict of reset options, or None"
 
 
-@pytest.mark.parametrize("env_id", ["grind/PowerLimited-v0", "grind/WidePlates-v0", "grind/Stroke-v0"])
+@pytest.mark.parametrize("env_id", ["grind/PowerLimited-v0", "grind/WidePlates-v0"])
 @pytest.mark.parametrize(
     ("context", "start"),
     [

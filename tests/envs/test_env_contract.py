@@ -22,7 +22,6 @@ from grind_env.envs import any_task
 from grind_env.envs.actions import ActionCodec, ActionError
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.strokes.simulation import StrokeSimulation
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.testing.conformance import check_vector_env
 from tests.envs.harness import (
@@ -44,32 +43,20 @@ from tests.envs.harness import (
 
 pytestmark = pytest.mark.filterwarnings("error")
 
-SHORT = {"stroke": 1, "wide_plates": 2}
+SHORT = {"wide_plates": 2}
 """Blocks of an episode of the short form of a task; 8 of the others."""
-
-THIN = {"stroke": 0.1}
-"""Stock of that form, mm, where a step is a stroke."""
 
 SPACES = dict(zip(FORMS, (spaces.Box, spaces.MultiDiscrete, spaces.Discrete, spaces.Dict), strict=True))
 
-BOX_ALONE = {"grind/Wen-v0": "its four settings are continuous, and none is E or D"}
-"""Environments with one form of the action, and why they have no more; all others have all four."""
-
 NO_PRE_DRESS = {
     "grind/Job-v0": "the program says which cycles begin with a dress",
-    "grind/Stroke-v0": "D is the dress before the stroke",
-    "grind/Wen-v0": "there is no time at which to dress",
 }
 """Environments whose action has no pre-dress, and why; all others have it."""
 
 
-def forms_of(env_id: str) -> tuple[str, ...]:
-    return FORMS[:1] if env_id in BOX_ALONE else FORMS
-
-
 def kinds_of(env_id: str) -> list[dict[str, Any]]:
     """The keyword arguments of every kind of action of an environment; in all with a pre-dress for one of them."""
-    forms: list[dict[str, Any]] = [{"action": form} for form in forms_of(env_id)]
+    forms: list[dict[str, Any]] = [{"action": form} for form in FORMS]
     dressing = forms if env_id == "grind/Oracle6-v0" else forms[:1]
     return [*forms, *({**form, "predress": True} for form in dressing if env_id not in NO_PRE_DRESS)]
 
@@ -107,22 +94,17 @@ def short_simulation(env_id: str, predress: bool = False) -> Simulation:
     if env_id == "grind/Job-v0":
         return simulation
     task = simulation.task
-    kinds = tuple(replace(kind, stock=THIN.get(task.name, kind.stock)) for kind in task.kinds)
-    task = replace(task, blocks=min(task.blocks, SHORT.get(task.name, 8)), kinds=kinds)
-    return StrokeSimulation(task) if env_id == "grind/Stroke-v0" else any_task.simulation_of(task, predress=predress)
+    task = replace(task, blocks=min(task.blocks, SHORT.get(task.name, 8)))
+    return any_task.simulation_of(task, predress=predress)
 
 
 def short_vector(env_id: str, mode: AutoresetMode, predress: bool = False, **kwargs: Any) -> VectorEnv:
     """The native vector form of an environment with such episodes, where E and D are chosen."""
-    if env_id in BOX_ALONE:
-        return native(env_id, 2, mode, **kwargs)
     return GrindVectorEnv(short_simulation(env_id, predress), 2, autoreset_mode=mode, **kwargs)
 
 
 def short_single(env_id: str, predress: bool = False, **kwargs: Any) -> gym.Env[Any, Any]:
     """The single form, likewise."""
-    if env_id in BOX_ALONE:
-        return gym.make(env_id, **kwargs).unwrapped
     return GrindEnv(short_simulation(env_id, predress), **kwargs)
 
 
@@ -141,8 +123,8 @@ def play(env: gym.Env[Any, Any], most: int, seed: int = 0) -> list[Any]:
 def test_the_published_ids_are_registered() -> None:
     names = "Slot JobShop Rush PowerLimited WideRails Oracle6 Blades CBN Memory Noise Credit"
     assert set(IDS) == {f"grind/{name}-v0" for name in names.split()}
-    assert set(IDS) | {f"grind/{name}-v0" for name in ("Job", "Reciprocation", "Stroke", "Wen")} <= set(every_id())
-    assert {*BOX_ALONE, *NO_PRE_DRESS} <= set(every_id())
+    assert set(IDS) | {f"grind/{name}-v0" for name in ("Job", "Reciprocation")} <= set(every_id())
+    assert set(every_id()) >= NO_PRE_DRESS
 
 
 def made(env_id: str, **kwargs: Any) -> list[gym.Space[Any]]:
@@ -160,17 +142,14 @@ def refused(env_id: str, **kwargs: Any) -> None:
 @every_environment
 def test_every_id_has_every_kind_of_action_or_says_why_not(env_id: str) -> None:
     for form, space in SPACES.items():
-        if form in forms_of(env_id):
-            assert [type(each) for each in made(env_id, action=form)] == [space, space]
-        else:
-            refused(env_id, action=form)
+        assert [type(each) for each in made(env_id, action=form)] == [space, space]
     if env_id not in NO_PRE_DRESS:
         assert [each.shape for each in made(env_id, predress=True)] == [(3,), (3,)]
     elif accepts(env_id, "predress"):
         refused(env_id, predress=True)
 
 
-@pytest.mark.parametrize("env_id", [each for each in every_id() if each not in BOX_ALONE])
+@pytest.mark.parametrize("env_id", every_id())
 def test_the_same_decisions_make_the_same_episode_in_every_form(env_id: str) -> None:
     rng, runs = np.random.default_rng(0), []
     codec: ActionCodec = gym.make(env_id, action="discrete").unwrapped.codec
@@ -203,7 +182,7 @@ def test_both_checkers_pass_without_a_warning(env_id: str, kwargs: dict[str, Any
 @a_kind_of_each
 def test_the_vector_form_keeps_the_contract(env_id: str, kwargs: dict[str, Any]) -> None:
     # the blocks are shown in every other case
-    shown = {"show_block": bool(CASES.index((env_id, kwargs)) % 2) and env_id not in BOX_ALONE}
+    shown = {"show_block": bool(CASES.index((env_id, kwargs)) % 2)}
     longest = max(len(play(short_single(env_id, **kwargs), 10_000, seed)) for seed in range(4))
     check_vector_env(
         lambda mode: short_vector(env_id, mode, **kwargs, **shown),

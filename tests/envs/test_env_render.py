@@ -41,7 +41,7 @@ def test_the_picture_and_the_text_show_the_state_after_the_step() -> None:
     assert shown["ansi"] == ansi.panel(view)
 
 
-@pytest.mark.parametrize("env_id", ["grind/Job-v0", "grind/Stroke-v0", "grind/Reciprocation-v0"])
+@pytest.mark.parametrize("env_id", ["grind/Job-v0", "grind/Reciprocation-v0"])
 def test_a_view_adds_up_what_the_steps_have_told(env_id: str) -> None:
     env = gym.make(env_id, render_mode="ansi", info="full")
     env.action_space.seed(1)
@@ -58,32 +58,6 @@ def test_a_view_adds_up_what_the_steps_have_told(env_id: str) -> None:
     assert view.cost == pytest.approx(sum(info["block_cost"] for info in infos), rel=1e-9)
     assert view.good_parts == pytest.approx(sum(info["good_parts"] for info in infos), rel=1e-9)
     assert all(f"{line}" in env.render() for line in info["block"].split("\n"))
-
-
-def test_the_sheet_of_the_published_problem_says_what_its_info_says() -> None:
-    env = gym.make("grind/Wen-v0", render_mode="ansi")
-    while env.reset()[0][0] != 1.0:  # until the part is to be rough-ground
-        pass
-    assert "nothing ground yet" in env.render()
-    info = env.step(np.array([0.9, 0.5, 1.0, -0.9], np.float32))[4]
-    shown = {line[:24].split(",")[0].strip(): line for line in env.render().splitlines()}
-    assert f"{info['Vs']:.4g}" in shown["Vs"] and f"{info['roughness']:.4g}" in shown["Ra"]
-    assert f"violation {info['cost']:.4f}" in env.render()
-    assert "(beyond)" in shown["Ra"] and info["cost"] > 0.0
-
-
-def test_stock_that_is_left_is_seen_between_wheel_and_part() -> None:
-    env = gym.make("grind/Stroke-v0", render_mode="rgb_array")
-    env.reset(seed=0)
-    heights = []
-    for _ in range(8):
-        env.step(np.array([0.0, -1.0], np.float32))
-        heights.append(env.unwrapped.view().part.left)
-    assert np.all(np.diff(heights) < 0.0)
-    column = env.render()[150:330, 245]  # through the middle of the wheel
-    # no strip of the panel's white between the wheel and the table
-    dark = np.flatnonzero((column != 255).any(axis=1))
-    assert (np.diff(dark) == 1).all()
 
 
 def test_there_is_nothing_to_show_before_the_first_reset() -> None:

@@ -14,9 +14,8 @@ from grind_env.envs import any_task
 from grind_env.envs.names import shipped_names
 from grind_env.envs.observations import HIDDEN, constant_readings, readings
 from grind_env.envs.simulation import Simulation, advance
-from grind_env.envs.strokes.simulation import StrokeSimulation
 from grind_env.envs.tape import TapeRow
-from grind_env.envs.tasks import Task, load_task, read_task
+from grind_env.envs.tasks import load_task, read_task
 from grind_env.process.state import WheelState
 from tests.envs.harness import every_id, start
 
@@ -24,7 +23,7 @@ EXAMPLES = sorted((Path(grind_env.__file__).parent / "examples").glob("*.nc"))
 STEPS = 700
 """More than any episode has."""
 MEASURED = {
-    *("power", "mean_power", "first_power", "peak_power", "size_error", "taper", "roughness"),
+    *("mean_power", "first_power", "peak_power", "size_error", "taper", "roughness"),
     *("diameter", "executions_left"),
 }
 """Entries that gauges and power meters show."""
@@ -37,7 +36,6 @@ def cases() -> Iterator[Any]:
     for env_id in every_id():
         if env_id != "grind/Job-v0":
             yield pytest.param(env_id, {}, id=env_id)
-        if env_id not in ("grind/Job-v0", "grind/Stroke-v0", "grind/Wen-v0"):
             yield pytest.param(env_id, {"predress": True}, id=f"{env_id} predress")
     for program in EXAMPLES:
         # before the only block of a keyway nothing has been measured
@@ -47,8 +45,6 @@ def cases() -> Iterator[Any]:
 
 def contexts(env_id: str) -> list[Any]:
     """None, and two ends of what a context can fix."""
-    if env_id == "grind/Wen-v0":
-        return [None, {"case": "rough"}, {"case": "finish"}]
     ends = [{"kA": 0.5, "fc": 0.8}, {"kA": 2.0, "Gref": 0.7}]
     stocks = [{}, {}] if env_id == "grind/Job-v0" else [{"stock": 0.7}, {"stock": 1.4}]
     return [None, *({**a, **b} for a, b in zip(ends, stocks, strict=True))]
@@ -93,8 +89,7 @@ def simulation_of(name: str) -> Simulation:
     """Of a task, or of twelve parts of an example program."""
     if name.endswith(".nc"):
         return gym.make("grind/Job-v0", program=str(EXAMPLES[0].with_name(name)), parts=12).unwrapped.simulation
-    task: Task = read_task(name)
-    return StrokeSimulation(task) if name == "stroke" else any_task.simulation_of(task, "measured")
+    return any_task.simulation_of(read_task(name), "measured")
 
 
 @pytest.mark.parametrize("name", shipped_names())
@@ -150,7 +145,7 @@ def test_hidden_quantities_show_only_in_what_is_measured(name: str) -> None:
             measured |= {each for each, is_other in zip(names, differs, strict=True) if is_other}
     # nothing here changes a time; counters and books count what was programmed
     assert measured <= MEASURED
-    assert {"peak_power" if name != "stroke" else "power"} <= measured
+    assert "peak_power" in measured
 
 
 def changed(simulation: Simulation, field: str) -> Any:
@@ -179,28 +174,3 @@ def test_the_true_stock_shows_when_the_wheel_has_touched_the_part(name: str) -> 
     a, b = simulation.observe(episodes), simulation.observe(other)
     # by the pre-gauge, which was the same
     np.testing.assert_array_equal(a[:, volume], b[:, volume])
-    if isinstance(simulation, StrokeSimulation):
-        left = names.index("strokes_left")
-        assert (a[:, left] < b[:, left]).all()
-
-
-def test_a_worn_wheel_is_booked_when_it_is_gauged_and_not_before() -> None:
-    simulation = simulation_of("stroke")
-    soft, hard = start(simulation, 4), start(simulation, 4)
-    column = TapeRow._fields.index("Gref")
-    soft.tape[..., column] *= 0.2
-    place = [entry.name for entry in simulation.entries].index("diameter")
-    task, parts = simulation.task, []
-    dressed = 2.0 * task.dress.passes * task.dress.depth
-    for k in range(60):
-        for each in (soft, hard):
-            advance(simulation, each, np.full(4, 12_000.0), np.full(4, float(k == 3)))
-        a, b = (simulation.observe(each)[:, place] for each in (soft, hard))
-        part = soft.block.copy()
-        if (part == 0).all():
-            np.testing.assert_array_equal(a, b)
-            scale = simulation.entries[place].scale
-            assert scale * a + 220.0 == pytest.approx(300.0 - (dressed if k >= 3 else 0.0), abs=1e-4)
-        parts.append(part)
-    assert (np.array(parts[-1]) >= 1).all()
-    assert (a != b).any()

@@ -68,7 +68,7 @@ WRITERS = sorted(
 
 @pytest.mark.parametrize("env_id", WRITERS)
 def test_the_wheel_crosses_above_the_part_and_comes_down_with_a_feed(env_id: str) -> None:
-    env = played(env_id, 50 if env_id == "grind/Stroke-v0" else 4)
+    env = played(env_id, 4)
     programs, control = read(env.part_program()), job(env.task, *env.task.kinds).control
     rapids = 0
     for event in execute(programs, control):
@@ -82,7 +82,7 @@ def test_the_wheel_crosses_above_the_part_and_comes_down_with_a_feed(env_id: str
 
 @pytest.mark.parametrize("env_id", WRITERS)
 def test_wherever_the_operator_leaves_the_wheel_it_lifts_first(env_id: str) -> None:
-    lines = played(env_id, 50 if env_id == "grind/Stroke-v0" else 4).part_program().splitlines()
+    lines = played(env_id, 4).part_program().splitlines()
     starts = [k for k, line in enumerate(lines) if line.startswith(("M08", "M00", "M01"))]
     assert len(starts) >= 2
     for k in starts:

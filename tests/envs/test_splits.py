@@ -120,7 +120,7 @@ def test_every_task_has_others(name: str) -> None:
     assert len(other_materials(task)) >= 3 and len(other_wheels(task)) >= 1
 
 
-@pytest.mark.parametrize("env_id", [name for name in every_id() if name not in ("grind/Wen-v0", "grind/Task-v0")])
+@pytest.mark.parametrize("env_id", [name for name in every_id() if name != "grind/Task-v0"])
 def test_the_split_is_an_option_of_reset_in_every_environment_single_and_vector(env_id: str) -> None:
     native_env, beside = native(env_id, 2), sync(env_id, 2)
     options = {"split": "extrapolation"}

@@ -17,9 +17,7 @@ STEPS = {
     "grind/JobShop-v0": 1,
     "grind/Reciprocation-v0": 2,
     "grind/WidePlates-v0": 2,
-    "grind/Stroke-v0": 4,
     "grind/Job-v0": 1,
-    "grind/Wen-v0": 1,
 }
 
 

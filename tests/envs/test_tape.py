@@ -89,7 +89,7 @@ def tape_columns(simulation: Simulation) -> dict[str, NDArray[np.float64]]:
 
 
 def test_an_episode_takes_two_numbers_of_its_generator() -> None:
-    for name in ("rush", "stroke", "wide_plates"):
+    for name in ("rush", "wide_plates"):
         rng, other = np.random.default_rng(3), np.random.default_rng(3)
         problem(name).start([rng])
         other.random(2)

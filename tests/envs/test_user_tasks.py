@@ -111,7 +111,7 @@ def test_a_task_of_a_user_keeps_the_contract(cycle: str, tmp_path: Path) -> None
     )
 
 
-@pytest.mark.parametrize("name", [name for name in shipped_names() if name != "stroke"])
+@pytest.mark.parametrize("name", shipped_names())
 def test_a_copy_of_a_shipped_file_gives_the_episodes_of_its_id(name: str, tmp_path: Path) -> None:
     path = written(tmp_path, (FOLDER / f"{name}.toml").read_text(encoding="utf-8"), name)
     mine, theirs = gym.make(ID, task=path), gym.make(environment_id(name))

@@ -10,7 +10,6 @@ from grind_env.envs import any_task
 from grind_env.envs.contexts import CONTEXT_FACTORS, Given, read_options, without_effect
 from grind_env.envs.names import shipped_names
 from grind_env.envs.simulation import Simulation, advance
-from grind_env.envs.strokes.simulation import StrokeSimulation
 from grind_env.envs.tables import Outcome
 from grind_env.envs.tasks import Task, read_task
 from grind_env.machine.loops.rows import OWN_FROM
@@ -28,7 +27,7 @@ LARGEST_ERROR = 0.1
 
 
 def simulation_of(task: Task) -> Simulation:
-    return StrokeSimulation(task) if task.name == "stroke" else any_task.simulation_of(task, "measured")
+    return any_task.simulation_of(task, "measured")
 
 
 def corners(task: Task) -> list[dict[str, Any]]:
@@ -52,7 +51,7 @@ def ring(diameter: Array, width: float) -> Array:
     return 0.25 * np.pi * diameter**2 * width
 
 
-NOT_WORN_AWAY = ("CBN", "credit", "memory", "oracle6", "power_limited", "stroke", "wide_plates")
+NOT_WORN_AWAY = ("CBN", "credit", "memory", "oracle6", "power_limited", "wide_plates")
 
 
 @pytest.mark.parametrize("name", shipped_names())

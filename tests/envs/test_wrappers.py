@@ -32,7 +32,7 @@ from grind_env.testing.conformance import check_vector_env
 from tests.envs.harness import IDS, actions, assert_same, native
 from tests.envs.walks import Walk, Walks
 
-OTHER_FORMS = ["grind/Job-v0", "grind/Reciprocation-v0", "grind/Stroke-v0", "grind/WidePlates-v0"]
+OTHER_FORMS = ["grind/Job-v0", "grind/Reciprocation-v0", "grind/WidePlates-v0"]
 MEASURED = {"observation": "measured", "show_block": False}
 
 
@@ -105,7 +105,7 @@ def test_what_is_shown_is_written_on_the_space_and_travels_with_it() -> None:
     assert space == env.single_observation_space and isinstance(gym.make("grind/Slot-v0").observation_space, ShownBox)
 
 
-@pytest.mark.parametrize("make", [Walk, lambda: gym.make("grind/Wen-v0"), lambda: gym.make("CartPole-v1")])
+@pytest.mark.parametrize("make", [Walk, lambda: gym.make("CartPole-v1")])
 def test_nobody_knows_what_is_usual_elsewhere(make: Any) -> None:
     with pytest.raises(WrapperError, match="no environment of grind_env in which E and D are chosen"):
         ForLearning(make())
@@ -214,12 +214,6 @@ def test_the_belief_follows_blocks_of_every_cycle(env_id: str) -> None:
         assert wear[0] > 0.0 and spread[0] >= 0.0
         action = np.array([0.3, 0.1], np.float32)
         observations = [single.step(action)[0], many.step(np.tile(action, (2, 1)))[0][1]]
-
-
-def test_the_belief_does_not_follow_single_strokes() -> None:
-    for wrap, env in ((BeliefFilter, gym.make("grind/Stroke-v0")), (VectorBeliefFilter, native("grind/Stroke-v0", 2))):
-        with pytest.raises(BeliefError, match="stroke is not followed by a belief, which grinds compiled blocks"):
-            wrap(env)
 
 
 @pytest.mark.parametrize("value", [1.5, "3", None, True, [4]])

@@ -6,7 +6,6 @@ import math
 import re
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +14,8 @@ import numpy as np
 import pytest
 
 from grind_env.cli import main
-from grind_env.envs.ids import stroke
 from grind_env.envs.observations import physical
-from grind_env.envs.wen.actions import decode
-from grind_env.envs.wen.judging import judged
-from grind_env.envs.wen.model import CASES, WenVerdict
-from grind_env.pages import PageError, notes, page, page_ids
+from grind_env.pages import PageError, page, page_ids
 from grind_env.pages.__main__ import write
 from grind_env.pages.discount import dress_interval
 from grind_env.pages.markdown import arguments, prose, table
@@ -35,11 +30,9 @@ GOLDEN = Path(__file__).with_name("page_oracle6.md")
 
 EVERY = page_ids()
 TASKS = [env_id for env_id in EVERY if sheet(env_id).task is not None]
-WITH_FORMS = [env_id for env_id in EVERY if env_id != "grind/Wen-v0"]
 
 every_id = pytest.mark.parametrize("env_id", EVERY)
 every_task = pytest.mark.parametrize("env_id", TASKS)
-every_form = pytest.mark.parametrize("env_id", WITH_FORMS)
 
 SHARP = {"pm": 0.2, "kA": 0.05, "wheel_kA": 0.05, "diamond_flat": 0.0, "fc": 0.25, "Gref": 0.3}
 SHARP |= {"material": "grey_cast_iron"}
@@ -88,7 +81,7 @@ def test_the_action_table_is_that_of_the_space(env_id: str) -> None:
     assert [float(row[3]) for row in rows] == space.high.tolist()
 
 
-@every_form
+@every_id
 def test_the_action_table_says_what_the_ends_choose(env_id: str) -> None:
     (speed, dresses), forms = tables(section(page(env_id), "Action space"))
     env: Any = sheet(env_id).env
@@ -212,77 +205,11 @@ def test_the_ends_of_the_time_are_reached(env_id: str) -> None:
         assert span.least * (1.0 - 1e-9) <= costs.min() and costs.max() <= span.most * (1.0 + 1e-9)
 
 
-def stroke_costs(
-    speed: float, dress: bool, seeds: int, context: dict[str, Any] | None = None
-) -> list[dict[str, float]]:
-    """Terms of the cost of every stroke in $, with one E (mm/min) and a dress before every stroke or none."""
-    env = stroke.make(action="dict", show_block=False)
-    steps = []
-    for seed in range(seeds):
-        env.reset(seed=seed, options={"context": context})
-        terminated = False
-        while not terminated:
-            _, reward, terminated, _, info = env.step({"E": [speed], "D": int(dress)})
-            costs = {name: -env.task.reference_cost * term for name, term in info["reward_terms"].items()}
-            steps.append({"reward": reward, **costs})
-    return steps
-
-
-def test_the_reward_of_a_stroke_lies_in_the_range_that_its_page_states() -> None:
-    about = sheet("grind/Stroke-v0")
-    text = section(page("grind/Stroke-v0"), "Reward")
-    match = re.search(r"A step earns from (\S+) to (\S+)\. ", text)
-    assert match and [float(end) for end in match.groups()] == list(about.reward)
-    corners = [(speed, dress) for speed in (3000.0, 30_000.0) for dress in (False, True)]
-    played = {corner: stroke_costs(*corner, 2) for corner in corners}
-    steps = [step for steps in played.values() for step in steps]
-    for name, span in about.costs.items():
-        values = [step[name] for step in steps]
-        assert span.least * (1.0 - 1e-9) <= min(values) and max(values) <= span.most * (1.0 + 1e-9), name
-    # both ends of the time are reached: a bare stroke, and one with loading and a dress or, on a dull wheel, a stall
-    assert min(step["time"] for step in played[30_000.0, False]) == pytest.approx(about.costs["time"].least, rel=1e-9)
-    task, most = stroke.make().task, about.costs["time"].most
-    load, stall = (task.rates.hourly * seconds / 3600.0 for seconds in (task.setup.load, task.machine.stall_time))
-    assert max(step["time"] for step in played[3000.0, True]) == pytest.approx(most - stall, rel=1e-9)
-    stalled = max(step["time"] for step in stroke_costs(3000.0, True, 1, DULL))
-    # the program is waited for before a dress, at most 2 ms
-    assert 0.0 <= stalled - (most - load) <= 1.01 * task.rates.hourly * 0.002 / 3600.0
-    rewards = [step["reward"] for step in steps]
-    assert about.reward.least <= min(rewards) < 0.4 * about.reward.least
-    assert 1.2 * about.reward.most <= max(rewards) <= about.reward.most
-
-
 def test_the_page_of_a_job_says_that_its_reward_has_no_lower_bound() -> None:
     text = page("grind/Job-v0")
     assert "| reward of a step | at most 0 |" in text
     assert "No lower bound is known: " in section(text, "Reward")
     assert sheet("grind/Job-v0").reward == (-math.inf, 0.0)
-
-
-def test_an_id_of_whose_reward_nothing_is_known_gets_no_page(monkeypatch: pytest.MonkeyPatch) -> None:
-    silent = {**load_notes(), "grind/Wen-v0": replace(note_of("grind/Wen-v0"), reward=None)}
-    monkeypatch.setattr(notes, "load_notes", lambda: silent)
-    with pytest.raises(PageError, match=r"^the reward of grind/Wen-v0 has no range: give its notes a reward$"):
-        page("grind/Wen-v0")
-
-
-def test_the_page_of_wen_says_why_its_action_has_one_form() -> None:
-    text = " ".join(section(page("grind/Wen-v0"), "Action space").split())
-    assert "This is the only form of the action: the problem is published with continuous settings" in text
-
-
-def test_the_reward_of_wen_lies_in_the_range_that_its_notes_state() -> None:
-    ends = note_of("grind/Wen-v0").reward
-    assert ends is not None
-    corners = np.array(list(itertools.product([-1.0, 0.0, 1.0], repeat=4)))
-    actions = np.concatenate([corners, np.random.default_rng(0).uniform(-1.0, 1.0, (20_000, 4))])
-    settings, verdicts = decode(actions), []
-    for case in range(len(CASES)):
-        verdicts.append(WenVerdict(*judged(settings, np.full(len(actions), case)).T))
-    rewards = -np.array([each.objective + each.violation for each in verdicts])
-    assert ends[0] <= rewards.min() < ends[0] + 0.002
-    # the optima are published (scenarios, 4.3)
-    assert rewards.max() <= ends[1] == pytest.approx(0.22925, abs=1e-4)
 
 
 @every_id
@@ -387,7 +314,7 @@ def test_grind_tasks_prints_json(capsys: pytest.CaptureFixture[str]) -> None:
     (rush,) = (one for one in found if one["id"] == "grind/Rush-v0")
     assert (rush["steps"], rush["observation"], rush["full"]) == (96, 33, 45)
     assert rush["actions"] == ["box", "multidiscrete", "discrete", "dict"]
-    assert {one["id"]: one["actions"] for one in found if len(one["actions"]) != 4} == {"grind/Wen-v0": ["box"]}
+    assert all(len(one["actions"]) == 4 for one in found)
     assert {one["id"]: one["reward"] for one in found if one["reward"][0] is None} == {"grind/Job-v0": [None, 0.0]}
     assert json.loads(listed(capsys, "grind/Rush-v0", "--json")[1]) == [rush]
 
@@ -424,7 +351,7 @@ def test_every_page_says_its_task_version_and_what_the_others_were(env_id: str) 
     assert all(row[1] for row in versions)
 
 
-@every_form
+@every_id
 def test_the_recommended_discount_follows_from_the_interval_named(env_id: str) -> None:
     said = facts(env_id)["recommended discount"]
     (discount,) = re.findall(r"^0\.\d{4}", said)
@@ -434,10 +361,6 @@ def test_the_recommended_discount_follows_from_the_interval_named(env_id: str) -
     assert float(discount) ** steps == pytest.approx(0.9, abs=0.002 * steps**0.5)
     about = sheet(env_id)
     assert 1 <= steps <= (about.steps or 10_000)
-
-
-def test_a_problem_of_one_step_has_no_discount() -> None:
-    assert facts("grind/Wen-v0")["recommended discount"] == "none: an episode is one step"
 
 
 @pytest.mark.parametrize("name", ["PowerLimited", "WideRails"])

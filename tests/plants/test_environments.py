@@ -191,18 +191,12 @@ def test_an_environment_of_the_model_takes_no_machine() -> None:
         made.reset(options={"machine": "meter:7"})
 
 
-@pytest.mark.parametrize("env_id", ["grind/Reciprocation-v0", "grind/WidePlates-v0", "grind/Stroke-v0", ID])
+@pytest.mark.parametrize("env_id", ["grind/Reciprocation-v0", "grind/WidePlates-v0", ID])
 def test_every_id_takes_a_machine(env_id: str) -> None:
     made = gym.make(env_id, plant="soft:3").unwrapped
     assert made.simulation.process == find_plant("soft:3").process
     with pytest.raises(PlantError, match="there is no machine 'sofa:3'"):
         gym.make(env_id, plant="sofa:3")
-
-
-def test_the_problem_of_wen_takes_none() -> None:
-    for make in (gym.make, gym.make_vec):
-        with pytest.raises(TaskError, match="plant is 'meter:7', but grind/Wen-v0 has the model"):
-            make("grind/Wen-v0", plant="meter:7")
 
 
 def test_ones_own_is_an_argument_and_never_named_by_a_file(module: str, tmp_path: Path) -> None:

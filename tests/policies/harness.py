@@ -53,7 +53,7 @@ def changed(problem: Problem, **fields: Any) -> Problem:
 
 
 def shortened(name: str, blocks: int) -> Simulation:
-    """The simulation of a problem with only so many blocks, or parts where a step is a stroke."""
+    """The simulation of a problem with only so many blocks."""
     whole = find_problem(name).simulation()
     return type(whole)(replace(whole.task, blocks=blocks))
 

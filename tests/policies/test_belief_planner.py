@@ -85,11 +85,12 @@ def test_an_episode_does_not_depend_on_those_beside_it(task: str):
     assert np.array_equal(together.executions[1:2], alone.executions)
 
 
-def test_it_is_named_but_in_no_list_and_says_where_it_cannot_plan():
+def test_it_is_named_but_in_no_list_and_says_where_it_cannot_plan(monkeypatch):
     assert "belief_planner" not in policy_names(PLATES)
     assert list(check_names(PLATES, ["belief_planner"])) == ["belief_planner"]
-    strokes = find_problem("stroke").simulation()
-    with pytest.raises(ConfigError, match=r"no policy 'belief_planner' for stroke: .*, empirical_rule$"):
-        make_policy("belief_planner", strokes)
+    executed = find_problem("power_limited").simulation()
+    monkeypatch.setattr(executed, "compiled", False)
+    with pytest.raises(ConfigError, match=r"no policy 'belief_planner' for power_limited: .*, empirical_rule$"):
+        make_policy("belief_planner", executed)
     with pytest.raises(BeliefError, match="is not followed by a belief"):
-        worth(strokes)
+        worth(executed)

@@ -8,19 +8,18 @@ from grind_env.envs.simulation import Simulation
 from grind_env.envs.tape import TapeRow
 from grind_env.policies.choices import Decision, nearest_speed
 from grind_env.policies.columns import LISTED
-from grind_env.policies.evaluation import Evaluation, roll_out, run_seeds, start_episodes
+from grind_env.policies.evaluation import roll_out, run_seeds, start_episodes
 from grind_env.policies.planners.dynamic_programming import EPISODES_AT_ONCE
 from grind_env.policies.planners.hindsight import Hindsight
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import ABLATIONS, UNSCORED, fitting, policy_names
-from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.rules import Fixed, Random
 from tests.policies.harness import shortened, untuned
 
-LENGTHS = {"power_limited": 3, "job_shop": 3, "reciprocation": 2, "wide_plates": 2, "stroke": 1}
+LENGTHS = {"power_limited": 3, "job_shop": 3, "reciprocation": 2, "wide_plates": 2}
 """Environments, and the blocks or parts of the short episodes in which all policies are tried."""
-BESIDES = ("reciprocation", "wide_plates", "stroke")
+BESIDES = ("reciprocation", "wide_plates")
 """Those that are no task of cycle blocks."""
 NAMES = [
     (env, name)
@@ -138,7 +137,7 @@ def test_what_is_shown_costs_what_the_truth_costs(env: str, sees: str) -> None:
 
 @pytest.mark.parametrize("env", BESIDES)
 def test_the_planner_that_knows_the_future_is_no_dearer_than_any_fixed_plan(env: str) -> None:
-    simulation, seeds = shortened(env, {"stroke": 2}.get(env, 5)), range(3)
+    simulation, seeds = shortened(env, 5), range(3)
     planned = run_seeds(Hindsight(sweeps=1), simulation, seeds)
     plans = [Fixed(E, D, every) for E in (6.0, 12.0, 20.0) for D in (0, 1) for every in (1, 2, 4)]
     fixed = np.array([run_seeds(plan, simulation, seeds).cost for plan in plans])
@@ -147,33 +146,8 @@ def test_the_planner_that_knows_the_future_is_no_dearer_than_any_fixed_plan(env:
     assert planned.cost.mean() < 0.98 * fixed.mean(axis=1).min()
 
 
-def test_episodes_of_different_lengths_are_joined() -> None:
-    simulation = shortened("stroke", 2)
-    seeds = range(6)
-    parts = [run_seeds(Handbook(), simulation, [seed]) for seed in seeds]
-    lengths = [part.speeds.shape[1] for part in parts]
-    assert len(set(lengths)) > 1
-    joined, together = Evaluation.joined(parts), run_seeds(Handbook(), simulation, seeds)
-    assert joined.speeds.shape == joined.executions.shape == (6, max(lengths))
-    assert (~np.isnan(joined.speeds)).sum(axis=1).tolist() == lengths
-    for name in ("cost", "good", "finished", "speeds", "executions"):
-        np.testing.assert_array_equal(getattr(joined, name), getattr(together, name))
-    # means are of the steps that there were
-    assert joined.dresses == pytest.approx(sum(float(part.executions.sum()) for part in parts) / sum(lengths))
-
-
-def test_the_handbook_dresses_for_every_part_where_a_step_is_a_stroke() -> None:
-    simulation = shortened("stroke", 3)
-    run = run_seeds(Handbook(), simulation, range(4))
-    assert np.nansum(run.executions, axis=1).tolist() == [3.0] * 4
-    assert (run.executions[:, 0] == 1.0).all()
-    # 50 mm x 0.02 mm at 40 J/mm3 and 80 % of 5 kW
-    assert (run.speeds[~np.isnan(run.speeds)] == 6_000.0).all()
-
-
-def test_the_planner_plans_many_episodes_of_different_lengths_as_each_alone() -> None:
-    simulation, seeds = shortened("stroke", 1), range(EPISODES_AT_ONCE + 2)
+def test_the_planner_plans_many_episodes_as_each_alone() -> None:
+    simulation, seeds = shortened("power_limited", 2), range(EPISODES_AT_ONCE + 2)
     together = run_seeds(Hindsight(sweeps=0), simulation, seeds)
-    assert len(np.unique(np.isfinite(together.speeds).sum(axis=1))) > 1
     alone = [run_seeds(Hindsight(sweeps=0), simulation, [seed]).cost[0] for seed in (seeds[0], seeds[-1])]
     assert together.cost[[0, -1]].tolist() == alone

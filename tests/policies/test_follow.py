@@ -80,11 +80,6 @@ def test_a_frame_has_a_row_for_every_block_and_says_units():
     assert {"E [m/min]", "D", "E of handbook [m/min]", "D of handbook", "wear-flat area"} <= set(frame)
 
 
-def test_what_no_belief_follows_is_refused():
-    with pytest.raises(GrindError):
-        follow("handbook", "grind/Stroke-v0", episodes=2)
-
-
 def test_policies_of_the_same_name_are_refused_for_one_would_hide_the_other():
     with pytest.raises(GrindError, match=r"several policies beside it are called 'handbook'; give each a name"):
         follow("E6D1", FLAGSHIP, beside=["handbook", "handbook"], episodes=1)

@@ -159,12 +159,6 @@ def test_a_problem_that_is_not_there_is_told() -> None:
         evaluate("robsut", "power_limited")
 
 
-@pytest.mark.parametrize("name", ["wen", "grind/Wen-v0"])
-def test_where_no_speeds_are_chosen_no_policy_is_judged(name: str) -> None:
-    with pytest.raises(GrindError, match=f"there is no problem '{name}'"):
-        evaluate("random", name)
-
-
 def test_no_good_part_is_said_so_and_is_null_in_json(grind: Grind) -> None:
     words = ("evaluate", "--policy", "E30D0", "--task", "power_limited", "--episodes", "2")
     status, said, error = grind(*words)

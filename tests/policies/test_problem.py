@@ -74,16 +74,14 @@ def test_a_task_file_may_end_in_capitals() -> None:
     assert find_problem(written("SHOP.TOML", TASK)).simulation().task.name == "SHOP"
 
 
-@pytest.mark.parametrize(
-    "name", ["power_limited.nc", "oracle6.toml", "Power_limited.toml", "wen.toml", "wide_plates.nc", "stroke.nc"]
-)
+@pytest.mark.parametrize("name", ["power_limited.nc", "oracle6.toml", "Power_limited.toml", "wide_plates.nc"])
 def test_what_would_be_taken_for_an_environment_of_the_package_is_refused(name: str) -> None:
     written(name, TASK if name.endswith(".toml") else example("plate_g82.nc"))
     with pytest.raises(GrindError, match=f"{name} has the name of a task of this package.*rename the file"):
         find_problem(name)
 
 
-@pytest.mark.parametrize("name", ["shop.toml", "power_limited", "grind/Stroke-v0"])
+@pytest.mark.parametrize("name", ["shop.toml", "power_limited"])
 @pytest.mark.parametrize("given", [{"job": "job.toml"}, {"parts": 30}])
 def test_only_a_program_has_a_job_and_parts(name: str, given: dict[str, Any]) -> None:
     written("shop.toml", TASK)
@@ -117,7 +115,7 @@ def problems() -> dict[str, Problem]:
         written(job, example("plate_g82.toml") + LOTS)
     written("shop.toml", TASK)
     return {
-        **{name: find_problem(name) for name in ("reciprocation", "wide_plates", "stroke", "shop.toml")},
+        **{name: find_problem(name) for name in ("reciprocation", "wide_plates", "shop.toml")},
         "part.nc": find_problem("part.nc", parts=3),
         "rev.nc": find_problem("rev.nc", parts=2),
     }
@@ -136,7 +134,7 @@ def stepped(policy: Policy, problem: Problem, seed: int) -> list[float]:
     return [float(value) for value in totals]
 
 
-@pytest.mark.parametrize("name", ["reciprocation", "wide_plates", "stroke", "shop.toml", "part.nc", "rev.nc"])
+@pytest.mark.parametrize("name", ["reciprocation", "wide_plates", "shop.toml", "part.nc", "rev.nc"])
 @pytest.mark.parametrize("rule", ["handbook", "full_state_rule"])
 def test_an_evaluation_is_what_stepping_the_environment_gives_and_leaves_the_episodes(name: str, rule: str) -> None:
     problem, seeds = problems()[name], episode_seeds("evaluation", 2)

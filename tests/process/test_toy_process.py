@@ -20,7 +20,6 @@ from grind_env.envs.blocks.step import NEW_PART
 from grind_env.envs.gauge import GAUGE
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.simulation import Simulation, Written
-from grind_env.envs.strokes.simulation import StrokeSimulation
 from grind_env.envs.tables import Outcome, ShopMemory
 from grind_env.envs.tasks import read_task
 from grind_env.kernel import exp, inlined
@@ -237,25 +236,21 @@ def test_the_machine_grinds_a_program_as_its_replay(text: str, width: float, wit
     assert run.mount.own[0, FIELDS.index("blocks")] == len(choices)
 
 
-TASKS = ("power_limited", "reciprocation", "wide_plates", "stroke")
+TASKS = ("power_limited", "reciprocation", "wide_plates")
 
 
 def simulation_of(name: str, process: Process = TOY, gauge: Gauge = METER) -> BlockSimulation:
     task = read_task(name)
-    kind = StrokeSimulation if name == "stroke" else SIMULATIONS[task.cycle]
-    return kind(task, process=process, gauge=gauge)
+    return SIMULATIONS[task.cycle](task, process=process, gauge=gauge)
 
 
-def choices_of(name: str) -> list[tuple[float, float]]:
-    """E and D of some parts."""
-    if name == "stroke":
-        return [(9000.0 + 1500.0 * (k % 9), float(k % 7 == 3)) for k in range(60)]
-    return [(9000.0, 0.0), (21_000.0, 2.0), (14_000.0, 0.0), (6000.0, 1.0), (12_000.0, 0.0)]
+CHOICES = [(9000.0, 0.0), (21_000.0, 2.0), (14_000.0, 0.0), (6000.0, 1.0), (12_000.0, 0.0)]
+"""E and D of some parts."""
 
 
 @pytest.mark.parametrize("name", TASKS)
 def test_the_machine_grinds_the_program_of_an_episode_as_the_environment(name: str) -> None:
-    played = play(simulation_of(name), choices_of(name))
+    played = play(simulation_of(name), CHOICES)
     run = ground(played.written)
     assert_ground_alike(played, run, NEAR)
     assert len(run.record().strokes) == played.tallies.strokes.sum()

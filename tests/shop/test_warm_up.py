@@ -19,8 +19,9 @@ from tests.command import Grind
 from tests.shop.programs import EXAMPLES, JOB
 
 UNRELATED = "correlation = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]"
-WEN = (
-    "import gymnasium, grind_env; e = gymnasium.make('grind/Wen-v0'); e.reset(seed=0); e.step(e.action_space.sample())"
+SMALL = (
+    "from grind_env.process.catalogue import load_catalogue; from grind_env.validation import Rig; "
+    "use = lambda: Rig(load_catalogue()).fresh(); "
 )
 
 
@@ -54,15 +55,15 @@ def test_nothing_is_left_to_compile(tmp_path: Path) -> None:
         return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
 
     code = (
-        "from grind_env.shop import warm_up as w; from grind_env.cli import main; every = w.uses()\n"
-        "w.uses = lambda: [use for use in every if use.name == 'grind/Wen-v0']; main(['warm-up'])"
+        "from grind_env.shop import warm_up as w; from grind_env.cli import main; "
+        "w.uses = lambda: [w.Use('a dress', use)]; main(['warm-up'])"
     )
-    first, last = run(code).splitlines()
+    first, last = run(SMALL + code).splitlines()
     made = sorted((tmp_path / "kernels").glob("*.nbc"))
-    assert made and first.startswith("grind/Wen-v0 ") and first.endswith(f" {len(made)} new")
+    assert made and first.startswith("a dress ") and first.endswith(f" {len(made)} new")
     assert last == f"{len(made)} kernels in {tmp_path / 'kernels'}"
     no_compiler = "import numba.core.compiler as compiler; compiler.CompilerBase.__init__ = None; "
-    run(no_compiler + WEN)
+    run(no_compiler + SMALL + "use()")
     assert sorted((tmp_path / "kernels").glob("*.nbc")) == made
 
 

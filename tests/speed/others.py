@@ -16,8 +16,7 @@ SECONDS = 5.0
 STEPS = 50
 """Of a round; one after which episodes begin again costs more."""
 
-OURS, STROKE = "grind/PowerLimited-v0", "grind/Stroke-v0"
-"""A step is a cycle block, with the strokes in it; and one stroke."""
+OURS = "grind/PowerLimited-v0"
 CARTPOLE = "CartPole-v1"
 """Gymnasium's own in numpy for all at once."""
 WORKERS, ROUNDS, PLAIN_STEPS = 2, 5, 5
@@ -73,12 +72,11 @@ def plain_steps() -> None:
 
 def ratios() -> Ratios:
     """What a native step costs over one of CartPole, and one in plain Python over it."""
-    steps = in_turns({env_id: Native(env_id).step for env_id in (OURS, STROKE, CARTPOLE)}, SECONDS)
+    steps = in_turns({env_id: Native(env_id).step for env_id in (OURS, CARTPOLE)}, SECONDS)
     plain = fresh_process(PLAIN, NUMBA_DISABLE_JIT="1")
     single, empty = np.transpose([single_step(OURS) for _ in range(TIMES)])
     return {
         "PowerLimited, native step over one of CartPole": over(steps[OURS], steps[CARTPOLE]),
-        "Stroke, native step over one of CartPole": over(steps[STROKE], steps[CARTPOLE]),
         "PowerLimited, AsyncVectorEnv(2) in plain Python over a native step": over(plain, steps[OURS]),
         f"PowerLimited, vector step over its kernel, N = {MANY}": over_kernel(OURS, MANY),
         "PowerLimited, single step without its strokes over an empty one": single / empty,

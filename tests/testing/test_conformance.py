@@ -9,8 +9,6 @@ import pytest
 from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
-from grind_env.envs.wen.env import WenEnv
-from grind_env.envs.wen.vector_env import WenVectorEnv
 from grind_env.testing.conformance import CHECKS, VectorConformanceError, check_vector_env
 from grind_env.testing.conformance_play import outside
 from tests.envs import faulty_walks as faulty
@@ -56,10 +54,6 @@ def test_the_grinding_environments_pass(env_id: str, show_block: bool) -> None:
         single=lambda: gym.make(env_id, show_block=show_block),
         steps=2 * blocks + 3,
     )
-
-
-def test_the_wen_environment_passes() -> None:
-    check_vector_env(lambda mode: WenVectorEnv(3, mode), single=WenEnv, steps=12)
 
 
 def test_buffers_may_be_handed_out_only_if_that_is_declared() -> None:

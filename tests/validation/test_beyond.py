@@ -5,7 +5,7 @@ import math
 import pytest
 
 from grind_env.process.catalogue import load_catalogue
-from grind_env.validation import Rig, Row, row_of, validate
+from grind_env.validation import CHECKS, Rig, Row, row_of, validate
 from grind_env.validation.check import Band, Check
 
 
@@ -66,4 +66,5 @@ def test_the_rows_that_a_wheel_of_35_m_per_s_is_asked_for_45_and_80_are_marked()
         for response in ("wear", "Ra")
         for factor in ("removal rate", "volume removed")
     }
-    assert fast == valve | {"roughness on wheel speed"}
+    optima = {check.name for check in CHECKS if check.name.startswith("optimum ")}
+    assert fast == valve | optima | {"roughness on wheel speed"} and len(optima) == 5

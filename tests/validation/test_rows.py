@@ -42,6 +42,7 @@ MEMORIES = {
     "specific_energy_ranges": {Evidence.REMEMBERED},
     "malkin_energy_wearflat": {Evidence.REMEMBERED},
     "burn_threshold_grid": {Evidence.REMEMBERED},
+    "wen_optima": {Evidence.REMEMBERED},
     "thermal_partition": {Evidence.REMEMBERED, Evidence.OWN},
     "dressing_overlap": {Evidence.DRAWN},
 }

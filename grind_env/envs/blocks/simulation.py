@@ -76,7 +76,6 @@ class BlockSimulation:
         usual: readings that the environment does not show because they never change, by name.
     """
 
-    by_block: ClassVar[bool] = True
     compiled: ClassVar[bool] = True
 
     def __init__(

@@ -108,7 +108,6 @@ class JobSimulation:
         GrindError: it cannot be run, or there is nothing to choose in it.
     """
 
-    by_block: ClassVar[bool] = True
     pre_dress: ClassVar[bool] = False
     """The program says which cycles begin with a dress."""
 

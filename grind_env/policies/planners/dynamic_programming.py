@@ -66,9 +66,7 @@ def forward_plans(simulation: Simulation, start: Episodes, surcharge: Surcharge 
         _forward(simulation, start.pick(chunk), choices, surcharge)
         for chunk in np.array_split(n, -(-len(n) // EPISODES_AT_ONCE))
     ]
-    # an episode of strokes may be shorter than others; what is chosen after its end is never done
-    steps = max(part.shape[1] for part in parts)
-    chosen = np.concatenate([np.pad(part, ((0, 0), (0, steps - part.shape[1]))) for part in parts])
+    chosen = np.concatenate(parts)
     return Decision(choices.speeds[chosen], choices.executions[chosen])
 
 
@@ -91,9 +89,8 @@ def _forward(simulation: Simulation, start: Episodes, choices: Decision, surchar
         cost += surcharge.second * outcomes[:, SECONDS] + surcharge.execution * results[:, DRESSES]
         # what a part in work has lost of its chances is charged with its last block, but decides now
         number = simulation.branches.rows_of(here.coming())
-        # a step that is a stroke ends its part only where the block moves on
-        finished = (branches.block > np.repeat(here.block, count)) & np.repeat(ends[number] > 0.0, count)
-        at_stake = np.where(finished | simulation.over(branches), 0.0, np.repeat(scrap[number], count))
+        finished = np.repeat(ends[number] > 0.0, count) | simulation.over(branches)
+        at_stake = np.where(finished, 0.0, np.repeat(scrap[number], count))
         rank = cost + at_stake * (1.0 - branches.memory[:, SURVIVAL])
         whose = np.repeat(owner, count)
         kept = cheapest_of_each(rank, wheel_class(branches), whose)

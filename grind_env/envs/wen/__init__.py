@@ -1,1 +1,0 @@
-"""`grind/Wen-v0`: a published one-step problem."""
