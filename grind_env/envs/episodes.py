@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from grind_env.arrays import Numbers, Table
 from grind_env.envs.tape import BLOCKS, DRAWN, SOURCE, TapeRow
+from grind_env.errors import GrindError
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.process.state import WheelState
 
@@ -104,3 +105,19 @@ class Episodes:
         source = self.source.copy()
         source[:, [BLOCKS, DRAWN]] = tape.shape[1]
         return replace(self, tape=tape, source=source)
+
+
+class EpisodeOver(GrindError):
+    """A step of an episode whose last block has been run."""
+
+
+def check_running(episodes: Episodes, active: NDArray[np.int64], blocks: Any) -> None:
+    """Check that each episode in `active`, of so many `blocks` (a number, or shape (N,)), has a block left.
+
+    Raises:
+        EpisodeOver: an episode has none.
+    """
+    ended = episodes.block >= blocks
+    if np.count_nonzero(ended) and ended[active].any():
+        i = int(active[ended[active].argmax()])
+        raise EpisodeOver(f"episode {i} is over after {episodes.block[i]} blocks: start it again or leave it out")

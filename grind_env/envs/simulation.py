@@ -125,6 +125,7 @@ class Simulation(Protocol):
             `Tally`); rows of the others are 0.
 
         Raises:
+            EpisodeOver: an episode in `active` has run its last block.
             GrindError: a block cannot be run so; every episode is then as it was before.
         """
 

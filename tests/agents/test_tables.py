@@ -147,8 +147,8 @@ def test_the_section_of_a_page():
     assert written.endswith(f"\n\n{END}\nbelow\n")
     assert "old" not in written
     assert replaced(written, rows) == written
-    (line,) = re.findall(r"^\| ppo \| .*$", written, re.MULTILINE)
-    score = by_policy(rows, "power_limited")["ppo"].score
+    (line,) = re.findall(r"^\| hindsight \| .*$", written, re.MULTILINE)
+    score = by_policy(rows, "power_limited")["hindsight"].score
     assert f"{score.value:.1f} ({score.low:.1f} to {score.high:.1f})" in line
     with pytest.raises(ConfigError, match="no lines"):
         replaced("a page without markers", rows)

@@ -21,12 +21,12 @@ from grind_env.envs.blocks.program import block_text, coming_block, drawn_job, j
 from grind_env.envs.blocks.requests import request_times
 from grind_env.envs.blocks.step import NEW_PART, blocks_step
 from grind_env.envs.contexts import Given, drawn, without_effect
-from grind_env.envs.episodes import Episodes, EpisodesT
+from grind_env.envs.episodes import Episodes, EpisodesT, check_running
 from grind_env.envs.gauge import GAUGE, noisy
 from grind_env.envs.observations import Reading, constant_readings, physical, readings, scaling
 from grind_env.envs.simulation import Written
 from grind_env.envs.tables import Outcome, Shop, ShopMemory, kind_table, shop_row
-from grind_env.envs.tape import AHEAD, DRAWN, SOURCE, TapeRow
+from grind_env.envs.tape import AHEAD, BLOCKS, DRAWN, SOURCE, TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.envs.view import view_of
 from grind_env.machine.grind import grind
@@ -101,13 +101,13 @@ class BlockSimulation:
         self._materials = len(task.materials)
         self._scaling = scaling(task, self.entries)
         self._generator = EpisodeGenerator(task)
-        # kept from step to step: of tens of MB the system would have to find every page anew
-        self._cycles, self._parameters = np.empty((0, CYCLE_FIELDS)), np.empty((0, self.branches.base.shape[1]))
+        # reused from step to step, because the system maps tens of MB slowly; a step takes one, so threads share none
+        self._free: list[tuple[Table, ...]] = []
 
     def __getstate__(self) -> dict[str, Any]:
         """What grinds and shows other machines is found again by their name."""
         left_out = ("process", "gauge") if self.plants is not None else ()
-        return {name: value for name, value in vars(self).items() if name not in left_out}
+        return {name: value for name, value in vars(self).items() if name not in left_out} | {"_free": []}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         vars(self).update(state)
@@ -192,20 +192,36 @@ class BlockSimulation:
     ) -> tuple[Table, Table]:
         """As `Simulation.step`."""
         n = len(episodes.block)
-        active = np.arange(n) if active is None else active
-        outcomes = np.zeros((n, len(Outcome._fields)))
-        results = np.zeros((n, len(Tally._fields)))
-        if len(self._cycles) < n:
-            self._cycles, self._parameters = (np.empty((n, room.shape[1])) for room in (self._cycles, self._parameters))
-        self._step_of(self.process, self.gauge)(
-            self._tables(n),
-            episodes.in_order(),
-            (speeds, executions, np.zeros(n) if pre_dresses is None else pre_dresses),
-            active,
-            results,
-            outcomes,
-        )
+        choice = (speeds, executions, np.zeros(n) if pre_dresses is None else pre_dresses)
+        scratch = self._scratch(n)
+        results = self._run(episodes, choice, np.arange(n) if active is None else active, scratch)
+        self._free.append(scratch)
+        return results
+
+    def _run(
+        self, episodes: Episodes, choice: tuple[Table, ...], active: NDArray[np.int64], scratch: tuple[Table, ...]
+    ) -> tuple[Table, Table]:
+        """Step the episodes in `active` and leave the cycles of the blocks in `scratch`."""
+        check_running(episodes, active, episodes.source[:, BLOCKS])
+        n = len(episodes.block)
+        outcomes, results = np.zeros((n, len(Outcome._fields))), np.zeros((n, len(Tally._fields)))
+        step = self._step_of(self.process, self.gauge)
+        step(self._tables(scratch), episodes.in_order(), choice, active, results, outcomes)
         return outcomes, results
+
+    def _scratch(self, n: int) -> tuple[Table, ...]:
+        """Return arrays of n rows or more that no other step uses."""
+        try:
+            scratch = self._free.pop()
+        except IndexError:
+            scratch = ()
+        if scratch and len(scratch[0]) >= n:
+            return scratch
+        return tuple(np.empty((n, *shape)) for shape in self._scratch_shapes())
+
+    def _scratch_shapes(self) -> tuple[tuple[int, ...], ...]:
+        """Return the shape of a row of each scratch array."""
+        return (CYCLE_FIELDS,), self.branches.base.shape[1:]
 
     def over(self, episodes: Episodes) -> NDArray[np.bool_]:
         """As `Simulation.over`."""
@@ -271,10 +287,10 @@ class BlockSimulation:
         """The compiled step of its blocks, as of `envs.step.step_of`."""
         return blocks_step(process, gauge)
 
-    def _tables(self, n: int) -> tuple[Any, ...]:
-        """What that takes as the tables of N episodes."""
+    def _tables(self, scratch: tuple[Table, ...]) -> tuple[Any, ...]:
+        """Return the tables of the compiled step, with scratch arrays of N rows."""
         drawn = self._generator.kinds, self._generator.spreads
-        return self.kinds, self.branches.base, self._shops, *drawn, self._cycles[:n], self._parameters[:n]
+        return self.kinds, self.branches.base, self._shops, *drawn, *scratch
 
     def _job(self, blocks: Sequence[Any]) -> Job:
         """The job of their program, for nominal parts and a new wheel."""

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from grind_env.arrays import Table
 from grind_env.envs.blocks.program import CycleBlock, job_from_surface
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.episodes import Episodes
@@ -25,17 +26,15 @@ DEEPEST = 5.0
 class InfeedSimulation(BlockSimulation):
     """Steps episodes of a task with its continuous infeed; arguments as for `BlockSimulation`."""
 
-    def __init__(self, task: Task, **given: Any) -> None:
-        super().__init__(task, **given)
-        self._motions = np.empty((0, 0, 0))
-
     def block(self, episodes: Episodes, i: int, speed: float, executions: float, pre_dress: float = 0.0) -> CycleBlock:
         """As `Simulation.block`; how long a stroke takes on a table with a speed of its own, a copy shows."""
         block: CycleBlock = super().block(episodes, i, speed, executions, pre_dress)
         if self.process.before is None:
             return block
-        self.step(episodes.pick([i]), *(np.array([number]) for number in (speed, executions, pre_dress)))
-        found = Feeding(*self._cycles[0, RULES_FROM : RULES_FROM + len(Feeding._fields)].tolist())
+        cycles, *others = self._scratch(1)
+        choice = tuple(np.array([number]) for number in (speed, executions, pre_dress))
+        self._run(episodes.pick([i]), choice, np.arange(1), (cycles, *others))
+        found = Feeding(*cycles[0, RULES_FROM : RULES_FROM + len(Feeding._fields)].tolist())
         return block._replace(stroke=(found.travel, found.dwell))
 
     def text(self, block: Any) -> str:
@@ -62,7 +61,8 @@ class InfeedSimulation(BlockSimulation):
     def _step_of(process: Process, gauge: Gauge) -> Callable[..., None]:
         return feedings_step(process, gauge)
 
-    def _tables(self, n: int) -> tuple[Any, ...]:
-        if len(self._motions) < n:
-            self._motions = np.empty((n, 2 * (self.task.action.executions + 1), len(FeedMotion._fields)))
-        return *super()._tables(n), self._motions[:n], self.task.infeed / 60.0
+    def _scratch_shapes(self) -> tuple[tuple[int, ...], ...]:
+        return *super()._scratch_shapes(), (2 * (self.task.action.executions + 1), len(FeedMotion._fields))
+
+    def _tables(self, scratch: tuple[Table, ...]) -> tuple[Any, ...]:
+        return *super()._tables(scratch), self.task.infeed / 60.0

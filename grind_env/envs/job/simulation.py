@@ -20,7 +20,7 @@ from grind_env.control.rewriting import with_words
 from grind_env.envs.blocks.observe import heat_column, observe_blocks
 from grind_env.envs.blocks.simulation import DIAMETER, forget, readings_of, room_for, seat, without_least_diameter
 from grind_env.envs.contexts import Given, drawn
-from grind_env.envs.episodes import Episodes, EpisodesT
+from grind_env.envs.episodes import Episodes, EpisodesT, check_running
 from grind_env.envs.gauge import GAUGE, noisy
 from grind_env.envs.job.branches import ProgramBranches
 from grind_env.envs.job.episodes import JobEpisodes
@@ -427,6 +427,7 @@ class JobSimulation:
         assert isinstance(episodes, JobEpisodes)
         n = len(episodes.block)
         active = np.arange(n) if active is None else active
+        check_running(episodes, active, len(self.blocks))
         outcomes, tallies = np.zeros((n, len(Outcome._fields))), np.zeros((n, len(Tally._fields)))
         chosen = self._chosen(episodes, settings, active)
         chosen[:, E], chosen[:, D] = self.taken(episodes, (speeds, executions))

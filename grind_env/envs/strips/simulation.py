@@ -96,8 +96,8 @@ class StripSimulation(BlockSimulation):
     def _step_of(process: Process, gauge: Gauge) -> Callable[..., None]:
         return traverses_step(process, gauge)
 
-    def _tables(self, n: int) -> tuple[Any, ...]:
-        return *super()._tables(n), np.empty((n, *self._zones.shape)), self._zones, *self._crossing
+    def _tables(self, scratch: tuple[Table, ...]) -> tuple[Any, ...]:
+        return *super()._tables(scratch), np.empty((len(scratch[0]), *self._zones.shape)), self._zones, *self._crossing
 
 
 def part_in_zones(task: Task) -> Table:
