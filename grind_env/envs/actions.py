@@ -12,9 +12,13 @@ The same decision can be taken in four forms (`action=...` of the environments):
 * `dict`: E in mm/min, rounded to whole ones (or to the nearest level), and D, in physical units.
 
 With a pre-dress a third component, factor or key says whether the block begins with a dress (G82.1).
+
+A number beyond a bound is clipped or refused (`out_of_range`); within `ROUNDING` of the bound it is always clipped.
+NaN, infinity and fractions of whole numbers are always refused.
 """
 
 import math
+import warnings
 from collections.abc import Mapping
 from numbers import Real
 from typing import Any, NamedTuple
@@ -38,8 +42,16 @@ KEYS = ("E", "D", "predress")
 NO_DRESS = float(np.float32(1.0 / 3.0))
 """Highest component of a `box` that chooses D = 0; 1/3 as single precision has it."""
 
-IN_BOX = "lie between -1 and 1: clip it first"
+OUT_OF_RANGE = ("clip", "raise")
+"""What happens to a number beyond a bound of the action space."""
+ROUNDING = 8.0 * float(np.finfo(np.float32).eps)
+"""Relative rounding error, in single precision, of wrappers that rescale actions."""
+
+IN_BOX = 'lie between -1 and 1: clip the action, or make the environment with out_of_range="clip"'
 """What a component of a `box` must do."""
+
+SCALED = ' E and D of a box are scaled to -1..1: action="dict" takes E in mm/min and D as a number'
+"""The remedy for actions in physical units."""
 
 LONGEST = 200
 """Characters of what a message repeats."""
@@ -71,14 +83,22 @@ class ActionCodec:
         task: the task.
         action: form of the action, one of `ACTIONS`.
         predress: whether an action can ask for a dress before the first plunge.
+        out_of_range: what happens to a number beyond a bound, one of `OUT_OF_RANGE`; None clips a `box` and refuses
+            the other forms.
 
     Raises:
-        ActionError: if there is no such form.
+        ActionError: if there is no such form or treatment.
     """
 
-    def __init__(self, task: Task, action: str = "box", *, predress: bool = False) -> None:
+    def __init__(
+        self, task: Task, action: str = "box", *, predress: bool = False, out_of_range: str | None = "raise"
+    ) -> None:
         if not isinstance(action, str) or action not in ACTIONS:
             raise ActionError(f"action is {action!r}, but must be one of {', '.join(ACTIONS)}")
+        if out_of_range is not None and out_of_range not in OUT_OF_RANGE:
+            raise ActionError(f"out_of_range is {out_of_range!r}, but must be one of {', '.join(OUT_OF_RANGE)}")
+        self.clips = out_of_range == "clip" or (out_of_range is None and action == "box")
+        self._warns = self.clips
         low, high = task.action.speed_ends
         self.low, self.high = 1000.0 * low, 1000.0 * high
         self.task, self.action = task, action
@@ -163,7 +183,8 @@ class ActionCodec:
         if self.action == "dict":
             return self.table([action], 1)
         values = _numbers(action)
-        check_shape(values, self._shape, self._said)
+        if values.shape != (1,) or self.action != "discrete":
+            check_shape(values, self._shape, self._said)
         return values.reshape(1, len(self.columns))
 
     def choose(self, values: Table) -> tuple[Table, ...]:
@@ -178,9 +199,7 @@ class ActionCodec:
         else:
             bad = _first_bad(values, self._low, self._high, self._whole)
         if bad >= 0:
-            i, k = divmod(bad, len(self.columns))
-            column = self.columns[k]
-            raise illegal(i, column.name, float(values[i, k]), column.legal)
+            return self.choose(self._clipped(values, bad))
         if self.action == "discrete":
             return self._of_numbers(np.stack(np.unravel_index(values[:, 0].astype(np.int64), self.sizes), axis=1))
         if self.action == "multidiscrete":
@@ -188,6 +207,38 @@ class ActionCodec:
         if self.action == "dict":
             return (self._nearest(values[:, 0]), *np.ascontiguousarray(values[:, 1:].T))
         return tuple(choice)
+
+    def _clipped(self, values: Table, bad: int) -> Table:
+        """Return a `table` within the bounds.
+
+        Args:
+            values: the table.
+            bad: position of its first number that is not legal.
+
+        Raises:
+            ActionError: if a number is not finite, not whole, or beyond a bound that is not to be clipped.
+        """
+        clipped = np.clip(values, self._low, self._high)
+        beyond = np.abs(values - clipped)
+        far = beyond > ROUNDING * np.maximum(np.abs(clipped), 1.0)
+        refused = ~np.isfinite(values) | (self._whole & (np.floor(clipped) != clipped))
+        if not self.clips:
+            refused |= far
+        if refused.any():
+            bad = int(refused.argmax())
+        i, k = divmod(bad, len(self.columns))
+        column, value = self.columns[k], float(values[i, k])
+        if refused.any():
+            raise illegal(i, column.name, value, column.legal)
+        if self._warns and far.any():
+            self._warns = False
+            i, k = divmod(int(far.argmax()), len(self.columns))
+            name, value, bound = self.columns[k].name, plain(values[i, k]), plain(clipped[i, k])
+            remedy = SCALED if self.action == "box" else ""
+            warnings.warn(
+                f"action {i} has {value} for {name}, clipped to {bound}, as later ones are.{remedy}", stacklevel=2
+            )
+        return clipped
 
     def decode(self, actions: Any) -> tuple[Table, ...]:
         """As `choose`, of a batch of actions: arrays of shape (N,).
@@ -293,12 +344,12 @@ def illegal(number: int, name: str, value: float, legal: str) -> ActionError:
         number: of the action in its batch.
         name: of its number.
         value: which is not legal.
-        legal: what it must do. That is no remedy for NaN, which stays what it is where others are clipped.
+        legal: what it must do. NaN and infinity are never clipped.
     """
-    if math.isnan(value):
+    if not math.isfinite(value):
         return ActionError(
-            f"action {number} has nan for {name}, which is no number: mend what chose it, such as a network whose"
-            " training has diverged"
+            f"action {number} has {plain(value)} for {name}, which is no number: mend what chose it, such as a"
+            " network whose training has diverged"
         )
     return ActionError(f"action {number} has {plain(value)} for {name}, but must {legal}")
 

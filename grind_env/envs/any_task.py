@@ -46,13 +46,14 @@ def simulation_of(
 def make(
     task: str = "power_limited",
     observation: str | None = None,
-    show_block: bool = True,
+    show_block: bool = False,
     action: str = "box",
     predress: bool = False,
     cycle: str | None = None,
     render_mode: str | None = None,
     plant: str | None = None,
     info: str = "measured",
+    out_of_range: str | None = None,
 ) -> GrindEnv:
     """Choose the table speed and the dressing of every cycle block of a batch.
 
@@ -86,7 +87,8 @@ def make(
     Minus the cost of the block in units of `task.reference_cost`: machine time, wheel, dresser, the expected
     cost of scrap, and with the last block the price of handing over a dull wheel; where the task has them, lateness
     and wheel changes. The best fixed plan earns about -1 a step, a good policy -0.6; a scrapped part costs 10 and
-    more. `info["reward_terms"]` holds the terms, and the info besides what a shop knows: `cost`, 1 if the part which
+    more. The `info` holds numbers only: the terms as `reward_time`,
+    `reward_wheel` and so on, and besides what a shop knows: `cost`, 1 if the part which
     this block finished is found bad, more likely scrap than not, and else 0, `good_parts`, `block_cost`, `seconds`, the
     readings of meter and gauges, and as `power_ratio` and `roughness_ratio` the last readings over their limits. With
     `info="full"` `cost` and `good_parts` are chances, these ratios are the true ones of the block, 0 where Ra has no
@@ -120,9 +122,13 @@ def make(
             draws one from, as `"meter"` or `"held-out"`; `"module:name"` for one's own (`grind_env.plants`). By default
             what the task says, which is the model for all of the package.
         info: `"measured"` for what a shop knows of a step, or `"full"` for chances and true ratios in place of it.
+        out_of_range: what happens to actions beyond the bounds of the action space: `"clip"` or `"raise"`. By default
+            `"clip"` for `action="box"`, with one warning, and `"raise"` for the other forms.
     """
     simulation = simulation_of(load_task(task), observation, predress, cycle, plant)
-    return GrindEnv(simulation, show_block=show_block, action=action, render_mode=render_mode, info=info)
+    return GrindEnv(
+        simulation, show_block=show_block, action=action, render_mode=render_mode, info=info, out_of_range=out_of_range
+    )
 
 
 make_vector = side_by_side(make)

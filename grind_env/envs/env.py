@@ -34,6 +34,7 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         render_mode: `"rgb_array"` for a picture, `"human"` for a window that follows the
             episode (without a screen, text in the terminal), `"ansi"` for text.
         info: `"measured"` for what a shop knows of a step, or `"full"`, see `grind_env.envs.infos`.
+        out_of_range: `"clip"` or `"raise"`, see `grind_env.envs.actions`.
 
     Attributes:
         task: of the simulation.
@@ -53,15 +54,16 @@ class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
         self,
         simulation: Simulation,
         *,
-        show_block: bool = True,
+        show_block: bool = False,
         action: str = "box",
         render_mode: str | None = None,
         info: str = "measured",
+        out_of_range: str | None = None,
     ) -> None:
         check_flags(show_block=show_block)
         refuse_render(render_mode, RENDER_MODES)
         self.simulation, self.task = simulation, simulation.task
-        self.codec = ActionCodec(self.task, action, predress=simulation.pre_dress)
+        self.codec = ActionCodec(self.task, action, predress=simulation.pre_dress, out_of_range=out_of_range)
         self.infos = InfoWriter(simulation, self.codec.names, info)
         self.render_mode = render_mode
         self.show_block = show_block

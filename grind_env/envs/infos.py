@@ -1,6 +1,7 @@
 """What a step reports besides observation and reward: the info of the single environment, and of many in arrays.
 
-By default it is what a shop knows: what gauges and meter have shown, what was charged, and whether a part was found
+All entries are numbers, `reward_time` and the other `reward_` entries the terms that add up to the reward.
+By default they are what a shop knows: what gauges and meter have shown, what was charged, and whether a part was found
 good. With `info="full"` chances stand in place of what was found, and true ratios in place of those read.
 """
 
@@ -53,11 +54,11 @@ class InfoWriter:
 
     def __init__(self, simulation: Simulation, names: tuple[str, ...], info: str = "measured") -> None:
         task, self.full = simulation.task, is_full(info, "info")
-        self.terms = reward_terms(task)
+        self._terms = {f"reward_{name}": column for name, column in reward_terms(task).items()}
         self.names = names
         came = CAME | ({name: name for name in RATIOS} if self.full else {})
         self._came = {name: Outcome._fields.index(field) for name, field in came.items()}
-        self._columns = np.array([*self.terms.values(), *self._came.values()])
+        self._columns = np.array([*self._terms.values(), *self._came.values()])
         self._reference = task.reference_cost
         entries = {entry.name: (k, entry.offset, entry.scale) for k, entry in enumerate(simulation.entries)}
         self._read = {name: entries[name] for name in READINGS if name in entries}
@@ -71,7 +72,7 @@ class InfoWriter:
         finished, good, shown = outcome.finished, outcome.good, observation.tolist()
         bad = finished - good if self.full else _found_bad(finished, good)
         info = {
-            "reward_terms": {name: 0.0 - outcome[column] / self._reference for name, column in self.terms.items()},
+            **{name: 0.0 - outcome[column] / self._reference for name, column in self._terms.items()},
             "cost": bad,
             **{name: outcome[column] for name, column in self._came.items()},
             **{name: offset + scale * shown[k] for name, (k, offset, scale) in self._read.items()},
@@ -88,19 +89,15 @@ class InfoWriter:
 
         No two arrays share memory, and the arrays of `choice` go into the info.
         """
-        named = ("cost", *self._came, *self._read, *self.names)
-        masks = np.empty((1 + len(self.terms) + len(named), len(mask)), bool)
-        rows = np.empty((len(self.terms) + len(named) - len(self.names), len(mask)))
-        columns, entries = (self._columns, len(self.terms), self._reference), (self._entries, self._scales)
+        named = (*self._terms, "cost", *self._came, *self._read, *self.names)
+        masks = np.empty((len(named), len(mask)), bool)
+        rows = np.empty((len(named) - len(self.names), len(mask)))
+        columns, entries = (self._columns, len(self._terms), self._reference), (self._entries, self._scales)
         if _fill(outcomes, observations, mask, *columns, *entries, self.full, rows, masks) < len(mask):
             choice = tuple(np.where(mask, values, 0.0) for values in choice)
-        flags, values_of = iter(masks), iter(rows)
-        terms: dict[str, Any] = {}
-        for name, values in zip(self.terms, values_of, strict=False):
-            terms[name], terms[f"_{name}"] = values, next(flags)
-        info: dict[str, Any] = {"reward_terms": terms, "_reward_terms": next(flags)}
-        for name, values in zip(named, (*values_of, *choice), strict=True):
-            info[name], info[f"_{name}"] = values, next(flags)
+        info: dict[str, Any] = {}
+        for name, values, flags in zip(named, (*rows, *choice), masks, strict=True):
+            info[name], info[f"_{name}"] = values, flags
         return info
 
 

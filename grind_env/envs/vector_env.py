@@ -54,6 +54,8 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         info: as for `GrindEnv`.
         threads: that grind, each a share of the episodes; the numbers are the same. For some thousand, on idle cores.
 
+        out_of_range: `"clip"` or `"raise"`, see `grind_env.envs.actions`.
+
     Raises:
         GrindError: an argument is not legal.
     """
@@ -70,6 +72,7 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         max_episode_steps: int | None = None,
         info: str = "measured",
         threads: int = 1,
+        out_of_range: str | None = None,
     ) -> None:
         check_flags(show_block=show_block)
         self.num_envs = num_envs = check_count("num_envs", num_envs)
@@ -81,7 +84,7 @@ class GrindVectorEnv(VectorEnv[Array, Any, Array]):
         self.show_block = show_block
         self.task, self.simulation = simulation.task, simulation
         self.threads = check_threads(threads, compiled=simulation.compiled)
-        self.codec = ActionCodec(self.task, action, predress=simulation.pre_dress)
+        self.codec = ActionCodec(self.task, action, predress=simulation.pre_dress, out_of_range=out_of_range)
         self.infos = InfoWriter(simulation, self.codec.names, info)
         self.single_action_space = self.codec.space
         self.single_observation_space = shown_space(self.simulation)

@@ -35,7 +35,8 @@ def example(about: Sheet) -> str:
     least = f"{about.reward.least:g} <= " if math.isfinite(about.reward.least) else ""
     lines += [f">>> {least}reward <= {about.reward.most:g}", "True"]
     terms = COST_TERMS if about.task is None else reward_terms(about.task)
-    lines += ['>>> list(info["reward_terms"])', repr(list(terms))]
+    names = [f"reward_{name}" for name in terms]
+    lines += ['>>> [name for name in info if name.startswith("reward_")]', repr(names)]
     lines += [
         '>>> info["E"], info["D"]',
         f"({about.codec.low}, 0.0)",

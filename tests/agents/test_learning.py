@@ -77,7 +77,7 @@ def test_notes_are_the_means_of_what_the_environment_tells():
     notes = env.take_notes()
     metrics = notes.metrics(TASK)
     for name in reward_terms(TASK):
-        assert metrics[f"reward/{name}"] == pytest.approx(np.mean([info["reward_terms"][name] for info in infos]))
+        assert metrics[f"reward/{name}"] == pytest.approx(np.mean([info[f"reward_{name}"] for info in infos]))
     # in this task every block is a part
     assert metrics["cost/part"] == pytest.approx(np.mean([info["block_cost"] for info in infos]))
     assert metrics["parts/scrap_share"] == pytest.approx(1.0 - np.mean([info["good_parts"] for info in infos]))

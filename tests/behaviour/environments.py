@@ -16,7 +16,7 @@ from gymnasium import spaces
 from grind_env.envs.actions import ACTIONS, ActionError
 from grind_env.envs.infos import READINGS
 from tests.behaviour.tables import Table, Tables, flat, table
-from tests.envs.harness import Array, native, row_of, rows_of
+from tests.envs.harness import Array, native, reward_terms_of, row_of, rows_of
 
 COUNT = 2
 """Environments beside each other."""
@@ -141,6 +141,8 @@ def row(
     """A row of the table; a reset has no more than an observation."""
     seen = dict(zip(names, observation.tolist(), strict=True))
     told = {name: value for name, value in (info or {}).items() if name not in READINGS}  # which are observed
+    if terms := reward_terms_of(told):  # recorded under the name that they had
+        told = {"reward_terms": terms} | {name: value for name, value in told.items() if name[7:] not in terms}
     came = {"reward": reward, "terminated": terminated, "truncated": truncated}
     return {"step": step, "env": env, **seen, **came, **dict(flat("info", told))}
 

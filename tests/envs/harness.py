@@ -48,6 +48,11 @@ def quiet(env_id: str) -> dict[str, Any]:
     return {"show_block": False} if accepts(env_id, "show_block") else {}
 
 
+def reward_terms_of(info: dict[str, Any]) -> dict[str, Any]:
+    """Return the terms of the reward by name, numbers or arrays of shape (N,)."""
+    return {name.removeprefix("reward_"): value for name, value in info.items() if name.startswith("reward_")}
+
+
 def actions(steps: int, num_envs: int, seed: int = 0) -> Array:
     """Uniform actions, shape (steps, num_envs, 2), float32."""
     return np.random.default_rng(seed).uniform(-1.0, 1.0, (steps, num_envs, 2)).astype(np.float32)

@@ -25,7 +25,7 @@ from grind_env.machine.part.rows import WHEEL_FIELDS
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.process import PROCESS
-from tests.envs.harness import whole_tape
+from tests.envs.harness import reward_terms_of, whole_tape
 
 PARTS = 4
 
@@ -100,7 +100,7 @@ def test_the_whole_episode_ends_with_the_price_of_a_dull_wheel() -> None:
     env.reset(seed=0)
     for block in range(env.task.blocks):
         _, reward, terminated, truncated, info = env.step(np.array([0.2, -1.0], np.float32))
-        terms = info["reward_terms"]
+        terms = reward_terms_of(info)
         assert sum(terms.values()) == pytest.approx(reward, rel=1e-12)
         assert reward == pytest.approx(-info["block_cost"] / env.task.reference_cost, rel=1e-12)
         assert (terminated, truncated) == (block == env.task.blocks - 1, False)

@@ -1,15 +1,20 @@
 import math
+import warnings
 from dataclasses import replace
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
 import pytest
+from gymnasium.envs.registration import EnvSpec
 from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.envs.actions import ActionCodec, ActionError
 from grind_env.envs.tasks import load_task
 from tests.envs.harness import FORMS, assert_same, every_id, native, rows_of
+
+ID = "grind/PowerLimited-v0"
 
 RANGE = ActionCodec(load_task("power_limited"))
 LEVELS = ActionCodec(load_task("oracle6"))
@@ -112,7 +117,8 @@ def test_what_cannot_be_chosen_is_refused(speed: float, executions: float, part:
 
 @pytest.mark.parametrize("env_id", every_id())
 def test_an_action_that_is_no_number_is_refused_and_nobody_is_told_to_clip_it(env_id: str) -> None:
-    single, vector = gym.make(env_id).unwrapped, native(env_id, 2)
+    strict = {"out_of_range": "raise"}
+    single, vector = gym.make(env_id, **strict).unwrapped, native(env_id, 2, **strict)
     for env, rows in ((single, ()), (vector, (1,))):
         env.reset(seed=1)
         width = env.action_space.shape[-1]
@@ -125,7 +131,7 @@ def test_an_action_that_is_no_number_is_refused_and_nobody_is_told_to_clip_it(en
             assert said.startswith(f"action {len(rows)} has nan for ") and "which is no number: mend what" in said
             assert "clip" not in said and "\n" not in said
             action[(*rows, k)] = 1.5
-            with pytest.raises(ActionError, match=r"has 1\.5 for .*, but must lie between -1 and 1: clip it first"):
+            with pytest.raises(ActionError, match=r"has 1\.5 for .*, but must lie between -1 and 1: clip the action"):
                 env.step(action)
 
 
@@ -226,3 +232,48 @@ def test_the_same_decisions_make_the_same_episode_in_every_form() -> None:
     for run in runs[1:]:
         assert_same(runs[0], run)
     assert [tuple(step[4][name] for name in ("E", "D", "predress")) for step in runs[0]] == plan
+
+
+@pytest.mark.parametrize("form", ["single", "vector"])
+def test_an_action_beyond_the_box_is_clipped_with_one_warning(form: str) -> None:
+    def made(**arguments: Any) -> tuple[Any, Any]:
+        env = gym.make(ID, **arguments) if form == "single" else native(ID, 1, **arguments)
+        return env, env.reset(seed=3)[0]
+
+    def shaped(*numbers: float) -> Any:
+        return np.array(numbers, np.float32) if form == "single" else np.array([numbers], np.float32)
+
+    (env, _), (twin, _) = made(), made()
+    with pytest.warns(UserWarning, match=r'action 0 has 12 for E, clipped to 1.*action="dict" takes E in mm/min'):
+        beyond = env.step(shaped(12.0, 1.0))
+    assert_same(beyond, twin.step(shaped(1.0, 1.0)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert_same(env.step(shaped(-7.0, -3.0)), twin.step(shaped(-1.0, -1.0)))
+        rounded = made(out_of_range="raise")[0].step(shaped(float(np.nextafter(np.float32(1), np.float32(2))), 0.0))
+    assert_same(rounded, made(out_of_range="raise")[0].step(shaped(1.0, 0.0)))
+    for strict in ("clip", "raise"):
+        for number in (math.nan, math.inf, -math.inf):
+            with pytest.raises(ActionError, match="which is no number"):
+                made(out_of_range=strict)[0].step(shaped(0.0, number))
+    with pytest.raises(ActionError, match="out_of_range is 'wrap', but must be one of clip, raise"):
+        made(out_of_range="wrap")
+
+
+def test_physical_units_are_clipped_only_if_asked_for() -> None:
+    fast = {"E": np.array([1e6], np.float32), "D": 0}
+    refusing, clipping = (gym.make(ID, action="dict", **given) for given in ({}, {"out_of_range": "clip"}))
+    refusing.reset(seed=1)
+    clipping.reset(seed=1)
+    with pytest.raises(ActionError, match="must lie between 3000 and 30000 mm/min"):
+        refusing.step(fast)
+    with pytest.warns(UserWarning, match="1000000 for E, clipped to 30000"):
+        assert clipping.step(fast)[4]["E"] == 30000.0
+    assert gym.make(EnvSpec.from_json(clipping.spec.to_json())).unwrapped.codec.clips
+
+
+def test_a_discrete_action_may_be_an_array_of_one_number() -> None:
+    envs = [gym.make(ID, action="discrete") for _ in range(2)]
+    for env in envs:
+        env.reset(seed=1)
+    assert_same(envs[0].step(np.array([7])), envs[1].step(7))

@@ -124,7 +124,7 @@ def test_the_published_ids_are_registered() -> None:
     names = "Slot JobShop Rush PowerLimited WideRails Oracle6 Blades CBN Memory Noise Credit"
     assert set(IDS) == {f"grind/{name}-v0" for name in names.split()}
     assert set(IDS) | {f"grind/{name}-v0" for name in ("Job", "Reciprocation")} <= set(every_id())
-    assert set(every_id()) >= NO_PRE_DRESS
+    assert set(every_id()) >= NO_PRE_DRESS.keys()
 
 
 def made(env_id: str, **kwargs: Any) -> list[gym.Space[Any]]:
@@ -290,8 +290,7 @@ def test_types_are_those_of_the_python_api(env_id: str) -> None:
     observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
     assert isinstance(observation, np.ndarray) and observation.dtype == np.float32
     assert (type(reward), type(terminated), type(truncated)) == (float, bool, bool)
-    assert all(type(value) in (float, str) for key, value in info.items() if key != "reward_terms")
-    assert all(type(value) is float for value in info["reward_terms"].values())
+    assert all(type(value) is float for value in info.values())
 
 
 @pytest.mark.parametrize("env_id", IDS)
@@ -328,26 +327,3 @@ def test_spaces_of_the_single_and_of_the_vector_env_are_equal(env_id: str) -> No
         assert len(info) == single.observation_space.shape[0]
         assert len({reading.name for reading in info}) == len(info)
         assert all(reading.meaning and reading.noise for reading in info)
-
-
-def test_the_example_of_the_readme_works() -> None:
-    namespace: dict[str, Any] = {}
-    exec(
-        """
-import gymnasium as gym
-import grind_env
-
-env = gym.make("grind/PowerLimited-v0")
-observation, info = env.reset(seed=1)
-terminated = False
-cost = 0.0
-while not terminated:
-    observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
-    cost += info["block_cost"]
-print(info["block"])
-""",
-        namespace,
-    )
-    assert namespace["info"]["block"].startswith("G82 X330. I-30. Y-.")
-    assert namespace["cost"] > 0.0
-    assert namespace["env"].unwrapped.part_program().count("G82") == 60

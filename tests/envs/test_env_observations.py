@@ -233,7 +233,7 @@ def test_readings_that_mean_or_change_nothing_in_a_task_are_left_out() -> None:
 
 
 def test_a_pre_dress_is_remembered_for_one_block() -> None:
-    env = gym.make("grind/PowerLimited-v0", predress=True, observation="full").unwrapped
+    env = gym.make("grind/PowerLimited-v0", predress=True, observation="full", show_block=True).unwrapped
     env.reset(seed=0)
     for wanted, D in ((1.0, 1), (0.0, 0), (1.0, 0)):
         action = env.codec.encode([9000.0], [D], [wanted])[0]

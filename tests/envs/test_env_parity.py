@@ -76,7 +76,7 @@ def test_single_and_native_give_the_same_bits(env_id: str) -> None:
     n, blocks = 3, BLOCKS[env_id]
     plan = actions(2 * blocks, n)
     vector = native(env_id, n, AutoresetMode.DISABLED, show_block=True)
-    singles = [gym.make(env_id) for _ in range(n)]
+    singles = [gym.make(env_id, show_block=True) for _ in range(n)]
     for episode in range(2):
         # the second reset goes on with the generators of the first
         seed = 20 if episode == 0 else None

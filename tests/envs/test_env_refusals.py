@@ -54,8 +54,6 @@ BAD_ACTIONS: list[tuple[Any, str]] = [
     ([0.0, np.inf], "inf for D"),
     ([1.0001, 0.0], "1.0001 for E"),
     ([0.0, -1.5], "-1.5 for D"),
-    ([1.0 + 1e-9, 0.0], "1.000000001 for E"),
-    ([np.nextafter(1.0, 2.0), 0.0], "1.0000000000000002 for E"),
     ([10**400, 10**400], "numbers"),
     ([10**30, 0], "1e+30 for E"),
     ([0.5 + 0.0j, 0.0], "numbers"),
@@ -73,7 +71,7 @@ bad_actions = pytest.mark.parametrize(("action", "part"), BAD_ACTIONS, ids=[str(
 
 @bad_actions
 def test_a_bad_action_is_refused_and_changes_nothing(action: Any, part: str) -> None:
-    env, twin = any_task.make(), any_task.make()
+    env, twin = (any_task.make(out_of_range="raise") for _ in range(2))
     env.reset(seed=1)
     twin.reset(seed=1)
     message = refusal(ActionError, env.step, action)
@@ -88,7 +86,7 @@ def test_a_bad_action_is_refused_and_changes_nothing(action: Any, part: str) -> 
 @bad_actions
 @pytest.mark.parametrize("mode", MODES)
 def test_a_bad_vector_action_is_refused_and_changes_nothing(mode: AutoresetMode, action: Any, part: str) -> None:
-    env, twin = (native("grind/PowerLimited-v0", 2, mode) for _ in range(2))
+    env, twin = (native("grind/PowerLimited-v0", 2, mode, out_of_range="raise") for _ in range(2))
     env.reset(seed=1)
     twin.reset(seed=1)
     message = refusal(ActionError, env.step, [np.zeros(2), action])

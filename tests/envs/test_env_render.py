@@ -26,7 +26,7 @@ def test_gymnasium_finds_nothing_wrong_with_rendering(env_id: str, mode: str) ->
 def test_the_picture_and_the_text_show_the_state_after_the_step() -> None:
     shown = {}
     for mode in ("rgb_array", "ansi"):
-        env = any_task.make("oracle6", render_mode=mode)
+        env = any_task.make("oracle6", render_mode=mode, show_block=True)
         env.reset(seed=0)
         first = env.render()
         *_, info = env.step(ACTION)
@@ -43,7 +43,7 @@ def test_the_picture_and_the_text_show_the_state_after_the_step() -> None:
 
 @pytest.mark.parametrize("env_id", ["grind/Job-v0", "grind/Reciprocation-v0"])
 def test_a_view_adds_up_what_the_steps_have_told(env_id: str) -> None:
-    env = gym.make(env_id, render_mode="ansi", info="full")
+    env = gym.make(env_id, render_mode="ansi", info="full", show_block=True)
     env.action_space.seed(1)
     env.reset(seed=2)
     infos, terminated = [], False

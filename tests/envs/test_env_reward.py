@@ -12,7 +12,7 @@ from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task, load_task, task_names
 from grind_env.machine.loops.tally import Tally
 from grind_env.process.state import WheelState
-from tests.envs.harness import IDS, Array, actions, rollout, start
+from tests.envs.harness import IDS, Array, actions, reward_terms_of, rollout, start
 
 DS = WheelState._fields.index("ds")
 TERMS = ["time", "wheel", "dress", "scrap", "handover"]
@@ -69,7 +69,7 @@ def test_the_reward_is_the_sum_of_its_terms(env_id: str) -> None:
         env.reset(seed=episode)
         for k, action in enumerate(actions(task.blocks, 1, seed=episode)[:, 0]):
             _, reward, terminated, _, info = env.step(action)
-            terms = info["reward_terms"]
+            terms = reward_terms_of(info)
             further = {"grind/Rush-v0": ["late"], "grind/CBN-v0": ["change"]}.get(env_id, [])
             assert list(terms) == TERMS + further
             assert reward == pytest.approx(sum(terms.values()), rel=1e-12)

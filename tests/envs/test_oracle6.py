@@ -69,7 +69,7 @@ def test_the_optimum_costs_in_the_environment_what_the_search_says() -> None:
     assert sum(info["block_cost"] for info in infos) == pytest.approx(best.cost, rel=1e-9)
     # its gauges take a risk; the last part hands over a wheel that is not new
     assert sum(info["good_parts"] for info in infos) == pytest.approx(float(outcome.good.sum()), rel=1e-9)
-    assert infos[-1]["reward_terms"]["handover"] < 0.0
+    assert infos[-1]["reward_handover"] < 0.0
     # the unit of the reward is settled with the reference scores; here only that it is of the right size
     assert 1.0 / 3.0 < best.cost / 6.0 / env.unwrapped.task.reference_cost < 3.0
 

@@ -13,7 +13,7 @@ from tests.envs.harness import every_id
 def test_a_wheel_change_stands_in_the_program() -> None:
     env = gym.make("grind/CBN-v0").unwrapped
     env.reset(seed=0)
-    changed = [env.step(np.array([0.5, 1.0]))[4]["reward_terms"]["change"] < 0.0 for _ in range(12)]
+    changed = [env.step(np.array([0.5, 1.0]))[4]["reward_change"] < 0.0 for _ in range(12)]
     assert sum(changed) == 1
     after = changed.index(True) + 1
     stops = [line for line in env.part_program().splitlines() if line.startswith(("M00", "M01"))]
@@ -41,7 +41,7 @@ def blocks_of(text: str) -> Sequence[str]:
 
 
 def test_an_order_of_another_kind_has_its_own_words() -> None:
-    env = gym.make("grind/JobShop-v0").unwrapped
+    env = gym.make("grind/JobShop-v0", show_block=True).unwrapped
     env.reset(seed=3)
     infos = [env.step(np.zeros(2))[4] for _ in range(60)]
     assert blocks_of(env.part_program()) == [info["block"] for info in infos]

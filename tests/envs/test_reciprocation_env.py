@@ -19,7 +19,7 @@ from grind_env.envs.tasks import read_task
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord
 from grind_env.testing.conformance import check_vector_env
-from tests.envs.harness import assert_same, whole_tape
+from tests.envs.harness import assert_same, reward_terms_of, whole_tape
 
 ID = "grind/Reciprocation-v0"
 
@@ -110,7 +110,7 @@ def test_the_volume_ground_since_the_dress_is_kept_by_book(pre_dress: float) -> 
 def test_the_last_block_pays_for_the_wheel_it_leaves() -> None:
     env = reciprocation.make()
     env.reset(seed=1)
-    handed = [env.step(env.codec.encode(9000.0, 1.0)[0])[4]["reward_terms"]["handover"] for _ in range(60)]
+    handed = [env.step(env.codec.encode(9000.0, 1.0)[0])[4]["reward_handover"] for _ in range(60)]
     assert handed[:-1] == [0.0] * 59
     wheel = env.simulation.start([np.random.default_rng(1)]).wheel(0)
     assert env.episodes is not None
@@ -164,7 +164,7 @@ def test_the_terms_add_up_to_the_reward() -> None:
     for k in range(5):
         action = np.full(2, 0.2 * k - 0.5, np.float32)
         _, reward, _, _, info = env.step(action)
-        assert sum(info["reward_terms"].values()) == pytest.approx(reward, rel=1e-12)
+        assert sum(reward_terms_of(info).values()) == pytest.approx(reward, rel=1e-12)
         _, rewards, _, _, infos = vector.step(np.tile(action, (4, 1)))
-        terms = [values for name, values in infos["reward_terms"].items() if not name.startswith("_")]
+        terms = [*reward_terms_of(infos).values()]
         np.testing.assert_allclose(np.sum(terms, axis=0), rewards, rtol=1e-12)

@@ -67,7 +67,7 @@ def written(folder: Path, text: str, name: str = "shop") -> str:
 
 def test_a_dozen_lines_are_a_task(tmp_path: Path) -> None:
     path = written(tmp_path, MINIMAL)
-    env = gym.make(ID, task=path)
+    env = gym.make(ID, task=path, show_block=True)
     assert json.loads(env.spec.to_json())["kwargs"]["task"] == path
     env.action_space.seed(0)
     observation, _ = env.reset(seed=0)
@@ -82,7 +82,7 @@ def test_a_dozen_lines_are_a_task(tmp_path: Path) -> None:
 
 @every_cycle
 def test_the_cycle_follows_from_the_file(cycle: str, tmp_path: Path) -> None:
-    env = gym.make(ID, task=written(tmp_path, CYCLES[cycle])).unwrapped
+    env = gym.make(ID, task=written(tmp_path, CYCLES[cycle]), show_block=True).unwrapped
     env.reset(seed=0)
     assert env.step(np.zeros(2, np.float32))[4]["block"].startswith(cycle)
     assert env.task.parameters(env.task.kinds[0]).kA == 5e-6 and env.task.wheel.width == 30.0

@@ -17,7 +17,7 @@ STALLED = ShopMemory._fields.index("stalled")
 
 @pytest.mark.parametrize("name", task_names())
 def test_a_view_agrees_with_what_the_env_hands_out(name: str) -> None:
-    env = any_task.make(name, observation="full", info="full")
+    env = any_task.make(name, observation="full", info="full", show_block=True)
     task = env.task
     observation, _ = env.reset(seed=3)
     rng = np.random.default_rng(0)

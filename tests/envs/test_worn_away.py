@@ -101,11 +101,11 @@ def test_wearing_a_wheel_away_does_not_pay(fast_slot: Path) -> None:
         env = gym.make("grind/Task-v0", task=str(fast_slot), action="dict").unwrapped
         env.reset(seed=0, options={"context": WORN | {"stock": 2.0}})
         _, reward, _, _, info = env.step({"E": np.array([E], np.float32), "D": 3})
-        paid = -info["reward_terms"]["wheel"] * env.task.reference_cost
+        paid = -info["reward_wheel"] * env.task.reference_cost
         # nobody gets a wheel for less than it is worth
         lost = volume(300.0, env.episodes.wheels[0, DIAMETER], env.task.kinds[0].width)
         assert paid >= 0.99 * env.task.rates.wheel * lost
-        untimed.append(reward - info["reward_terms"]["time"])
+        untimed.append(reward - info["reward_time"])
     assert env.episodes.wheels[0, DIAMETER] == LEAST_DIAMETER
     # once nothing is left of it a faster table saves time, and no more
     assert np.diff(untimed).max() < 1e-9

@@ -23,7 +23,7 @@ from grind_env.pages.notes import load_notes, note_of
 from grind_env.pages.sheet import Sheet, sheet
 from grind_env.task_version import TASK_VERSION
 from grind_env.validation import neighbours as steps_away
-from tests.envs.harness import IDS, Array
+from tests.envs.harness import IDS, Array, reward_terms_of
 
 GOLDEN = Path(__file__).with_name("page_oracle6.md")
 """What `own_text("grind/Oracle6-v0")` is; to be written anew when it changes on purpose."""
@@ -161,7 +161,7 @@ def play(env_id: str, action: Array | None, episodes: int, context: dict[str, An
     for _ in range(about.steps):
         actions = env.action_space.sample() if action is None else np.tile(action, (episodes, 1))
         _, rewards, _, _, info = env.step(actions)
-        terms = {name: info["reward_terms"][name] for name in info["reward_terms"] if not name.startswith("_")}
+        terms = reward_terms_of(info)
         steps.append({"reward": rewards, **terms})
     return steps
 

@@ -16,7 +16,7 @@ def make(
     job: str | None = None,
     observation: str = "measured",
     spread: float = 1.0,
-    show_block: bool = True,
+    show_block: bool = False,
     action: str = "box",
     predress: bool = False,
     render_mode: str | None = None,
@@ -25,6 +25,7 @@ def make(
     variables: str | None = None,
     plant: str | None = None,
     info: str = "measured",
+    out_of_range: str | None = None,
 ) -> GrindEnv:
     """Choose the table speed and the dressing of every cycle block of a part program.
 
@@ -60,12 +61,12 @@ def make(
     ## Reward
 
     Minus the cost of the step in units of `task.reference_cost`, which is what a cycle block costs when the program
-    runs with its own words on nominal parts: a program with good words earns about -1 a step. `info["reward_terms"]`
-    holds the terms: machine time, wheel, dresser, the expected cost of scrap when a part is finished, and with the last
-    block the price of handing over a dull wheel. `info["cost"]` is the number of parts found bad, and the expected one
-    with `info="full"`; all else is as for `GrindEnv`. No cost is negative, so no step earns more
-    than 0. No lower bound is known: what the program does between two of its cycle blocks, and how often it strokes
-    while a G81 reciprocates, is up to the program.
+    runs with its own words on nominal parts: a program with good words earns about -1 a step. The terms are machine
+    time (`info["reward_time"]`), wheel, dresser, the expected cost of scrap when a part is finished, and with the last
+    block the price of handing over a dull wheel. `info["cost"]` is the number of parts found bad, and the expected
+    number with `info="full"`; all else is as for `GrindEnv`. No cost is negative, so no step earns more than 0.
+    No lower bound is known: what the program does between two of its cycle blocks, and how often it strokes while a G81
+    reciprocates, is up to the program.
 
     ## Episode
 
@@ -90,6 +91,8 @@ def make(
             draws one from, as `"meter"` or `"held-out"`; `"module:name"` for one's own (`grind_env.plants`). That
             of the job if not given.
         info: `"measured"` for what a shop knows of a step, or `"full"` for chances and true ratios in place of it.
+        out_of_range: what happens to actions beyond the bounds of the action space: `"clip"` or `"raise"`. By default
+            `"clip"` for `action="box"`, with one warning, and `"raise"` for the other forms.
 
     Raises:
         GrindError: the program or the job cannot be run, or an argument is not legal.
@@ -101,7 +104,9 @@ def make(
     simulation = load_simulation(program, job, parts, spread, observation, held, plant)
     for sentence in simulation.unread:
         warnings.warn(sentence, stacklevel=2)
-    return GrindEnv(simulation, show_block=show_block, action=action, render_mode=render_mode, info=info)
+    return GrindEnv(
+        simulation, show_block=show_block, action=action, render_mode=render_mode, info=info, out_of_range=out_of_range
+    )
 
 
 make_vector = side_by_side(make)

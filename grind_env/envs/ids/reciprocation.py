@@ -10,12 +10,13 @@ from grind_env.envs.vector_env import side_by_side
 @renders
 def make(
     observation: str | None = None,
-    show_block: bool = True,
+    show_block: bool = False,
     action: str = "box",
     predress: bool = False,
     render_mode: str | None = None,
     plant: str | None = None,
     info: str = "measured",
+    out_of_range: str | None = None,
 ) -> GrindEnv:
     """Choose the table speed and the dressing of every part that is ground with a continuous infeed.
 
@@ -42,9 +43,13 @@ def make(
         plant: name of a machine that is not the model, as `"meter:7"`, or without a seed of those that every episode
             draws one from, as `"meter"` or `"held-out"`; `"module:name"` for one's own (`grind_env.plants`).
         info: `"measured"` for what a shop knows of a step, or `"full"` for chances and true ratios in place of it.
+        out_of_range: what happens to actions beyond the bounds of the action space: `"clip"` or `"raise"`. By default
+            `"clip"` for `action="box"`, with one warning, and `"raise"` for the other forms.
     """
     simulation = simulation_of(read_task("reciprocation"), observation, predress, plant=plant)
-    return GrindEnv(simulation, show_block=show_block, action=action, render_mode=render_mode, info=info)
+    return GrindEnv(
+        simulation, show_block=show_block, action=action, render_mode=render_mode, info=info, out_of_range=out_of_range
+    )
 
 
 make_vector = side_by_side(make)
