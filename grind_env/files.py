@@ -1,5 +1,6 @@
 """Files of a user: read only as far as memory allows, and written whole or not at all."""
 
+import codecs
 import errno
 import io
 import os
@@ -30,6 +31,10 @@ LONGEST_PATH = 200
 
 class FileError(GrindError):
     """A file that cannot be written."""
+
+
+class EncodingError(GrindError):
+    """Bytes that are not text in UTF-8; the message says where and what to do."""
 
 
 class ReadError(GrindError):
@@ -109,9 +114,24 @@ def read_text(path: Path) -> str:
         ReadError: it cannot be read, is too long, or is not in UTF-8.
     """
     try:
-        return read_bytes(path).decode("utf-8-sig")
+        return decoded(read_bytes(path))
+    except EncodingError as error:
+        raise ReadError(path, str(error)) from None
+
+
+def decoded(data: bytes) -> str:
+    """The text in UTF-8 that bytes hold, with or without a byte order mark.
+
+    Raises:
+        EncodingError: they are in another code.
+    """
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) or b"\0" in data[:4]:
+        raise EncodingError("it is in UTF-16, or no text at all; save it as text in UTF-8")
+    try:
+        return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise ReadError(path, f"its byte {error.start + 1} is not text in UTF-8") from None
+        line = len((data[: error.start] + b"?").splitlines())
+        raise EncodingError(f"line {line} is not in UTF-8, but in a code such as Latin-1; save it as UTF-8") from None
 
 
 def csv_cell(value: object) -> object:

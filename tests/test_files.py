@@ -159,11 +159,21 @@ def test_texts_are_utf_8(tmp_path: Path) -> None:
     path = tmp_path / "file.toml"
     path.write_bytes(b'\xef\xbb\xbfx = "\xc3\xbc"')
     assert (read_text(path), read_toml(path)) == ('x = "ü"', {"x": "ü"})
-    path.write_bytes(b'x = "\xfc"')
-    with pytest.raises(ReadError, match="its byte 6 is not text in UTF-8"):
-        read_text(path)
-    with pytest.raises(TomlError, match="utf-8"):
-        read_toml(path)
+    for data, said in (
+        (
+            'a = 1\r\n# Stück\nx = "ü"'.encode("latin-1"),
+            "line 2 is not in UTF-8, but in a code such as Latin-1; save it",
+        ),
+        (b'\xfcx = ""', "line 1 is not in UTF-8"),
+        ('x = "ü"'.encode("utf-16"), "it is in UTF-16, or no text at all; save it as text in UTF-8"),
+        ('x = "ü"'.encode("utf-16-le"), "it is in UTF-16"),
+        ('x = "ü"'.encode("utf-16-be"), "it is in UTF-16"),
+    ):
+        path.write_bytes(data)
+        with pytest.raises(ReadError, match=said):
+            read_text(path)
+        with pytest.raises(TomlError, match=said):
+            read_toml(path)
 
 
 def test_points_in_texts_and_remarks_of_toml_are_no_keys(tmp_path: Path) -> None:
