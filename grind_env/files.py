@@ -14,7 +14,7 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from grind_env.errors import GrindError, shortened
+from grind_env.errors import GrindError, closest, shortened
 
 MOST_BYTES = 64_000_000
 """Bytes that are read of a file; a part program of three million blocks is no longer."""
@@ -25,6 +25,8 @@ LOOK = 0.01
 CHUNK = 1 << 16
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """What a spreadsheet takes for the beginning of a formula."""
+LIKENESS = 0.8
+"""Of the name of a file to one that is not there, from which on it is suggested."""
 LONGEST_PATH = 200
 """Characters that a message shows of a path."""
 
@@ -62,6 +64,15 @@ def is_file(path: Path) -> bool:
         return False
 
 
+def missing(path: Path) -> ReadError:
+    """The error of a file that is not there, which names the one beside it that may be meant."""
+    try:
+        close = closest(path.name, (each.name for each in path.parent.iterdir()), LIKENESS)
+    except (OSError, ValueError):
+        close = ""
+    return ReadError(path, "No such file or directory" + (f"; did you mean {shown(close)}?" if close else ""))
+
+
 def open_file(path: Path) -> BinaryIO:
     """Open a file for reading without ever waiting for it; a pipe is read into memory as long as it has a writer.
 
@@ -76,6 +87,8 @@ def open_file(path: Path) -> BinaryIO:
             status = os.fstat(raw.fileno())
             if stat.S_ISFIFO(status.st_mode):
                 return io.BytesIO(_received(raw, path))
+        except FileNotFoundError:
+            raise missing(path) from None
         except OSError as error:
             raise ReadError(path, error.strerror or "not readable") from None
         if not stat.S_ISREG(status.st_mode):

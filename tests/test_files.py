@@ -155,6 +155,17 @@ def test_names_that_no_file_has_are_shortened(tmp_path: Path) -> None:
         assert len(str(caught.value)) < 400 and str(caught.value).isprintable()
 
 
+def test_the_file_that_may_be_meant_is_named(tmp_path: Path) -> None:
+    for name in ("part.nc", "part.toml", "shop.toml"):
+        (tmp_path / name).touch()
+    names = {"prat.nc": "part.nc", "part.tml": "part.toml", "Shop.toml": "shop.toml", "other.nc": "", "no/part.nc": ""}
+    for name, meant in names.items():
+        with pytest.raises(ReadError, match="cannot be read") as caught:
+            read_bytes(tmp_path / name)
+        expected = f"; did you mean {meant}?)" if meant else "directory)"
+        assert str(caught.value).endswith(expected)
+
+
 def test_texts_are_utf_8(tmp_path: Path) -> None:
     path = tmp_path / "file.toml"
     path.write_bytes(b'\xef\xbb\xbfx = "\xc3\xbc"')
