@@ -16,7 +16,7 @@ from grind_env.shop.sweep.study import LOTS, Ranges, Sweep, SweepError, cheapest
 from grind_env.shop.sweep.table import sentences, tables_of
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 from tests.command import Grind
-from tests.shop.programs import EXAMPLES, PLATE, known_job
+from tests.shop.programs import EXAMPLES, INCH, PLATE, known_job
 
 PARTS = 6
 
@@ -104,6 +104,17 @@ def test_the_command_prints_draws_and_tells(tmp_path: Path, capsys: pytest.Captu
 def test_what_cannot_be_swept_is_told(program: str, ranges: Ranges, told: str) -> None:
     with pytest.raises(SweepError, match=told):
         sweep(EXAMPLES / f"{program}.nc", None, ranges, parts=5)
+
+
+def test_a_range_in_inches_a_minute_is_asked_about(tmp_path: Path) -> None:
+    program, job = tmp_path / "inch.nc", EXAMPLES / "plate_g82.toml"
+    program.write_text(INCH, encoding="utf-8")
+    told = r"400..800 does not come near the 15000 mm/min \(591 inch/min\) of inch.nc; .* write --E 10160..20320"
+    with pytest.raises(SweepError, match=told):
+        sweep(program, job, Ranges(E=(400.0, 800.0)), parts=2)
+    for name, E in ((program, (5_000.0, 9_000.0)), (EXAMPLES / "plate_g82.nc", (400.0, 800.0))):
+        found = sweep(name, job, Ranges(E=E), parts=1)
+        assert pytest.approx(E) == [found.speeds[0].E, found.speeds[-1].E]
 
 
 def test_half_a_dress_interval_is_refused(grind: Grind) -> None:
