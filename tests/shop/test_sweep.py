@@ -140,3 +140,15 @@ def test_a_limit_binds_where_a_cheaper_point_is_refused_because_of_it(found: Swe
     assert said.startswith(f"the limit of Ra binds: E{cheaper.E:.0f}, a dress every {cheaper.every} parts")
     assert said.endswith(" would cost 0.500 $ and come to 118 % of it")
     assert any("Ra 118 %" in row for row in tables_of(replace(refused, speeds=(cheaper,), dresses=()))[1].rows)
+
+
+def test_the_figure_shows_what_hollow_points_are_beyond(found: Sweep) -> None:
+    pytest.importorskip("matplotlib")
+    from grind_env.shop.sweep.figure import draw_sweep
+
+    risky = [replace(point, shares=(0.5, 0.5, 0.5, 0.5), risk=1.5) for point in found.speeds]
+    kept = replace(found.own, shares=(0.5, 0.5, 0.5, 0.5), risk=0.5)
+    upper, _, lower, _ = draw_sweep(replace(found, own=kept, speeds=(kept, *risky), dresses=())).axes
+    assert upper.get_legend().get_title().get_text() == "hollow: beyond a limit (risk)"
+    (risk,) = [line for line in lower.lines if line.get_label() == "risk"]
+    assert max(risk.get_ydata()) == pytest.approx(150.0)
