@@ -53,7 +53,12 @@ def reason(error: BaseException) -> str:
     return shortened(str(error).partition("\n")[0], LONGEST_REASON) or type(error).__name__
 
 
+def closest(word: str, choices: Iterable[str], likeness: float = 0.6) -> str:
+    """The choice most like a word; empty if none is that like it, from 0 to 1."""
+    return next(iter(difflib.get_close_matches(word, list(choices), 1, likeness)), "")
+
+
 def did_you_mean(word: str, choices: Iterable[str], likeness: float = 0.6) -> str:
-    """The choice most like a word, as a remark to put behind it; empty if none is that like it, from 0 to 1."""
-    close = difflib.get_close_matches(word, list(choices), 1, likeness)
-    return f" (did you mean {close[0]}?)" if close else ""
+    """The choice most like a word, as a remark to put behind it; empty as `closest` is."""
+    close = closest(word, choices, likeness)
+    return f" (did you mean {close}?)" if close else ""

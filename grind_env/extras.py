@@ -25,11 +25,6 @@ class MissingExtra(GrindError, ImportError):
     """Something that needs a library which is not installed."""
 
 
-def installed_by(extra: str) -> str:
-    """How an extra is installed, as messages and pages have it: the package is in no index, so from its checkout."""
-    return f"pip install '.[{extra}]'"
-
-
 @contextmanager
 def needing(extra: str, what: str) -> Iterator[None]:
     """Import what is of an extra in here; `what` begins the sentence on a library that is missing: "reports need".
@@ -43,4 +38,5 @@ def needing(extra: str, what: str) -> Iterator[None]:
         library = LIBRARIES.get((error.name or "").partition(".")[0])
         if library is None:
             raise
-        raise MissingExtra(f"{what} {library}: {installed_by(extra)} in the checkout of grind_env") from None
+        remedy = f"pip install '.[{extra}]' in the checkout of grind_env"  # the package is in no index
+        raise MissingExtra(f"{what} {library}: {remedy}") from None

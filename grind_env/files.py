@@ -1,5 +1,6 @@
 """Files of a user: read only as far as memory allows, and written whole or not at all."""
 
+import codecs
 import errno
 import io
 import os
@@ -13,7 +14,7 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from grind_env.errors import GrindError, shortened
+from grind_env.errors import GrindError, closest, shortened
 
 MOST_BYTES = 64_000_000
 """Bytes that are read of a file; a part program of three million blocks is no longer."""
@@ -24,12 +25,18 @@ LOOK = 0.01
 CHUNK = 1 << 16
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """What a spreadsheet takes for the beginning of a formula."""
+LIKENESS = 0.8
+"""Of the name of a file to one that is not there, from which on it is suggested."""
 LONGEST_PATH = 200
 """Characters that a message shows of a path."""
 
 
 class FileError(GrindError):
     """A file that cannot be written."""
+
+
+class EncodingError(GrindError):
+    """Bytes that are not text in UTF-8; the message says where and what to do."""
 
 
 class ReadError(GrindError):
@@ -57,6 +64,15 @@ def is_file(path: Path) -> bool:
         return False
 
 
+def missing(path: Path) -> ReadError:
+    """The error of a file that is not there, which names the one beside it that may be meant."""
+    try:
+        close = closest(path.name, (each.name for each in path.parent.iterdir()), LIKENESS)
+    except (OSError, ValueError):
+        close = ""
+    return ReadError(path, "No such file or directory" + (f"; did you mean {shown(close)}?" if close else ""))
+
+
 def open_file(path: Path) -> BinaryIO:
     """Open a file for reading without ever waiting for it; a pipe is read into memory as long as it has a writer.
 
@@ -71,6 +87,8 @@ def open_file(path: Path) -> BinaryIO:
             status = os.fstat(raw.fileno())
             if stat.S_ISFIFO(status.st_mode):
                 return io.BytesIO(_received(raw, path))
+        except FileNotFoundError:
+            raise missing(path) from None
         except OSError as error:
             raise ReadError(path, error.strerror or "not readable") from None
         if not stat.S_ISREG(status.st_mode):
@@ -109,9 +127,24 @@ def read_text(path: Path) -> str:
         ReadError: it cannot be read, is too long, or is not in UTF-8.
     """
     try:
-        return read_bytes(path).decode("utf-8-sig")
+        return decoded(read_bytes(path))
+    except EncodingError as error:
+        raise ReadError(path, str(error)) from None
+
+
+def decoded(data: bytes) -> str:
+    """The text in UTF-8 that bytes hold, with or without a byte order mark.
+
+    Raises:
+        EncodingError: they are in another code.
+    """
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) or b"\0" in data[:4]:
+        raise EncodingError("it is in UTF-16, or no text at all; save it as text in UTF-8")
+    try:
+        return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise ReadError(path, f"its byte {error.start + 1} is not text in UTF-8") from None
+        line = len((data[: error.start] + b"?").splitlines())
+        raise EncodingError(f"line {line} is not in UTF-8, but in a code such as Latin-1; save it as UTF-8") from None
 
 
 def csv_cell(value: object) -> object:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from grind_env.errors import GrindError, reason
-from grind_env.files import read_bytes
+from grind_env.files import EncodingError, decoded, read_bytes
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -41,7 +41,9 @@ def read_toml(path: Path) -> dict[str, Any]:
         if any(key.count(b".") > MOST_DOTS for key in BETWEEN_KEYS.split(TEXT.sub(b"text", line))):
             raise TomlError(f"the key in line {number} has more than {MOST_DOTS} points; two or three are enough")
     try:
-        return tomllib.loads(data.decode("utf-8-sig"))
+        return tomllib.loads(decoded(data))
+    except EncodingError as error:
+        raise TomlError(str(error)) from None
     except RecursionError:
         raise TomlError("it is nested too deeply") from None
     except ValueError as error:

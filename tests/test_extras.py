@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from grind_env.errors import GrindError
-from grind_env.extras import LIBRARIES, MissingExtra, installed_by
+from grind_env.extras import LIBRARIES, MissingExtra
 
 ROOT = Path(__file__).parents[1]
 EXTRAS = re.findall(
@@ -57,4 +57,4 @@ def test_extras_are_spelt_in_one_way() -> None:
             extra for each in re.findall(r"'\.\[([\w,]+)\]'", text) for extra in each.split(",") if "test" not in path
         }
     assert {"shop", "sb3", "plot", "notebooks", "agents"} <= named <= set(EXTRAS)
-    assert installed_by("shop") == "pip install '.[shop]'" and len(LIBRARIES) > 5
+    assert len(LIBRARIES) > 5

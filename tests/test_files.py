@@ -155,15 +155,36 @@ def test_names_that_no_file_has_are_shortened(tmp_path: Path) -> None:
         assert len(str(caught.value)) < 400 and str(caught.value).isprintable()
 
 
+def test_the_file_that_may_be_meant_is_named(tmp_path: Path) -> None:
+    for name in ("part.nc", "part.toml", "shop.toml"):
+        (tmp_path / name).touch()
+    names = {"prat.nc": "part.nc", "part.tml": "part.toml", "Shop.toml": "shop.toml", "other.nc": "", "no/part.nc": ""}
+    for name, meant in names.items():
+        with pytest.raises(ReadError, match="cannot be read") as caught:
+            read_bytes(tmp_path / name)
+        expected = f"; did you mean {meant}?)" if meant else "directory)"
+        assert str(caught.value).endswith(expected)
+
+
 def test_texts_are_utf_8(tmp_path: Path) -> None:
     path = tmp_path / "file.toml"
     path.write_bytes(b'\xef\xbb\xbfx = "\xc3\xbc"')
     assert (read_text(path), read_toml(path)) == ('x = "ü"', {"x": "ü"})
-    path.write_bytes(b'x = "\xfc"')
-    with pytest.raises(ReadError, match="its byte 6 is not text in UTF-8"):
-        read_text(path)
-    with pytest.raises(TomlError, match="utf-8"):
-        read_toml(path)
+    for data, said in (
+        (
+            'a = 1\r\n# Stück\nx = "ü"'.encode("latin-1"),
+            "line 2 is not in UTF-8, but in a code such as Latin-1; save it",
+        ),
+        (b'\xfcx = ""', "line 1 is not in UTF-8"),
+        ('x = "ü"'.encode("utf-16"), "it is in UTF-16, or no text at all; save it as text in UTF-8"),
+        ('x = "ü"'.encode("utf-16-le"), "it is in UTF-16"),
+        ('x = "ü"'.encode("utf-16-be"), "it is in UTF-16"),
+    ):
+        path.write_bytes(data)
+        with pytest.raises(ReadError, match=said):
+            read_text(path)
+        with pytest.raises(TomlError, match=said):
+            read_toml(path)
 
 
 def test_points_in_texts_and_remarks_of_toml_are_no_keys(tmp_path: Path) -> None:

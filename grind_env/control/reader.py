@@ -6,12 +6,14 @@ begin; their blocks are cut from the text again whenever they are needed.
 """
 
 import functools
+import itertools
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from grind_env.control.errors import ControlError, Place
+from grind_env.control.other_texts import LOOKED_AT, MOST_BEFORE, check_before, check_head
 from grind_env.control.source import Mark, Scanner, SourceText, Text, changed, text_in, text_of
 from grind_env.control.words import Block, Word, read_block
 from grind_env.files import ReadError, is_file, read_bytes
@@ -210,6 +212,11 @@ def _split(text: Text, folder: Path | None, faults: list[ControlError] | None = 
     programs: list[Program] = []
     taken: set[int] = set()
     with text.open() as handle:
+        check_head(handle.read(LOOKED_AT), text.name)
+        scanner = Scanner(handle, text, start)
+        first = list(itertools.islice(scanner, MOST_BEFORE))
+        if scanner.unread:
+            check_before(first)
         scanner = Scanner(handle, text, start)
         for source in scanner:
             if not _NAME.match(source.text):

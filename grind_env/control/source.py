@@ -5,7 +5,6 @@ than a chunk of it, however many blocks it has.
 """
 
 import codecs
-import collections
 import functools
 import io
 import os
@@ -36,6 +35,18 @@ _LINE_ENDS = ("\r\n", "\r", "\n")
 _EIGHT_BIT = {0xDC00 + byte: byte for byte in range(0x80, 0x100)}
 """Bytes that are not UTF-8 are decoded to half surrogates, and shown as the letters of Latin-1."""
 _LINE_END = re.compile(rb"\r\n|\r|\n")
+_COMMENTS = re.compile(r"(?:\([^()]*\)\s*)*")
+_NO_TEXT = {
+    b"\0": "a byte 0 stands in this line, as in no text in UTF-8 or Latin-1; save the part program as text",
+    **{
+        bytes(
+            [0x10 + number]
+        ): f"the code DC{number} of a data transfer stands in this line; delete it, or receive the "
+        "program without DC1 to DC4"
+        for number in (1, 2, 3, 4)
+    },
+}
+"""Bytes that are in no part program, and what messages say of them."""
 
 
 class SourceText(NamedTuple):
@@ -74,11 +85,15 @@ class Text:
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """A place in a text where a block may begin: byte from 0, line and column from 1."""
+    """A place in a text where a block may begin: byte from 0, line and column from 1.
+
+    `begun` says whether more than comments stands before it, so that the next ``%`` ends the text.
+    """
 
     offset: int = 0
     line: int = 1
     column: int = 1
+    begun: bool = False
 
 
 def text_of(text: str, name: str) -> Text:
@@ -116,11 +131,16 @@ def text_in(path: Path) -> Text:
 
 
 class Scanner:
-    """Cuts a text into blocks, from a mark up to the ``%`` after a leading one; blank blocks are left out."""
+    """Cuts a text into blocks, from a mark up to the ``%`` behind them; blank blocks are left out.
+
+    Attributes:
+        unread: whether there is text behind that ``%``.
+    """
 
     def __init__(self, handle: BinaryIO, text: Text, start: Mark) -> None:
         self._handle, self._text, self._start = handle, text, start
         self._last: tuple[re.Match[str], int, int, int] | None = None
+        self._begun, self.unread = start.begun, False
 
     def __iter__(self) -> Iterator[SourceText]:
         """Read the blocks.
@@ -128,7 +148,7 @@ class Scanner:
         Raises:
             ControlError: file, it is no text; block-format, a block is too long.
         """
-        name, line, begun = self._text.name, self._start.line, self._start.offset > 0
+        name, line = self._text.name, self._start.line
         line_begin = 1 - self._start.column
         pieces = self._pieces()
         for offset, piece in pieces:
@@ -137,16 +157,18 @@ class Scanner:
                 block = readable(text.strip())
                 if block:
                     self._last = match, offset, line, line_begin
+                    self._begun = self._begun or not _COMMENTS.fullmatch(block)
                     column = match.start() + len(text) - len(text.lstrip()) - line_begin + 1
                     source = SourceText(name, line, column, block)
                     if len(block) > LONGEST_BLOCK:
                         message = f"the block has {len(block)} characters; {LONGEST_BLOCK} are allowed"
                         raise source.place.error("block-format", message)
                     yield source
-                if end == "%" and (block or begun):
-                    collections.deque(pieces, maxlen=0)  # what follows must be text as well
+                if end == "%" and self._begun:
+                    self.unread = bool(piece[match.end() :].strip())
+                    for _, further in pieces:  # what follows must be text as well
+                        self.unread = self.unread or bool(further.strip())
                     return
-                begun = begun or bool(block) or end == "%"
                 if end in _LINE_ENDS:
                     line, line_begin = line + 1, match.end()
             line_begin -= len(piece)
@@ -160,8 +182,8 @@ class Scanner:
         end = match.end(1) if match[2] == "%" else match.end()
         offset += len(match.string[:end].encode(errors="surrogateescape"))
         if match[2] in _LINE_ENDS:
-            return Mark(offset, line + 1, 1)
-        return Mark(offset, line, end - line_begin + 1)
+            return Mark(offset, line + 1, 1, self._begun)
+        return Mark(offset, line, end - line_begin + 1, self._begun)
 
     def _pieces(self) -> Iterator[tuple[int, str]]:
         """The text in pieces that end where a block ends, each with its offset in bytes."""
@@ -179,12 +201,12 @@ class Scanner:
         yield offset, self._decoded(rest, offset)
 
     def _decoded(self, data: bytes, offset: int) -> str:
-        if b"\0" not in data:
-            return data.decode(errors="surrogateescape")
-        self._handle.seek(0)
-        line = 1 + len(_LINE_END.findall(self._handle.read(offset + data.index(b"\0"))))
-        message = "a byte 0 stands in this line, as in no text in UTF-8 or Latin-1; save the part program as text"
-        raise Place(self._text.name, line, 1, line).error("file", message)
+        for byte, message in _NO_TEXT.items():
+            if byte in data:
+                self._handle.seek(0)
+                line = 1 + len(_LINE_END.findall(self._handle.read(offset + data.index(byte))))
+                raise Place(self._text.name, line, 1, line).error("file", message)
+        return data.decode(errors="surrogateescape")
 
 
 def _unreadable(error: ReadError) -> ControlError:

@@ -33,7 +33,8 @@ class EntryKey(NamedTuple):
 def keys_of(kind: type[Entry]) -> list[EntryKey]:
     """The keys of the entries of a kind."""
     remarks = dict(_COMMENTED.findall(inspect.getsource(kind)))
-    defaults = {each.name: "" if each.default is MISSING else f"{each.default:g}" for each in fields(kind)[1:]}
+    own = fields(kind)[len(fields(Entry)) :]
+    defaults = {each.name: "" if each.default is MISSING else f"{each.default:g}" for each in own}
     found = []
     for key, legal in quantities(kind).items():
         symbol, unit, span = "", "", str(legal)

@@ -14,7 +14,7 @@ from grind_env.envs.names import ANY_TASK, OTHERS, environment_id, task_names
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks.reading import is_file as is_task_file
 from grind_env.errors import GrindError, did_you_mean, quoted
-from grind_env.files import is_file
+from grind_env.files import is_file, missing
 
 JOB = "grind/Job-v0"
 
@@ -89,6 +89,7 @@ def find_problem(text: str, job: str | None = None, parts: int = 1) -> Problem:
     Raises:
         ProblemError: it names none in which E and D are chosen, or none whose results can be told from those of others.
         TaskError: there are not so many parts, or the job is not the name of a file.
+        ReadError: it is the name of a file that is not there.
     """
     if not isinstance(text, str):
         raise ProblemError(f"a problem is named by a text, but not by {quoted(text)}: give an id or the path of a file")
@@ -104,6 +105,8 @@ def find_problem(text: str, job: str | None = None, parts: int = 1) -> Problem:
         return Problem(_own_name(path, path.stem), ANY_TASK, (("task", str(path)),))
     if program == JOB or is_file(Path(program)):
         return _of_program(None if program == JOB else program, job, parts)
+    if Path(text).suffix:
+        raise missing(Path(text))
     like = did_you_mean(text, [*names, *map(environment_id, names)])
     raise ProblemError(
         f"there is no problem {quoted(text)}{like}: give one of {', '.join(names)}, an id, a task file (.toml), or"

@@ -14,6 +14,8 @@ field, or names as `base` an entry of its own kind that supplies the rest::
 
 A calibrated file says in a table `[uncertainty]` what it leaves open; that of the last such file holds.
 
+`aliases`, a list of texts, are other names of an entry; small and capital letters, blanks and signs count in none.
+
 A name that exists already is redefined. `base` means the definition that stands when the table is read:
 that of an earlier table, an earlier file, or the built-in one.
 """
@@ -229,10 +231,10 @@ def _table(value: object, place: str) -> Mapping[str, Any]:
 def _entry(kind: type[EntryT], name: str, table: Mapping[str, Any], known: Mapping[str, EntryT]) -> EntryT:
     place, legal = label(kind, name), quantities(kind)
     for key, value in table.items():
-        if key != "base" and key not in legal:
+        if key not in ("base", "aliases", *legal):
             raise CatalogueError(
                 f"{place}: there is no key {shortened(key)} (= {quoted(value)}){did_you_mean(key.lower(), legal)}; "
-                f"the keys are base, {', '.join(legal)}."
+                f"the keys are base, aliases, {', '.join(legal)}."
             )
     values = dict(table)
     if "base" in values:
@@ -240,7 +242,8 @@ def _entry(kind: type[EntryT], name: str, table: Mapping[str, Any], known: Mappi
             base = _find(kind, values.pop("base"), known)
         except CatalogueError as error:
             raise CatalogueError(f"{place}: base: {error}") from None
-        values = {key: getattr(base, key) for key in legal} | values
+        own = {"aliases": base.aliases} if base.name == name else {}  # of another entry they are not names
+        values = own | {key: getattr(base, key) for key in legal} | values
     missing = [f"{key} ({legal[key]})" for key in _required(kind) if key not in values]
     if missing:
         raise CatalogueError(f"{place}: add {', '.join(missing)}, or name a base that supplies what is missing.")
@@ -256,8 +259,24 @@ def _of_kind(kind: type[EntryT], entries: Entries) -> dict[str, EntryT]:
     return {entry.name: entry for entry in entries.values() if isinstance(entry, kind)}
 
 
+def entry_name(name: str, known: Mapping[str, Entry]) -> str:
+    """The name of the entry that a name or an alias means, however it is written; the text itself if there is none."""
+    if name in known:
+        return name
+    meant = _folded(name)
+    return next((key for key, entry in known.items() if meant in map(_folded, entry.aliases)), name)
+
+
+def _folded(name: str) -> str:
+    """A name in small letters and digits alone: `16 MnCr 5` is `16MnCr5`."""
+    return "".join(filter(str.isalnum, name.casefold()))
+
+
 def _find(kind: type[EntryT], name: object, known: Mapping[str, EntryT]) -> EntryT:
-    if not isinstance(name, str) or name not in known:
-        hint, names = did_you_mean(quoted(name).strip("'").lower(), known), listed(sorted(known))
+    found = known.get(entry_name(name, known)) if isinstance(name, str) else None
+    if found is None:
+        text, names = quoted(name).strip("'"), listed(sorted(known))
+        aliases = (alias for entry in known.values() for alias in entry.aliases)
+        hint = did_you_mean(text.lower(), known) or did_you_mean(text, aliases)
         raise CatalogueError(f"there is no {label(kind, name)}{hint}; known are {names}.")
-    return known[name]
+    return found

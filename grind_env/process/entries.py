@@ -7,7 +7,7 @@ one grinding job needs, so that a calibration can move within them.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from inspect import get_annotations
 from numbers import Real
 from typing import Annotated, Any, ClassVar
@@ -70,9 +70,14 @@ class Entry:
     """Pairs of fields of which the first must be less than the second."""
 
     name: str
+    aliases: tuple[str, ...] = field(default=(), compare=False, repr=False)
+    """Other names by which it is found, such as that of a standard."""
 
     def __post_init__(self) -> None:
         """Check all fields, and store whole numbers as floats."""
+        if not isinstance(self.aliases, list | tuple) or not all(isinstance(each, str) for each in self.aliases):
+            raise CatalogueError(f"{self}: aliases is {quoted(self.aliases)}, but must be a list of texts.")
+        object.__setattr__(self, "aliases", tuple(self.aliases))
         for key, quantity in quantities(type(self)).items():
             value = getattr(self, key)
             if not quantity.allows(value):

@@ -36,13 +36,14 @@ class PathError(GrindError):
     """A path that cannot be drawn as asked."""
 
 
-def draw_path(axes: "Axes", events: Iterable[Event], plane: str = "ZX") -> None:
+def draw_path(axes: "Axes", events: Iterable[Event], plane: str = "ZX", programmed: str = "program") -> None:
     """Draw the motions in a plane, each in the line style of what has commanded it, with an arrow in its middle.
 
     Args:
         axes: of matplotlib; they get labels with units, a legend, and equal scales.
         events: of `control.execute`; what moves nothing in the plane is not drawn.
         plane: the axes to the right and upwards, such as `ZX`.
+        programmed: what the legend calls the moves of the program, which with G41 or G42 are not as they are written.
 
     Raises:
         PathError: the plane is not two different ones of X, Y and Z.
@@ -53,7 +54,7 @@ def draw_path(axes: "Axes", events: Iterable[Event], plane: str = "ZX") -> None:
     for motion in _motions(events):
         points = _points(motion)[:, [right, up]]
         if np.ptp(points, axis=0).max() > 0.0:
-            _draw(axes, motion, points[:, 0], points[:, 1])
+            _draw(axes, motion, points[:, 0], points[:, 1], programmed)
             _arrow(axes, motion, points)
     axes.set(xlabel=f"{plane[0]}, mm", ylabel=f"{plane[1]}, mm")
     axes.set_aspect("equal")
@@ -97,11 +98,12 @@ def _points(motion: Motion) -> Points:
     return np.array([arc.point(fraction) for fraction in np.linspace(0.0, 1.0, ARC_POINTS)])
 
 
-def _draw(axes: "Axes", motion: Motion, right: Points, up: Points) -> None:
+def _draw(axes: "Axes", motion: Motion, right: Points, up: Points, programmed: str = "program") -> None:
     name = "dwell" if isinstance(motion, Dwell) else _name(motion)
     style = {"color": GREY, "ls": "-", "lw": 1.0} if isinstance(motion, Dwell) else STYLES[name]
+    label = programmed if name == Source.PROGRAM.value else name
     drawn = axes.get_legend_handles_labels()[1]
-    axes.plot(right, up, label="_" if name in drawn else name, **style)
+    axes.plot(right, up, label="_" if label in drawn else label, **style)
 
 
 def _arrow(axes: "Axes", motion: Motion, points: Points) -> None:

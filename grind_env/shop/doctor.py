@@ -3,6 +3,7 @@
 import os
 import platform
 import re
+import shlex
 import tempfile
 import time
 from collections.abc import Sequence
@@ -13,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from grind_env.envs.threads import step_shared
-from grind_env.extras import installed_by
 from grind_env.kernel.cache import cache_folder
 from grind_env.machine.loops.tally import Tally
 from grind_env.policies.evaluation import episode_seeds, start_episodes
@@ -31,7 +31,7 @@ EXTRAS = {
     "sb3": "agents of Stable-Baselines3",
 }
 """Extras of the package, and what each is for."""
-REQUIREMENT = re.compile(r"([\w.-]+)[^;]*(?:;.*extra == ['\"](\w+)['\"])?")
+REQUIREMENT = re.compile(r"(([\w.-]+)[^;]*)(?:;.*extra == ['\"](\w+)['\"])?")
 MACHINES, BLOCKS = 4096, 8
 """Machines side by side, and blocks that each grinds, by which the time of a stroke is taken."""
 STROKES = Tally._fields.index("strokes")
@@ -106,18 +106,22 @@ def _seconds_a_stroke(threads: int) -> float:
 
 
 def _extra(name: str) -> Finding:
-    found = [(each, _version(each)) for each in _required(requires(PACKAGE) or (), name)]
+    asked = _required(requires(PACKAGE) or (), name)
+    found = [(each, _version(each)) for each in asked]
     missing = [each for each, number in found if number is None]
     said = ", ".join(each if number is None else f"{each} {number}" for each, number in found)
     if not missing:
         return Finding(name, said)
-    return Finding(name, f"{', '.join(missing)} missing, for {EXTRAS[name]}", installed_by(name))
+    remedy = f"pip install {' '.join(shlex.quote(asked[each]) for each in missing)}"
+    return Finding(name, f"{', '.join(missing)} missing, for {EXTRAS[name]}", remedy)
 
 
-def _required(requirements: Sequence[str], extra: str) -> list[str]:
-    """Libraries of an extra, but those of another one that it takes in."""
+def _required(requirements: Sequence[str], extra: str) -> dict[str, str]:
+    """Libraries of an extra with what is asked of them, but those of another one that it takes in."""
     matched = [REQUIREMENT.match(each) for each in requirements]
-    return [each[1] for each in matched if each is not None and each[2] == extra and each[1] != PACKAGE]
+    return {
+        each[2]: each[1].strip() for each in matched if each is not None and each[3] == extra and each[2] != PACKAGE
+    }
 
 
 def _version(library: str) -> str | None:

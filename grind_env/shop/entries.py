@@ -23,7 +23,7 @@ def catalogue_data(kind: str | None, name: str | None, files: Sequence[Path]) ->
     if kind is None or name is None:
         return {each: _remarks(known, each, files) for each in (KINDS if kind is None else [_checked(kind)])}
     entry = getattr(known, _checked(kind))(name)
-    return {"kind": kind, "remark": remark_on(kind, name, files), **asdict(entry)}
+    return {"kind": kind, "remark": remark_on(kind, entry.name, files), **asdict(entry)}
 
 
 def print_catalogue(kind: str | None, name: str | None, files: Sequence[Path], console: "Console") -> None:
@@ -47,7 +47,8 @@ def print_catalogue(kind: str | None, name: str | None, files: Sequence[Path], c
         value = data[key.key]
         shown = f"{value:g}" if isinstance(value, float) else str(value)
         table.add_row(key.key, key.symbol, printable(shown), key.unit, key.legal, key.meaning)
-    console.print(printable(f"{kind} {name}: {data['remark'] or 'no remark'}"))
+    also = f" ({', '.join(data['aliases'])})" if data["aliases"] else ""
+    console.print(printable(f"{kind} {data['name']}{also}: {data['remark'] or 'no remark'}"))
     console.print(table)
     console.print(preface(kind))
 

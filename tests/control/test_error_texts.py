@@ -109,6 +109,12 @@ def changed_file(folder: Path) -> None:
     list(programs.main.blocks)
 
 
+def with_parity(folder: Path) -> None:
+    path = folder / "part.nc"
+    path.write_bytes(bytes(byte | 0x80 * (bin(byte).count("1") % 2) for byte in b"G00 X1. Y-2.5\nX1. Y7.\nM30\n"))
+    read_file(path)
+
+
 def block(text: str) -> Block:
     return read_block(next(iter(read(text, "part.nc").main.blocks)))
 
@@ -124,6 +130,7 @@ CALLS: dict[str, Callable[[Path], object]] = {
     "dress program": lambda folder: dress_program_moves(read("G00 X1.", "part.nc"), 5),
     "missing file": lambda folder: read_file(folder / "part.nc"),
     "job file": job_file,
+    "parity": with_parity,
     "interrupt": lambda folder: interrupts_of(["9200"]),
     "long program": long_program,
     "changed file": changed_file,

@@ -55,9 +55,9 @@ def naive_blocks(text: str) -> list[Found]:
         if ends:
             if block:
                 found.append((line, begin, block.rstrip()))
-            if character == "%" and (begun or block):
+            begun = begun or bool(re.sub(r"\([^()]*\)", "", block).strip())
+            if character == "%" and begun:
                 return found
-            begun = begun or bool(block) or character == "%"
             block, commented = "", False
             if character == "\n":
                 line, column = line + 1, 1
@@ -297,6 +297,86 @@ def test_what_is_no_text_is_found_wherever_it_stands(
     with pytest.raises(ControlError, match=r"a byte 0 stands in this line, .*; save") as caught:
         read_file(path)
     assert (caught.value.name, caught.value.line) == ("file", line)
+
+
+HEIDENHAIN = """0  BEGIN PGM PLATE MM
+1  TOOL CALL 1 Z S1910
+2  L  X-30 Y+2 R0 FMAX M3
+3  END PGM PLATE MM
+"""
+HEIDENHAIN_ISO = "%40001 G71 *\nN10 G30 G17 X+0 Y+0 Z-40*\nN20 G01 X+10 F100*\nN9999 %40001 G71 *\n"
+SINUMERIK = """N10 G90 G71 G94
+N20 DEF REAL DEPTH=0.2
+N30 R1=0.01
+START:
+N60 IF DEPTH>0.2 GOTOB START
+N80 M30
+"""
+MAZATROL = """UNo. MAT. INITIAL-Z ATC MODE MULTI MODE
+ 0   CST IRN  50.  0  OFF
+UNo. UNIT DEPTH SRV-Z SRV-R
+SNo. TOOL NOM-D No. APRCH-X
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "line"),
+    [
+        (HEIDENHAIN, "Heidenhain", 1),
+        (f"; FROM THE OFFICE\n\n{HEIDENHAIN}", "Heidenhain", 3),
+        (HEIDENHAIN_ISO, "Heidenhain", 2),
+        (f"%_N_PLATE_MPF\n;$PATH=/_N_WKS_DIR\n{SINUMERIK}", "Sinumerik", 1),
+        (SINUMERIK, "Sinumerik", 2),
+        (MAZATROL, "Mazatrol", 1),
+    ],
+)
+def test_a_program_for_another_control_is_named_in_one_sentence(text: str, name: str, line: int) -> None:
+    for end in ("\n", "\r\n"):
+        with pytest.raises(ControlError, match=f"this is a program for a {name} control") as caught:
+            read(text.replace("\n", end))
+        assert caught.value.line == line
+
+
+def test_no_program_for_this_control_is_taken_for_one_of_another() -> None:
+    # single slips in the words of another control are told word by word
+    for text in (
+        "N10 R1=5\nN20 G00 X1\nM30",
+        "(SINUMERIK: R1=5)\n(CYCLE81)\nG00 X1 ; R1=5 *\nX2 ; BEGIN PGM *",
+        "L X+1",
+    ):
+        read(text)
+    root = Path(__file__).parents[2]
+    paths = [path for name in ("grind_env", "agents", "tests") for path in (root / name).rglob("*.n*c")]
+    assert len(paths) > 100
+    for path in paths:
+        read_file(path)
+
+
+@pytest.mark.parametrize("leader", ["(A)\n%\n", "(A) (B)\n\n(C)%", "%\n(A)\n%\n", "; FIRST\n%\n%\n"])
+def test_comments_may_stand_before_the_first_percent(leader: str) -> None:
+    main, sub = read(f"{leader}O1\nX1\n(B)\nM30\nO2\nX2\n%\nX3")
+    assert [text for _, _, text in seen(main.blocks)] == ["X1", "(B)", "M30"]
+    assert [text for _, _, text in seen(sub.blocks)] == ["X2"]
+
+
+@pytest.mark.parametrize("leader", ["PLATE OF TUESDAY", "(A)\nORDER FOR MILL", "Part: 7\nRev. B"])
+def test_text_before_the_percent_is_refused_in_one_sentence(leader: str) -> None:
+    with pytest.raises(ControlError, match=r"stands before the % of the program, .*; delete it"):
+        read(f"{leader}\n%\nO1\nX1\nM30\n%\n")
+    assert [each.text for each in read("PLATE\n%\n").main.blocks] == ["PLATE"]
+    assert [each.text for each in read("PLATE\nX1\n%\nX2").main.blocks] == ["PLATE", "X1"]
+
+
+def test_tapes_with_parity_and_codes_of_a_transfer_are_refused(path: Path) -> None:
+    text = b"%\r\nO1 (MAIN)\r\nG00 X1. Y-2.5\r\nM30\r\n%\r\n"
+    path.write_bytes(bytes(byte | 0x80 * (bin(byte).count("1") % 2) for byte in text))
+    with pytest.raises(ControlError, match="every byte has a bit of even parity"):
+        read_file(path)
+    for number, data in ((2, b"\x12" + text), (4, text + b"\x14"), (3, text.replace(b"G00", b"\x13G00"))):
+        path.write_bytes(data)
+        with pytest.raises(ControlError, match=f"the code DC{number} of a data transfer") as caught:
+            read_file(path)
+        assert caught.value.line == {2: 1, 3: 3, 4: 6}[number]
 
 
 @pytest.mark.parametrize("chunk", [3, 1 << 16])

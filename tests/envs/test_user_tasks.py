@@ -131,6 +131,12 @@ def test_a_material_with_a_free_term_is_for_jobs(tmp_path: Path) -> None:
         load_task(path)
 
 
+def test_a_material_may_have_its_name_in_a_standard(tmp_path: Path) -> None:
+    assert 'material = "aisi_52100"' in MINIMAL
+    named = written(tmp_path, MINIMAL.replace("aisi_52100", "100Cr6"))
+    assert load_task(named).kinds == load_task(written(tmp_path, MINIMAL, "own")).kinds
+
+
 def test_a_file_that_changes_is_read_anew(tmp_path: Path) -> None:
     path = written(tmp_path, MINIMAL)
     assert load_task(path).blocks == 30

@@ -12,9 +12,11 @@ import grind_env
 from grind_env.cli import main
 from grind_env.control import read_file
 from grind_env.machine.grind import grind as run_grind
+from grind_env.machine.grind_file import grind_file
 from grind_env.machine.job.file import load_job
 from grind_env.machine.part.rows import STROKE_ROW
 from grind_env.machine.part.unjudged import runs
+from grind_env.render.reasons import shares
 from grind_env.render.tables import COLUMNS, print_record
 from tests.machine import harness
 from tests.machine.harness import DRESS
@@ -228,6 +230,10 @@ def test_help_says_what_stops_dresses_and_columns_are(capsys: pytest.CaptureFixt
     named = [re.findall(r"^\| ([^|]+) \|", text, re.MULTILINE) for text in (parts, strokes.split("## Strokes")[1])]
     headings = [heading.replace("\n", " ").partition(" ")[0] for heading, _ in COLUMNS.values()]
     assert not [heading for heading in headings if not any(each.startswith(heading) for each in named[0])]
+    split = grind_file(PLATE).parts[0]
+    assert {name for name, _ in re.findall(r"([a-z ]+) (-?[\d.]+)(?:, |$)", shares(split).partition(": ")[2])} <= {
+        *named[0]
+    }
     assert not {*(STROKE_ROW.names or ())} - {name for each in named[1] for name in each.split(", ")}
 
 

@@ -4,8 +4,9 @@ from pathlib import Path
 import pytest
 
 from grind_env.errors import GrindError
+from grind_env.files import ReadError
 from grind_env.machine.job import Diamond, Job, JobError, Lots, Part, Setup, Stage, Times, WheelStart
-from grind_env.machine.job.file import load_job
+from grind_env.machine.job.file import job_beside, load_job
 from tests.machine.harness import job
 
 SHORTEST = """
@@ -283,3 +284,20 @@ def test_wrong_stages_are_named(tmp_path: Path, stages: str, key: str, words: li
     assert caught.value.key == key
     for word in words:
         assert word in str(caught.value)
+
+
+def test_a_missing_job_says_how_to_write_one(tmp_path: Path) -> None:
+    program = tmp_path / "part.nc"
+    program.write_text("M30", encoding="utf-8")
+    told = "write one: `grind job --template` prints a job, and `grind init FOLDER` makes a program with its job"
+    with pytest.raises(JobError, match=f"there is no job .*part.toml beside the program; .*{told}"):
+        job_beside(program)
+    with pytest.raises(JobError, match=f"other.toml: the job cannot be read .*{told}"):
+        load_job(tmp_path / "other.toml")
+    (tmp_path / "part.toml").write_text("", encoding="utf-8")
+    with pytest.raises(JobError, match=r"No such file or directory; did you mean part\.toml\?"):
+        load_job(tmp_path / "prat.toml")
+    with pytest.raises(
+        ReadError, match=r"prat\.nc cannot be read \(No such file or directory; did you mean part\.nc\?"
+    ):
+        job_beside(tmp_path / "prat.nc")

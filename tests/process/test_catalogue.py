@@ -275,7 +275,7 @@ def test_every_kind_has_its_table_and_every_field_its_own_symbol() -> None:
         assert heading == kind.__name__.lower()
         symbols = [quantity.symbol for quantity in quantities(kind).values() if isinstance(quantity, Quantity)]
         assert len(set(symbols)) == len(symbols)
-        assert set(quantities(kind)) == {field.name for field in dataclasses.fields(kind)} - {"name"}
+        assert set(quantities(kind)) == {field.name for field in dataclasses.fields(kind)} - {"name", "aliases"}
 
 
 def test_entries_are_frozen_and_survive_pickling() -> None:
@@ -348,9 +348,9 @@ def test_fields_that_must_ascend(entry: Entry, change: dict[str, float], message
 
 def test_unknown_name_lists_the_known_ones() -> None:
     with pytest.raises(GrindError) as caught:
-        BUILT_IN.material("AISI 52100")
+        BUILT_IN.material("AISI 52101")
     assert str(caught.value) == (
-        "there is no material 'AISI 52100' (did you mean aisi_52100?); known are aisi_1020, aisi_1045, aisi_52100, "
+        "there is no material 'AISI 52101' (did you mean aisi_52100?); known are aisi_1020, aisi_1045, aisi_52100, "
         "aisi_d2, aisi_m2, case_hardened_16mncr5, grey_cast_iron, inc751, inconel_718, ti_6al_4v."
     )
     for look_up in (BUILT_IN.wheel, BUILT_IN.dresser, BUILT_IN.fluid, BUILT_IN.machine):
@@ -417,12 +417,12 @@ def test_later_files_redefine_and_build_on_earlier_ones(tmp_path: Path) -> None:
         (
             "[fluid.mist]\nconvectoin = 2e4",
             "fluid 'mist': there is no key convectoin (= 20000.0) (did you mean convection?); "
-            "the keys are base, convection, boiling_rise, film_share, friction_factor, force_ratio_factor, "
+            "the keys are base, aliases, convection, boiling_rise, film_share, friction_factor, force_ratio_factor, "
             "ploughing_factor, loading_factor, wear_flat_factor, g_ratio_factor, part_cooling.",
         ),
         (
             '[fluid.mist]\nname = "mist"',
-            "fluid 'mist': there is no key name (= 'mist'); the keys are base, convection, "
+            "fluid 'mist': there is no key name (= 'mist'); the keys are base, aliases, convection, "
             "boiling_rise, film_share, friction_factor, force_ratio_factor, ploughing_factor, "
             "loading_factor, wear_flat_factor, g_ratio_factor, part_cooling.",
         ),
@@ -457,7 +457,7 @@ def test_unreadable_files(tmp_path: Path) -> None:
         load_catalogue(tmp_path / "none.toml")
     assert re.search(r"shop\.toml: the catalogue is not valid TOML: .*line 1", refusal(tmp_path, "[fluid.oil\n"))
     (tmp_path / "latin.toml").write_bytes(b"# caf\xe9")
-    with pytest.raises(CatalogueError, match=r"latin\.toml: the catalogue is not valid TOML: .*utf-8"):
+    with pytest.raises(CatalogueError, match=r"latin\.toml: the catalogue is not valid TOML: line 1 is not in UTF-8"):
         load_catalogue(tmp_path / "latin.toml")
 
 
@@ -471,3 +471,54 @@ def test_a_missing_entry_lists_all_its_keys(tmp_path: Path, kind: type[Entry]) -
     message = refusal(tmp_path, f"[{kind.__name__.lower()}.bare]")
     required = keys(kind, required=True)
     assert all(f"{key} ({quantity})" in message for key, quantity in quantities(kind).items() if key in required)
+
+
+# As steel keys (DIN EN 10027-2, EN 1561, JIS, UNS) and makers list them.
+NAMES_ELSEWHERE = {
+    "100Cr6": "aisi_52100",
+    "1.3505": "aisi_52100",
+    "SUJ2": "aisi_52100",
+    "1.0402": "aisi_1020",
+    "C45": "aisi_1045",
+    "1.1191": "aisi_1045",
+    "1.2379": "aisi_d2",
+    "SKD11": "aisi_d2",
+    "HS6-5-2": "aisi_m2",
+    "1.3343": "aisi_m2",
+    "16 MnCr 5": "case_hardened_16mncr5",
+    "1.7131": "case_hardened_16mncr5",
+    "EN-GJL-250": "grey_cast_iron",
+    "gg 25": "grey_cast_iron",
+    "2.4668": "inconel_718",
+    "Inconel 718": "inconel_718",
+    "2.4694": "inc751",
+    "TiAl6V4": "ti_6al_4v",
+    "3.7165": "ti_6al_4v",
+    "Ti-6Al-4V": "ti_6al_4v",
+}
+
+
+def test_materials_are_found_by_the_names_of_standards() -> None:
+    known = load_catalogue()
+    assert {name: known.material(name).name for name in NAMES_ELSEWHERE} == NAMES_ELSEWHERE
+    assert set(NAMES_ELSEWHERE.values()) == set(known.materials)
+    folded = [
+        "".join(filter(str.isalnum, each.lower())) for entry in known.materials.values() for each in entry.aliases
+    ]
+    assert len(set(folded)) == len(folded)
+    with pytest.raises(CatalogueError, match=r"there is no material 'SUJ3' \(did you mean SUJ2\?\)"):
+        known.material("SUJ3")
+
+
+def test_an_alias_is_of_one_entry_and_a_name_of_ones_own_comes_first(tmp_path: Path) -> None:
+    path = tmp_path / "own.toml"
+    path.write_text(
+        '[material.aisi_52100]\nbase = "SUJ2"\n[material.lot]\nbase = "100Cr6"\naliases = ["LOT 7"]\n'
+        '[material.C45]\nbase = "1.1191"\n'
+    )
+    known = load_catalogue(path)
+    names = {"100Cr6": "aisi_52100", "lot7": "lot", "C45": "C45", "1.0503": "aisi_1045"}
+    assert {name: known.material(name).name for name in names} == names
+    path.write_text('[material.lot]\nbase = "aisi_52100"\naliases = "LOT 7"\n')
+    with pytest.raises(CatalogueError, match="aliases is 'LOT 7', but must be a list of texts"):
+        load_catalogue(path)

@@ -69,6 +69,13 @@ def test_the_legend_names_each_source_once_and_no_two_of_them_are_alike_in_grey(
     assert len(looks) == len(set(looks))
 
 
+def test_the_legend_calls_the_moves_of_the_program_as_asked():
+    shown = axes()
+    draw_path(shown, events(CONTOUR, radius=2.0), "ZX", programmed="compensated path")
+    names = [text.get_text() for text in shown.get_legend().get_texts()]
+    assert names == ["rapid", "compensated path"]
+
+
 def test_over_time_the_coordinate_is_where_the_trace_says_at_every_end():
     found, shown = events(CONTOUR), axes()
     draw_over_time(shown, found, "X")

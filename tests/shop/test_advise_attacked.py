@@ -118,7 +118,7 @@ def test_files_that_values_cannot_go_into(
         ("block\n99999999999999999999\n", "block 1 is awaited: give that one"),
         ("mean_power,size_error\n,\n,1e9\n", "row 3: size_error is 1e+09, but must lie between -200 and 200 um"),
         ("mean_power,Ra\n,\n,-1\n", "row 3: Ra is -1, but must lie between 0 and 50 um"),
-        (b"\xff\xfe\x00mean", "its byte 1 is not text in UTF-8"),
+        (b"\xff\xfe\x00mean", "m.csv cannot be read (it is in UTF-16"),
     ],
 )
 def test_logs_that_cannot_be(

@@ -15,7 +15,7 @@ import pytest
 import grind_env
 from grind_env.errors import GrindError
 from grind_env.shop.advise.adviser import policy_for
-from grind_env.shop.advise.state import Origin, held, origin_of, read_state
+from grind_env.shop.advise.state import Origin, StateError, held, origin_of, read_state
 from tests.command import Grind
 from tests.shop.advising import (
     PLATE,
@@ -95,8 +95,35 @@ def test_steps_that_are_no_list_are_damaged(steps: Any, tmp_path: Path) -> None:
     origin = Origin(parts=1, program="", job="", policy="")
     path = tmp_path / "state.json"
     path.write_text(json.dumps({"format": 1, "origin": asdict(origin), "steps": steps}))
-    with pytest.raises(GrindError, match=r"is damaged: its steps are .* and no list: give --restart"):
+    with pytest.raises(GrindError, match=r"damaged \(steps is .*, but must be a list\): give --restart"):
         read_state(path, origin)
+
+
+@pytest.mark.parametrize(
+    ("readings", "said"),
+    [
+        ({"mean_power": -5}, r"state.json, block 1: mean_power is -5, but must lie between 0 and .*; give --restart"),
+        ({"mean_power": 2.6}, "block 1: mean_power is 2.6 W: if that is kW, write 2600; give --restart"),
+        ({"mean_power": "1500"}, r"readings.mean_power is '1500', but must be a finite number\): give --restart"),
+        ({"mean_power": True}, "readings.mean_power is True"),
+        ({"new_wheel": 1}, "readings.new_wheel is 1, but must be true or false"),
+        ({"part": 1.5}, "readings.part is 1.5, but must be a whole number"),
+        ({"part": 2}, "block 1: this is of part 2, but part 1 is awaited"),
+        ({"power": 1500}, "readings has an unknown key power"),
+    ],
+)
+def test_values_edited_in_a_state_are_checked_as_they_were_when_read(
+    readings: dict[str, Any], said: str, tmp_path: Path
+) -> None:
+    session = session_of(tmp_path, [ROWS[0]], [])
+    with pytest.raises(KeyboardInterrupt):
+        session.run()
+    path = tmp_path / "state.json"
+    state = json.loads(path.read_text())
+    state["steps"][0]["readings"] = readings
+    path.write_text(json.dumps(state))
+    with pytest.raises(StateError, match=said):
+        session_of(tmp_path, [], []).resume()
 
 
 def test_states_tell_programs_jobs_and_policies_apart(tmp_path: Path) -> None:

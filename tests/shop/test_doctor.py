@@ -1,10 +1,12 @@
 """`grind doctor`: what is installed, what is missing, and how to get it."""
 
 import json
-from importlib.metadata import version
+import shlex
+from importlib.metadata import requires, version
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
 
 from grind_env.shop import doctor
 from grind_env.task_version import TASK_VERSION
@@ -30,7 +32,10 @@ def test_of_an_extra_that_is_missing_it_names_the_remedy(grind: Grind, monkeypat
     monkeypatch.setattr(doctor, "_version", lambda library: None if library == "plotly" else installed(library))
     told = found(grind)
     assert told["interactive"]["found"].startswith("plotly missing, for reports")
-    assert told["interactive"]["remedy"] == "pip install '.[interactive]'"
+    remedy = shlex.split(told["interactive"]["remedy"])  # as it is typed anywhere, also outside a checkout
+    assert remedy[:2] == ["pip", "install"] and [Requirement(each).name for each in remedy[2:]] == ["plotly"]
+    (asked,) = {each for each in requires("grind_env") or () if "plotly" in each and "'interactive'" in each}
+    assert Requirement(remedy[2]).specifier == Requirement(asked).specifier
     assert "matplotlib " in told["shop"]["found"] and not told["shop"]["remedy"]
 
 
@@ -42,8 +47,8 @@ def test_a_cache_that_cannot_be_written_is_told(tmp_path: Path) -> None:
 
 def test_a_library_belongs_to_the_extras_that_ask_for_it() -> None:
     asked = ["numpy>=1.26", "pandas>=2.2; extra == 'data'", 'sb3-contrib<3,>=2.9; extra == "agents"']
-    assert doctor._required(asked, "data") == ["pandas"]
-    assert doctor._required(asked, "agents") == ["sb3-contrib"]
+    assert doctor._required(asked, "data") == {"pandas": "pandas>=2.2"}
+    assert doctor._required(asked, "agents") == {"sb3-contrib": "sb3-contrib<3,>=2.9"}
 
 
 def test_the_version_is_that_of_the_package_and_of_its_tasks(grind: Grind) -> None:

@@ -117,11 +117,20 @@ def test_other_work_in_the_log_is_told(plates, tmp_path):
     assert [float(each[1]) for each in told if each] == pytest.approx([60.0], abs=5.0)
 
 
-def test_a_power_in_another_unit_than_its_heading_says_is_refused_by_it(plates, tmp_path):
-    text = plates.read_text(encoding="utf-8").replace("[W]", "[kW]")
+@pytest.mark.parametrize(("heading", "factor", "meant"), [("kW", 1.0, "W"), ("W", 1e-3, "kW")])
+def test_a_power_in_another_unit_than_its_heading_says_is_refused_by_it(plates, tmp_path, heading, factor, meant):
+    first, *rows = plates.read_text(encoding="utf-8").splitlines()
+    pairs = [row.split(",") for row in rows]
+    scaled = [f"{time},{factor * float(power):.4f}" for time, power in pairs]
+    text = "\n".join([first.replace("[W]", f"[{heading}]"), *scaled])
     (tmp_path / "log.csv").write_text(text, encoding="utf-8")
-    with pytest.raises(CalibrationError, match=r"check the unit of the power"):
+    told = f"it is in {meant} and not in {heading}, a factor of 1000; write {meant} in its heading"
+    with pytest.raises(CalibrationError, match=told):
         calibrate(tmp_path / "log.csv", PLATE, JOB, names=["stiffness"])
+    (tmp_path / "map.toml").write_text(f'[log]\npower_unit = "{meant}"\n', encoding="utf-8")
+    found = calibrate(tmp_path / "log.csv", PLATE, JOB, map_file=tmp_path / "map.toml", names=["stiffness"])
+    (known,) = calibrate(plates, PLATE, JOB, names=["stiffness"]).estimates
+    assert found.estimates[0].value == pytest.approx(known.value, rel=0.01)
 
 
 @pytest.mark.parametrize(

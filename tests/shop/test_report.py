@@ -215,3 +215,18 @@ def test_a_browser_draws_it_and_has_no_complaint(interactive: bool, tmp_path: Pa
         return
     panels = re.findall(r'class="(x\d*y\d*) crisp|class="subplot (x\d*y\d*)"', done.stdout)
     assert len({name for pair in panels for name in pair if name}) == 8
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium on this machine to open the report in")
+@pytest.mark.parametrize("name", NAMES)
+def test_no_column_of_a_table_lies_beyond_a_window_of_1100_pixels(name: str, tmp_path: Path) -> None:
+    assert CHROMIUM is not None
+    script = "document.title = [...document.querySelectorAll('.wide')].map(e => e.scrollWidth - e.clientWidth)"
+    page = re.sub(r'<meta http-equiv="Content-Security-Policy"[^>]*>', "", page_of(name))
+    path = tmp_path / "part.html"
+    path.write_text(page.replace("</body>", f"<script>{script}</script></body>"), encoding="utf-8")
+    options = ["--headless", "--no-sandbox", "--disable-gpu", "--window-size=1100,900", "--dump-dom"]
+    command = [CHROMIUM, *options, f"--user-data-dir={tmp_path / 'profile'}", path.as_uri()]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
+    (beyond,) = re.findall(r"<title>([\d,]+)</title>", done.stdout)
+    assert set(beyond.split(",")) == {"0"} and len(beyond.split(",")) > 5

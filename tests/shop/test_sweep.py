@@ -16,7 +16,7 @@ from grind_env.shop.sweep.study import LOTS, Ranges, Sweep, SweepError, cheapest
 from grind_env.shop.sweep.table import sentences, tables_of
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 from tests.command import Grind
-from tests.shop.programs import EXAMPLES, PLATE, known_job
+from tests.shop.programs import EXAMPLES, INCH, PLATE, known_job
 
 PARTS = 6
 
@@ -106,6 +106,17 @@ def test_what_cannot_be_swept_is_told(program: str, ranges: Ranges, told: str) -
         sweep(EXAMPLES / f"{program}.nc", None, ranges, parts=5)
 
 
+def test_a_range_in_inches_a_minute_is_asked_about(tmp_path: Path) -> None:
+    program, job = tmp_path / "inch.nc", EXAMPLES / "plate_g82.toml"
+    program.write_text(INCH, encoding="utf-8")
+    told = r"400..800 does not come near the 15000 mm/min \(591 inch/min\) of inch.nc; .* write --E 10160..20320"
+    with pytest.raises(SweepError, match=told):
+        sweep(program, job, Ranges(E=(400.0, 800.0)), parts=2)
+    for name, E in ((program, (5_000.0, 9_000.0)), (EXAMPLES / "plate_g82.nc", (400.0, 800.0))):
+        found = sweep(name, job, Ranges(E=E), parts=1)
+        assert pytest.approx(E) == [found.speeds[0].E, found.speeds[-1].E]
+
+
 def test_half_a_dress_interval_is_refused(grind: Grind) -> None:
     status, _, err = grind("sweep", EXAMPLES / "plate_g82.nc", "--dress-every", "1.5..20")
     assert status == 2 and "--dress-every: the ends of 1.5..20 are no whole numbers" in err
@@ -129,3 +140,15 @@ def test_a_limit_binds_where_a_cheaper_point_is_refused_because_of_it(found: Swe
     assert said.startswith(f"the limit of Ra binds: E{cheaper.E:.0f}, a dress every {cheaper.every} parts")
     assert said.endswith(" would cost 0.500 $ and come to 118 % of it")
     assert any("Ra 118 %" in row for row in tables_of(replace(refused, speeds=(cheaper,), dresses=()))[1].rows)
+
+
+def test_the_figure_shows_what_hollow_points_are_beyond(found: Sweep) -> None:
+    pytest.importorskip("matplotlib")
+    from grind_env.shop.sweep.figure import draw_sweep
+
+    risky = [replace(point, shares=(0.5, 0.5, 0.5, 0.5), risk=1.5) for point in found.speeds]
+    kept = replace(found.own, shares=(0.5, 0.5, 0.5, 0.5), risk=0.5)
+    upper, _, lower, _ = draw_sweep(replace(found, own=kept, speeds=(kept, *risky), dresses=())).axes
+    assert upper.get_legend().get_title().get_text() == "hollow: beyond a limit (risk)"
+    (risk,) = [line for line in lower.lines if line.get_label() == "risk"]
+    assert max(risk.get_ydata()) == pytest.approx(150.0)

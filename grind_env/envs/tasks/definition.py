@@ -1,7 +1,7 @@
 """A task: the tables of its file joined and checked."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal
 
 from grind_env.envs.names import ANY_TASK, environment_id
@@ -22,7 +22,7 @@ from grind_env.envs.tasks.tables import (
     whole_micrometres,
 )
 from grind_env.presenter import html, presenter
-from grind_env.process.catalogue import Catalogue, load_catalogue
+from grind_env.process.catalogue import Catalogue, entry_name, load_catalogue
 from grind_env.process.entries import Quantity
 from grind_env.process.tables import check
 
@@ -86,6 +86,9 @@ class Task(TaskNumbers):
     def __post_init__(self) -> None:
         """Check the values, and what depends on more than one table."""
         check(self, "", TaskError)
+        known = self.catalogue.materials
+        kinds = tuple(replace(kind, material=entry_name(kind.material, known)) for kind in self.kinds)
+        object.__setattr__(self, "kinds", kinds)
         whole_micrometres(self, "", "cross_pick", "infeed")
         check_whole(self)
         check_plant(self.plant)

@@ -129,7 +129,8 @@ def _entry_schema(kind: str) -> dict[str, Any]:
         else {"type": "number", "minimum": each.low, "maximum": each.high, "unit": each.unit}
         for key, each in quantities(KINDS[kind]).items()
     }
-    return {"type": "object", "properties": {"base": {"type": "string"}, **values}, "additionalProperties": False}
+    names = {"base": {"type": "string"}, "aliases": {"type": "array", "items": {"type": "string"}}}
+    return {"type": "object", "properties": names | values, "additionalProperties": False}
 
 
 def _object(listed: list[Row]) -> dict[str, Any]:

@@ -63,7 +63,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grind_env.errors import GrindError, shortened
-from grind_env.files import ReadError, beside, is_file, shown
+from grind_env.files import ReadError, beside, is_file, missing, shown
 from grind_env.machine.job.job import (
     PART_AT_STATION,
     Diamond,
@@ -101,6 +101,7 @@ if TYPE_CHECKING:
 KEYS = "plant", "part", "setup", "times", "wheel", "lots", "diamond", "catalogue", "parts", "stations"
 VALUES = tuple(contents(Setup))
 """Keys of `[setup]` that are no entries of the catalogue."""
+WRITE_ONE = "write one: `grind job --template` prints a job, and `grind init FOLDER` makes a program with its job"
 FACTORS = Content(Mapping, float, quantity=Quantity("", "", 1e-9, 1e9))
 
 
@@ -109,10 +110,13 @@ def job_beside(program: Path) -> Path:
 
     Raises:
         JobError: there is none.
+        ReadError: there is no program either.
     """
     path = beside(program, ".toml")
     if not is_file(path):
-        raise JobError(f"there is no job {shown(path)} beside the program; name one with --job")
+        if not program.exists():
+            raise missing(program)
+        raise JobError(f"there is no job {shown(path)} beside the program; name one with --job, or {WRITE_ONE}")
     return path
 
 
@@ -146,7 +150,8 @@ def load_job(path: str | Path, *, plant: "Plant | None" = None, calibrated: bool
     try:
         document = read_toml(path)
     except ReadError as error:
-        raise JobError(f"the job cannot be read ({error.reason}); name a TOML file", file=str(path)) from None
+        message = f"the job cannot be read ({error.reason}); name a TOML file, or {WRITE_ONE}"
+        raise JobError(message, file=str(path)) from None
     except TomlError as error:
         raise JobError(f"the job is not valid TOML: {error}", file=str(path)) from None
     try:

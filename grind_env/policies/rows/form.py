@@ -56,7 +56,14 @@ def formed(kind: Any, value: Any, place: str) -> Any:
     return float(value) if kind is float else value
 
 
-SAID = {float: "a finite number", int: "a whole number", str: "a text", tuple: "a list", NoneType: "null"}
+SAID = {
+    float: "a finite number",
+    int: "a whole number",
+    bool: "true or false",
+    str: "a text",
+    tuple: "a list",
+    NoneType: "null",
+}
 
 
 def _fits(kind: Any, value: Any) -> bool:
@@ -65,6 +72,6 @@ def _fits(kind: Any, value: Any) -> bool:
         return isinstance(value, int | float) and type(value) is not bool and abs(value) <= sys.float_info.max
     if get_origin(kind) is Literal:
         return isinstance(value, str) and value in get_args(kind)
-    if kind in (int, str, NoneType):
+    if kind in (int, bool, str, NoneType):
         return type(value) is kind
     return isinstance(value, list if get_origin(kind) is tuple else dict)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
 
+from grind_env.files import shown
 from grind_env.shop.advise.adviser import Advice, Adviser
 from grind_env.shop.advise.forecast import sentences
 from grind_env.shop.advise.readings import ReadingError, Readings, check_readings, readings_of
@@ -67,10 +68,16 @@ class Session:
         Raises:
             GrindError: it is damaged, of another batch, or its advice was another one.
         """
-        for step in read_state(self.files.state, self.origin):
+        for number, step in enumerate(read_state(self.files.state, self.origin)):
             advice = self.adviser.advice
             if advice is None or advice.words != step.words:
                 raise StateError(f"{self.files.state} was written by another version, which advised otherwise: {ANEW}")
+            try:
+                check_readings(
+                    step.readings, self.adviser.simulation, number, f"{shown(self.files.state)}, block {number + 1}"
+                )
+            except ReadingError as error:
+                raise StateError(f"{error}; {ANEW}") from None
             self._told(advice, step.readings)
             self.steps.append(step)
         if self.steps:

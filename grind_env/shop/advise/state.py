@@ -22,8 +22,9 @@ from grind_env.files import FileError, csv_cell, is_file, read_bytes, read_text,
 from grind_env.lock import alone
 from grind_env.machine.part.feeds import speed_word
 from grind_env.policies.policy import Policy
+from grind_env.policies.rows.form import formed
 from grind_env.shop.advise.own import LOG_COLUMNS
-from grind_env.shop.advise.readings import NAMES, Readings, readings_of
+from grind_env.shop.advise.readings import NAMES, Readings
 
 FORMAT = 1
 REFERENCE_COST = Shop._fields.index("reference_cost")
@@ -84,7 +85,7 @@ def origin_of(simulation: JobSimulation, policy: Policy, file: Path | None, how:
     )
 
 
-def read_state(path: Path, origin: Origin) -> list[Step]:
+def read_state(path: Path, origin: Origin) -> Sequence[Step]:
     """The blocks that a file tells of; none if there is no file.
 
     Raises:
@@ -92,25 +93,16 @@ def read_state(path: Path, origin: Origin) -> list[Step]:
         ReadError: it cannot be read.
     """
     if not is_file(path):
-        return []
+        return ()
     try:
         document = json.loads(read_text(path))
         if document["format"] != FORMAT:
             raise StateError(f"{shown(path)} has format {quoted(document['format'])}, but {FORMAT} is read: {ANEW}")
-        found = Origin(**document["origin"])
-        if not isinstance(document["steps"], list):
-            raise StateError(f"{shown(path)} is damaged: its steps are {quoted(document['steps'])} and no list: {ANEW}")
-        steps = [
-            Step(
-                time=str(step["time"]),
-                words={str(letter): str(value) for letter, value in step["words"].items()},
-                readings=readings_of(step["readings"], f"{shown(path)}, block {number}"),
-            )
-            for number, step in enumerate(document["steps"], 1)
-        ]
+        found: Origin = formed(Origin, document["origin"], "origin")
+        steps: tuple[Step, ...] = formed(tuple[Step, ...], document["steps"], "steps")
     except StateError:
         raise
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise StateError(f"{shown(path)} is no state of an adviser, or damaged ({reason(error)}): {ANEW}") from None
     for name, value in asdict(origin).items():
         if getattr(found, name) != value:

@@ -41,6 +41,8 @@ HOPELESS = 0.3
 """Error of the fitted power, over its root mean square, from which on log and job do not belong together."""
 FAR = 2.5
 """Factor between measured and modelled power that no job makes, but a unit does."""
+A_THOUSAND = 0.7
+"""By which the logarithm to base 10 of such a factor may differ from 3 where W and kW are taken for each other."""
 HOPELESS_ROUGHNESS = 1.0
 """Error of the logarithm of Ra from which on it is of another unit or part."""
 LINES = 1_000_000
@@ -105,7 +107,7 @@ def calibrate(
     )
     problem = Problem(parameters, scales, data, model.predict, free, jumps)
     fitted = fit(problem, told)
-    _refuse_hopeless(fitted, data)
+    _refuse_hopeless(fitted, data, rows.unit, model.gain)
     held_out = None
     if data.held_out.any() and not data.held_out.all():
         told("fitting without the last parts")
@@ -162,10 +164,18 @@ def _usual(programs: Programs, job: Job) -> Floats:
     return powers(forward.run(job))[-forward.part.size :]
 
 
-def _refuse_hopeless(fitted: Fit, data: Data) -> None:
+def _refuse_hopeless(fitted: Fit, data: Data, unit: str, gain: float) -> None:
+    """Refuse a fit that misses the log; `gain` is the power of the log in its unit over that of the catalogue."""
     errors = errors_of(fitted, data, fitted.used)
     error = errors["power"][2]
     if error > HOPELESS:
+        shown, meant = ("W", "kW") if gain < 1.0 else ("kW", "W")
+        if unit == shown.lower() and gain > 0.0 and abs(abs(math.log10(gain)) - 3.0) < A_THOUSAND:
+            raise CalibrationError(
+                f"the log shows {gain:.2g} times the power that the catalogue expects, so that it is in {meant} and "
+                f"not in {shown}, a factor of 1000; write {meant} in its heading, or say it with a map: [log] "
+                f'power_unit = "{meant}"'
+            )
         power = (data.kind == "power") & fitted.used
         measured, modelled = data.value[power], fitted.predicted[power]
         times = float(measured @ modelled / (modelled @ modelled))
@@ -191,6 +201,8 @@ class _Model:
     data: Data
     forward: Forward
     job: Job
+    gain: float
+    """Power of the log over that with the constants of the job."""
 
     def predict(self, changes: Changes) -> Floats:
         """What would be measured with other constants."""
@@ -204,8 +216,9 @@ def _model(log: Log, pattern: Pattern, found: Alignment, gauge: Gauge | None, jo
     forward = Forward(programs, job, found.executions, found.overrides(pattern))
     extra = measured_of(gauge, found.executions * pattern.parts, job)
     nominal = seen.weights @ powers(forward.run(job))
-    unit = 1.0 if log.known_scale else float(nominal @ seen.power / (nominal @ nominal))
-    return _Model(seen, extra, _data(seen, pattern, unit, extra, found.executions), forward, job)
+    gain = float(nominal @ seen.power / (nominal @ nominal))
+    data = _data(seen, pattern, 1.0 if log.known_scale else gain, extra, found.executions)
+    return _Model(seen, extra, data, forward, job, gain)
 
 
 def _data(seen: Observations, pattern: Pattern, unit: float, extra: Gauged, executions: int) -> Data:

@@ -9,7 +9,7 @@ import numpy as np
 from grind_env.render.figures import check_format, new_figure, write_figure
 from grind_env.render.plots import BLUE, GREEN, GREY, ORANGE, RED
 from grind_env.shop.dress_interval import DressInterval
-from grind_env.shop.sweep.study import Sweep, SweepPoint, cheapest
+from grind_env.shop.sweep.study import RISK, Sweep, SweepPoint, cheapest
 from grind_env.shop.trials import LIMITS, lots_said
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ LINES = (
 )
 """Of the dress intervals that are shown over E, beside the best one."""
 BEST = Look(GREEN)
-LOOKS = dict(zip(LIMITS, LINES, strict=False))
+LOOKS = dict(zip((*LIMITS, RISK), LINES, strict=False))
 DEAREST = 4.0
 """Times the best cost above which a cost is drawn as that."""
 
@@ -112,7 +112,7 @@ def _intervals(axes: "Axes", found: Sweep, points: Sequence[SweepPoint]) -> None
         best.every, best.cost.value, "*", ms=15, color=GREEN, zorder=5, label=f"best: {best.every}, E{best.E:.0f}"
     )
     axes.axhline(found.own.cost.value, color=GREY, ls="--", lw=1.2, label="the program as it is")
-    _finish(axes, best, found)
+    _finish(axes, best, found, points)
     axes.set(xlabel=f"{found.counted}s from dress to dress", ylabel="$ a part")
 
 
@@ -129,7 +129,7 @@ def _speeds(axes: "Axes", found: Sweep) -> None:
         _cost(axes, np.array([point.E for point in row]) / 1000.0, row, look, name, band=look is BEST)
     axes.plot(best.E / 1000.0, best.cost.value, "*", ms=15, color=GREEN, zorder=5)
     axes.axhline(found.own.cost.value, color=GREY, ls="--", lw=1.2, label="the program as it is")
-    _finish(axes, best, found)
+    _finish(axes, best, found, [point for point in found.speeds if point.every in shown])
     axes.set(xlabel="E of the first cycle block, m/min", ylabel="$ a part")
 
 
@@ -143,7 +143,7 @@ def _dresses(axes: "Axes", found: Sweep) -> None:
         _cost(axes, np.array([getattr(point, name) for point in points]), points, Look(BLUE), "")
         axes.plot(getattr(best, name), best.cost.value, "*", ms=15, color=GREEN, zorder=5)
         axes.axhline(found.own.cost.value, color=GREY, ls="--", lw=1.2, label="the program as it is")
-        _finish(axes, best, found)
+        _finish(axes, best, found, points)
         axes.set(xlabel=_name(name), ylabel="$ a part")
         return
     cost = np.full((len(depths), len(leads)), np.nan)
@@ -159,7 +159,7 @@ def _dresses(axes: "Axes", found: Sweep) -> None:
     axes.plot(leads.index(best.lead), depths.index(best.depth) + 0.32, "*", ms=10, color=GREEN)
     axes.set_xticks(range(len(leads)), [f"{lead:.3f}" for lead in leads], rotation=45)
     axes.set_yticks(range(len(depths)), [f"{depth:.4f}" for depth in depths])
-    axes.set(xlabel=_name("lead"), ylabel=_name("depth"), title="$ a part; x: beyond a limit")
+    axes.set(xlabel=_name("lead"), ylabel=_name("depth"), title=f"$ a part; x: {_beyond(points)}")
     axes.figure.colorbar(image, ax=axes, extend="max")
 
 
@@ -191,9 +191,9 @@ def _cost(
 
 
 def _shares(axes: "Axes", at: Sequence[float], points: Sequence[SweepPoint], label: str) -> None:
-    """What 95 of 100 parts keep of each limit."""
-    for k, name in enumerate(LIMITS):
-        values = [100.0 * point.shares[k] for point in points]
+    """What 95 of 100 parts keep of each limit, and what is risked of what may be."""
+    for name in (*LIMITS, RISK):
+        values = [100.0 * point.of_limits[name] for point in points]
         if max(values) > 0.0:
             color, dash, mark = LOOKS[name]
             axes.plot(at, values, dash, marker=mark, ms=3.5, lw=1.2, color=color, label=name)
@@ -201,15 +201,22 @@ def _shares(axes: "Axes", at: Sequence[float], points: Sequence[SweepPoint], lab
     axes.set_ylim(0.0, min(max(130.0, 1.25 * axes.get_ylim()[1]), 250.0))
     axes.set(xlabel=label, ylabel="% of the limit, 95 of 100 parts")
     axes.grid(alpha=0.3)
-    axes.legend(fontsize=8, ncols=4, loc="upper left")
+    axes.legend(fontsize=8, ncols=5, loc="upper left")
 
 
-def _finish(axes: "Axes", best: SweepPoint, found: Sweep) -> None:
+def _finish(axes: "Axes", best: SweepPoint, found: Sweep, points: Sequence[SweepPoint]) -> None:
     low, high = axes.get_ylim()
     most = max(DEAREST * best.cost.value, 1.1 * found.own.cost.value)
     axes.set_ylim(max(low, 0.0), min(high, most))
     axes.grid(alpha=0.3)
-    axes.legend(fontsize=8, loc="upper right", title="hollow: beyond a limit", title_fontsize=8)
+    axes.legend(fontsize=8, loc="upper right", title=f"hollow: {_beyond(points)}", title_fontsize=8)
+
+
+def _beyond(points: Sequence[SweepPoint]) -> str:
+    """What points that do not keep the limits are beyond: the limits that are passed by most."""
+    passed = {point.worst_limit for point in points if not point.keeps_limits}
+    named = ", ".join(name for name in LOOKS if name in passed)
+    return f"beyond a limit ({named})" if named else "beyond a limit"
 
 
 def _span(found: Sweep) -> str:

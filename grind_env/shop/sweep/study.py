@@ -1,5 +1,6 @@
 """A dress study of a user's own part: table speed and dress interval, then lead and depth of the dress."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,6 +11,7 @@ import numpy as np
 from grind_env.arrays import Array
 from grind_env.control import read_file
 from grind_env.control.source import SourceText
+from grind_env.envs.job.outline import INCH
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job
 from grind_env.machine.job.file import job_of
@@ -304,6 +306,15 @@ class _Study:
         most = self.trials.simulation.job.setup.machine.maximum_table_speed
         if ranges.E is not None and ranges.E[1] > most:
             raise SweepError(f"--E goes up to {ranges.E[1]:g} mm/min, but the table makes {most:g}")
+        programmed = float(self.own[0, E])
+        # by ratio, the whole range is nearer to the program in inches
+        if ranges.E is not None and self.trials.stand[0].inch and ranges.E[1] < programmed / math.sqrt(INCH):
+            low, high = ranges.E
+            raise SweepError(
+                f"--E is in mm/min: {low:g}..{high:g} does not come near the {programmed:.0f} mm/min "
+                f"({programmed / INCH:.0f} inch/min) of {name}; for inch/min write "
+                f"--E {INCH * low:.0f}..{INCH * high:.0f}"
+            )
 
     def points(self, label: str, settings: Sequence[Setting]) -> list[SweepPoint]:
         """What a part costs at each of them."""

@@ -1,0 +1,84 @@
+"""Texts that are no part program of this control, and the sentence that says what they are."""
+
+import re
+from collections.abc import Mapping, Sequence
+
+from grind_env.control.errors import ControlError, Place
+from grind_env.control.source import SourceText
+from grind_env.control.words import read_block
+from grind_env.errors import quoted
+
+LOOKED_AT = 4096
+"""Bytes of the beginning of a text by which another control is recognised."""
+ENOUGH = 2
+"""Lines of another control; a single one may be a slip."""
+SIGNS: Mapping[str, re.Pattern[str]] = {
+    control: re.compile(f"(?:{sign})[^\r\n]*", re.IGNORECASE | re.MULTILINE | re.VERBOSE)
+    for control, sign in {
+        "Heidenhain": r"""
+            ^[ \t]*(?:\d+[ \t]+)?(?:(?:BEGIN|END)[ ]PGM|BLK[ ]FORM|TOOL[ ](?:CALL|DEF)|CYCL[ ]DEF|CALL[ ]LBL|LBL)[ ]
+            | ^[ \t]*(?:\d+[ \t]+)?(?:L|CC|CR|CT|LP|CP)[ \t]+[XYZ][+-]\d
+            | ^[ \t]*N\d+[^;(\r\n]*\*(?=[ \t]*\r?$)
+        """,
+        "Sinumerik": r"""
+            ^[ \t]*(?:%_N_\w | ;\$PATH=
+            | (?:N\d+[ \t]*)?(?:(?:DEF|PROC|EXTERN|MCALL|SETMS|TRANS|ATRANS)[ ]+[A-Z] | STOPRE\b | SUPA\b | MSG\(
+            | CYCLE\d+ | \$[AMPST][A-Z]?_ | R\d+[ ]*=[^=] | OS[A-Z]*\d?\[ | FA\[ | [A-Z]+\d?=(?:IC|AC|DC)\(
+            | [A-Z_][A-Z_]\w*:[ \t]*\r?$ | (?:IF\b[^\r\n]*)?\bGOTO[BFC][ ] ))
+        """,
+        "Mazatrol": r"^[ \t]*(?:MAZATROL\b | [UPS]NO\.?[ \t] | FIG[ \t]+PTN\b | SEQ[ \t]+SHP\b)",
+    }.items()
+}
+"""What no block of this control begins with: by it programs for other controls are recognised."""
+REMEDY = "this control reads the G code of a 9/Series: post the part for it, or write the program anew"
+MOST_BEFORE = 20
+"""Blocks of a text before the ``%`` that begins the program."""
+
+
+def check_head(data: bytes, name: str) -> None:
+    """Refuse a program for another control, and one in which each byte has a bit of parity.
+
+    Args:
+        data: the first `LOOKED_AT` bytes of the text.
+        name: of its file.
+
+    Raises:
+        ControlError: file, the text is one of these.
+    """
+    if sum(byte > 0x7F for byte in data) > max(8, len(data) // 4) and not any(byte.bit_count() % 2 for byte in data):
+        message = (
+            "every byte has a bit of even parity, as on punched tape; receive the program with 7 data bits and even "
+            "parity, or save it as text"
+        )
+        raise Place(name, 1, 1, 1).error("file", message)
+    text = data.decode("latin-1")
+    for control, sign in SIGNS.items():
+        found = list(sign.finditer(text))
+        if len(found) >= ENOUGH:
+            line = 1 + len(re.findall(r"\r\n|\r|\n", text[: found[0].start()]))
+            message = f"this is a program for a {control} control ({quoted(found[0][0].strip())}); {REMEDY}"
+            raise Place(name, line, 1, line).error("file", message)
+
+
+def check_before(blocks: Sequence[SourceText]) -> None:
+    """Refuse a text before the ``%`` of a program, of which no block can be read.
+
+    Args:
+        blocks: before a ``%`` with something behind it.
+
+    Raises:
+        ControlError: block-format, there are such blocks alone.
+    """
+    if blocks and not any(map(_is_read, blocks)):
+        message = (
+            f"{quoted(blocks[0].text)} stands before the % of the program, where only comments may stand; delete it, "
+            "or put it in parentheses"
+        )
+        raise blocks[0].place.error("block-format", message)
+
+
+def _is_read(block: SourceText) -> bool:
+    try:
+        return bool(read_block(block).words)
+    except ControlError:
+        return False
