@@ -27,10 +27,10 @@ def test_it_names_what_is_installed_and_how_fast_it_is(grind: Grind) -> None:
 
 def test_of_an_extra_that_is_missing_it_names_the_remedy(grind: Grind, monkeypatch: pytest.MonkeyPatch) -> None:
     installed = doctor._version
-    monkeypatch.setattr(doctor, "_version", lambda library: None if library == "plotly" else installed(library))
+    monkeypatch.setattr(doctor, "_version", lambda library: None if library == "torch" else installed(library))
     told = found(grind)
-    assert told["interactive"]["found"].startswith("plotly missing, for reports")
-    assert told["interactive"]["remedy"] == "pip install '.[interactive]'"
+    assert told["train"]["found"].startswith("torch missing, for `grind train`")
+    assert told["train"]["remedy"] == "pip install '.[train]'"
     assert "matplotlib " in told["shop"]["found"] and not told["shop"]["remedy"]
 
 
