@@ -17,7 +17,6 @@ from agents.commands import (
     train,
     tune,
     video,
-    worlds,
 )
 from grind_env.arguments import Application
 
@@ -30,7 +29,7 @@ app = Application(
 )
 
 COMMANDS = (
-    *(tune, train, recipe, safety, benchmark, replicate, scores, gaps, dress_study, plants, track, worlds, splits),
+    *(tune, train, recipe, safety, benchmark, replicate, scores, gaps, dress_study, plants, track, splits),
     *(figure, video, dataset, clone),
 )
 for command in COMMANDS:

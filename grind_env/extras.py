@@ -11,7 +11,6 @@ LIBRARIES = {
     "markupsafe": "Jinja2",
     "matplotlib": "matplotlib",
     "pandas": "pandas",
-    "plotly": "plotly",
     "pyarrow": "pyarrow",
     "ray": "Ray",
     "scipy": "SciPy",

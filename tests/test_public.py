@@ -19,7 +19,7 @@ PLATE = grind_env.examples.path("plate_g82.nc")
 def test_importing_the_package_imports_nothing_heavy() -> None:
     code = "import sys, grind_env; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    heavy = {"pandas", "matplotlib", "scipy", "jinja2", "plotly", "torch", "grind_env.shop", "grind_env.machine.grind"}
+    heavy = {"pandas", "matplotlib", "scipy", "jinja2", "torch", "grind_env.shop", "grind_env.machine.grind"}
     assert not set(loaded) & (heavy | {"numpy", "numba", "gymnasium"})
 
 

@@ -20,12 +20,11 @@ class Series:
         x: where they are, in the unit of the axis, shape (N,).
         y: likewise; of a graph with rows their numbers, from 0.
         color: of all of them.
-        mark: of each as matplotlib has it, one of `MARKS`; empty for a line alone.
+        mark: of each as matplotlib has it; empty for a line alone.
         size: of a mark, pt.
         hollow: whether marks are rings.
         joined: whether a line goes through them.
         half_widths: of an interval around each `x`, likewise; none if empty.
-        texts: what each is; of figures that show it.
     """
 
     name: str
@@ -37,7 +36,6 @@ class Series:
     hollow: bool = False
     joined: bool = False
     half_widths: Sequence[float] = ()
-    texts: Sequence[str] = ()
 
 
 class Rule(NamedTuple):
@@ -72,10 +70,6 @@ class Graph:
     log: bool = False
     whole: bool = False
     height: int = 380
-
-
-MARKS = {"o": "circle", "s": "square", "x": "x", "*": "star", "|": "line-ns", "": "circle"}
-"""Marks of matplotlib, and what plotly calls them."""
 
 
 def draw_graph(axes: "Axes", graph: Graph) -> None:

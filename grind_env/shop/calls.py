@@ -43,7 +43,6 @@ def report(
     dress_at: Sequence[float] = (),
     interrupts: Sequence[str] = (),
     plant: str | None = None,
-    interactive: bool = False,
 ) -> Path:
     """Grind with a program and write it up as one HTML file that works offline.
 
@@ -57,14 +56,12 @@ def report(
         dress_at: when the operator asks for a dress, s.
         interrupts: programs that the operator asks for in between.
         plant: name of the machine (`grind_env.plants`); that of the job if None.
-        interactive: whether figures can be looked into with the mouse, by `plotly.min.js`, which is written beside the
-            file.
 
     Returns:
         The file.
 
     Raises:
-        MissingExtra: the extra [shop] is not installed, or [interactive] where it is needed.
+        MissingExtra: the extra [shop] is not installed.
         FileError: the folder does not exist or cannot be written to, the file is one of those that are read, or one
             that nobody has named and that is no such report.
         GrindError: as of `machine.grind`.
@@ -75,7 +72,7 @@ def report(
     numbers = [each.program for each in interrupts_of(interrupts)]
     read = program, *called_files(program, numbers), *files_of_job(path)
     check_targets([Target(path=written, own=PAGE if output is None else None)], read)
-    prepare_page(written, "--output", interactive=interactive)
+    prepare_page(written)
     programs, settings = read_file(program), load_job(path)
     record = grind_file(
         programs,
@@ -87,8 +84,8 @@ def report(
         interrupts=interrupts,
         plant=plant,
     )
-    html = run_report(record, programs, record.job, (program, path), interactive=interactive)
-    write_page(written, html, interactive=interactive)
+    html = run_report(record, programs, record.job, (program, path))
+    write_page(written, html)
     return written
 
 

@@ -26,7 +26,6 @@ EXTRAS = {
     "render": "pictures of environments, videos",
     "data": ".parquet files, tables for pandas",
     "shop": "`grind optimise`, `sweep`, `calibrate`, `report`",
-    "interactive": "reports with `--interactive`",
     "train": "`grind train`",
     "sb3": "agents of Stable-Baselines3",
 }

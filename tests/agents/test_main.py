@@ -21,7 +21,7 @@ from grind_env.policies.tuned import read_tuned
 HEAVY = ("torch", "stable_baselines3", "optuna", "matplotlib", "pyarrow", "cma", "minari")
 ELSEWHERE = (
     *("benchmark", "clone", "figure", "gaps", "plants", "recipe", "replicate"),
-    *("safety", "scores", "splits", "track", "worlds"),
+    *("safety", "scores", "splits", "track"),
 )
 """Commands that tests of their own run through the same `main`."""
 NO_TABLE = ("clone", "dataset", "figure", "scores", "train", "tune", "video")

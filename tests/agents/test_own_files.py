@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from agents import recipe, splits, worlds
+from agents import recipe, splits
 from agents.application import app
 from agents.benchmark import replications
 from agents.benchmark.results import CSV
@@ -39,8 +39,6 @@ BY_COMMAND = {
     "power_limited.csv": "scores --task power_limited --results . --runs runs --data new.toml",
     "splits.csv": "splits --task oracle6 --episodes 2 --results . --runs runs",
     "splits.md": "splits --task oracle6 --episodes 2 --results . --runs runs",
-    "worlds.csv": "worlds --episodes 2 --results . --runs runs",
-    "worlds.md": "worlds --episodes 2 --results . --runs runs",
     "new.toml": "scores --task power_limited --results . --runs runs --data new.toml",
     "plate_g82.toml": f"tune --program {PART} --configs . --runs runs --policies constant --fresh",
     "learning/plate_g82.toml": f"tune --program {PART} --kind ppo --configs . --runs runs",
@@ -68,7 +66,7 @@ def test_a_file_of_somebody_is_told_before_any_work(
 
 
 def test_what_is_checked_in_is_known_for_their_own() -> None:
-    elsewhere = ("benchmark", "gaps", "plants", "recipe", "replications", "safety", "splits", "track", "worlds")
+    elsewhere = ("benchmark", "gaps", "plants", "recipe", "replications", "safety", "splits", "track")
     for own, paths in (
         (TUNED_FILE, CONFIGS.glob("*.toml")),
         (REFERENCES, [FILE]),
@@ -78,7 +76,7 @@ def test_what_is_checked_in_is_known_for_their_own() -> None:
     ):
         found = list(paths)
         assert found and all(own.fits(path) for path in found)
-    for module in (gaps, plants, recipe, replications, safety, splits, track, worlds):
+    for module in (gaps, plants, recipe, replications, safety, splits, track):
         check_tables(RESULTS, module.__name__, module.BEGINS)
 
 

@@ -23,7 +23,6 @@ from grind_env.envs.actions import ActionCodec, ActionError
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.vector_env import GrindVectorEnv
-from grind_env.testing.conformance import check_vector_env
 from tests.envs.harness import (
     BLOCKS,
     FORMS,
@@ -40,6 +39,7 @@ from tests.envs.harness import (
     sampled,
     sync,
 )
+from tests.testing.conformance import check_vector_env
 
 pytestmark = pytest.mark.filterwarnings("error")
 

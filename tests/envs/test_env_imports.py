@@ -4,7 +4,7 @@ import sys
 BODY = """
 import importlib.abc, sys
 
-OPTIONAL = ("torch", "stable_baselines3", "matplotlib", "pandas", "pyarrow", "plotly", "cma", "typer", "rich")
+OPTIONAL = ("torch", "stable_baselines3", "matplotlib", "pandas", "pyarrow", "cma", "typer", "rich")
 
 class Missing(importlib.abc.MetaPathFinder):
     def find_spec(self, name, path=None, target=None):

@@ -33,9 +33,9 @@ from grind_env.machine.record import GrindingRecord
 from grind_env.machine.script.block import ScriptError
 from grind_env.machine.script.script import script_of
 from grind_env.machine.script.settings import Ranges
-from grind_env.testing.conformance import check_vector_env
 from tests.envs.harness import MODES, assert_same, job_drawn, reward_terms_of, row_of, tape_of_job
 from tests.machine.harness import DRESS
+from tests.testing.conformance import check_vector_env
 
 ID = "grind/Job-v0"
 EXAMPLES = Path(grind_env.__file__).parent / "examples"

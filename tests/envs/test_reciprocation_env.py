@@ -18,8 +18,8 @@ from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import read_task
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord
-from grind_env.testing.conformance import check_vector_env
 from tests.envs.harness import assert_same, reward_terms_of, whole_tape
+from tests.testing.conformance import check_vector_env
 
 ID = "grind/Reciprocation-v0"
 

@@ -14,12 +14,10 @@ from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.feeding import FeedMotion
-from grind_env.machine.loops.rows import LOG
 from grind_env.machine.part.rows import WHEEL_FIELDS
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.process import PROCESS
-from grind_env.process.state import StrokeResult
 from tests.batches import FEEDS, PART, TALLY, WHEEL, as_table
 from tests.machine.harness import DRESS, DRESS_NUMBERS, job, start_wheel
 
@@ -85,8 +83,8 @@ def program_run(case: Case, job: Job) -> GrindingRecord:
     return grind(read(case.text), job, control=control)
 
 
-def compiled_run(cases: list[Case], job: Job, seconds: float = 0.0) -> tuple[Any, Any, Any, Any]:
-    """Wheels, parts, tallies and stroke logs of the scalar loop, and in bits of the lanes; a dress takes `seconds`."""
+def compiled_run(cases: list[Case], job: Job, seconds: float = 0.0) -> tuple[Any, Any, Any]:
+    """Wheels, parts and tallies of the lanes; a dress takes `seconds`."""
     n, p = len(cases), job.parameters
     rows = 2 * (max(case.D for case in cases) + 1)
     motions = np.full((n * rows, len(FeedMotion._fields)), np.nan)
@@ -96,16 +94,11 @@ def compiled_run(cases: list[Case], job: Job, seconds: float = 0.0) -> tuple[Any
     parameters = np.array([p] * n)
     wheel, start = start_wheel(p), job.wheel
     wheel = wheel._replace(A=start.wear_flat_area or wheel.A, V=start.volume_since_dress or wheel.V)
-
-    def states() -> tuple[Any, Any, Any]:
-        part = PartState(0.0, 0.0, INITIAL_ROUGHNESS)
-        return np.array([(*wheel, *PROCESS.own())] * n, WHEEL), np.array([tuple(part)] * n, PART), np.zeros(n, TALLY)
-
-    alone, beside, log = states(), states(), np.zeros((n, 400), LOG)
-    FEEDS.scalar(feedings, parameters, *map(as_table, alone), motions, log.view(np.float64).reshape(n, 400, -1))
-    FEEDS.lanes(feedings, parameters, *map(as_table, beside), motions, np.arange(n), 0, 1)
-    assert [table.tobytes() for table in beside] == [table.tobytes() for table in alone]
-    return *alone, log
+    part = PartState(0.0, 0.0, INITIAL_ROUGHNESS)
+    wheels, parts = np.array([(*wheel, *PROCESS.own())] * n, WHEEL), np.array([tuple(part)] * n, PART)
+    tallies = np.zeros(n, TALLY)
+    FEEDS.lanes(feedings, parameters, *map(as_table, (wheels, parts, tallies)), motions, np.arange(n), 0, 1)
+    return wheels, parts, tallies
 
 
 CASES = st.builds(
@@ -125,14 +118,12 @@ def test_the_program_grinds_the_same_strokes(case: Case, A: float) -> None:
     shop = job(wheel_start=WheelStart(wear_flat_area=A, volume_since_dress=50.0), stock=0.1)
     record = program_run(case, shop)
     seconds = float(record.dresses["seconds"][0]) if record.dresses.size else 0.0
-    wheels, parts, tallies, log = compiled_run([case], shop, seconds)
+    wheels, parts, tallies = compiled_run([case], shop, seconds)
     tally, n = tallies[0], len(record.strokes)
     assert (tally["strokes"], tally["dresses"]) == (n, len(record.dresses))
     assert list(record.dresses["cause"]) == ["pre"] * case.pre_dress + ["operator"] * case.D
     counts = np.cumsum([part.strokes for part in case.segments]).astype(int)
     assert list(record.dresses["after"]) == [0] * case.pre_dress + counts[:-1].tolist()
-    for name in StrokeResult._fields:
-        np.testing.assert_allclose(record.strokes[name], log[name][0, :n], rtol=1e-8, atol=1e-11, err_msg=name)
     for name in WHEEL_FIELDS:
         assert record.strokes[name][-1] == pytest.approx(wheels[name][0], rel=1e-9, abs=1e-13), name
     part = record.parts[0]

@@ -8,8 +8,8 @@ import pytest
 from gymnasium.envs.registration import EnvSpec
 
 from grind_env.envs.tasks import TaskError
-from grind_env.testing.conformance import check_vector_env
 from tests.envs.harness import MODES, accepts, assert_same, every_id, native, quiet, sampled, sync
+from tests.testing.conformance import check_vector_env
 
 STEPS = {
     "grind/PowerLimited-v0": 3,

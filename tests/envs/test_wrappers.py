@@ -28,9 +28,9 @@ from grind_env.envs.wrappers import (
 from grind_env.policies.evaluation import start_episodes
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
-from grind_env.testing.conformance import check_vector_env
 from tests.envs.harness import IDS, actions, assert_same, native
 from tests.envs.walks import Walk, Walks
+from tests.testing.conformance import check_vector_env
 
 OTHER_FORMS = ["grind/Job-v0", "grind/Reciprocation-v0", "grind/WidePlates-v0"]
 MEASURED = {"observation": "measured", "show_block": False}

@@ -3,19 +3,13 @@
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
-from grind_env.arrays import Array
 from grind_env.control import Control, read
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Times, WheelStart
-from grind_env.machine.loops.batch import NO_MOTIONS
 from grind_env.machine.loops.compiled import dress_lead, dressed_wheel
-from grind_env.machine.loops.rows import LOG
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.catalogue import load_catalogue
 from grind_env.process.state import StrokeParameters, WheelState
-from tests.batches import PLUNGES, TALLY, as_table
 
 CATALOGUE = load_catalogue()
 
@@ -105,15 +99,3 @@ def told_stepped(record: GrindingRecord) -> tuple[str, ...]:
     late = [warning for warning in record.warnings if f"asked for at {LONG_AFTER[0]:g} s is not made" in warning]
     assert len(late) == 1
     return tuple(warning for warning in record.warnings if warning not in late)
-
-
-def log_cycles(cycles: Array, parameters: Array, wheels: Array, parts: Array, strokes: int) -> tuple[Array, Array]:
-    """What `grind_cycles` does, by the loop of one machine after the other; the first strokes of each are logged.
-
-    Returns:
-        Tallies, shape (N,), dtype `TALLY`, and the log, shape (N, strokes), dtype `LOG`.
-    """
-    tallies, log = np.zeros(len(cycles), TALLY), np.zeros((len(cycles), strokes), LOG)
-    tables = [as_table(each) for each in (cycles, parameters, wheels, parts, tallies)]
-    PLUNGES.scalar(*tables, NO_MOTIONS, log.view(np.float64).reshape(*log.shape, len(LOG.names or ())))
-    return tallies, log

@@ -37,7 +37,7 @@ from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 from tests import batches
 from tests.batches import CYCLE, PARAMETERS, PART, PLUNGES, WHEEL, cold, grind_cycles
-from tests.machine.harness import CATALOGUE, DRESS_NUMBERS, job, log_cycles, run, start_wheel
+from tests.machine.harness import CATALOGUE, DRESS_NUMBERS, job, run, start_wheel
 
 MICRONS = 1000.0  # in a mm; the quotient is the number that a word such as Y.009 says
 
@@ -139,7 +139,6 @@ def cases() -> st.SearchStrategy[Case]:
 
 class Batched(NamedTuple):
     result: Any
-    log: Any
     wheel: Any
     part: Any
 
@@ -197,8 +196,8 @@ def tables(cases: list[Case], dress_seconds: float = 30.0) -> tuple[Any, Any, An
 
 def batched(case: Case, dress_seconds: float) -> Batched:
     cycles, parameters, wheels, parts = tables([case], dress_seconds)
-    results, log = log_cycles(cycles, parameters, wheels, parts, 200)
-    return Batched(results[0], log[0], wheels[0], parts[0])
+    results = grind_cycles(cycles, parameters, wheels, parts)
+    return Batched(results[0], wheels[0], parts[0])
 
 
 def places_of_dresses(case: Case) -> list[int]:
@@ -227,11 +226,6 @@ def test_a_program_and_the_batched_cycle_agree(case: Case) -> None:
     assert len(record.dresses) == batch.result["dresses"]
     assert list(record.dresses["after"]) == places_of_dresses(case)
     assert_same_times(case, record)
-    # a depth of 1e-18 mm, where the other way of adding up gives 0, is a wheel that touches or does not
-    Z = record.strokes["Z"]
-    firm = (np.abs(Z) > 1e-12) | (Z == 0.0)
-    for name in StrokeResult._fields:
-        assert_close(record.strokes[name][firm], batch.log[name][:n][firm], name)
     if n not in places_of_dresses(case):  # else the wheel has been dressed since its last stroke
         for name in WHEEL_FIELDS:
             assert_close(record.strokes[name][-1], batch.wheel[name], name)
@@ -298,35 +292,36 @@ def outcome(cases: list[Case], grind: Callable[..., Array]) -> tuple[bytes, ...]
 
 
 @pytest.fixture(scope="module")
-def scalar() -> tuple[bytes, ...]:
-    found = outcome(MANY, lambda *arguments: log_cycles(*arguments, 0)[0])
+def alone() -> tuple[bytes, ...]:
+    """Of each case without another machine beside it."""
+    found = tuple(outcome([case], grind_cycles)[0] for case in MANY)
     assert len(set(found)) == len(MANY)
     return found
 
 
 @pytest.mark.bits
 @pytest.mark.parametrize("threads", [1, 2, 5])
-def test_the_block_kernel_has_the_bits_of_the_scalar_loop(scalar: tuple[bytes, ...], threads: int) -> None:
-    assert outcome(MANY, partial(grind_cycles, threads=threads)) == scalar
+def test_machines_side_by_side_have_the_bits_that_each_has_alone(alone: tuple[bytes, ...], threads: int) -> None:
+    assert outcome(MANY, partial(grind_cycles, threads=threads)) == alone
 
 
 @pytest.mark.bits
 @pytest.mark.parametrize("count", [1, 2, 7, 8, 9, 20])
-def test_the_number_of_machines_changes_no_bit(scalar: tuple[bytes, ...], count: int) -> None:
-    assert outcome(MANY[:count], grind_cycles) == scalar[:count]
+def test_the_number_of_machines_changes_no_bit(alone: tuple[bytes, ...], count: int) -> None:
+    assert outcome(MANY[:count], grind_cycles) == alone[:count]
 
 
 @pytest.mark.bits
-def test_the_order_of_machines_changes_no_bit(scalar: tuple[bytes, ...]) -> None:
+def test_the_order_of_machines_changes_no_bit(alone: tuple[bytes, ...]) -> None:
     order = np.random.default_rng(1).permutation(len(MANY))
     found = outcome([MANY[k] for k in order], grind_cycles)
-    assert [found[i] for i in np.argsort(order)] == list(scalar)
+    assert [found[i] for i in np.argsort(order)] == list(alone)
 
 
 @pytest.mark.bits
 @pytest.mark.parametrize("count", [4, 16])
 def test_the_number_of_lanes_changes_no_bit(
-    scalar: tuple[bytes, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, count: int
+    alone: tuple[bytes, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, count: int
 ) -> None:
     source = Path(loops.__file__).read_text(encoding="utf-8")
     assert "\nLANES = 8\n" in source
@@ -339,7 +334,7 @@ def test_the_number_of_lanes_changes_no_bit(
     try:
         spec.loader.exec_module(module)
         monkeypatch.setattr(batches, "PLUNGES", module.loops_of(COURSES["G82"]))
-        assert outcome(MANY, grind_cycles) == scalar
+        assert outcome(MANY, grind_cycles) == alone
     finally:
         del sys.modules[path.stem]
 
@@ -408,6 +403,6 @@ def test_a_cache_folder_that_cannot_be_made_means_no_disk_cache(
 ) -> None:
     (tmp_path / "file").touch()
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "cache"))
-    assert Path(entry(PLUNGES.scalar.py_func).stats.cache_path).is_relative_to(tmp_path / "cache")
+    assert Path(entry(PLUNGES.lanes.py_func).stats.cache_path).is_relative_to(tmp_path / "cache")
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "file" / "cache"))
-    assert entry(PLUNGES.scalar.py_func).stats.cache_path is None
+    assert entry(PLUNGES.lanes.py_func).stats.cache_path is None

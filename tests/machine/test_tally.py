@@ -7,14 +7,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import assume, example, given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from grind_env.control.cycles.plunge import PlungeCycle
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.machine.loops.batch import NO_MOTIONS
 from grind_env.machine.loops.cycle import PartState, Stroking
-from grind_env.machine.loops.rows import LOG
 from grind_env.machine.loops.tally import (
     NOTHING,
     Tally,
@@ -27,10 +26,11 @@ from grind_env.machine.loops.tally import (
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeResult
 from tests.batches import CYCLE, PARAMETERS, PART, PLUNGES, WHEEL, as_table, cold, grind_cycles
-from tests.machine.harness import DRESS_NUMBERS, job, log_cycles, start_wheel
+from tests.machine.harness import DRESS_NUMBERS, HEAD, STROKE, job, run, start_wheel
 
 MICRON = 0.001
-DRESS_SECONDS, STROKE_SECONDS = 30.0, 1.65
+NEAR = 1e-9
+"""How near a run of the program has to come to its cycle."""
 P = job().parameters
 WHEEL_AT_START = start_wheel(P)
 EMPTY = StrokeResult(*[0.0] * len(StrokeResult._fields))
@@ -114,16 +114,19 @@ class Plunge(NamedTuple):
     at_depth: int
     D: int
     pre_dress: bool
-    ground: int
-    """Depth of the part before."""
 
     @property
-    def cycle(self) -> tuple[float, ...]:
+    def text(self) -> str:
+        code, picks = "G82.1" if self.pre_dress else "G82", f"J-{self.J / 1000:.3f} Q-{self.Q / 1000:.3f}"
+        last = f"L{self.at_depth - 1} F600. E12000. P9100 D{self.D}"
+        return f"{HEAD}{code} X230. I-30. Y-{self.depth / 1000:.3f} {picks} {last}\nM30\n"
+
+    def cycle(self, dress_seconds: float) -> tuple[float, ...]:
         stroking = Stroking(
             speed=200.0,
-            first_seconds=2.0,
-            stroke_seconds=STROKE_SECONDS,
-            set_out=2.0,
+            first_seconds=STROKE,
+            stroke_seconds=STROKE,
+            set_out=STROKE,
             start=0.0,
             surface=0.0,
             bottom=self.depth * MICRON,
@@ -131,7 +134,7 @@ class Plunge(NamedTuple):
             finish=self.depth * MICRON,
             width=20.0,
             length=200.0,
-            dress_seconds=DRESS_SECONDS,
+            dress_seconds=dress_seconds,
             cross_start=0.0,
             cross_end=0.0,
             **DRESS_NUMBERS,
@@ -159,15 +162,13 @@ class Plunge(NamedTuple):
         return np.array([*depths, *[self.depth] * self.at_depth]), dresses
 
 
-def tables(*plunges: Plunge) -> tuple[Any, ...]:
+def tables(plunge: Plunge, dress_seconds: float = 30.0) -> tuple[Any, ...]:
     """The arguments of `grind_cycles`."""
-    n = len(plunges)
-    parts = [(each.ground * MICRON, each.ground * MICRON, INITIAL_ROUGHNESS) for each in plunges]
     return (
-        np.array([each.cycle for each in plunges], CYCLE),
-        np.array([tuple(P)] * n, PARAMETERS),
-        np.array([cold(WHEEL_AT_START)] * n, WHEEL),
-        np.array([tuple(PartState(*part)) for part in parts], PART),
+        np.array([plunge.cycle(dress_seconds)], CYCLE),
+        np.array([tuple(P)], PARAMETERS),
+        np.array([cold(WHEEL_AT_START)], WHEEL),
+        np.array([tuple(PartState(0.0, 0.0, INITIAL_ROUGHNESS))], PART),
     )
 
 
@@ -176,12 +177,11 @@ PLUNGE_CASES = st.builds(
     depth=st.integers(0, 150),
     J=st.integers(2, 25),
     Q=st.integers(0, 25),
-    at_depth=st.integers(0, 5),
+    at_depth=st.integers(1, 5),
     D=st.integers(0, 3),
     pre_dress=st.booleans(),
-    ground=st.sampled_from([0, 0, 7, 40]),
 )
-EVERY_SECOND = Plunge(depth=120, J=10, Q=2, at_depth=2, D=0, pre_dress=False, ground=0)
+EVERY_SECOND = Plunge(depth=120, J=10, Q=2, at_depth=2, D=0, pre_dress=False)
 """Ten full plunges, each followed by one that is not."""
 
 
@@ -190,57 +190,50 @@ EVERY_SECOND = Plunge(depth=120, J=10, Q=2, at_depth=2, D=0, pre_dress=False, gr
 @example(plunge=EVERY_SECOND._replace(J=2, Q=10))
 @example(plunge=EVERY_SECOND._replace(D=1))
 @given(plunge=PLUNGE_CASES)
-def test_the_tally_of_a_cycle_is_what_its_log_tells(plunge: Plunge) -> None:
-    assume(plunge.depth + plunge.at_depth > 0)
+def test_the_tally_of_a_cycle_is_what_the_strokes_of_its_program_tell(plunge: Plunge) -> None:
     depths, dresses = plunge.strokes_and_dresses()
-    (tally,), (log,) = log_cycles(*tables(plunge), 200)
-    log = log[: len(depths)]
-    deepest = np.maximum.accumulate([plunge.ground, *depths])
-    gain = np.array(depths) - deepest[:-1]
+    record = run(plunge.text, job())
+    log, dress_seconds = record.strokes, float(record.dresses["seconds"][0]) if dresses else 0.0
+    (tally,) = grind_cycles(*tables(plunge, dress_seconds))
+    gain = np.diff(np.maximum.accumulate([0, *depths]))
     deeper, full = gain > 0, gain >= max(plunge.J, plunge.Q)
     finishing = deeper & (plunge.depth - np.array(depths) <= 50)
     since = np.arange(len(depths)) >= (dresses[-1] if dresses else 0)
-    assert (tally["strokes"], tally["dresses"]) == (len(depths), len(dresses))
-    assert window(tally) == newest_first(log["load"][full & since].tolist())
+    assert (tally["strokes"], tally["dresses"]) == (len(depths), len(dresses)) == (log.size, record.dresses.size)
+    assert window(tally) == pytest.approx(newest_first(log["load"][full & since].tolist()), rel=NEAR)
     assert tally["last_count"] == min((full & since).sum(), 6)
     first = log["load"][full][:6]
     assert tally["first_count"] == len(first)
-    assert tally["first_power"] == pytest.approx(math.fsum(first), rel=1e-12)
-    assert tally["peak_load"] == log["load"].max()
-    assert tally["plunge_rise"] == log["T"][deeper].max(initial=0.0)
-    assert tally["finish_rise"] == log["T"][finishing].max(initial=0.0)
-    assert tally["burn_ratio"] == log["Br"][deeper].max(initial=0.0)
-    assert tally["worn"] == pytest.approx(math.fsum(log["worn"]), rel=1e-12)
+    assert tally["first_power"] == pytest.approx(math.fsum(first), rel=NEAR)
+    assert tally["peak_load"] == pytest.approx(log["load"].max(), rel=NEAR)
+    assert tally["plunge_rise"] == pytest.approx(log["T"][deeper].max(initial=0.0), rel=NEAR)
+    assert tally["finish_rise"] == pytest.approx(log["T"][finishing].max(initial=0.0), rel=NEAR)
+    assert tally["burn_ratio"] == pytest.approx(log["Br"][deeper].max(initial=0.0), rel=NEAR)
+    assert tally["worn"] == pytest.approx(math.fsum(log["worn"]), rel=NEAR)
     taken = DRESS_NUMBERS["dress_passes"] * DRESS_NUMBERS["dress_depth"]
     before = [300.0 - 2.0 * (math.fsum(log["dw"][:n]) + k * taken) for k, n in enumerate(dresses)]
-    assert tally["dressed_off"] == pytest.approx(math.fsum(math.pi * ds * taken * P.bs for ds in before), rel=1e-12)
-    seconds = 2.0 + (len(depths) - 1) * STROKE_SECONDS + len(dresses) * DRESS_SECONDS
-    assert tally["seconds"] == pytest.approx(seconds, rel=1e-12)
+    assert tally["dressed_off"] == pytest.approx(math.fsum(math.pi * ds * taken * P.bs for ds in before), rel=NEAR)
+    assert tally["seconds"] == pytest.approx(len(depths) * STROKE + len(dresses) * dress_seconds, rel=NEAR)
 
 
 def test_the_window_holds_six_full_plunges_where_every_second_stroke_is_one() -> None:
     (tally,) = grind_cycles(*tables(EVERY_SECOND))
-    (_,), (log,) = log_cycles(*tables(EVERY_SECOND), 200)
+    log = run(EVERY_SECOND.text, job()).strokes
     # the first stroke touches; after the odd ones the wheel goes down by 10 um
-    assert window(tally) == log["load"][[19, 17, 15, 13, 11, 9]].tolist()
+    assert window(tally) == pytest.approx(log["load"][[19, 17, 15, 13, 11, 9]].tolist(), rel=NEAR)
 
 
 def test_a_tally_goes_on_from_cycle_to_cycle() -> None:
     long, short = EVERY_SECOND, EVERY_SECOND._replace(depth=30, at_depth=0)
     cycles, parameters, wheels, parts = tables(long)
     before = grind_cycles(cycles, parameters, wheels, parts)
-    found = {}
-    for kind in ("scalar", "lanes"):
-        for name, tallies in (("alone", np.zeros_like(before)), ("after", before.copy())):
-            cycles, *_, parts = tables(short)
-            numbers = [as_table(each) for each in (cycles, parameters, wheels.copy(), parts, tallies)]
-            if kind == "scalar":
-                PLUNGES.scalar(*numbers, NO_MOTIONS, np.empty((1, 0, len(LOG.names or ()))))
-            else:
-                PLUNGES.lanes(*numbers, NO_MOTIONS, np.arange(1), 0, 1)
-            found[kind, name] = tallies[0]
-    first, alone, after = before[0], found["scalar", "alone"], found["scalar", "after"]
-    assert found["lanes", "after"] == after and found["lanes", "alone"] == alone
+    found = []
+    for tallies in (np.zeros_like(before), before.copy()):
+        cycles, *_, parts = tables(short)
+        numbers = [as_table(each) for each in (cycles, parameters, wheels.copy(), parts, tallies)]
+        PLUNGES.lanes(*numbers, NO_MOTIONS, np.arange(1), 0, 1)
+        found.append(tallies[0])
+    first, (alone, after) = before[0], found
     assert (alone["first_count"], alone["last_count"], after["last_count"]) == (2.0, 2.0, 6.0)
     assert window(after) == [*window(alone)[:2], *window(first)[:4]]
     assert after["first_power"] == first["first_power"]

@@ -1,4 +1,4 @@
-"""A surface in zones: the lanes, the scalar loop, the strips of the interpreter and the control say the same of it."""
+"""A surface in zones: the lanes, the strips of the interpreter and the control say the same of it."""
 
 import dataclasses
 from typing import Any
@@ -9,31 +9,26 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grind_env.arrays import Array
+from grind_env.control import Stroke, execute, read
 from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.control.rules import motion_time
 from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.loops.batch import NO_MOTIONS
 from grind_env.machine.loops.compiled import dress_lead, dressed_wheel
 from grind_env.machine.loops.cycle import Stroking
-from grind_env.machine.loops.rows import LOG, OWN_FROM
-from grind_env.machine.loops.strips import Zone, strips_of
+from grind_env.machine.loops.strips import Zone
 from grind_env.machine.loops.surfaces import MOST_ZONES
-from grind_env.machine.loops.tally import RETRACTED
 from grind_env.machine.loops.zones import strip_centres, strip_zones, traverse_edges, zones_of
 from grind_env.process.entries import Machine
-from grind_env.process.equations import INITIAL_ROUGHNESS, cooled
-from grind_env.process.process import PROCESS, whole_ms
-from grind_env.process.state import StrokeResult, WheelState
+from grind_env.process.state import WheelState
 from tests.batches import PARAMETERS, TALLY, TRAVERSES, WHEEL, as_table, cold
-from tests.machine.harness import CATALOGUE, job, run
+from tests.machine.harness import CATALOGUE, DRESS, job, run
 
 FEED = 191.0 / 60.0
 """mm/s; of the dress program of the harness."""
 
 S, RS, REACHED, CENTRE, STRIPS = range(len(Zone._fields))
 WHEEL_WIDTH = 25.0
-STROKES = 1200
-"""At most, of any case."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -183,28 +178,17 @@ class Ground:
     wheels: Array
     surfaces: Array
     tallies: Array
-    log: Any
 
     def machine(self, i: int) -> bytes:
         return self.wheels[i].tobytes() + self.surfaces[i].tobytes() + self.tallies[i].tobytes()
 
 
-def in_lanes(cases: list[Case], surfaces: Array) -> Ground:
-    cycles, parameters, wheels = machines(cases)
+def in_lanes(cases: list[Case], surfaces: Array, dress_seconds: float = 30.0) -> Ground:
+    cycles, parameters, wheels = machines(cases, dress_seconds)
     surfaces, tallies = surfaces.copy(), np.zeros((len(cases), len(TALLY)))
     order = np.arange(len(cases))
     TRAVERSES.lanes(cycles, parameters, wheels, surfaces, tallies, NO_MOTIONS, order, 0, 1)
-    return Ground(wheels, surfaces, tallies, None)
-
-
-def one_by_one(cases: list[Case], surfaces: Array, dress_seconds: float = 30.0) -> Ground:
-    cycles, parameters, wheels = machines(cases, dress_seconds)
-    surfaces, tallies, log = surfaces.copy(), np.zeros((len(cases), len(TALLY))), np.zeros((len(cases), STROKES), LOG)
-    rows = log.view(np.float64).reshape(*log.shape, -1)
-    TRAVERSES.scalar(cycles, parameters, wheels, surfaces, tallies, NO_MOTIONS, rows)
-    found = Ground(wheels, surfaces, tallies, log)
-    assert strokes_of(found).max() <= STROKES
-    return found
+    return Ground(wheels, surfaces, tallies)
 
 
 def strokes_of(found: Ground) -> Any:
@@ -214,58 +198,26 @@ def strokes_of(found: Ground) -> Any:
 @pytest.mark.bits
 @settings(max_examples=25, deadline=None)
 @given(many=st.lists(cases(), min_size=1, max_size=20), joined=st.booleans())
-def test_the_lanes_have_the_bits_of_the_scalar_loop(many: list[Case], joined: bool) -> None:
-    surfaces = padded([case.joined if joined else strip_zones(case.centres) for case in many])
-    lanes, scalar = in_lanes(many, surfaces), one_by_one(many, surfaces)
+def test_machines_side_by_side_have_the_bits_that_each_has_alone(many: list[Case], joined: bool) -> None:
+    tables = [case.joined if joined else strip_zones(case.centres) for case in many]
+    surfaces = padded(tables)
+    together = in_lanes(many, surfaces)
     for i, case in enumerate(many):
-        assert lanes.machine(i) == scalar.machine(i), case
-    # nor does it matter what is beside a machine, or how many zones the others have
-    alone = in_lanes(many[-1:], surfaces[-1:])
-    assert alone.machine(0) == lanes.machine(len(many) - 1)
-
-
-@pytest.mark.bits
-@settings(max_examples=40, deadline=None)
-@given(case=cases(D=0, pre_dress=False))
-def test_the_scalar_loop_with_a_zone_a_strip_grinds_strips_stroke_by_stroke(case: Case) -> None:
-    found = one_by_one([case], strip_zones(case.centres)[None])
-    wheel, p, stroking, centres = case.wheel, case.job.parameters, case.stroking(), case.centres
-    ground, roughness, reached = (
-        np.zeros(centres.size),
-        np.full(centres.size, INITIAL_ROUGHNESS),
-        np.zeros(centres.size),
-    )
-    torque, own = 0.0, np.array([PROCESS.own()])
-    for row in found.log[0, : int(strokes_of(found)[0])]:
-        first, last = np.searchsorted(centres, (row["edge"], row["edge"] + WHEEL_WIDTH))
-        stroke, b, seconds = StrokeResult(*[0.0] * len(StrokeResult._fields)), 0.0, float(row["seconds"])
-        if first == last:
-            own[0, 0] = cooled(own[0, 0], whole_ms(seconds), p.per_tau)
-        else:
-            place = int(first), int(last), float(row["Z"])
-            depth = place[-1] if torque < 1.0 else RETRACTED
-            lies = *place, stroking.speed, stroking.width, stroking.length, p, depth, own, seconds
-            wheel, stroke, b, *_ = strips_of(PROCESS)(wheel, ground, roughness, reached, *lies)
-            torque = max(torque, stroke.torque)
-        assert row["b"] == b
-        assert tuple(row[list(StrokeResult._fields)]) == stroke
-        assert tuple(row[list(WheelState._fields)]) == wheel
-    assert found.wheels[0, OWN_FROM:].tobytes() == own.tobytes()
-    for column, values in ((S, ground), (RS, roughness), (REACHED, reached)):
-        assert found.surfaces[0, :, column].tobytes() == values.tobytes()
+        alone = in_lanes([case], surfaces[i : i + 1])
+        assert together.machine(i) == alone.machine(0), case
+        # nor does it matter how many zones the others have
+        assert in_lanes([case], tables[i][None]).surfaces[0].tobytes() == alone.surfaces[0, : len(tables[i])].tobytes()
 
 
 @settings(max_examples=40, deadline=None)
 @given(case=cases())
-def test_a_program_and_the_scalar_loop_agree(case: Case) -> None:
+def test_a_program_and_the_lanes_agree(case: Case) -> None:
     record = run(case.text, case.job)
     dress_seconds = float(record.dresses["seconds"][0]) if record.dresses.size else 0.0
-    found = one_by_one([case], strip_zones(case.centres)[None], dress_seconds)
+    found = in_lanes([case], strip_zones(case.centres)[None], dress_seconds)
     tally, n = found.tallies.view(TALLY)[0, 0], len(record.strokes)
     assert n == tally["strokes"]
     assert len(record.dresses) == tally["dresses"]
-    log = found.log[0, :n]
-    assert_close_logs(log, record.strokes, ("seconds", "Z", "b", *StrokeResult._fields))
     part = record.parts[0]
     mean = found.surfaces[0, :, S].mean()
     assert_close(mean, part["S"], "S")
@@ -280,14 +232,6 @@ def test_a_program_and_the_scalar_loop_agree(case: Case) -> None:
     assert tally["seconds"] == pytest.approx(made + lost)
 
 
-def assert_close_logs(found: Any, expected: Any, names: tuple[str, ...]) -> None:
-    # a cut of some pm shows how depths were added up: its energy per volume is no number to rely on
-    ae = np.maximum(found["ae"], expected["ae"])
-    firm = (ae == 0.0) | (ae > 1e-6)
-    for name in names:
-        assert_close(found[name][firm], expected[name][firm], name)
-
-
 def assert_close(found: Any, expected: Any, name: str) -> None:
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12, err_msg=name)
 
@@ -297,10 +241,9 @@ def assert_close(found: Any, expected: Any, name: str) -> None:
 def test_joined_strips_are_ground_as_each_by_itself(case: Case) -> None:
     zones = case.joined
     assert zones[:, STRIPS].sum() == case.centres.size
-    joined, apart = one_by_one([case], zones[None]), one_by_one([case], strip_zones(case.centres)[None])
-    n = int(strokes_of(joined)[0])
-    assert n == strokes_of(apart)[0]
-    assert_close_logs(joined.log[0, :n], apart.log[0, :n], LOG.names or ())
+    joined, apart = in_lanes([case], zones[None]), in_lanes([case], strip_zones(case.centres)[None])
+    for name in TALLY.names or ():
+        assert_close(joined.tallies.view(TALLY)[name], apart.tallies.view(TALLY)[name], name)
     for column in (S, RS, REACHED):
         each = np.repeat(joined.surfaces[0, :, column], zones[:, STRIPS].astype(int))
         assert_close(each, apart.surfaces[0, :, column], Zone._fields[column])
@@ -309,21 +252,20 @@ def test_joined_strips_are_ground_as_each_by_itself(case: Case) -> None:
 @settings(max_examples=40, deadline=None)
 @given(case=cases())
 def test_what_the_strokes_remove_is_off_the_zones(case: Case) -> None:
-    zones = case.joined
-    found = one_by_one([case], zones[None])
-    log = found.log[0, : int(strokes_of(found)[0])]
+    zones, record = case.joined, run(case.text, case.job)
+    found = in_lanes([case], zones[None], float(record.dresses["seconds"][0]) if record.dresses.size else 0.0)
     removed = (found.surfaces[0, :, S] * zones[:, STRIPS]).sum() / case.centres.size * case.width / 2.0
-    assert removed == pytest.approx((log["ae"] * log["b"]).sum(), rel=1e-12, abs=1e-15)
+    assert removed == pytest.approx((record.strokes["ae"] * record.strokes["b"]).sum(), rel=1e-9, abs=1e-12)
 
 
 def test_a_wheel_beside_the_part_changes_nothing_but_the_time() -> None:
     case = Case(0.02, 100.0, 20_000.0, 7500.0, 60, 0, 80, 0, 20, 10, 10, 40, 40, 1, 12_000, 0, False)
     beside = dataclasses.replace(case, start=160, end=240)
-    found = one_by_one([beside], strip_zones(beside.centres)[None])
+    found = in_lanes([beside], strip_zones(beside.centres)[None])
     assert tuple(found.wheels[0]) == cold(beside.wheel)
     assert found.surfaces[0].tobytes() == strip_zones(beside.centres).tobytes()
     tally = found.tallies.view(TALLY)[0, 0]
-    assert tally["seconds"] == one_by_one([case], case.joined[None]).tallies.view(TALLY)[0, 0]["seconds"] > 0.0
+    assert tally["seconds"] == in_lanes([case], case.joined[None]).tallies.view(TALLY)[0, 0]["seconds"] > 0.0
     assert tally["peak_load"] == tally["worn"] == tally["plunge_rise"] == 0.0
 
 
@@ -347,7 +289,8 @@ def test_zones_are_strips_that_no_edge_of_the_wheel_parts() -> None:
 @settings(max_examples=60, deadline=None)
 @given(case=cases(depth=40, J=3, Q=3, L=2))
 def test_the_edges_of_a_traverse_are_all_that_its_strokes_have(case: Case) -> None:
-    found = one_by_one([case], strip_zones(case.centres)[None])
+    control = dataclasses.replace(case.job.control, whole_cycles=False)
+    strokes = (event for event in execute(read(case.text + DRESS), control) if isinstance(event, Stroke))
     cycle = TraverseCycle(1.0, 1.0, 1.0, abs(case.end - case.start) / 4.0, case.K / 4.0, case.R / 4.0, 1.0, 0.0, 0.0)
     edges = traverse_edges(cycle, case.start / 4.0, case.end / 4.0)
-    assert sorted(set(found.log[0, : int(strokes_of(found)[0])]["edge"])) == edges
+    assert sorted({event.start[2] for event in strokes}) == pytest.approx(edges)

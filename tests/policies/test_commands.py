@@ -93,7 +93,7 @@ BAD = {
     "no policy": (("--policy", "no_such"), "there is no policy 'no_such'"),
     "a policy of other environments": (
         ("--env", "reciprocation", "--policy", "constant_per_kind"),
-        "there is no policy 'constant_per_kind' for reciprocation",
+        "there is no policy 'constant_per_kind' (did you mean constant?) for reciprocation",
     ),
     "no agent": (("--policy", "no_such.safetensors"), "there is no trained agent at no_such.safetensors"),
     "no E": (("--policy", "E99D1"), "E99D1: E is 99 m/min, but power_limited has 3 to 30"),

@@ -16,7 +16,6 @@ from grind_env.arrays import Array
 from grind_env.control import execute, read
 from grind_env.envs.any_task import SIMULATIONS
 from grind_env.envs.blocks.simulation import BlockSimulation
-from grind_env.envs.blocks.step import NEW_PART
 from grind_env.envs.gauge import GAUGE
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.simulation import Simulation, Written
@@ -27,7 +26,7 @@ from grind_env.kernel.columns import replacer
 from grind_env.machine.job import Job
 from grind_env.machine.loops.courses import COURSES
 from grind_env.machine.loops.loops import loops_of
-from grind_env.machine.loops.rows import LOG, OWN_FROM
+from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.run import GrindingRun
 from grind_env.process.gauge import Gauge, Shown
@@ -258,18 +257,17 @@ def test_the_machine_grinds_the_program_of_an_episode_as_the_environment(name: s
 
 
 @pytest.mark.bits
-def test_its_lanes_have_the_bits_of_its_scalar_loop() -> None:
+def test_its_lanes_do_not_touch_each_other() -> None:
     simulation, n = simulation_of("power_limited"), 19
     episodes = simulation.start([np.random.default_rng(seed) for seed in range(n)])
-    wheels = episodes.wheels.copy()
-    wheels[:, OWN_FROM + FIELDS.index("blocks")] = 1.0
-    _, tallies = simulation.step(episodes, np.linspace(5000.0, 25_000.0, n), np.arange(n) % 3.0)
-    parts, alone, motions = np.array([NEW_PART] * n), np.zeros_like(tallies), np.empty((0, 0))
-    tables = simulation._tables(n)[5:]
-    loops_of(COURSES["G82"], TOY).scalar(*tables, wheels, parts, alone, motions, np.empty((n, 0, len(LOG.names or ()))))
-    own = slice(OWN_FROM + len(FIELDS))
-    assert alone.tobytes() == tallies.tobytes() and parts.tobytes() == episodes.parts.tobytes()
-    assert wheels[:, own].tobytes() == episodes.wheels[:, own].tobytes()
+    each = [episodes.pick([i]) for i in range(n)]
+    E, D = np.linspace(5000.0, 25_000.0, n), np.arange(n) % 3.0
+    _, tallies = simulation.step(episodes, E, D)
+    for i, alone in enumerate(each):
+        _, tally = simulation.step(alone, E[i : i + 1], D[i : i + 1])
+        assert tally.tobytes() == tallies[i].tobytes()
+        assert alone.wheels.tobytes() == episodes.wheels[i].tobytes()
+        assert alone.parts.tobytes() == episodes.parts[i].tobytes()
 
 
 PLUNGE = """G00 Y20.

@@ -29,12 +29,12 @@ def test_it_names_what_is_installed_and_how_fast_it_is(grind: Grind) -> None:
 
 def test_of_an_extra_that_is_missing_it_names_the_remedy(grind: Grind, monkeypatch: pytest.MonkeyPatch) -> None:
     installed = doctor._version
-    monkeypatch.setattr(doctor, "_version", lambda library: None if library == "plotly" else installed(library))
+    monkeypatch.setattr(doctor, "_version", lambda library: None if library == "torch" else installed(library))
     told = found(grind)
-    assert told["interactive"]["found"].startswith("plotly missing, for reports")
-    remedy = shlex.split(told["interactive"]["remedy"])  # as it is typed anywhere, also outside a checkout
-    assert remedy[:2] == ["pip", "install"] and [Requirement(each).name for each in remedy[2:]] == ["plotly"]
-    (asked,) = {each for each in requires("grind_env") or () if "plotly" in each and "'interactive'" in each}
+    assert told["train"]["found"].startswith("torch missing, for `grind train`")
+    remedy = shlex.split(told["train"]["remedy"])  # as it is typed anywhere, also outside a checkout
+    assert remedy[:2] == ["pip", "install"] and [Requirement(each).name for each in remedy[2:]] == ["torch"]
+    (asked,) = {each for each in requires("grind_env") or () if "torch" in each and "'train'" in each}
     assert Requirement(remedy[2]).specifier == Requirement(asked).specifier
     assert "matplotlib " in told["shop"]["found"] and not told["shop"]["remedy"]
 

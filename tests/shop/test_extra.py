@@ -32,21 +32,6 @@ def test_one_sentence_names_the_extra_that_is_missing(library: str, words: tuple
     assert ended.stderr.strip() == f"grind: {said}: pip install '.[shop]' in the checkout of grind_env"
 
 
-@pytest.mark.parametrize("words", [("report", PLATE, "-o"), ("optimise", PLATE, "--report")])
-def test_plotly_is_an_extra_of_its_own(words: tuple[object, ...], tmp_path: Path) -> None:
-    ended = without("plotly", *words, tmp_path / "r.html", "--interactive")
-    assert (ended.returncode, ended.stderr) == (
-        2,
-        "grind: interactive reports need plotly: pip install '.[interactive]' in the checkout of grind_env\n",
-    )
-    assert not [*tmp_path.iterdir()]
-
-
-def test_an_interactive_page_needs_a_name(grind: Grind) -> None:
-    status, out, err = grind("optimise", PLATE, "--interactive")
-    assert (status, out) == (2, "") and "--interactive is of the page that --report names" in err
-
-
 @pytest.mark.parametrize(
     "words",
     [

@@ -1,6 +1,5 @@
 """The reports of `grind optimise` and `grind calibrate`: they say what the results say, whatever files are called."""
 
-import base64
 import json
 import re
 import shutil
@@ -15,16 +14,14 @@ from grind_env.cli import main
 from grind_env.control import read_file
 from grind_env.machine.job.file import load_job
 from grind_env.shop.calibrate.calibration import calibrate
+from grind_env.shop.calibrate.figure import comparable, residuals
 from grind_env.shop.calibrate.result import Calibration, catalogue_text
 from grind_env.shop.calibrate.table import calibrate_table
-from grind_env.shop.report.calibrated import calibrated_report
-from grind_env.shop.report.document import PLOTLY
 from tests.shop.blemished import Style, write_log
 from tests.shop.programs import EXAMPLES
 from tests.shop.test_document import Parsed, loads_nothing
 from tests.shop.test_report import cells, section
 
-pytest.importorskip("plotly")
 pytest.importorskip("matplotlib")
 
 pytestmark = pytest.mark.usefixtures("few_lots")
@@ -43,12 +40,6 @@ def numbers(text: str) -> list[float]:
     return [float(each) for each in NUMBER.findall(text)]
 
 
-def figures(html: str) -> list[list[dict[str, Any]]]:
-    """The traces of each figure of an interactive page."""
-    documents = re.findall(r'<script type="application/json">(.*?)</script>', html, re.DOTALL)
-    return [json.loads(document)["data"] for document in documents]
-
-
 def pictures(html: str) -> list[str]:
     """The figures of a page without scripts."""
     return re.findall(r"<svg.*?</svg>", html, re.DOTALL)
@@ -65,19 +56,10 @@ def stand_at(svg: str, color: str, x: Any, y: Any) -> None:
             np.testing.assert_allclose(pixels, np.polyval(scale, those), atol=0.03)
 
 
-def values(found: Any) -> np.ndarray:
-    """An array as plotly writes it."""
-    if isinstance(found, dict):
-        return np.frombuffer(base64.b64decode(found["bdata"]), np.dtype(found["dtype"]))
-    return np.array(found)
-
-
-def is_its_own(html: str, *, interactive: bool) -> bool:
-    """Whether a page has no tag of a text, and loads and runs nothing but the script of plotly."""
+def is_its_own(html: str) -> bool:
+    """Whether a page has no tag of a text, and loads and runs nothing."""
     said = Parsed(html)
-    if not interactive:
-        return loads_nothing(said) and "script" not in said.tags
-    return said.tags.count("img") == 0 and [value for name, value in said.attributes if name == "src"] == [PLOTLY]
+    return loads_nothing(said) and "script" not in said.tags
 
 
 def listed(html: str) -> list[str]:
@@ -98,8 +80,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ("options", "expected"),
     [
         (["--round", "E=2000"], 0),
-        (["--vary", "E", "--bounds", "E=8000..9000", "--interactive"], 3),
-        (["--vary", "E", "--margin", "Ra=.2", "--interactive"], 4),
+        (["--vary", "E", "--bounds", "E=8000..9000"], 3),
+        (["--vary", "E", "--margin", "Ra=.2"], 4),
     ],
 )
 def test_an_optimisation_is_written_up_whatever_it_finds(
@@ -134,17 +116,11 @@ def test_an_optimisation_is_written_up_whatever_it_finds(
         if each["price"]:
             assert numbers(row[5])[0] == pytest.approx(-each["price"]["value"], abs=5.1e-4)
         assert row[5].endswith("binds") == each["binds"]
-    drawn = {name: [100.0 * each[name] for each in limits] for name in ("margin", "before", "after")}
+    drawn = {name: [100.0 * each[name] for each in limits] for name in ("before", "after")}
     rows = np.arange(len(limits))
-    if "--interactive" in options:
-        (traces,) = figures(section(html, "Limits"))
-        for trace, name in zip(traces, drawn, strict=True):
-            np.testing.assert_allclose(values(trace["x"]), drawn[name])
-            np.testing.assert_allclose(values(trace["y"]), rows)
-    else:
-        (svg,) = pictures(section(html, "Limits"))
-        stand_at(svg, "grey", drawn["before"], rows)
-        stand_at(svg, "blue", drawn["after"], rows)
+    (svg,) = pictures(section(html, "Limits"))
+    stand_at(svg, "grey", drawn["before"], rows)
+    stand_at(svg, "blue", drawn["after"], rows)
 
     assert listed(section(html, "Program")) == [line.rstrip() for line in found["text"].splitlines()]
     changed = set(found["text"].splitlines()) - set(program.read_text("utf-8").splitlines())
@@ -157,7 +133,7 @@ def test_an_optimisation_is_written_up_whatever_it_finds(
         gain = found["quantities"][[each["name"] for each in found["quantities"]].index("cost")]["difference"]
         assert f"costs {-gain['value']:.3f} ({-gain['high']:.3f} to {-gain['low']:.3f}) $ less" in headline
         assert output.read_text("utf-8").splitlines() == found["text"].splitlines()
-    assert HOSTILE in "".join(Parsed(html).texts) and is_its_own(html, interactive="--interactive" in options)
+    assert HOSTILE in "".join(Parsed(html).texts) and is_its_own(html)
 
 
 @pytest.fixture(scope="module")
@@ -169,7 +145,7 @@ def log(folder: Path) -> Path:
     return path
 
 
-def agrees(html: str, found: Calibration, *, interactive: bool = False) -> None:
+def agrees(html: str, found: Calibration) -> None:
     """The page says what was found."""
     told = [each for each in found.estimates if each.told]
     assert f"tell {len(told)} of {len(found.estimates)} constants" in section(html, "Verdict")
@@ -183,36 +159,21 @@ def agrees(html: str, found: Calibration, *, interactive: bool = False) -> None:
         assert row[7] == ("told" if each.told else "kept")
 
     shown = section(html, "Measured and modelled")
-    drawn = iter(figures(shown) if interactive else pictures(shown))
+    drawn = iter(pictures(shown))
     for kind in found.data.kinds:
         mine = found.data.kind == kind
         used = mine & found.fit.used
         measured, modelled = found.data.value, found.fit.predicted
-        compared, residuals = next(drawn), next(drawn)
-        if not interactive:
-            stand_at(compared, "grey", found.fit.nominal[mine], measured[mine])
-            stand_at(compared, "blue", modelled[used], measured[used])
-            odd = used & (found.part % 2 == 1)
-            residual = measured - modelled if kind == "power" else measured / modelled - 1.0
-            for color, which in (("blue", odd), ("orange", used & ~odd)):
-                stand_at(residuals, color, np.zeros(which.sum()), residual[which])
-            continue
-        catalogue, fitted, left_out, _ = compared
-        np.testing.assert_allclose(values(catalogue["y"]), measured[mine])
-        np.testing.assert_allclose(values(catalogue["x"]), found.fit.nominal[mine])
-        np.testing.assert_allclose(values(fitted["y"]), measured[used])
-        np.testing.assert_allclose(values(fitted["x"]), modelled[used])
-        assert len(values(left_out["x"])) == (mine & ~found.fit.used).sum()
-        ratio = values(fitted["y"]) - values(fitted["x"])
-        shown = np.concatenate([values(each["y"]) for each in residuals[:2]])
-        if kind == "power":
-            np.testing.assert_allclose(np.sort(shown), np.sort(ratio))
-        for trace in residuals:
-            places = values(trace["x"])
-            assert np.all(np.abs(places - np.rint(places)) < 0.5)
+        compared, left = next(drawn), next(drawn)
+        stand_at(compared, "grey", found.fit.nominal[mine], measured[mine])
+        stand_at(compared, "blue", modelled[used], measured[used])
+        odd = used & (found.part % 2 == 1)
+        residual = measured - modelled if kind == "power" else measured / modelled - 1.0
+        for color, which in (("blue", odd), ("orange", used & ~odd)):
+            stand_at(left, color, np.zeros(which.sum()), residual[which])
     assert next(drawn, None) is None
     assert [line.rstrip() for line in catalogue_text(found).splitlines()] == listed(section(html, "Catalogue file"))
-    assert is_its_own(html, interactive=interactive)
+    assert is_its_own(html)
 
 
 def test_a_calibration_from_a_log_is_written_up(folder: Path, log: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -222,8 +183,6 @@ def test_a_calibration_from_a_log_is_written_up(folder: Path, log: Path, capsys:
     found = calibrate(log, program, job)
     assert [each["value"] for each in data["constants"]] == [each.value for each in found.estimates]
     agrees(html, found)
-    files = {"log": log, "program": program, "job": job}
-    agrees(calibrated_report(found, files, interactive=True), found, interactive=True)
     assert "These values differ from the built-in catalogue" in section(html, "What the numbers rest on")
     reading = unescape(section(html, "Reading of the measurements"))
     assert f"correlation of {found.quality:.3f}" in reading
@@ -237,16 +196,14 @@ def test_a_calibration_from_a_log_is_written_up(folder: Path, log: Path, capsys:
 
 def test_residuals_of_a_part_stand_in_order_of_time(folder: Path, log: Path) -> None:
     found = calibrate(log, folder / f"{HOSTILE}.nc", folder / f"{HOSTILE}.toml", names=["stiffness"])
-    residuals = figures(calibrated_report(found, {}, interactive=True))[1]
-    places = {
-        label: place
-        for trace in residuals
-        for label, place in zip(trace.get("text", ()), values(trace["x"]) if "x" in trace else (), strict=True)
-    }
+    drawn = residuals(found, found.data.kinds[0]).series
+    chosen, odd, used = comparable(found, found.data.kinds[0]), found.part % 2 == 1, found.fit.used
+    places = np.full(found.part.size, np.nan)
+    for each, which in zip(drawn, (used & odd, used & ~odd, ~used), strict=True):
+        places[chosen & which] = each.x
     for part in set(found.part.tolist()):
-        mine = np.flatnonzero((found.part == part) & np.isfinite(found.fit.predicted))
-        in_time = mine[np.argsort(found.time[mine])]
-        assert np.all(np.diff([places[found.label[k]] for k in in_time]) > 0.0)
+        mine = np.flatnonzero(chosen & (found.part == part))
+        assert np.all(np.diff(places[mine[np.argsort(found.time[mine])]]) > 0.0)
 
 
 def test_a_calibration_that_finds_nothing_is_written_up(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

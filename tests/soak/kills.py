@@ -33,7 +33,6 @@ COMMANDS = (
     "run part.nc --record out.csv",
     "run part.nc --record out.parquet --plot out.png",
     "report part.nc",
-    "report part.nc --interactive",
     "play --policy E12D1 --task oracle6 --no-window --output out.nc",
     "init made",
     "init made --Ra 0.8 --tolerance 20 --stock 0.05 --budget 0s",

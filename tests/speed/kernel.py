@@ -66,11 +66,6 @@ def plunges(*tables: np.ndarray) -> None:
     PLUNGES.lanes(*tables, NO_MOTIONS, order, 0, 1)
 
 
-def plunges_alone(*tables: np.ndarray) -> None:
-    """G82 machine by machine, without a log."""
-    PLUNGES.scalar(*tables, NO_MOTIONS, np.empty((len(tables[0]), 0, 0)))
-
-
 def feedings(machines: int, seed: int = 0) -> tuple[tuple[np.ndarray, ...], Loop]:
     """Random G81 blocks of their task: tables, and lanes that look the strokes up in the motions of these blocks."""
     rng = np.random.default_rng(seed)
@@ -117,14 +112,14 @@ def crossings(strips: int, machines: int = 256) -> tuple[tuple[np.ndarray, ...],
     return (rows, *others), crosses
 
 
-G82, SCALAR, G81 = "G82 in lanes, N = 256", "G82 in the scalar loop, N = 256", "G81 in lanes, N = 256"
+G82, G81 = "G82 in lanes, N = 256", "G81 in lanes, N = 256"
 FEW, MANY = "G82 in lanes, N = 16", "G82 in lanes, N = 4096"
 CROSSES = "G83 on {} zones, N = 256"
 IN_C = "G82 in C of {} lanes, N = 256"
 PLAIN = """
 from tests.speed import kernel
 kernel.TURN = 1
-print(*(kernel.ns_per_stroke(kernel.plunges_alone, kernel.cycles(1)) for _ in range(9)))
+print(*(kernel.ns_per_stroke(kernel.plunges, kernel.cycles(1)) for _ in range(9)))
 """
 
 
@@ -150,7 +145,6 @@ def strokes() -> dict[str, Array]:
     fed, feeds = feedings(256)
     loops: dict[str, tuple[Loop, tuple[np.ndarray, ...]]] = {
         G82: (plunges, cycles(256)),
-        SCALAR: (plunges_alone, cycles(256)),
         G81: (feeds, fed),
         FEW: (plunges, cycles(16)),
         MANY: (plunges, cycles(4096)),
@@ -180,7 +174,5 @@ def ratios(ns: Mapping[str, Array]) -> Ratios:
         "stroke of G81 over one of G82": over(ns[G81], ns[G82]),
         "100 zones of a G83 over a stroke of G82": over(100.0 * zone, ns[G82]),
         "stroke at N = 16 over one at N = 4096": over(ns[FEW], ns[MANY]),
-        "scalar loop over lanes, N = 256": over(ns[SCALAR], ns[G82]),
-        "scalar loop over lanes, N = 4096": over(ns[SCALAR], ns[MANY]),
         "plain Python of the same source over lanes": over(plain, ns[G82]),
     }

@@ -9,11 +9,11 @@ import pytest
 from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
-from grind_env.testing.conformance import CHECKS, VectorConformanceError, check_vector_env
-from grind_env.testing.conformance_play import outside
 from tests.envs import faulty_walks as faulty
 from tests.envs.harness import native
 from tests.envs.walks import Walk, Walks
+from tests.testing.conformance import CHECKS, VectorConformanceError, check_vector_env
+from tests.testing.conformance_play import outside
 
 
 def check(make: Callable[[AutoresetMode], Any], **options: Any) -> None:

@@ -1,7 +1,7 @@
-"""The compiled loops over strokes, made from the `Course` of a cycle and a `Process`: one by one, or eight at once.
+"""The compiled loops over strokes, made from the `Course` of a cycle and a `Process`: eight machines at once.
 
 In the SIMD lanes, when the cycle of a lane ends, its results are stored and the next machine is loaded into it. The
-numbers for one machine are bit by bit those of the scalar loop, whatever runs beside it (tests/machine).
+numbers for one machine are bit by bit the same, whatever runs beside it (tests/machine).
 """
 
 import functools
@@ -18,10 +18,6 @@ from grind_env.machine.loops.cycle import PartState, Stroking, acts_of, grown_of
 from grind_env.machine.loops.rows import (
     OWN_FROM,
     RULES_FROM,
-    Made,
-    log_made,
-    log_stroke,
-    log_wheel,
     read_parameters,
     read_stroking,
     read_tally,
@@ -42,14 +38,11 @@ IDLE = -1
 
 
 class Loops(NamedTuple):
-    """The loops over the strokes of one kind of cycle; both give the same bits."""
+    """The loops over the strokes of one kind of cycle."""
 
     lanes: Callable[..., None]
     """`lanes(cycles, parameters, wheels, surfaces, tallies, motions, order, first, step)`: the machines
     `order[first::step]` in SIMD lanes."""
-    scalar: Callable[..., None]
-    """`scalar(cycles, parameters, wheels, surfaces, tallies, motions, log)`: one machine after the other, with the
-    first strokes of each in `log`, shape (N, strokes, columns of `rows.LOG`)."""
     advance_lanes: Callable[..., None]
     """`advance_lanes(rows)`: one stroke in every lane of a buffer."""
 
@@ -140,11 +133,10 @@ def _loops(course: Course, process: Process, surface_of: Callable[[Buffer], Surf
         part=get_part,
         place=place_in,
         stroke=stroke_in,
-        advance=advance,
     )
     surface = surface_of(buffer)
     buffer_size, part_of, load_surface, store_surface = surface.size, surface.begin, surface.load, surface.store
-    advance_lanes, advance_one = surface.advance_lanes, surface.advance
+    advance_lanes = surface.advance_lanes
 
     @inlined
     def load(
@@ -236,38 +228,4 @@ def _loops(course: Course, process: Process, surface_of: Callable[[Buffer], Surf
                 return
             advance_lanes(rows)
 
-    @entry
-    def scalar(
-        cycles: Array, parameters: Array, wheels: Array, surfaces: Array, tallies: Array, motions: Array, log: Array
-    ) -> None:
-        for i in range(len(cycles)):
-            stroking, cycle, p = read_stroking(cycles, i), read_cycle(cycles, i), read_parameters(parameters, i)
-            wheel, own, part = read_wheel(wheels, i), read_own(wheels, i), part_of(surfaces, i)
-            tally, k = read_tally(tallies, i), constants(p, stroking.speed, stroking.length)
-            progress, waited = find(cycle, begin(cycle), motions)
-            if gauged(progress):
-                wheel = measured(wheel)
-            for number in range(int(progress.dresses)):
-                wheel, own, tally = dress(stroking, wheel, own, tally, p, waited if number == 0 else 0.0)
-            while not finished(cycle, progress):
-                seconds = stroke_seconds(stroking, progress.reversal)
-                near, Z = edge(stroking, progress), depth(stroking, cycle, progress)
-                place = Place(Z=Z, depth=wheel_depth(Z, tally) + grown(own, k), edge=near, end=near + p.bs)
-                wheel, own, part, tally, stroke, b = advance_one(
-                    surfaces, i, place, stroking, seconds, wheel, own, part, tally, k
-                )
-                if tally.strokes <= log.shape[1]:
-                    row = int(tally.strokes) - 1
-                    log_made(log[i], row, Made(seconds=seconds[0], edge=place.edge, Z=place.Z, b=b))
-                    log_stroke(log[i], row, stroke)
-                    log_wheel(log[i], row, wheel)
-                progress, waited = find(cycle, after_reversal(cycle, progress), motions)
-                if gauged(progress):
-                    wheel = measured(wheel)
-                for number in range(int(progress.dresses)):
-                    wheel, own, tally = dress(stroking, wheel, own, tally, p, waited if number == 0 else 0.0)
-            write_wheel(wheels, i, wheel)
-            write_own(wheels, i, own)
-            write_tally(tallies, i, tally)
-
-    return Loops(lanes, scalar, advance_lanes)
+    return Loops(lanes, advance_lanes)

@@ -1,14 +1,10 @@
 """How kernels read and write the records of a machine: each a row of a table, one field a column."""
 
-from typing import NamedTuple
-
-import numpy as np
-
 from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.machine.loops.cycle import PartState, Stroking
 from grind_env.machine.loops.strips import Zone
 from grind_env.machine.loops.tally import Tally
-from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
+from grind_env.process.state import StrokeParameters, WheelState
 
 read_stroking, write_stroking = column_reader(Stroking), column_writer(Stroking)
 read_parameters, write_parameters = column_reader(StrokeParameters), column_writer(StrokeParameters)
@@ -23,24 +19,3 @@ RULES_FROM = len(Stroking._fields)
 
 OWN_FROM = len(WheelState._fields)
 """Column of the row of a wheel from which on stands what the process remembers besides."""
-
-
-class Made(NamedTuple):
-    """How a stroke was made."""
-
-    seconds: float
-    """Its time, s."""
-    edge: float
-    """Cross coordinate of the wheel's edge on the minus side, mm."""
-    Z: float
-    """Depth, mm."""
-    b: float
-    """Engaged width, mm."""
-
-
-LOG = np.dtype([(name, np.float64) for record in (Made, StrokeResult, WheelState) for name in record._fields])
-"""A stroke in a log: how it was made, what happened in it, and the wheel after it."""
-
-log_made = column_writer(Made)
-log_stroke = column_writer(StrokeResult, len(Made._fields))
-log_wheel = column_writer(WheelState, len(Made._fields) + len(StrokeResult._fields))

@@ -7,11 +7,9 @@ from typing import Any, NamedTuple
 from grind_env.arrays import Array
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import lane_reader, lane_writer
-from grind_env.machine.loops.cycle import PartState, Stroking
+from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.rows import read_part, read_zone, write_part, write_zone
-from grind_env.machine.loops.strips import IDLE, Contact, Zone, beneath, contact_at, cut_surface, ground, in_cut, joined
-from grind_env.machine.loops.tally import Tally
-from grind_env.process.state import StrokeResult, WheelState
+from grind_env.machine.loops.strips import Contact, Zone, beneath, contact_at, cut_surface, ground, in_cut, joined
 
 
 class Place(NamedTuple):
@@ -42,9 +40,7 @@ class Buffer(NamedTuple):
     place: Callable[..., Any]
     """`place(rows, lane)`: where it lies."""
     stroke: Callable[..., Any]
-    """`stroke(rows, lane, b, reached, part)`: makes it; arguments as for `advance`."""
-    advance: Callable[..., Any]
-    """As of `cycle.Acts`: makes it outside the lanes."""
+    """`stroke(rows, lane, b, reached, part)`: makes it; arguments as for `cycle.Acts.advance`."""
 
 
 class SurfaceLanes(NamedTuple):
@@ -61,16 +57,12 @@ class SurfaceLanes(NamedTuple):
     advance_lanes: Callable[..., Any]
     """`advance_lanes(rows)`: one stroke in every lane; a function of its own, for it vectorises only with nothing but
     `rows` in sight."""
-    advance: Callable[..., Any]
-    """`advance(surfaces, i, place, stroking, seconds, wheel, own, part, tally, k)`: the same stroke on machine i; gives
-    wheel, own, part and tally after it, the stroke and the engaged width, which is 0 where the wheel is beside the
-    part."""
 
 
 def whole(buffer: Buffer) -> SurfaceLanes:
     """Surfaces that the wheel covers; their table has shape (N, fields of `PartState`)."""
     lanes, buffer_size = buffer.lanes, buffer.rows * buffer.lanes
-    stroking_in, part_in, stroke_in, advance = buffer.stroking, buffer.part, buffer.stroke, buffer.advance
+    stroking_in, part_in, stroke_in = buffer.stroking, buffer.part, buffer.stroke
 
     @inlined
     def size(surfaces: Array) -> int:
@@ -90,27 +82,7 @@ def whole(buffer: Buffer) -> SurfaceLanes:
             part = part_in(rows, lane)
             stroke_in(rows, lane, stroking_in(rows, lane).width, part.Z, part)
 
-    @inlined
-    def advance_one(
-        surfaces: Array,
-        i: int,
-        place: Place,
-        stroking: Stroking,
-        seconds: tuple[float, float],
-        wheel: WheelState,
-        own: Any,
-        part: PartState,
-        tally: Tally,
-        k: Any,
-    ) -> tuple[WheelState, Any, PartState, Tally, StrokeResult, float]:
-        Z, b = place.Z, stroking.width
-        wheel, own, part, tally, stroke = advance(stroking, Z, seconds, b, part.Z, wheel, own, part, tally, k)
-        write_part(surfaces, i, part)
-        return wheel, own, part, tally, stroke, b
-
-    return SurfaceLanes(
-        size=size, begin=read_part, load=load, store=store, advance_lanes=advance_lanes, advance=advance_one
-    )
+    return SurfaceLanes(size=size, begin=read_part, load=load, store=store, advance_lanes=advance_lanes)
 
 
 BUNCH = 2
@@ -145,7 +117,7 @@ def zoned(buffer: Buffer) -> SurfaceLanes:
     In the lanes the zones are run one after the other, each with all lanes side by side.
     """
     lanes, place_in, wheel_in, part_in = buffer.lanes, buffer.place, buffer.wheel, buffer.part
-    stroking_in, stroke_in, advance = buffer.stroking, buffer.stroke, buffer.advance
+    stroking_in, stroke_in = buffer.stroking, buffer.stroke
     records = (Place, Contact, Taken)
     starts = [buffer.rows + sum(len(record._fields) for record in records[:k]) for k in range(4)]
     get_place, get_contact, get_taken = (
@@ -224,39 +196,4 @@ def zoned(buffer: Buffer) -> SurfaceLanes:
                 cut = in_cut(contact, zone, under)
                 put_zone(rows, number, lane, ground(zone, under, cut, contact.tip, place.Z, taken.ae, taken.Rg))
 
-    @inlined
-    def advance_one(
-        surfaces: Array,
-        i: int,
-        place: Place,
-        stroking: Stroking,
-        seconds: tuple[float, float],
-        wheel: WheelState,
-        own: Any,
-        part: PartState,
-        tally: Tally,
-        k: Any,
-    ) -> tuple[WheelState, Any, PartState, Tally, StrokeResult, float]:
-        zones = surfaces[i]
-        contact = contact_at(place.depth - wheel.W)
-        for number in range(len(zones)):
-            zone = read_zone(zones, number)
-            contact = beneath(contact, zone, is_under(zone, place))
-        for number in range(len(zones)):
-            zone = read_zone(zones, number)
-            contact = joined(contact, zone, in_cut(contact, zone, is_under(zone, place)))
-        b, S, Rs = cut_surface(contact, stroking.width)
-        part = PartState(Z=part.Z, S=S, Rs=Rs)
-        Z, reached = place.Z, contact.reached
-        wheel, own, part, tally, stroke = advance(stroking, Z, seconds, b, reached, wheel, own, part, tally, k)
-        for number in range(len(zones)):
-            zone = read_zone(zones, number)
-            under = is_under(zone, place)
-            cut = in_cut(contact, zone, under)
-            write_zone(zones, number, ground(zone, under, cut, contact.tip, place.Z, stroke.ae, stroke.Rg))
-        met = contact.engaged > 0.0
-        return wheel, own, part, tally, stroke if met else IDLE, b if met else 0.0
-
-    return SurfaceLanes(
-        size=size, begin=begin, load=load, store=store, advance_lanes=advance_lanes, advance=advance_one
-    )
+    return SurfaceLanes(size=size, begin=begin, load=load, store=store, advance_lanes=advance_lanes)

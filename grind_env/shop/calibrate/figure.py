@@ -97,4 +97,4 @@ def _places(found: Calibration, chosen: NDArray[np.bool_]) -> Floats:
 
 
 def _points(found: Calibration, which: NDArray[np.bool_], x: Floats, y: Floats, **look: Any) -> Series:
-    return Series(x=x[which], y=y[which], texts=[found.label[k] for k in np.flatnonzero(which).tolist()], **look)
+    return Series(x=x[which], y=y[which], **look)

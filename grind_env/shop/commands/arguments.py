@@ -6,7 +6,6 @@ from typing import Annotated
 import typer
 
 from grind_env.arguments import JOB, PROGRAM, Asked, Writes
-from grind_env.errors import GrindError
 
 BATCH = 30
 """Parts of a batch that is advised on, if their number is not given."""
@@ -15,14 +14,6 @@ ProgramFile = Annotated[Path, typer.Argument(metavar="PROGRAM", help="Part progr
 JobFile = Annotated[Path | None, typer.Option("--job", help="Job file; PROGRAM with .toml if not given."), JOB]
 Runs = Annotated[int, typer.Option(min=1, max=1000, help="Runs of the program in a batch; the wheel carries over.")]
 ReportFile = Annotated[Path | None, typer.Option("--report", help="Write the result up as this .html file."), Writes()]
-Interactive = Annotated[
-    bool,
-    typer.Option(
-        "--interactive",
-        help="Figures to look into with the mouse, by plotly.min.js, which is written beside the page; needs the extra "
-        "[interactive].",
-    ),
-]
 Seed = Annotated[int, typer.Option(min=0, help="Of lots and search; the same seed finds the same.")]
 BlockDelete = Annotated[bool, typer.Option("--block-delete", help="Skip blocks that begin with '/'.")]
 Blocks = Annotated[
@@ -68,15 +59,13 @@ Interrupts = Annotated[
 ]
 
 
-def prepare_report(report: Path | None, interactive: bool) -> None:
+def prepare_report(report: Path | None) -> None:
     """Find out, before the work, whether the page of `--report` can be written, if one is asked for.
 
     Raises:
-        GrindError: as of `prepare_page`, or `--interactive` is said of no page.
+        GrindError: as of `prepare_page`.
     """
     from grind_env.shop.report.document import prepare_page
 
     if report is not None:
-        prepare_page(report, "--report", interactive=interactive)
-    elif interactive:
-        raise GrindError("--interactive is of the page that --report names: name one")
+        prepare_page(report)

@@ -9,7 +9,7 @@ import typer
 
 from grind_env.arguments import FILE, JOB, PROGRAM, Writes
 from grind_env.errors import GrindError
-from grind_env.shop.commands.arguments import Interactive, ReportFile, prepare_report
+from grind_env.shop.commands.arguments import ReportFile, prepare_report
 from grind_env.terminal import table_console
 
 WORSE = 3
@@ -40,7 +40,6 @@ def calibrate(
         Path | None, typer.Option(help="Write what to log, made of the program, into this .nc file; no LOG."), Writes()
     ] = None,
     report: ReportFile = None,
-    interactive: Interactive = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
 ) -> None:
     """Fit the process model to a log of the spindle's power, or to a table of settings.
@@ -81,7 +80,7 @@ def calibrate(
     if plan is not None and log is None:
         return
     log = _given(log, "LOG, the log or table")
-    prepare_report(report, interactive)
+    prepare_report(report)
     constants = None if names.strip() == "auto" else [name.strip() for name in names.split(",")]
     with Console(stderr=True).status("reading") as status:
         found = calls.calibrate(
@@ -94,7 +93,7 @@ def calibrate(
     if report is not None:
         named = {"log" if program else "table": log, "program": program, "gauge file": gauge, "job": job}
         files = {name: path for name, path in named.items() if path is not None}
-        write_page(report, calibrated_report(found, files, interactive=interactive), interactive=interactive)
+        write_page(report, calibrated_report(found, files))
     if output is not None:
         try:
             found.write(output, force=force)

@@ -9,7 +9,6 @@ import typer
 from grind_env.arguments import Writes
 from grind_env.shop.commands.arguments import (
     FirstVariables,
-    Interactive,
     JobFile,
     Plant,
     ProgramFile,
@@ -85,7 +84,6 @@ def optimise(
         Path | None, typer.Option(help="Draw cost over time into this .png, .svg or .pdf file."), Writes()
     ] = None,
     report: ReportFile = None,
-    interactive: Interactive = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
 ) -> None:
     """Find better words for a program: E and D, or others, with which a part costs less and keeps its limits.
@@ -127,7 +125,7 @@ def optimise(
     from grind_env.shop.report.document import write_page
     from grind_env.shop.report.optimised import optimised_report
 
-    prepare_report(report, interactive)
+    prepare_report(report)
     if plot is not None:
         prepare_figure(plot)
     found = calls.optimise(
@@ -164,8 +162,7 @@ def optimise(
     if report is not None:
         path = job_beside(program) if job is None else job
         files = {"program": program, "job": path}
-        html = optimised_report(found, load_job(path), files, interactive=interactive)
-        write_page(report, html, interactive=interactive)
+        write_page(report, optimised_report(found, load_job(path), files))
     if found.verdict is not Verdict.BETTER:
         forbidden = found.verdict in (Verdict.INFEASIBLE, Verdict.NEARER)
         raise typer.Exit(INFEASIBLE if forbidden else NOT_BETTER)

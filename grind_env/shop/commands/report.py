@@ -10,7 +10,6 @@ from grind_env.shop.commands.arguments import (
     BlockDelete,
     Blocks,
     DressAt,
-    Interactive,
     Interrupts,
     JobFile,
     Plant,
@@ -39,7 +38,6 @@ def report(
     dress_at: DressAt = None,
     interrupts: Interrupts = None,
     plant: Plant = None,
-    interactive: Interactive = False,
 ) -> None:
     """Grind with a program as `grind run` does, and write it up as one HTML file that works offline and prints on A4.
 
@@ -60,6 +58,5 @@ def report(
         dress_at=dress_at or (),
         interrupts=interrupts or (),
         plant=plant,
-        interactive=interactive,
     )
     print(printable(f"written: {written}"))

@@ -34,13 +34,12 @@ FEW = 5
 """Measurements of a kind from which on they are drawn."""
 
 
-def calibrated_report(found: Calibration, files: Mapping[str, Path], *, interactive: bool = False) -> str:
+def calibrated_report(found: Calibration, files: Mapping[str, Path]) -> str:
     """The page of a calibration, HTML.
 
     Args:
         found: what it has found.
         files: by what they are, such as log and job; the page states their revisions.
-        interactive: as of `page`.
 
     Raises:
         MissingExtra: as of `page`.
@@ -53,7 +52,7 @@ def calibrated_report(found: Calibration, files: Mapping[str, Path], *, interact
         Section("Catalogue file", _catalogue(found)),
         Section("What the numbers rest on", [items(_rests_on(found)), *foundations(found.fitted)]),
     ]
-    return page(f"Calibrated: {found.source}", sections, revisions(files), interactive=interactive)
+    return page(f"Calibrated: {found.source}", sections, revisions(files))
 
 
 def _verdict(found: Calibration) -> "Markup":

@@ -4,12 +4,10 @@ Each function takes plain texts and gives markup in which they are escaped; only
 
     page("Sweep of plate.nc", [Section("Cost", [table(("E", "$"), rows), figure(graph, "cost over E")])])
 
-Figures are drawn by the page: as SVG, or where it is interactive by the script `PLOTLY`, which is written beside it.
+Figures are drawn by the page, as SVG.
 """
 
 import functools
-import hashlib
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
@@ -18,9 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
 from grind_env import __version__
 from grind_env.errors import printable
 from grind_env.extras import needing
-from grind_env.files import FileError, check_target, is_stream, read_bytes, write_atomically
-from grind_env.files import shown as shown_path
-from grind_env.targets import Own, check_own
+from grind_env.files import FileError, check_target, write_atomically
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -32,9 +28,6 @@ if TYPE_CHECKING:
 TEMPLATES = Path(__file__).with_name("templates")
 SUFFIXES = (".html", ".htm")
 GENERATOR = f"grind_env {__version__}"
-PLOTLY = "plotly.min.js"
-"""The script of interactive pages, one for all in a folder."""
-SCRIPT = Own("script of plotly", re.compile(rb"/\*\*\n\* plotly\.js ").match)
 
 Level = Literal["good", "poor", "bad", ""]
 """What a verdict, a cell or a note says of its matter; "" for neither good nor bad."""
@@ -121,26 +114,21 @@ def listing(lines: Sequence[Line]) -> "Markup":
     )
 
 
-def page(
-    title: str, sections: Sequence[Section], facts: Mapping[str, str] | None = None, *, interactive: bool = False
-) -> str:
+def page(title: str, sections: Sequence[Section], facts: Mapping[str, str] | None = None) -> str:
     """A whole page, HTML: title, facts such as the revision of a program by their names, and sections.
 
-    Its security policy forbids it to load anything and to run any script, but those that an interactive one needs for
-    its figures.
+    Its security policy forbids it to load anything and to run any script.
 
     Args:
         title: of it.
         sections: from above.
         facts: by their names.
-        interactive: whether figures can be looked into with the mouse. They need `PLOTLY` beside the page.
 
     Raises:
-        MissingExtra: Jinja2 or matplotlib is not installed, or plotly where it is interactive.
+        MissingExtra: Jinja2 or matplotlib is not installed.
     """
     markup = _markup()
-    shown = [Section(printable(each.title), [_drawn(part, interactive) for part in each.body]) for each in sections]
-    drawings = any(isinstance(part, Drawing) for section in sections for part in section.body)
+    shown = [Section(printable(each.title), [_drawn(part) for part in each.body]) for each in sections]
     return (
         _environment()
         .get_template("page.html")
@@ -150,48 +138,29 @@ def page(
             sections=shown,
             generator=GENERATOR,
             style=markup((TEMPLATES / "page.css").read_text("utf-8")),
-            script=markup((TEMPLATES / "page.js").read_text("utf-8")),
-            plotly=PLOTLY,
-            # no text can know it, for it hangs on all of them, so that none can begin a script
-            nonce=hashlib.sha256(repr((title, facts, shown)).encode()).hexdigest() if drawings and interactive else "",
         )
     )
 
 
-def prepare_page(path: Path, option: str, *, interactive: bool = False) -> None:
+def prepare_page(path: Path) -> None:
     """Find out, before long work for a page, whether it can be written.
 
-    Args:
-        path: of it.
-        option: by which it is named.
-        interactive: as of `page`.
-
     Raises:
-        FileError: the folder does not exist, the file has another suffix than `SUFFIXES`, or `PLOTLY` cannot be written
-            beside it.
+        FileError: the folder does not exist, or the file has another suffix than `SUFFIXES`.
         MissingExtra: as of `page`.
     """
     _check_suffix(path)
     check_target(path)
     _environment()
-    if interactive:
-        _plotly()
-        if is_stream(path):
-            raise FileError(f"{shown_path(path)} is no file beside which {PLOTLY} can be written; name another file")
-        check_own(path.with_name(PLOTLY), SCRIPT, option)
 
 
-def write_page(path: Path, html: str, *, interactive: bool = False) -> None:
-    """Write a page, whole or not at all, and before it the script of an interactive one if it is not there yet.
+def write_page(path: Path, html: str) -> None:
+    """Write a page, whole or not at all.
 
     Raises:
         FileError: the folder does not exist or cannot be written to, or as of `prepare_page`.
     """
     _check_suffix(path)
-    if interactive:
-        place, script = path.with_name(PLOTLY), _plotly().encode()
-        if not place.exists() or read_bytes(place) != script:
-            write_atomically(place, lambda temporary: temporary.write_bytes(script))
     write_atomically(path, lambda temporary: temporary.write_text(html, encoding="utf-8"))
 
 
@@ -210,24 +179,14 @@ def _block(name: str, *arguments: Any) -> "Markup":
     return block
 
 
-def _drawn(part: Part, interactive: bool) -> "Markup":
-    from markupsafe import Markup
-
+def _drawn(part: Part) -> "Markup":
     if not isinstance(part, Drawing):
         return part
-    if not interactive:
-        from grind_env.shop.report.static import drawn
+    from markupsafe import Markup
 
-        return _block("figure", Markup(drawn(part.content)), part.caption)
-    from grind_env.shop.report.interactive import drawn_by_plotly
+    from grind_env.shop.report.static import drawn
 
-    document, height = drawn_by_plotly(part.content)
-    return _block("plot", Markup(_no_tags(document)), part.caption, height)
-
-
-def _no_tags(document: str) -> str:
-    """A JSON document in which no script ends: its strings keep their meaning."""
-    return document.replace("<", "\\u003c")
+    return _block("figure", Markup(drawn(part.content)), part.caption)
 
 
 @functools.cache
@@ -249,9 +208,3 @@ def _markup() -> "type[Markup]":
     from markupsafe import Markup
 
     return Markup
-
-
-def _plotly() -> str:
-    with needing("interactive", "interactive reports need"):
-        from plotly.offline import get_plotlyjs
-    return str(get_plotlyjs())

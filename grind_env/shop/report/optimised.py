@@ -60,14 +60,13 @@ TRADE = (
 )
 
 
-def optimised_report(found: Optimised, job: Job, files: Mapping[str, Path], *, interactive: bool = False) -> str:
+def optimised_report(found: Optimised, job: Job, files: Mapping[str, Path]) -> str:
     """The page of an optimisation, HTML.
 
     Args:
         found: what it has come to, better or not.
         job: of the program.
         files: by what they are, such as program and job; the page states their revisions.
-        interactive: as of `page`.
 
     Raises:
         MissingExtra: as of `page`.
@@ -83,7 +82,7 @@ def optimised_report(found: Optimised, job: Job, files: Mapping[str, Path], *, i
         Section("Remarks", [items(sentences(found)[:-1])]),
         Section("What the numbers rest on", [items(_rests_on(found)), *foundations(job)]),
     ]
-    return page(f"Optimised: {found.program}", sections, revisions(files), interactive=interactive)
+    return page(f"Optimised: {found.program}", sections, revisions(files))
 
 
 def _verdict(found: Optimised) -> "Markup":

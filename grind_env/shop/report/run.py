@@ -56,9 +56,7 @@ Cells = Sequence[str | Cell]
 _WARNING = re.compile(r"^(?P<file>[^\n]*?):(?P<line>\d+): (?P<text>.*)$", re.DOTALL)
 
 
-def run_report(
-    record: GrindingRecord, programs: Programs, job: Job, files: Sequence[Path] = (), *, interactive: bool = False
-) -> str:
+def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequence[Path] = ()) -> str:
     """The page of a run, HTML.
 
     Args:
@@ -66,7 +64,6 @@ def run_report(
         programs: the program.
         job: of the run.
         files: program and job, whose revisions the page states.
-        interactive: as of `page`.
 
     Raises:
         MissingExtra: as of `page`.
@@ -90,7 +87,7 @@ def run_report(
         Section("Assumptions and calibration", [items(assumptions(job)), *foundations(job)]),
     ]
     revised = revisions(dict(zip(("program", "job"), files, strict=False)))
-    return page(f"{TITLE}{programs.name}", sections, revised, interactive=interactive)
+    return page(f"{TITLE}{programs.name}", sections, revised)
 
 
 def _verdict(record: GrindingRecord, job: Job) -> "Markup":

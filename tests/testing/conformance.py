@@ -15,7 +15,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from grind_env.testing.conformance_play import (
+from tests.testing.conformance_play import (
     AnyVectorEnv,
     Event,
     Plan,

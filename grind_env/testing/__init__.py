@@ -1,1 +1,0 @@
-"""Checks that anyone can run on an environment."""
