@@ -144,6 +144,8 @@ def action_bounds(space: spaces.Space[Any]) -> tuple[Array, Array]:
 def action_numbers(space: spaces.Space[Any], actions: Array) -> Array:
     """A batch of actions as numbers, shape (N, entries): choices divided by the last of them, so from 0 to 1."""
     values = np.asarray(actions, np.float64).reshape(len(actions), -1)
+    if isinstance(space, spaces.Box):
+        return np.clip(values, space.low, space.high)
     if isinstance(space, spaces.Discrete):
         values = (values - space.start) / max(space.n - 1, 1)
     elif isinstance(space, spaces.MultiDiscrete):

@@ -30,6 +30,7 @@ class MemoryWrapper(gym.Wrapper[Array, Any, Array, Any]):
     """A single environment that shows a memory of its episode."""
 
     def __init__(self, env: AnyEnv, form: MemoryForm) -> None:
+        check_kind(env, gym.Env)
         gym.Wrapper.__init__(self, env)
         self.memory = form.memory(simulation_of(env), env.observation_space, env.action_space)
         self.observation_space = behind(env.observation_space, form, self.memory)
@@ -51,6 +52,7 @@ class VectorMemory(VectorWrapper[Array, Array, Array, Array, Array]):
     """A vector environment that shows a memory of every episode, in any autoreset mode."""
 
     def __init__(self, env: AnyVectorEnv, form: MemoryForm) -> None:
+        check_kind(env, VectorEnv)
         VectorWrapper.__init__(self, env)
         self.memory = form.memory(simulation_of(env), env.single_observation_space, env.single_action_space)
         self.single_observation_space = behind(env.single_observation_space, form, self.memory)
@@ -202,6 +204,7 @@ class ForLearning(MemoryWrapper, RecordConstructorArgs):
 
     def __init__(self, env: AnyEnv) -> None:
         RecordConstructorArgs.__init__(self)
+        check_kind(env, gym.Env)
         super().__init__(env, standard(env, env.observation_space))
 
     def step(self, action: Any) -> tuple[Array, Any, bool, bool, dict[str, Any]]:
@@ -221,6 +224,7 @@ class VectorForLearning(VectorMemory):
     """
 
     def __init__(self, env: AnyVectorEnv) -> None:
+        check_kind(env, VectorEnv)
         super().__init__(env, standard(env, env.single_observation_space))
 
     def step(self, actions: Array) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
@@ -264,6 +268,18 @@ def followed(env: AnyEnv | AnyVectorEnv, shown: Any, own: Any) -> Simulation:
             f"{env} is no grinding environment with its own observation: wrap the belief around that first"
         )
     return simulation
+
+
+def check_kind(env: Any, kind: type) -> None:
+    """Check that a wrapper of single environments is given one, and a wrapper of vector environments one of these.
+
+    Raises:
+        WrapperError: if the environment is of the other kind, or none.
+    """
+    if isinstance(env, kind):
+        return
+    wanted, others = ("vector", "without") if kind is VectorEnv else ("single", "with")
+    raise WrapperError(f"{env} is no {wanted} environment: take the wrapper {others} 'Vector' in its name")
 
 
 def check_whole(name: str, value: object) -> None:

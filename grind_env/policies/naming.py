@@ -92,6 +92,8 @@ def own_policy(module: str, name: str) -> Policy:
     Raises:
         GrindError: there is none, or its code fails.
     """
+    if (folder := str(Path.cwd())) not in sys.path:  # a command that pip installs does not look where it runs
+        sys.path.append(folder)
     try:
         found = getattr(import_module(module), name)
         made: Policy = found() if isinstance(found, type) or not hasattr(found, "act") else found

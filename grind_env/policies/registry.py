@@ -100,6 +100,11 @@ def check_names(simulation: Simulation, names: Sequence[str] | None) -> Sequence
     known = [*listed, *ABLATIONS, *fitting(UNSCORED, simulation)]
     if unknown := set(names or ()) - set(known):
         name = min(unknown)
+        if name in TRAINED:
+            raise ConfigError(
+                f"{quoted(name)} is a trained agent and is read from a file: name it to grind_env.evaluate, or make it"
+                " by grind_env.policies.naming.named_policy"
+            )
         raise ConfigError(
             f"there is no policy {quoted(name)}{did_you_mean(name, [*known, *TRAINED])} for {simulation.task.name}: "
             f"choose from {', '.join(known)}"

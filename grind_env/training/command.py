@@ -68,9 +68,10 @@ def train(
     from grind_env.errors import GrindError, printable, quoted
     from grind_env.extras import needing
     from grind_env.plants.names import MODEL
+    from grind_env.policies.evaluation import episode_seeds
     from grind_env.policies.held import model_of, on
     from grind_env.policies.judging import evaluate
-    from grind_env.policies.learned.saved import write_policy
+    from grind_env.policies.learned.saved import SUFFIX, write_policy
     from grind_env.terminal import progress_bar
 
     with needing("train", "grind train needs"):
@@ -82,8 +83,13 @@ def train(
         raise GrindError(f"--budget is {budget:g}, but must be a share between 0 and 1")
     if seed > gru_ppo.LAST_SEED:
         raise GrindError(f"--seed is {seed}, but must be at most {gru_ppo.LAST_SEED}")
+    episode_seeds("validation", episodes)
+    if plant.startswith("held-out"):
+        raise GrindError(f"--plant is {quoted(plant)}, but these machines judge agents: train on public or model")
     named = _problem(task, None if job is None else str(job), parts, variables)
     path = _usual_file(task, named) if output is None else output
+    if path.suffix != SUFFIX:
+        raise GrindError(f"--output is {quoted(str(path))}, but agents are {SUFFIX} files: name {path.stem}{SUFFIX}")
     settings = gru_ppo.Settings(memory=memory, steps=steps, budget=budget)
     problem = gru_ppo.shown(named if plant == MODEL.name else on(named, plant), memory)
     if not problem.simulation().compiled:
@@ -93,7 +99,7 @@ def train(
     with progress_bar("steps", steps) as advance:
         agent, scale = gru_ppo.train(problem, settings, seed, advance)
     policy, form = gru_ppo.policy_of(agent, scale, problem, memory), gru_ppo.form_of(memory)
-    beside = {"settings": asdict(settings) | {"seed": seed}}
+    beside = {"settings": asdict(settings) | {"seed": seed, "machines": plant}}
     write_policy(path, policy.actor, model_of(problem), policy.name, form, beside)
     print(printable(f"{path}: trained in {time.process_time() - begin:.0f} CPU-seconds"))
     judged = []

@@ -60,7 +60,7 @@ def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_
 
 
 def test_the_blocks_of_a_step_are_the_literal_form() -> None:
-    env = reciprocation.make(predress=True)
+    env = reciprocation.make(predress=True, show_block=True)
     env.reset(seed=0)
     assert env.episodes is not None
     stock = whole_tape(env)[0, 1]
@@ -151,7 +151,7 @@ def test_the_vector_form_that_shows_everything_keeps_the_contract() -> None:
     kwargs = {"observation": "full", "predress": True}
     check_vector_env(
         lambda mode: reciprocation.make_vector(3, autoreset_mode=mode, show_block=True, **kwargs),
-        single=lambda: reciprocation.make(**kwargs),
+        single=lambda: reciprocation.make(show_block=True, **kwargs),
         steps=125,
     )
 

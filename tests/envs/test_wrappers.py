@@ -233,3 +233,15 @@ def test_a_length_or_a_number_of_members_that_is_not_whole_is_refused(value: Any
 def test_options_that_are_no_dict_are_refused_as_without_the_wrapper() -> None:
     with pytest.raises(ContextError, match=r"^options is \[1\], but must be a dict"):
         VectorHistoryStack(native("grind/Oracle6-v0", 2)).reset(options=[1])
+
+
+@pytest.mark.parametrize("wrapper", [VectorForLearning, VectorBeliefFilter, VectorHistoryStack])
+def test_a_vector_wrapper_refuses_a_single_environment(wrapper: Any) -> None:
+    with pytest.raises(WrapperError, match="is no vector environment: take the wrapper without 'Vector' in its name"):
+        wrapper(gym.make("grind/PowerLimited-v0"))
+
+
+@pytest.mark.parametrize("wrapper", [ForLearning, BeliefFilter, HistoryStack])
+def test_a_single_wrapper_refuses_a_vector_environment(wrapper: Any) -> None:
+    with pytest.raises(WrapperError, match="is no single environment: take the wrapper with 'Vector' in its name"):
+        wrapper(gym.make_vec("grind/PowerLimited-v0", 2))

@@ -85,3 +85,8 @@ def test_an_interval_of_one_that_is_no_number_of_blocks_is_an_error(tmp_path) ->
         else:
             with pytest.raises(ConfigError, match=r"\[adaptive_speed\.parameters\] has no every that fits"):
                 make_policy("adaptive_speed", RUSH, tmp_path)
+
+
+def test_a_trained_agent_is_said_to_be_one_and_not_a_misspelling() -> None:
+    with pytest.raises(ConfigError, match=r"^'shipped' is a trained agent and is read from a file: name it to"):
+        make_policy("shipped", RUSH)

@@ -2,6 +2,7 @@
 
 import json
 import re
+import sys
 from pathlib import Path
 
 import gymnasium as gym
@@ -174,3 +175,14 @@ def test_a_program_cannot_be_written_where_there_is_no_folder(tmp_path: Path, gr
     status, out, err = grind("play", "--env", "oracle6", "--policy", "handbook", "--output", path)
     assert (status, out) == (2, "")
     assert str(path) in err and err.count("\n") == 1
+
+
+def test_a_policy_of_ones_own_is_found_where_the_command_runs(
+    grind: Grind, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    code = "from grind_env.policies.scripted.rules import Fixed\n\nown = Fixed(E=9.0, D=1, name='own')\n"
+    (tmp_path / "policy_of_ones_own.py").write_text(code, encoding="utf-8")
+    monkeypatch.setattr("sys.path", [each for each in sys.path if each])  # as for the command that pip installs
+    monkeypatch.chdir(tmp_path)
+    status, out, _ = grind("evaluate", "--policy", "policy_of_ones_own:own", "--task", "oracle6", "--episodes", 2)
+    assert status == 0 and out.startswith("own (sees measurements)")

@@ -97,12 +97,19 @@ def test_a_program_that_only_the_control_can_execute_is_trained_on_and_said_to_b
         (("--seed", "399"), "--seed is 399, but must be at most 398"),
         (("--parts", "2"), "'oracle6' is no part program: leave out its job and its parts"),
         (("--plant", "metre"), "there is no machine 'metre' (did you mean meter?)"),
+        (("--plant", "held-out"), "--plant is 'held-out', but these machines judge agents: train on public or model"),
+        (("--episodes", "600000"), "600000 episodes are asked for, but there are 1 to 500000 validation seeds"),
     ],
 )
 def test_mistakes_are_told_before_any_work(grind: Grind, tmp_path: Path, words: tuple[str, ...], said: str):
     status, out, told = grind("train", "oracle6", *words, "-o", tmp_path / "agent.safetensors")
     assert (status, out) == (2, "") and told.startswith(f"grind: {said}") and told.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+def test_an_agent_without_its_suffix_is_refused_before_the_training(grind: Grind, tmp_path: Path):
+    status, out, told = grind("train", "oracle6", "-o", tmp_path / "agent")
+    assert (status, out) == (2, "") and told.endswith("but agents are .safetensors files: name agent.safetensors\n")
 
 
 def judged(costs: list[float]) -> Judgement:
