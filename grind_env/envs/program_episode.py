@@ -132,7 +132,7 @@ class ProgramEpisode:
         """
         run, began = self.run, self.time
         strokes, dresses, parts = len(run.strokes), len(run.dresses), len(run.parts)
-        stages = len(run.part.passed) if run.unloaded_at is None else 0
+        stages = len(run.part.ended) if run.unloaded_at is None else 0
         if not self.chosen:  # what the way to the first block has made belongs to its step, as its time does
             strokes, dresses, parts = 0, 0, 0
         assert self.block is not None
@@ -159,7 +159,7 @@ class ProgramEpisode:
             np.frombuffer(run.plunged[strokes:], np.bool_),
             dressed,
             run.parts.table(parts),
-            ended or len(run.part.passed) > stages,
+            ended or len(run.part.ended) > stages,
             run.part.deepest,
             self.time - began,
         )

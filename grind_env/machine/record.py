@@ -48,7 +48,7 @@ UNITS = {
         "um",
     ),
     "peak_power": "W",
-    "rise": "K",
+    **dict.fromkeys(("rise", "highest_rise"), "K"),
     **dict.fromkeys(("time_cost", "wheel_cost", "dress_cost", "scrap_cost", "total_cost"), "$"),
 }
 """Units of the fields of `STROKE_ROW`, `EXECUTION_ROW`, `DRESS_ROW` and `PART_ROW`; the others are numbers."""
@@ -91,6 +91,7 @@ PART_ROW = np.dtype(
         ("peak_power", np.float64),  # above idle, W
         ("peak_torque", np.float64),  # over that at which the spindle stalls
         ("rise", np.float64),  # highest temperature rise that counts, of its last stage, K
+        ("highest_rise", np.float64),  # the same of all its stages, K
         ("burn_ratio", np.float64),  # highest of the plunges
         ("worn", np.float64),  # wheel volume, mm3
         ("dressed_off", np.float64),  # wheel volume, mm3

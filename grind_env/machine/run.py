@@ -49,7 +49,7 @@ from grind_env.machine.job import Job, PartConditions, Station, require_conditio
 from grind_env.machine.loops.compiled import dress_lead
 from grind_env.machine.part.feeds import feed_stroke, keeps_across, leads_over, table_axis
 from grind_env.machine.part.grooving import infeed_depth
-from grind_env.machine.part.part import ANYWHERE, PartRun
+from grind_env.machine.part.part import ANYWHERE, PartRun, StageResult
 from grind_env.machine.part.passes import Dressed
 from grind_env.machine.part.rows import NUMBERS_FROM, STROKE_ROW, WHEEL_FIELDS, table_of
 from grind_env.machine.part.running import Running
@@ -88,8 +88,8 @@ class GrindingRun:
         dresses: `record.DRESS_ROW`.
         plunged: of each of these strokes, whether it has gone deeper than any before it at some place of its own.
         parts: `record.PART_ROW`; a part has its row once it is taken off.
-        stages: as of the record, a row with each of `parts`, like the next one.
-        unjudged: as of the record.
+        stages: of each of `parts`, the last one among them.
+        unjudged: as of the record, with each of `parts`.
         blocks: as of the record.
         cycles: as of the record.
         begun: how many blocks of strokes there have been: cycles, and feed moves that are strokes.
@@ -106,7 +106,7 @@ class GrindingRun:
         self.watch = Watch(programs.name, job, control)
         self.strokes, self.dresses, self.parts = Log(STROKE_ROW), Log(DRESS_ROW), Log(PART_ROW)
         self.plunged = bytearray()
-        self.stages: list[tuple[tuple[str, ...], ...]] = []
+        self.stages: list[tuple[StageResult, ...]] = []
         self.unjudged: list[tuple[Unjudged, ...]] = []
         self.blocks: dict[int, int] = {}
         self.cycles: dict[int, CyclePlan] = {}
@@ -136,7 +136,7 @@ class GrindingRun:
             self.strokes.table(),
             self.dresses.table(),
             self.parts.table(),
-            tuple(self.stages),
+            tuple(tuple(each.passed for each in ended[:-1]) for ended in self.stages),
             tuple(self.unjudged),
             tuple(self.watch.notices.sentences),
             self.blocks,
@@ -274,7 +274,7 @@ class GrindingRun:
         if part.station in self._shared:
             part.unjudged += (self._shared[part.station],)
         self.parts.add(part.row(part.spent))
-        self.stages.append(tuple(part.passed))
+        self.stages.append((*part.ended, part.last_stage))
         self.unjudged.append(part.unjudged)
         if part.station != ANYWHERE:
             self._met.append(Station(name=self.job.stations[part.station].name, part=part.job.part))

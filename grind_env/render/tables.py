@@ -28,6 +28,7 @@ COLUMNS = {
     "Ra": ("Ra\nµm", "{:.2f}"),
     "peak_power": ("power\nkW", "{:.2f}"),
     "rise": ("temp.\nK", "{:.0f}"),
+    "highest_rise": ("highest\ntemp. K", "{:.0f}"),
     "survival": ("good\n%", "{:.1f}"),
     "total_cost": ("cost\n$", "{:.2f}"),
 }
@@ -38,6 +39,9 @@ STATION = "station"
 
 WHERE_IT_OCCURS = ("dresses", "taper")
 """Columns that are left out where they hold zeros."""
+
+LAST_STAGE = "last st.\ntemp. K"
+"""Heading of the temperature beside the highest one, which is left out where it is the same."""
 
 CAUSES = {
     "rise": ("temperature", "rise"),
@@ -119,6 +123,10 @@ def part_table(record: GrindingRecord, job: Job) -> PartTable:
     goods = zip(cells["survival"], record.unjudged, strict=True)
     cells["survival"] = [UNKNOWN if unjudged else text for text, unjudged in goods]
     headings = {name: heading for name, (heading, _) in columns.items()}
+    if cells["highest_rise"] == cells["rise"]:
+        del cells["highest_rise"], headings["highest_rise"]
+    else:
+        headings["rise"] = LAST_STAGE
     if job.stations:
         names = [printable(job.station_of(number)) for number in record.parts["part"].tolist()]
         cells = {"part": cells["part"], STATION: names, **cells}

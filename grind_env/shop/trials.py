@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import partial
 from time import monotonic
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ from grind_env.envs.tables import Outcome
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job, JobError
 from grind_env.machine.loops.tally import Tally
+from grind_env.machine.run import GrindingRun
 from grind_env.machine.script.repetition import FEW, is_straight, repeated, with_job
 from grind_env.machine.script.script import Script, script_of
 from grind_env.machine.script.settings import DRESS_SECONDS, D, E, Ranges, own_settings
@@ -90,7 +91,9 @@ class Measures(NamedTuple):
     power: Array
     """Highest that the spindle gave, kW above idle: at most its limit, however much was asked for."""
     rise: Array
-    """Highest that counts, K."""
+    """Highest that counts in the last stage, K."""
+    highest_rise: Array
+    """Highest that counts in any stage, K."""
     size_error: Array
     """um, without its sign."""
     scrap: Array
@@ -246,9 +249,10 @@ class Trials:
         worst, sums, peaks = (np.concatenate(each, axis=1) for each in zip(*ground, strict=True))
         parts = worst.shape[2]
         cost, seconds, good = sums.reshape(3, count, lots) / parts
-        power, rise, roughness, error = peaks.mean(axis=2).reshape(4, count, lots)
+        power, *means = peaks.mean(axis=2).reshape(5, count, lots)
         shares = np.quantile(worst.reshape(4, count, lots * parts), self.confidence, axis=2).T
-        return Measures(cost, seconds, roughness, power / 1000.0, rise, error, 1.0 - good, shares)
+        rise, highest_rise, roughness, error = means
+        return Measures(cost, seconds, roughness, power / 1000.0, rise, highest_rise, error, 1.0 - good, shares)
 
     def _in_pieces(self, settings: Array, ground: Callable[[Array, Lots], Ground]) -> list[Ground]:
         """Candidates, or lots of one, a piece on each core; what the control executes one lot after the other."""
@@ -263,19 +267,15 @@ class Trials:
             return list(pool.map(ground, *zip(*pieces, strict=True)))
 
     def _ground(self, settings: Array, every: Lots, besides: bool, handover: bool, between: Between) -> Ground:
-        """Candidates on some lots, n of both: shares of the limits, shape (4, n, parts), sums, (3, n), and peaks."""
+        """Candidates on some lots, n of both: shares as of `_ScriptParts`, sums, shape (3, n), and peaks."""
         simulation, lots, count = self.simulation, len(every), len(settings)
         seeds, machine = [self.seeds[k] for k in every.tolist()], self.machine[every]
         start = simulation.start_on([np.random.default_rng(seed) for seed in seeds], machine, self._forces(seeds))
         episodes = start if count == 1 else start.pick(np.tile(np.arange(lots), count))
-        part_of_block, parts = simulation.part_of_block, int(simulation.part_of_block[-1]) + 1
-        rows = _LimitRows.of(simulation)
-        cooler = np.tile(simulation.machines.cooler[machine], (count, 1))
         n = count * lots
-        worst = np.zeros((4, n, parts))
         sums = np.zeros((3, n))
-        peaks = np.zeros((4, n, parts))
-        for k, part in enumerate(part_of_block.tolist()):
+        parts = _ScriptParts(simulation, n, np.tile(simulation.machines.cooler[machine], (count, 1)))
+        for k in range(len(simulation.blocks)):
             if not simulation.compiled:
                 between()
             chosen = np.repeat(settings[:, k], lots, axis=0)
@@ -284,46 +284,68 @@ class Trials:
             )
             sums += outcomes[:, [_COST, _SECONDS, _GOOD]].T
             sums[0] -= 0.0 if handover else outcomes[:, _HANDOVER]
-            rise = tallies[:, _PLUNGE_RISE if rows.counts_all[k] else _FINISH_RISE]
+            if simulation.compiled:
+                parts.add(k, outcomes, tallies)
+        if simulation.compiled:
+            return parts.shares, sums, parts.peaks
+        shares, peaks = zip(*(_parts_of_run(program.run) for program in episodes.programs), strict=True)
+        return np.stack(shares, axis=1), sums, np.stack(peaks, axis=1)
+
+
+class _ScriptParts:
+    """What the parts of n episodes of a script come to, block by block.
+
+    Args:
+        simulation: of the script.
+        n: number of episodes.
+        cooler: as of `Machines`, of each episode.
+
+    Attributes:
+        shares: of `LIMITS`, shape (4, n, parts).
+        peaks: power, rise of the last stage, highest rise, Ra and size error, shape (5, n, parts).
+    """
+
+    def __init__(self, simulation: JobSimulation, n: int, cooler: Array) -> None:
+        self.simulation, self.cooler = simulation, cooler
+        self.shares, self.peaks = np.zeros((4, n, simulation.parts)), np.zeros((5, n, simulation.parts))
+        self._rise = np.zeros(n)  # in the stage so far
+
+    def add(self, k: int, outcomes: Array, tallies: Array) -> None:
+        """Add block k, whose limits are those of the stage that it is part of."""
+        row, part = BlockRow(*self.simulation.tables.blocks[k].tolist()), self.simulation.part_of_block[k]
+        shares, peaks = self.shares[:, :, part], self.peaks[:, :, part]
+        rise = tallies[:, _PLUNGE_RISE if row.counts_all > 0.0 else _FINISH_RISE]
+        self._rise = np.maximum(self._rise, rise)
+        peaks[0] = np.maximum(peaks[0], outcomes[:, _POWER])
+        peaks[2] = np.maximum(peaks[2], rise)
+        most_rise = row.rise + self.cooler[:, min(k, self.cooler.shape[1] - 1)]
+        ratios = [outcomes[:, _LOAD], rise / most_rise]
+        if row.judged > 0.0:
             error = np.abs(outcomes[:, _ERROR])
-            here = peaks[:, :, part]
-            here[0] = np.maximum(here[0], outcomes[:, _POWER])
-            here[1] = np.maximum(here[1], rise)
-            np.maximum(worst[0, :, part], outcomes[:, _LOAD], out=worst[0, :, part])
-            most_rise = rows.rise[k] + cooler[:, min(k, cooler.shape[1] - 1)]
-            np.maximum(worst[1, :, part], rise / most_rise, out=worst[1, :, part])
-            if rows.judged[k]:
-                here[2:] = outcomes[:, _RA], error
-                for limit, value, most in ((2, outcomes[:, _RA], rows.Ra[k]), (3, error, rows.size[k])):
-                    if most > NO_LIMIT:
-                        np.maximum(worst[limit, :, part], value / most, out=worst[limit, :, part])
-        return worst, sums, peaks
+            peaks[1], peaks[3], peaks[4] = self._rise, outcomes[:, _RA], error
+            self._rise = np.zeros_like(rise)
+            ratios += [_share(outcomes[:, _RA], row.roughness), _share(error, row.size)]
+        for share, ratio in zip(shares, ratios, strict=False):
+            np.maximum(share, ratio, out=share)
 
 
-class _LimitRows(NamedTuple):
-    """Limits that hold in each block: of the stage that it is part of, if it has a script."""
+def _parts_of_run(run: GrindingRun) -> tuple[Array, Array]:
+    """Shares and peaks of the parts that the control has ground, as of `_ScriptParts` for one episode."""
+    parts, strokes = run.parts.table(), run.strokes.table()
+    shares = np.zeros((4, len(parts)))
+    np.maximum.at(shares[0], strokes["part"] - 1, strokes["load"] / run.job.limits.power)
+    for stages, share in zip(run.stages, shares.T, strict=True):
+        for stage in stages:
+            limits, error = stage.limits, abs(stage.worst_error)
+            ratios = stage.rise / limits.rise, _share(stage.Ra, limits.roughness), _share(error, limits.size)
+            share[1:] = np.maximum(share[1:], ratios)
+    names = "peak_power", "rise", "highest_rise", "Ra", "worst_error"
+    return shares, np.abs([parts[name] for name in names])
 
-    rise: Array
-    Ra: Array
-    size: Array
-    judged: NDArray[np.bool_]
-    counts_all: NDArray[np.bool_]
 
-    @staticmethod
-    def of(simulation: JobSimulation) -> "_LimitRows":
-        if simulation.script is not None:
-            table = {name: simulation.tables.blocks[:, k] for k, name in enumerate(BlockRow._fields)}
-            return _LimitRows(
-                table["rise"], table["roughness"], table["size"], table["judged"] > 0.0, table["counts_all"] > 0.0
-            )
-        jobs = [simulation.job.of_part(block.part + 1) for block in simulation.blocks]
-        return _LimitRows(
-            np.array([job.limits.rise for job in jobs]),
-            np.array([job.limits.roughness for job in jobs]),
-            np.array([job.limits.size for job in jobs]),
-            np.array([block.finished > 0 for block in simulation.blocks]),
-            np.array([job.part.rise_allowance > 0.0 for job in jobs]),
-        )
+def _share(value: Any, limit: float) -> Any:
+    """What is reached of a limit, which may be none."""
+    return value / limit if limit > NO_LIMIT else 0.0 * value
 
 
 def trials_of(

@@ -94,8 +94,9 @@ def test_an_optimisation_is_written_up_whatever_it_finds(
     found, html = json.loads(capsys.readouterr().out), written.read_text("utf-8")
 
     quantities = cells(section(html, "Before and after"))
-    assert len(quantities) == len(found["quantities"])
-    for row, each in zip(quantities, found["quantities"], strict=True):
+    of_a_part = [each for each in found["quantities"] if each["name"] != "highest_rise"]  # the job has no stages
+    assert len(quantities) == len(of_a_part)
+    for row, each in zip(quantities, of_a_part, strict=True):
         for text, name in zip(row[1:4], ("before", "after", "difference"), strict=True):
             decimals = len(text.split(" ")[0].partition(".")[2])
             asked = [each[name][end] for end in ("value", "low", "high")]

@@ -107,6 +107,7 @@ def point(cost: float, share: float) -> SweepPoint:
         Ra=0.3,
         power=2.0,
         rise=100.0,
+        highest_rise=100.0,
         size_error=1.0,
         scrap=0.0,
         shares=(0.5, 0.5, 0.5, 0.5),

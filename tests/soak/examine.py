@@ -489,11 +489,11 @@ def _compare_measures(way: str, simulation: JobSimulation, record: GrindingRecor
         "seconds": (measured.seconds[0, 0], parts["seconds"].mean()),
         "power": (measured.power[0, 0], parts["peak_power"].mean() / 1000.0),
         "scrap": (measured.scrap[0, 0], 1.0 - parts["survival"].mean()),
+        "temperature": (measured.rise[0, 0], parts["rise"].mean()),
+        "highest temperature": (measured.highest_rise[0, 0], parts["highest_rise"].mean()),
+        "Ra": (measured.Ra[0, 0], parts["Ra"].mean()),
+        "size error": (measured.size_error[0, 0], np.abs(parts["worst_error"]).mean()),
     }
-    if simulation.blocks[-1].finished and not any(record.stages):
-        pairs["temperature"] = (measured.rise[0, 0], parts["rise"].mean())
-        pairs["Ra"] = (measured.Ra[0, 0], parts["Ra"].mean())
-        pairs["size error"] = (measured.size_error[0, 0], np.abs(parts["worst_error"]).mean())
     _compare(f"optimise by {way}:", pairs, examined)
 
 

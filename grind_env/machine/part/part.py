@@ -25,7 +25,7 @@ from grind_env.machine.part.grooving import Grooves
 from grind_env.machine.part.passes import Dressed, Way, passes_of
 from grind_env.machine.part.rows import table_of
 from grind_env.machine.part.unjudged import Unjudged
-from grind_env.process.cost import STALL, passed_limits, survival, volume_left
+from grind_env.process.cost import STALL, Limits, passed_limits, survival, volume_left
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeParameters, StrokeResult
 
@@ -54,6 +54,23 @@ class Pass(NamedTuple):
     """Whether it has cut."""
 
 
+class StageResult(NamedTuple):
+    """A part at the end of a stage, and what was asked of it; the fields are the arguments of `passed_limits`."""
+
+    rise: float
+    """Highest temperature rise that counts, K."""
+    torque: float
+    """Highest torque over that at which the spindle stalls."""
+    Ra: float
+    worst_error: float
+    limits: Limits
+
+    @property
+    def passed(self) -> tuple[str, ...]:
+        """The limits that the part was beyond (fields of `process.cost.Limits`)."""
+        return passed_limits(*self)
+
+
 class PartRun:
     """A part from its loading to the next one.
 
@@ -66,7 +83,7 @@ class PartRun:
         deepest: deepest programmed depth so far, mm.
         infeeds: into grooves so far.
         tally: of strokes, infeeds and dresses; its peak load is that since the last stage.
-        passed: of each stage that has ended, the limits that the part was beyond (fields of `process.cost.Limits`).
+        ended: the stages that have ended.
         unjudged: why it is not judged; empty if it is.
         station: at which it lies, by its number from 0; `ANYWHERE` without stations, or before one is met.
         met: whether strokes have met that station.
@@ -93,7 +110,7 @@ class PartRun:
         self.p = self.nominal
         self.cutting = False
         self.deepest = 0.0
-        self.passed: list[tuple[str, ...]] = []
+        self.ended: list[StageResult] = []
         self.unjudged: tuple[Unjudged, ...] = ()
         self.infeeds, self.tally = 0, NOTHING
         self._centres = strip_centres(job.part.across, job.part.width)
@@ -259,13 +276,12 @@ class PartRun:
 
     def end_stage(self) -> None:
         """Judge the part at a gauging stop (M01), if it has been cut and has a further stage to end."""
-        if not self.cutting or len(self.passed) == len(self.job.part.stages):
+        if not self.cutting or len(self.ended) == len(self.job.part.stages):
             return
-        asked = self.job.part.stages[len(self.passed)]
-        found, limits = self._surface(asked.stock), self.job.limits_at(asked)
-        values = self._rise(asked), self.tally.peak_torque, found.Ra, found.worst_error
-        self._earlier *= survival(*values, limits)
-        self.passed.append(passed_limits(*values, limits))
+        asked = self.job.part.stages[len(self.ended)]
+        result = self._result(asked, self._surface(asked.stock), self.job.limits_at(asked))
+        self._earlier *= survival(*result)
+        self.ended.append(result)
         self._earlier_power = max(self._earlier_power, self.tally.peak_load)
         self._earlier_torque = max(self._earlier_torque, self.tally.peak_torque)
         # of a stalled spindle the part is not freed by a gauge
@@ -315,14 +331,15 @@ class PartRun:
         return self.stock - float(self._ground()[0].mean())
 
     @property
-    def rise(self) -> float:
-        """Highest temperature rise that counts, K: of plunges of its last stage whose heat is not ground off again."""
-        return self._rise(self.job.part)
+    def last_stage(self) -> StageResult:
+        """Its last stage, as it is now; the heat is that of plunges which is not ground off again."""
+        return self._result(self.job.part, self._surface(self.stock), self.job.limits)
 
-    def _rise(self, asked: Stage | Part) -> float:
+    def _result(self, asked: Stage | Part, found: Surface, limits: Limits) -> StageResult:
         every = asked.rise_allowance > 0.0
         grooves = (counted_rise(groove.plunges, groove.reached[0], every) for groove in self._grooves)
-        return max((counted_rise(self._plunges, self.deepest, every), *grooves))
+        rise = max((counted_rise(self._plunges, self.deepest, every), *grooves))
+        return StageResult(rise, self.tally.peak_torque, found.Ra, found.worst_error, limits)
 
     def _ground(self) -> tuple[Strips, Strips]:
         """Depth in mm and roughness in um of what is judged: the strips, or the grooves if there was no stroke."""
@@ -347,17 +364,13 @@ class PartRun:
 
     def row(self, seconds: float) -> tuple[float, ...]:
         """The row of this part in the record (`record.PART_ROW`) if it took that many seconds."""
-        job, tally, found, rise = self.job, self.tally, self._surface(self.stock), self.rise
+        job, tally, found, last = self.job, self.tally, self._surface(self.stock), self.last_stage
         unground = 0.0 if self.infeeds and not self.strokes else self._coverage.unground
         verdict = judge(
             seconds,
             self._off() - self._beyond_wheel(),
             tally.dresses,
-            rise,
-            tally.peak_torque,
-            found.Ra,
-            found.worst_error,
-            job.limits,
+            *last,
             job.rates,
             job.part.scrap_cost,
             0.0 if unground > 0.0 or self.unjudged else self._earlier,
@@ -378,7 +391,8 @@ class PartRun:
             found.Ra,
             min(max(self._earlier_power, tally.peak_load), self.p.power),
             max(self._earlier_torque, tally.peak_torque),
-            rise,
+            last.rise,
+            max(each.rise for each in (*self.ended, last)),
             tally.burn_ratio,
             tally.worn,
             tally.dressed_off,

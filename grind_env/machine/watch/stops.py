@@ -30,7 +30,7 @@ class Stops:
                 self._pending.append((cycle.plan.line, "stock", advice.stock_left(part.deepest, part.stock)))
             if stop is not None and min(left, part.deepest) > SIZED and not notices.muted:
                 self._taken_off = stop.line, part.deepest, left
-        stages, passed = len(part.job.part.stages), len(part.passed)
+        stages, passed = len(part.job.part.stages), len(part.ended)
         if passed < stages:
             self._pending.append((0, "stages", advice.unended_stages(stages, passed)))
         if notices.muted:

@@ -30,6 +30,7 @@ QUANTITIES = {
     "Ra": "um",
     "power": "kW",
     "rise": "K",
+    "highest_rise": "K",
     "size_error": "um",
     "scrap": "%",
 }

@@ -59,7 +59,7 @@ class Quantity:
     """A mean over parts, lots and machines, before and after, each with the interval in which that of one machine lies.
 
     Attributes:
-        name: cost, seconds, Ra, power, rise, size_error or scrap.
+        name: cost, seconds, Ra, power, rise (of the last stage), highest_rise, size_error or scrap.
         unit: of all values.
         before: with the program as it was.
         after: with other words.

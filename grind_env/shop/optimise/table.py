@@ -1,6 +1,6 @@
 """An optimisation as tables for the terminal, and as plain data for JSON."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from grind_env.errors import printable
@@ -18,10 +18,11 @@ NAMES = {
     "Ra": "Ra, µm",
     "power": "power, kW",
     "rise": "temp., K",
+    "highest_rise": "highest temp., K",
     "size_error": "size err., µm",
     "scrap": "scrap, %",
 }
-DIGITS = {"cost": 3, "seconds": 1, "Ra": 3, "power": 2, "rise": 0, "size_error": 2, "scrap": 2}
+DIGITS = {"cost": 3, "seconds": 1, "Ra": 3, "power": 2, "rise": 0, "highest_rise": 0, "size_error": 2, "scrap": 2}
 
 
 class Rows(NamedTuple):
@@ -129,12 +130,22 @@ def _words(found: Optimised) -> Rows:
 
 def _quantities(found: Optimised) -> Rows:
     rows = []
-    for each in found.quantities:
+    for name, each in shown_quantities(found):
         digits = decimals(each)
         one, other = (f"{value:.{digits}f}" for value in each.expected)
         before, after = (f"{each_side.value:.{digits}f}" for each_side in (each.before, each.after))
-        rows.append([NAMES[each.name], before, after, signed(each.difference, digits), one, other])
+        rows.append([name, before, after, signed(each.difference, digits), one, other])
     return Rows(("of a part", "before", "after", f"change ({covered(found)})", "grind run", "after"), rows)
+
+
+def shown_quantities(found: Optimised) -> list[tuple[str, Quantity]]:
+    """Return the quantities with their names; the highest temperature only where it is not that of the last stage."""
+    shown = {NAMES[each.name]: each for each in found.quantities}
+    rise, highest = shown[NAMES["rise"]], shown[NAMES["highest_rise"]]
+    if replace(highest, name="rise") == rise:
+        del shown[NAMES["highest_rise"]]
+        return list(shown.items())
+    return [("last stage temp., K" if each is rise else name, each) for name, each in shown.items()]
 
 
 def covered(found: Optimised) -> str:

@@ -13,7 +13,6 @@ from grind_env.shop.optimise.figure import trade
 from grind_env.shop.optimise.judgement import WORTH_NAMING, parts_said
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Verdict
 from grind_env.shop.optimise.table import (
-    NAMES,
     binding,
     covered,
     decimals,
@@ -22,6 +21,7 @@ from grind_env.shop.optimise.table import (
     objective_unit,
     price_text,
     sentences,
+    shown_quantities,
     signed,
 )
 from grind_env.shop.report.document import (
@@ -102,13 +102,13 @@ def _verdict(found: Optimised) -> "Markup":
 
 def _quantities(found: Optimised, after: str) -> "Markup":
     rows: list[Cells] = []
-    for each in found.quantities:
+    for name, each in shown_quantities(found):
         digits = decimals(each)
         one, other = (f"{value:.{digits}f}" for value in each.expected)
         change: Level = "good" if each.difference.high < 0.0 else "bad" if each.difference.low > 0.0 else ""
         rows.append(
             [
-                NAMES[each.name],
+                name,
                 _interval(each.before, digits),
                 _interval(each.after, digits),
                 Cell(signed(each.difference, digits), change if each.name == "cost" else ""),

@@ -67,7 +67,8 @@ class SweepPoint:
         seconds: time of a part, s.
         Ra: um.
         power: highest, kW.
-        rise: highest, K.
+        rise: highest of the last stage, K.
+        highest_rise: highest of all stages, K.
         size_error: um.
         scrap: share of the parts.
         shares: of the limits power, temp, Ra and size, the shares that 95 of 100 parts keep, on whatever machine.
@@ -83,6 +84,7 @@ class SweepPoint:
     Ra: float
     power: float
     rise: float
+    highest_rise: float
     size_error: float
     scrap: float
     shares: tuple[float, float, float, float]
@@ -355,6 +357,7 @@ class _Study:
                 Ra=float(found.Ra[k].mean()),
                 power=float(found.power[k].mean()),
                 rise=float(found.rise[k].mean()),
+                highest_rise=float(found.highest_rise[k].mean()),
                 size_error=float(found.size_error[k].mean()),
                 scrap=float(found.scrap[k].mean()),
                 shares=tuple(found.ratios[k].tolist()),
