@@ -100,8 +100,6 @@ def optimise(
     keep: Collection[int] = (),
     within: Mapping[str, Number] = {},
     objective: str = "cost",
-    free: bool = False,
-    dress_by: str = "variable",
     unroll: bool = False,
     parts: int = 50,
     budget: Number = 60.0,
@@ -129,8 +127,6 @@ def optimise(
         keep: N words of the cycle blocks that stay as they are.
         within: the most that a part may take in the mean, by name: cost, $, and seconds.
         objective: what is to become less, cost or time.
-        free: whether blocks of parts that are alike may have words of their own.
-        dress_by: what tells a program whether a dress is due: a variable that counts, or the switch of block-delete.
         unroll: whether M98 calls are written out, so that each has words of its own.
         parts: runs of the program in a batch; the wheel carries over.
         budget: time of the search, s.
@@ -145,7 +141,7 @@ def optimise(
     from grind_env.shop.optimise.finding import find_words
 
     seconds = seconds_of(budget)
-    wishes = wishes_of(vary, bounds, rounding, keep, margin, objective, within, free, dress_by, confidence, untried)
+    wishes = wishes_of(vary, bounds, rounding, keep, margin, objective, within, confidence=confidence, untried=untried)
     with progress(seconds) as advance:
         return find_words(
             program,

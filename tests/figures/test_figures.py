@@ -2,44 +2,25 @@
 
 import itertools
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import grind_env
-from grind_env.control import read_file
-from grind_env.envs.job.text import repeated
 from grind_env.errors import GrindError
-from grind_env.machine.record import GrindingRecord
 from grind_env.policies.problem import find_problem
-from grind_env.shop.sweep.study import Sweep
 from tests.command import Grind
 
 pytest.importorskip("matplotlib")
 
-from grind_env.figures.cycle import cycle_figure
 from grind_env.figures.dress import around_dress, dress_figure, dressed_run
-from grind_env.figures.interval import interval_figure
 from grind_env.figures.policy_map import NAMES, PolicyMap, policy_map, policy_map_figure
-from grind_env.figures.wheel import wheel_figure
 from grind_env.render.figures import PlotError, write_figure
 from grind_env.render.style import COLOURS, COLUMN, DASHES, MARKS, PAGE
 
 PLATE = grind_env.examples.path("plate_g82.nc")
 MM = 25.4
-PARTS = 3
-
-
-@pytest.fixture(scope="module")
-def batch() -> GrindingRecord:
-    return grind_env.grind(repeated(read_file(PLATE), PARTS), PLATE.with_suffix(".toml"))
-
-
-@pytest.fixture(scope="module")
-def swept() -> Sweep:
-    return grind_env.sweep(PLATE, dress_every=(1, 4), parts=4)
 
 
 @pytest.fixture(scope="module")
@@ -47,28 +28,21 @@ def mapped() -> PolicyMap:
     return policy_map(None, "power_limited", episodes=4)
 
 
-def test_they_are_as_wide_as_a_column_or_a_page_in_letters_of_8_to_9_pt(
-    batch: GrindingRecord, swept: Sweep, mapped: PolicyMap
-) -> None:
+def test_they_are_as_wide_as_a_page_in_letters_of_8_to_9_pt(mapped: PolicyMap) -> None:
     from matplotlib.text import Text
 
-    figures = {
-        PAGE: [cycle_figure(batch), policy_map_figure(mapped)],
-        COLUMN: [wheel_figure(batch), interval_figure(swept)],
-    }
     assert pytest.approx((85.0, 170.0)) == (COLUMN * MM, PAGE * MM)
-    for width, figure in [(width, each) for width, some in figures.items() for each in some]:
+    for figure in (dress_figure(dressed_run(find_problem("power_limited"), 6.0, 3)), policy_map_figure(mapped)):
         figure.canvas.draw()
-        assert figure.get_figwidth() == pytest.approx(width)
+        assert figure.get_figwidth() == pytest.approx(PAGE)
         texts = [text for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
         assert {text.get_fontsize() for text in texts} <= {8.0, 9.0}
 
 
-def test_every_axis_has_its_unit(batch: GrindingRecord, swept: Sweep, mapped: PolicyMap) -> None:
-    plain = {"burn ratio", "believed factor on its growth", "", "stroke", "part"}
-    plain |= {"parts from dress to dress", "D, dress executions"}
-    unit = re.compile(r", (µm|kW|K|%|\$ a part|m/min|mm³/mm)$|, %$")
-    for figure in (cycle_figure(batch), wheel_figure(batch), interval_figure(swept), policy_map_figure(mapped)):
+def test_every_axis_has_its_unit(mapped: PolicyMap) -> None:
+    plain = {"burn ratio", "believed factor on its growth", "", "stroke of the part", "D, dress executions"}
+    unit = re.compile(r", (mm|µm|kW|K|%|m/min|mm³/mm)$|, %$")
+    for figure in (dress_figure(dressed_run(find_problem("power_limited"), 6.0, 3)), policy_map_figure(mapped)):
         for axes in figure.axes:
             for label in (axes.get_xlabel(), axes.get_ylabel()):
                 said = label.replace("\n", " ")
@@ -81,44 +55,10 @@ def test_lines_are_told_apart_without_colour() -> None:
 
 
 @pytest.mark.parametrize("suffix", [".pdf", ".svg", ".png"])
-def test_the_same_figure_has_the_same_bytes(suffix: str, batch: GrindingRecord, tmp_path: Path) -> None:
+def test_the_same_figure_has_the_same_bytes(suffix: str, mapped: PolicyMap, tmp_path: Path) -> None:
     for name in ("a", "b"):
-        write_figure(wheel_figure(batch), tmp_path / f"{name}{suffix}")
+        write_figure(policy_map_figure(mapped), tmp_path / f"{name}{suffix}")
     assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()
-
-
-def test_the_wheel_is_shown_as_the_record_has_it(batch: GrindingRecord) -> None:
-    flats, loading, lost = wheel_figure(batch).axes
-    for axes, name in ((flats, "A"), (loading, "lam")):
-        lines = [line for line in axes.lines if len(np.asarray(line.get_xdata()))]
-        assert len(lines) == 1 + len(batch.dresses) == 1 + PARTS
-        drawn = np.concatenate([np.asarray(line.get_xydata()) for line in lines])
-        np.testing.assert_allclose(drawn, np.stack([batch.strokes["V"], 100.0 * batch.strokes[name]], axis=1))
-        assert all(np.all(np.diff(np.asarray(line.get_xdata())) >= 0.0) for line in lines)
-    at, values = (np.asarray(each) for each in lost.lines[0].get_data())
-    assert np.all(np.round(at[np.isfinite(at)]) == batch.strokes["part"])
-    assert np.isnan(values).sum() == len(batch.dresses) == PARTS
-    assert np.nanmax(values) == pytest.approx(1000 * np.ptp(batch.strokes["ds"]))
-
-
-def test_intervals_that_are_alike_are_one_line(batch: GrindingRecord) -> None:
-    """The second and the third part are ground with a wheel that was dressed alike."""
-    first, second = (np.asarray(line.get_xydata()).T for line in wheel_figure(batch).axes[0].lines[1:3])
-    common = np.linspace(*(max(first[0, 0], second[0, 0]), min(first[0, -1], second[0, -1])), 50)
-    np.testing.assert_allclose(np.interp(common, *first), np.interp(common, *second), rtol=0.01)
-    assert np.ptp(first[1]) > 0.1 * first[1, 0]
-
-
-def test_the_cost_over_the_interval_is_that_of_the_sweep(swept: Sweep) -> None:
-    axes = interval_figure(swept).axes[0]
-    line = axes.lines[0]
-    np.testing.assert_allclose(line.get_xdata(), [1, 2, 3, 4])
-    np.testing.assert_allclose(line.get_ydata(), [point.cost.value for point in swept.intervals])
-
-
-def test_without_intervals_there_is_nothing_to_draw(swept: Sweep) -> None:
-    with pytest.raises(GrindError, match="no dress interval was swept"):
-        interval_figure(replace(swept, speeds=(replace(swept.own, every=0),)))
 
 
 def test_a_dress_is_shown_between_whole_parts() -> None:
@@ -169,9 +109,6 @@ def test_what_sees_no_belief_has_no_map(policy: str) -> None:
 @pytest.mark.parametrize(
     ("words", "size"),
     [
-        (("cycle", PLATE), 170.0),
-        (("wheel", PLATE, "--parts", 2), 85.0),
-        (("interval", PLATE, "--dress-every", "1..2", "--parts", 2), 85.0),
         (("policy-map", "--episodes", 2), 170.0),
         (("dress", "--E", 4.5, "--every", 5), 170.0),
         (("dress", "--env", "reciprocation", "--every", 6), 170.0),
@@ -189,10 +126,10 @@ def test_each_is_one_command(words: tuple[object, ...], size: float, grind: Grin
 def test_a_file_that_cannot_be_written_is_told_before_the_work(
     name: str, said: str, grind: Grind, tmp_path: Path
 ) -> None:
-    status, _, err = grind("figure", "cycle", "missing.nc", "-o", tmp_path / name)
+    status, _, err = grind("figure", "dress", "--env", "missing.nc", "-o", tmp_path / name)
     assert status == 2 and said in err and "missing.nc" not in err
 
 
-def test_another_suffix_is_refused(batch: GrindingRecord, tmp_path: Path) -> None:
+def test_another_suffix_is_refused(mapped: PolicyMap, tmp_path: Path) -> None:
     with pytest.raises(PlotError, match="name such a file"):
-        write_figure(wheel_figure(batch), tmp_path / "a.txt")
+        write_figure(policy_map_figure(mapped), tmp_path / "a.txt")

@@ -15,7 +15,7 @@ from grind_env.machine.grind_file import grind_file
 from grind_env.machine.job.file import load_job
 from grind_env.machine.script.settings import D
 from grind_env.shop.dress_interval import DressInterval, intervals_between
-from grind_env.shop.optimise.counting import CountingError, counting_of
+from grind_env.shop.optimise.counting import counting_of
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.outcome import Trade, Verdict, cheapest_by_time
@@ -40,9 +40,9 @@ def varied(path: Path, wishes: Wishes, runs: int = RUNS) -> Variation:
     )
 
 
-def written(path: Path, every: int, **asked: object) -> tuple[Variation, tuple[int, ...]]:
+def written(path: Path, every: int) -> tuple[Variation, tuple[int, ...]]:
     """A program in which its own dresses are due every so many runs."""
-    variation = varied(path, wishes_of(("D", "interval"), {"interval": (every, every)}, **asked))  # type: ignore[arg-type]
+    variation = varied(path, wishes_of(("D", "interval"), {"interval": (every, every)}))
     return variation, variation.start
 
 
@@ -85,21 +85,6 @@ def test_every_second_block_that_dresses_is_counted_across_parts() -> None:
     assert said.tolist() == [[0, 0], [1, 0], [0, 1], [0, 0], [1, 0], [0, 1]]
 
 
-def test_the_operator_may_say_by_block_delete_what_is_dressed() -> None:
-    variation, point = written(PLATE, 4, counted_by="block-delete")
-    programs, job = variation.read(point), variation.job
-    assert len(grind_file(programs, job).dresses) == 1
-    assert len(grind_file(programs, job, block_delete=True).dresses) == 0
-    text = variation.with_words(point).text
-    assert "(DRESS EVERY 4 PARTS: BLOCK DELETE OFF IN THAT ONE, ON IN ALL OTHERS)\n#500=0\n/#500=1\n" in text
-
-
-def test_a_program_that_deletes_blocks_already_cannot_be_dressed_by_block_delete() -> None:
-    programs = read(PLATE.read_text().replace("N60 M01", "/N60 M01"), "part.nc")
-    with pytest.raises(CountingError, match=r"part\.nc:11: the switch of block delete skips this block already"):
-        counting_of(DressInterval(2), programs, [], by_block_delete=True)
-
-
 def test_variables_of_the_program_are_not_counted_with() -> None:
     programs = read(PLATE.read_text().replace("N60 M01", "#500=#[501]+1\nN60 M01"))
     counting = counting_of(DressInterval(2), programs, [])
@@ -140,7 +125,6 @@ def test_what_no_program_keeps_is_said(grind: Grind) -> None:
     [
         (("--within", "minutes=2"), "--within: there is no 'minutes'; there are cost, seconds"),
         (("--for", "speed"), "--for: there is no 'speed'; there are cost, time"),
-        (("--dress-by", "hand"), "--dress-by: there is no 'hand'; there are variable, block-delete"),
         (
             ("--bounds", "interval=2..9"),
             "a dress every 2 to 9 parts; it may be from 1 to --parts, which is 4",

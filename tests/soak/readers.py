@@ -83,7 +83,6 @@ READS = (
     Read("part.nc", "trace part.nc --strokes 3"),
     Read("part.nc", f"run part.nc {OUT}", weight=3.0),
     Read("part.nc", "report part.nc -o out.html", weight=0.5),
-    Read("part.nc", "figure cycle part.nc -o out.svg", weight=0.3),
     Read("part.nc", "evaluate --program part.nc --policy E12D1 --episodes 2"),
     Read("part.nc", "play --program part.nc --policy E12D1 --no-window --output out.nc"),
     Read("part.nc", SWEEP, 30.0, weight=0.2),

@@ -124,8 +124,7 @@ def test_every_command_that_reads_or_writes_has_its_turn() -> None:
 
     roles = {name: set(map(type, roles_of(leaf.function).values())) for name, leaf in TREE.items()}
     read = {of_command(read.words) for read in READS if isinstance(read.words, str)}
-    figures = {"grind figure wheel", "grind figure interval"}  # of the program that the first one reads
-    assert {name for name in roles if Reads in roles[name] and name.startswith("grind")} == read | figures
+    assert {name for name in roles if Reads in roles[name] and name.startswith("grind")} == read
     written = {of_command(words) for words in COMMANDS}
     assert {name for name in roles if {Writes, Keeps} & roles[name] and name.startswith("grind")} <= written
 

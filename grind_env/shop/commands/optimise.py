@@ -59,16 +59,6 @@ def optimise(
         list[str] | None, typer.Option(help="Most that a part may take in the mean: seconds=75,cost=2.5.")
     ] = None,
     objective: Annotated[str, typer.Option("--for", help="What is to become less: cost or time.")] = "cost",
-    free: Annotated[
-        bool, typer.Option("--free", help="Let the blocks of parts that are alike have words of their own.")
-    ] = False,
-    dress_by: Annotated[
-        str,
-        typer.Option(
-            help="What tells a program that does not dress in every part whether a dress is due: a variable that "
-            "counts, or block-delete, the switch that the operator sets."
-        ),
-    ] = "variable",
     unroll: Annotated[
         bool, typer.Option("--unroll", help="Write M98 calls out, so that each has words of its own.")
     ] = False,
@@ -138,8 +128,6 @@ def optimise(
         keep=[texts.label(each) for each in texts.listed(keep or ())],
         within=texts.named("--within", within or (), texts.number),
         objective=objective,
-        free=free,
-        dress_by=dress_by,
         unroll=unroll,
         parts=parts,
         budget=texts.seconds(budget),

@@ -33,13 +33,13 @@ class Counting(NamedTuple):
     Attributes:
         interval: what is counted.
         due: number of the variable that is 1 where a dress is due, else 0.
-        counter: number of the variable that counts; None where the operator does, by the switch of block delete.
+        counter: number of the variable that counts.
         before: blocks before which it is counted.
     """
 
     interval: DressInterval
     due: int
-    counter: int | None
+    counter: int
     before: tuple[SourceText, ...]
 
     def word(self, executions: Decimal) -> str:
@@ -56,14 +56,7 @@ class Counting(NamedTuple):
     @property
     def lines(self) -> tuple[str, ...]:
         """Those of the program."""
-        every, due = self.interval.every, f"#{self.due}"
-        if self.counter is None:
-            return (
-                f"(DRESS {self.interval}: BLOCK DELETE OFF IN THAT ONE, ON IN ALL OTHERS)".upper(),
-                f"{due}=0",
-                f"/{due}=1",
-            )
-        count = f"#{self.counter}"
+        every, due, count = self.interval.every, f"#{self.due}", f"#{self.counter}"
         return (
             f"(DRESS {self.interval}: {count} COUNTS, {due} IS 1 WHERE IT IS DUE)".upper(),
             f"IF [{count} EQ #0] THEN {count}=0",
@@ -78,8 +71,6 @@ def counting_of(
     interval: DressInterval,
     programs: Programs,
     blocks: Sequence[SourceText],
-    *,
-    by_block_delete: bool = False,
     taken: Collection[int] = (),
 ) -> Counting | None:
     """How a dress interval is written; None where every run dresses, and nothing has to be counted.
@@ -88,11 +79,10 @@ def counting_of(
         interval: what is counted.
         programs: the program.
         blocks: that dress, as they stand in its file.
-        by_block_delete: whether the operator says by the switch of block delete what parts are dressed.
         taken: numbers of variables that are used from outside.
 
     Raises:
-        CountingError: there is no free variable, or blocks that are deleted already.
+        CountingError: there is no free variable.
     """
     if interval.every == 1:
         return None
@@ -100,16 +90,7 @@ def counting_of(
     free = [number for number in KEPT if number not in used and number not in taken][:2]
     if len(free) < 2:
         raise CountingError(f"{programs.name} uses all variables of #500 to #999, and none is left to count dresses by")
-    if not by_block_delete:
-        return Counting(interval, free[1], free[0], _places(interval, programs, blocks))
-    for program in programs:
-        for block in program.blocks:
-            if block.deletable:
-                raise CountingError(
-                    f"{block.file}:{block.line}: the switch of block delete skips this block already; count the "
-                    "dresses by a variable instead"
-                )
-    return Counting(interval, free[0], None, _places(interval, programs, blocks))
+    return Counting(interval, free[1], free[0], _places(interval, programs, blocks))
 
 
 def _places(interval: DressInterval, programs: Programs, blocks: Sequence[SourceText]) -> tuple[SourceText, ...]:

@@ -276,16 +276,10 @@ def _require_said(variation: Variation, before: Trials, after: Trials, point: Po
     """Refuse a text that does not say what was searched: what its blocks set is read off the text itself.
 
     Returns:
-        What they set, shape as of `Trials.own`; where the operator says by block delete what parts are dressed, with
-        that switch as the text asks for it.
+        What they set, shape as of `Trials.own`.
     """
     asked = variation.settings(before.own, np.array([point]))[0]
     said = after.own
-    counting = variation.counting(point)
-    if counting is not None and counting.counter is None:
-        deleted = variation.trials_of(variation.read(point, block_delete=True), LotUse.BASE, 1).own
-        dressed = (after.run_of_block + 1) % counting.interval.every == 0
-        said = np.where(dressed[:, None], said, deleted)
     columns = [k for k in range(asked.shape[1]) if k != DRESS_SECONDS]
     if asked.shape != said.shape or not np.allclose(asked[:, columns], said[:, columns], rtol=SAME, atol=0.0):
         raise GrindError(

@@ -168,8 +168,8 @@ def choices_of(
             found += [replace(each, levels=(each.own,)) for each in words if each.own]
         dressing = [each for each in found if each.name == "D"]
         parts = simulation.parts // runs if of_all else simulation.parts
-        # blocks are counted before each that dresses: not by the operator, nor where a jump may lead past the counting
-        counted = not (of_all or wishes.by_block_delete or any(map(jumps, _sources(simulation.programs))))
+        # blocks are counted before each that dresses: not where a jump may lead past the counting
+        counted = not (of_all or any(map(jumps, _sources(simulation.programs))))
         intervals = _intervals(dressing, wishes, runs, parts, counted=counted)
     several = intervals[-1].every > 1
     varied = [each for each in found if each.levels != (each.own,) or (each.name == "D" and several)]

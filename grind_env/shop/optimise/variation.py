@@ -227,13 +227,7 @@ class Variation(NamedTuple):
         if not dressing:
             return None
         spots = [twin.at.source for each in dressing for twin in (each, *each.twins) if isinstance(twin.at, Spot)]
-        return counting_of(
-            self.interval(point),
-            self.programs,
-            spots,
-            by_block_delete=self.wishes.by_block_delete,
-            taken=self.job.variables,
-        )
+        return counting_of(self.interval(point), self.programs, spots, self.job.variables)
 
     def with_words(self, point: Point) -> ProgramText:
         """The text with the words of a point, a comment at each block that has changed; all else stays.
@@ -267,15 +261,9 @@ class Variation(NamedTuple):
             text = at.with_passes(text, level)
         return text
 
-    def read(self, point: Point, *, block_delete: bool = False) -> Programs:
-        """The program with the words of a point, as it is with the switch of block delete off or on."""
-        text = self.with_words(point).text
-        lines = text.splitlines(keepends=True)
-        return read(
-            "".join(line for line in lines if not (block_delete and line.startswith("/"))),
-            self.programs.name,
-            self.programs.folder,
-        )
+    def read(self, point: Point) -> Programs:
+        """The program with the words of a point."""
+        return read(self.with_words(point).text, self.programs.name, self.programs.folder)
 
     def shares(self, trials: Trials, found: Measures, old: Measures) -> Array:
         """What C candidates come to, as shares of what is asked, shape (C, limits, wishes, and one).

@@ -19,8 +19,6 @@ USUAL = ("E", "D", INTERVAL)
 LIMITS = ("power", "temp", "Ra", "size")
 OBJECTIVES = {"cost": "cost", "time": "seconds"}
 """What may be made less, and the name of its mean of a part."""
-COUNTED_BY = ("variable", "block-delete")
-"""What tells a program whether a dress is due."""
 
 CONFIDENCES = 0.5, 0.999
 """Ends of what may be asked: beyond, some tens of machines and some thousands of parts do not tell."""
@@ -52,7 +50,6 @@ class Wishes:
         objective: of `OBJECTIVES`, what is to become less.
         within: the most that a part may take in the mean, by the names cost and seconds.
         free: whether blocks of parts that are alike may have words of their own.
-        counted_by: of `COUNTED_BY`, what a written program tells by whether a dress is due.
     """
 
     words: tuple[str, ...] = USUAL
@@ -67,17 +64,11 @@ class Wishes:
     objective: str = "cost"
     within: Mapping[str, float] = field(default_factory=dict)
     free: bool = False
-    counted_by: str = "variable"
 
     @property
     def quantity(self) -> str:
         """Name of the mean that is to become less."""
         return OBJECTIVES[self.objective]
-
-    @property
-    def by_block_delete(self) -> bool:
-        """Whether the operator tells by the switch of block delete."""
-        return self.counted_by == "block-delete"
 
     def margin(self, limit: str) -> float:
         """Of one of `LIMITS`."""
@@ -93,7 +84,6 @@ def wishes_of(
     objective: str = "cost",
     within: Mapping[str, Number] = {},
     free: bool = False,
-    counted_by: str = "variable",
     confidence: Number = CONFIDENCE,
     untried: bool = False,
 ) -> Wishes:
@@ -109,7 +99,6 @@ def wishes_of(
         ("--margin", margins, LIMITS),
         ("--for", (objective,), tuple(OBJECTIVES)),
         ("--within", within, tuple(OBJECTIVES.values())),
-        ("--dress-by", (counted_by,), COUNTED_BY),
     ):
         for name in names:
             if name not in known:
@@ -132,7 +121,6 @@ def wishes_of(
         objective=objective,
         within={name: float(_positive("--within", name, most)) for name, most in within.items()},
         free=free,
-        counted_by=counted_by,
     )
 
 
