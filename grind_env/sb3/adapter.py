@@ -71,6 +71,7 @@ class SB3VecEnv(VecEnv):
             )
         self.env = env
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
+        self.metadata = env.metadata  # SB3's recorder reads the frame rate
 
     def reset(self) -> VecEnvObs:
         """Start an episode in every environment, with the last `seed()` and `set_options()`."""
@@ -130,8 +131,11 @@ class SB3VecEnv(VecEnv):
         return [False] * len(list(self._get_indices(indices)))
 
     def get_images(self) -> Sequence[NDArray[np.uint8] | None]:
-        """No images: the vector environment does not render."""
-        return [None] * self.num_envs
+        """Return the picture of each environment; None for each without `render_mode="rgb_array"`."""
+        if self.render_mode != "rgb_array":
+            return [None] * self.num_envs
+        pictures: Any = self.env.render()  # Gymnasium's types allow texts, too
+        return list(pictures)
 
     def _owner(self, name: str) -> AnyVectorEnv:
         """The outermost of the environment and what it wraps that has an attribute; else the innermost."""

@@ -186,6 +186,16 @@ def test_the_adapter_hands_out_arrays_of_its_own():
     assert np.array_equal(rewards, first)
 
 
+def test_the_adapter_shows_the_pictures_of_dummy_vec_env():
+    adapter, dummy = SB3VecEnv(native(render_mode="rgb_array")), singles(FLAGSHIP, render_mode="rgb_array")
+    for env in (adapter, dummy):
+        stepped(env, 2)
+    assert adapter.metadata["render_fps"] == dummy.metadata["render_fps"]
+    np.testing.assert_array_equal(adapter.get_images(), dummy.get_images())
+    np.testing.assert_array_equal(adapter.render(), dummy.render())
+    assert SB3VecEnv(native(render_mode="ansi")).get_images() == [None] * 3
+
+
 def test_the_adapter_refuses_other_autoreset_modes():
     for wrap in (lambda env: env, *WRAPPERS.values()):
         with pytest.raises(GrindError, match=r"has AutoresetMode\.NEXT_STEP, but .* needs autoreset_mode='SameStep'"):
