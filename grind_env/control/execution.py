@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 
 from grind_env.control.control import WHEEL_RADIUS, Control
+from grind_env.control.cycle_block import ModalWords
 from grind_env.control.errors import ControlError
 from grind_env.control.interpreter import Interpreter
 from grind_env.control.modal_state import Modes
@@ -41,6 +42,11 @@ class Execution(Iterator[Event]):
     def table(self) -> Reciprocation | None:
         """The reciprocating table; None while none is, and during a dress."""
         return self._interpreter.timeline.reciprocation
+
+    @property
+    def remembered(self) -> ModalWords:
+        """Words of the cycles so far, which later ones may omit."""
+        return self._interpreter.table.memory
 
     @property
     def dependent(self) -> int | None:

@@ -1,5 +1,6 @@
 """A few runs of a program stand for all only where the control, executing every run, would do the same to the bit."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -7,9 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from grind_env.control import ControlError, read_file
+from grind_env.control import ControlError, read, read_file
+from grind_env.envs.job.outline import JobProgramError
 from grind_env.envs.job.simulation import JobSimulation
-from grind_env.envs.job.text import batch_of
+from grind_env.envs.job.text import batch_of, repeated
+from grind_env.machine.grind import grind as run
 from grind_env.machine.job.file import load_job
 from grind_env.machine.script.settings import E
 from grind_env.machine.script.tables import PlanRow, ScriptTables
@@ -19,6 +22,7 @@ from grind_env.shop.optimise import variation
 from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.table import sentences
 from grind_env.shop.trials import LotUse, Trials, lots_of, trials_of
+from tests.command import Grind
 from tests.shop.programs import EXAMPLES, JOB, PROGRAMS, write
 
 RUNS = 9
@@ -163,3 +167,49 @@ def test_the_judgement_lies_within_the_budget(seconds: float, monkeypatch: pytes
     assert now[0] <= 1.2 * seconds + 0.1
     told = [each for each in sentences(found) if "no time to see what words without the limit of" in each]
     assert bool(told) == any(limit.price is None for limit in found.limits)
+
+
+ROUGH, SHORTER = "N50 G82 X230. I-30. Y-.17 J-.01 L0 F60. E15000. P9100 D1", "N70 G71 G82 X231. I-31."
+UNSAID = {
+    "E is F": "G82 X230. I-30. Y-.17 J-.01 F15000. P9100 D1",
+    "E is an F before": "G82 X230. I-30. Y-.17 J-.01 P9100 D1",
+    "I is where the table stands": "G82 X230. Y-.17 J-.01 F60. E15000. P9100 D1",
+    "E and I in inches": "G70 G82 X9. Y-.0067 J-.0004 F590.55 P9100 D1",
+    "E and I in G91": "G91 G82 X260. Y-.17 J-.01 F9999. P9100 D1 ; G90",
+    "the program jumps": "GOTO 55 ; N55 G82 X230. Y-.17 J-.01 F15000. P9100 D1",
+}
+"""First cycles that take E or I from no cycle before; the second one has another E and another I."""
+SHARED = "F15000. ; M98 P400 ; G82 Y-.18 E9000. ; M98 P400"
+
+
+@pytest.mark.parametrize("words", UNSAID)
+def test_every_run_of_a_batch_makes_the_strokes_of_the_program(words: str, tmp_path: Path) -> None:
+    """The end of a program makes the control forget E and I of its last cycle, and M00 does not."""
+    path = changed(tmp_path, ROUGH, UNSAID[words])
+    text = path.read_text(encoding="utf-8").replace("N70 G82", SHORTER)
+    once, parts = (
+        run(programs, load_job(path.with_suffix(".toml"))).strokes for programs in (read(text), repeated(read(text), 3))
+    )
+    assert np.unique(once["E"]).size == 2
+    for number in (1, 2, 3):
+        part = parts[parts["part"] == number]
+        np.testing.assert_allclose(part["E"], once["E"], rtol=1e-6)
+        np.testing.assert_allclose(part["seconds"], once["seconds"], rtol=1e-6)
+
+
+def test_a_cycle_that_takes_e_from_f_and_then_from_a_cycle_is_refused_in_a_batch(tmp_path: Path) -> None:
+    path = changed(tmp_path, ROUGH, SHARED)
+    text = path.read_text(encoding="utf-8").replace("O300", "O400\nG82 X230. I-30. Y-.17 J-.01 P9100\nM99\nO300")
+    with pytest.raises(JobProgramError, match="E or I of the cycle is another one after the first part; write both"):
+        repeated(read(text), 2)
+
+
+def test_a_sweep_tells_the_speeds_with_which_the_written_program_grinds(tmp_path: Path, grind: Grind) -> None:
+    path, written = changed(tmp_path, ROUGH, UNSAID["E is F"]), tmp_path / "written.nc"
+    found = grind("sweep", path, "--E", "12000..18000", "--parts", 3, "-o", written, "--json")
+    told = json.loads(found[1])["best"]["E"]
+    parts = run(repeated(read_file(written), 3), load_job(path.with_suffix(".toml"))).strokes
+    assert told != 15000.0
+    for number in (1, 2, 3):
+        speeds = np.unique(parts["E"][parts["part"] == number])
+        np.testing.assert_allclose(speeds, [told * 9.0 / 15.0, told], atol=1.0)

@@ -2,19 +2,22 @@
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from decimal import Decimal
 from functools import partial
 from itertools import repeat
 from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
-from grind_env.control import ControlError, Programs, read
+from grind_env.control import Control, ControlError, CycleAhead, CycleStart, Programs, execute, read
+from grind_env.control.cycle_block import ModalWords
+from grind_env.control.paths import INTEGRANDS
 from grind_env.control.rewriting import with_words
 from grind_env.control.source import SourceText, readable
 from grind_env.control.statements import Goto, label_of, with_label
 from grind_env.control.variables import LOCALS
 from grind_env.control.words import Block, read_block
-from grind_env.envs.job.outline import JobProgramError
+from grind_env.envs.job.outline import INCH, JobProgramError
 from grind_env.envs.program_episode import Words
 
 LOAD = ("G80", "M00", "G92.1", "G00 G18 G07 G71 G90 G94 G97 G40 G54")
@@ -102,7 +105,8 @@ def batch_of(programs: Programs, parts: int, variables: Mapping[int, float] = {}
 
     The table is stopped and G92 cancelled before, as the end does; what G10 has written stays written. Common variables
     keep their values from run to run, and local ones begin each as they began the first. N numbers to which GOTO leads
-    are others in every run but the last.
+    are others in every run but the last. Cycle blocks that take E from F, or I from where the table stands, have them
+    as words: the end of a program makes the control forget E and I of its last cycle, and M00 does not.
 
     Args:
         programs: the program.
@@ -111,7 +115,7 @@ def batch_of(programs: Programs, parts: int, variables: Mapping[int, float] = {}
 
     Raises:
         JobProgramError: it may come to its end in a subprogram, behind which the next part cannot begin, or a jump of
-            it may lead from one part into another.
+            it may lead from one part into another, or E or I of a cycle block cannot be written into it.
     """
     if parts == 1:
         return Batch(programs, {})
@@ -122,23 +126,65 @@ def batch_of(programs: Programs, parts: int, variables: Mapping[int, float] = {}
                     f"{block.file}:{block.line}: the program ends in a subprogram and cannot be run for {parts} parts; "
                     "put its M30 into the main program"
                 )
-    main = [*programs.main.blocks]
+    main, texts = [*programs.main.blocks], _with_own_words(programs, variables)
     again = [(text, None) for text in _local_variables(programs, variables)]
     if any(map(jumps, main)):
-        runs = _jumping_runs(main, parts)
+        runs = _jumping_runs(main, texts, parts)
     else:
         end = next((number for number, source in enumerate(main) if _ends(source.text)), len(main))
-        straight = [(_without_end(source.text), source) for source in main[: end + 1]]
+        straight = [(_without_end(texts.get(source, source.text)), source) for source in main[: end + 1]]
         runs = repeat([*straight, *((text, None) for text in LOAD)], parts - 1)
     written = [each for run in runs for each in (*run, *again)]
-    written += [(source.text, source) for source in main]
+    written += [(texts.get(source, source.text), source) for source in main]
     written += _others(programs)
     text = "\n".join(text for text, _ in written)
     origins = {line: source for line, (_, source) in enumerate(written, 1) if source is not None}
     return Batch(read(text, programs.name, programs.folder), origins)
 
 
-def _jumping_runs(main: Sequence[SourceText], parts: int) -> Iterator[list[Written]]:
+def _with_own_words(programs: Programs, variables: Mapping[int, float]) -> dict[SourceText, str]:
+    """Return the texts of cycle blocks that take E from F, or I from where the table stands, with these as words.
+
+    They do so as long as no block before has such a word. Empty where every cycle block has both from the first one on.
+    """
+    execution = execute(programs, Control(variables=variables, announce_cycles=True, whole_cycles=True))
+    found: dict[SourceText, list[dict[str, str]]] = {}
+    with suppress(ControlError):  # told when the batch is executed
+        for event in execution:
+            if isinstance(event, CycleAhead):
+                source = event.block.source
+            elif isinstance(event, CycleStart):
+                words = _taken_words(event, execution.remembered)
+                if not words and not found:
+                    return {}
+                found.setdefault(source, []).append(words)
+    at_end, main, texts = execution.remembered, set(programs.main.blocks), {}
+    for source, taken in found.items():
+        for words in taken:
+            for name in [*words]:
+                if (at_end.feed if name == "E" else at_end.secondary) is None:
+                    del words[name]  # no run takes it from the one before
+        words = taken[0]
+        if any(each != words for each in taken) or (words and source not in main):
+            raise JobProgramError(
+                f"{source.file}:{source.line}: E or I of the cycle is another one after the first part; write both"
+            )
+        texts[source] = with_words(read_block(source), words).source.text
+    return texts
+
+
+def _taken_words(start: CycleStart, remembered: ModalWords) -> dict[str, str]:
+    """Return the words, with numbers as written, that a cycle has not and takes from no cycle before."""
+    plan, modes, words = start.plan, start.modes, dict[str, float]()
+    if remembered.feed is None and modes.feed is not None:
+        words["E"] = modes.feed
+    if remembered.secondary is None:
+        origin = start.origins[modes.work_system][plan.axis]
+        words[INTEGRANDS[plan.axis]] = 0.0 if modes.incremental else plan.secondary - origin
+    return {name: f"{value / (INCH if modes.inch else 1.0):.4f}".rstrip("0") for name, value in words.items()}
+
+
+def _jumping_runs(main: Sequence[SourceText], texts: Mapping[SourceText, str], parts: int) -> Iterator[list[Written]]:
     """All runs but the last one of a program that jumps, each with N numbers of its own to which its jumps lead."""
     labels = {label for source in main if (label := label_of(source.text)) is not None}
     targets = sorted({target for source in main if (target := _target(source, parts)) in labels})
@@ -153,7 +199,8 @@ def _jumping_runs(main: Sequence[SourceText], parts: int) -> Iterator[list[Writt
             )
         run = list[Written]()
         for source in main:
-            text, label, target = source.text, label_of(source.text), _target(source, parts)
+            text = texts.get(source, source.text)
+            label, target = label_of(text), _target(source, parts)
             if label in own:
                 text = with_label(text, own[label])
             if target in own:

@@ -5,10 +5,13 @@ from dataclasses import dataclass, replace
 from decimal import Decimal
 from pathlib import Path
 
+import numpy as np
+
 from grind_env.control import read_file
 from grind_env.files import read_bytes
 from grind_env.machine.job import Job
 from grind_env.machine.job.file import job_of
+from grind_env.machine.script.settings import E
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.variables import STEPS, Variable
 from grind_env.shop.optimise.variation import Variation, variation_of
@@ -21,6 +24,8 @@ EXACT = {"E": (Decimal(1), Decimal(".0001")), "lead": STEPS["lead"], "depth": ST
 """Of which values are multiples, metric and in inches; of a lead its F."""
 NEAR = 0.01
 """Share by which a part may cost more or less as it is written, for E, F and infeeds are rounded."""
+ROUNDING = 0.001
+"""Share by which E may be another one as it is written."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,6 +82,9 @@ def recommended(
     written = trials_of(variation.read(point), settings, found.parts, lots)
     written = written.on(lots) if fleet is None else fleet.under(written, LotUse.SWEEP, lots)
     base = variation.base.on(lots) if fleet is None else fleet.under(variation.base, LotUse.SWEEP, lots)
+    ratios = written.own[:, E] / base.own[:, E]
+    if not np.allclose(ratios, best.E / found.own.E, rtol=ROUNDING):
+        raise SweepError(f"{program.name}: written into its text the best point does not run with its E")
     old, measured = (each.measure(each.own[None]) for each in (base, written))
     cost = float(measured.cost.mean())
     if abs(cost - best.cost.value) > NEAR * best.cost.value:
