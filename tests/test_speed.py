@@ -67,7 +67,7 @@ def test_a_ratio_beyond_its_tolerance_ends_the_check_with_1(
     assert speed.main("--check") == 0
     least = next(name for name, about in ratios.known().items() if about.least > 0.0)
     measured[least] = np.array([0.1])
-    assert ratios.beyond(measured) == [f"{least}: 0.1 is less than 1.6 (last 5.1)"]
+    assert ratios.beyond(measured) == [f"{least}: 0.1 is less than 700.0 (last 2100.0)"]
 
 
 def test_the_file_of_ratios_has_those_that_are_measured(brief: None) -> None:

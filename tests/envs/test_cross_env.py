@@ -110,7 +110,7 @@ def test_the_whole_episode_ends_with_the_price_of_a_dull_wheel() -> None:
 
 
 def test_the_block_is_a_g83_that_takes_the_wheel_from_edge_to_edge() -> None:
-    env = wide_plates.make(predress=True)
+    env = wide_plates.make(predress=True, show_block=True)
     env.reset(seed=0)
     assert env.episodes is not None
     stock = f"{whole_tape(env)[0, 1]:.3f}".lstrip("0").rstrip("0")

@@ -49,7 +49,7 @@ def assert_alike(adapter: SB3VecEnv, dummy: DummyVecEnv, steps: int) -> int:
 
 
 def test_the_adapter_is_what_dummy_vec_env_makes_of_the_single_env():
-    assert assert_alike(SB3VecEnv(native(show_block=True)), singles(FLAGSHIP), 130) == 6
+    assert assert_alike(SB3VecEnv(native(show_block=True)), singles(FLAGSHIP, show_block=True), 130) == 6
 
 
 @pytest.mark.parametrize("env_id", IDS)

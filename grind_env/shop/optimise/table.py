@@ -141,7 +141,9 @@ def _quantities(found: Optimised) -> Rows:
 def shown_quantities(found: Optimised) -> list[tuple[str, Quantity]]:
     """Return the quantities with their names; the highest temperature only where it is not that of the last stage."""
     shown = {NAMES[each.name]: each for each in found.quantities}
-    rise, highest = shown[NAMES["rise"]], shown[NAMES["highest_rise"]]
+    rise, highest = shown.get(NAMES["rise"]), shown.get(NAMES["highest_rise"])
+    if rise is None or highest is None:
+        return list(shown.items())
     if replace(highest, name="rise") == rise:
         del shown[NAMES["highest_rise"]]
         return list(shown.items())
