@@ -233,11 +233,8 @@ class ActionCodec:
         if self._warns and far.any():
             self._warns = False
             i, k = divmod(int(far.argmax()), len(self.columns))
-            name, value, bound = self.columns[k].name, plain(values[i, k]), plain(clipped[i, k])
-            remedy = SCALED if self.action == "box" else ""
-            warnings.warn(
-                f"action {i} has {value} for {name}, clipped to {bound}, as later ones are.{remedy}", stacklevel=2
-            )
+            said = f"action {i} has {plain(values[i, k])} for {self.columns[k].name}, clipped to {plain(clipped[i, k])}"
+            warnings.warn(f"{said}, as later ones are.{SCALED if self.action == 'box' else ''}", stacklevel=2)
         return clipped
 
     def decode(self, actions: Any) -> tuple[Table, ...]:
