@@ -70,15 +70,23 @@ class KernelCache:
     """Has this process said that it compiles?"""
 
     def __init__(self, kernel: Any, folder: Path) -> None:
-        self._kernel, self._folder = kernel, folder
+        self._kernel, self.folder = kernel, folder
         self._prints: dict[Any, str] = {}
         with contextlib.suppress(OSError):
             folder.mkdir(parents=True, exist_ok=True)
 
+    def has(self, signature: Any) -> bool:
+        """Whether the kernel is on disk for these types of arguments."""
+        name = self._kernel.__name__.strip("<>")
+        with contextlib.suppress(Exception):  # there cannot be a file
+            if next(self.folder.glob(f"{name}-*.nbc"), None) is not None:  # to find the name of its own takes longer
+                return self._path(signature, self._kernel.targetctx.codegen()).exists()
+        return False
+
     @property
     def cache_path(self) -> str | None:
         """The folder; None where it cannot be made."""
-        return str(self._folder) if self._folder.is_dir() else None
+        return str(self.folder) if self.folder.is_dir() else None
 
     def lock(self, signature: Any) -> Path | None:
         """What is held while the kernel is compiled for these types of arguments; None if it need not be, or cannot."""
@@ -123,9 +131,9 @@ class KernelCache:
             path = self._path(signature, compiled.codegen)
             payload = numba.core.serialize.dumps(compiled._reduce())
             write_atomically(path, lambda temporary: temporary.write_bytes(_digest(path, payload) + payload))
-            _delete_unused(self._folder)
+            _delete_unused(self.folder)
         except (FileError, OSError):
-            _say(f"{self._folder} cannot be written to: kernels are compiled at every start (NUMBA_CACHE_DIR moves it)")
+            _say(f"{self.folder} cannot be written to: kernels are compiled at every start (NUMBA_CACHE_DIR moves it)")
         except Exception as error:
             _say(f"{self._kernel.__qualname__} is compiled at every start: {error}")
 
@@ -134,17 +142,22 @@ class KernelCache:
 
     def announce(self) -> None:
         """Say that it takes a while, if it does; one line a process, and none for each of many workers."""
-        seconds = COMPILATION * count_functions(self._kernel)
+        seconds = compile_seconds(self._kernel)
         if seconds >= LONG and self.cache_path and not KernelCache.announced and not multiprocessing.parent_process():
             KernelCache.announced = True
             name = self._kernel.__name__
-            _say(f"compiling {name}, once on this machine: about {seconds:.0f} s (kept in {self._folder})")
+            _say(f"compiling {name}, once on this machine: about {seconds:.0f} s (kept in {self.folder})")
 
     def _path(self, signature: Any, codegen: Any) -> Path:
         name = self._kernel.__name__.strip("<>")
         if signature not in self._prints:
             self._prints[signature] = fingerprint(self._kernel, signature, codegen.magic_tuple())
-        return self._folder / f"{name}-{self._prints[signature]}.nbc"
+        return self.folder / f"{name}-{self._prints[signature]}.nbc"
+
+
+def compile_seconds(kernel: Any) -> float:
+    """About what it takes to compile a kernel."""
+    return COMPILATION * count_functions(kernel)
 
 
 def _compile_once(cache: KernelCache, compile_: Callable[[Any], Any], signature: Any) -> Any:

@@ -14,15 +14,15 @@ import functools
 import gc
 from collections.abc import Callable
 from inspect import isfunction
-from types import FunctionType, ModuleType, SimpleNamespace
+from types import FunctionType
 from typing import Any, ClassVar, TypeVar, cast
 
 import llvmlite.binding as llvm
 import numba
 from numba.core.compiler import Compiler
-from numba.extending import is_jitted
 
 from grind_env.kernel.cache import keep_on_disk
+from grind_env.kernel.tiers import Entry, Inlined
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -67,27 +67,8 @@ def inlined(function: Function) -> Function:
         # ways in from Python took a third of the time to compile: a caller in compiled code takes a twin without any
         twin = numba.njit(**INLINED, no_cpython_wrapper=True, no_cfunc_wrapper=True)(function)
         compiled.get_call_template, compiled.get_overload = twin.get_call_template, twin.get_overload
+        compiled.__class__ = Inlined
     return cast(Function, compiled)
-
-
-def plain(function: Function) -> Function:
-    """An `inlined` function as it is written, for few calls from Python: the same bits without 0.1 s to compile it.
-
-    So are those that it calls, by their names or as attributes of modules. No number may be NaN.
-    """
-    return cast(Function, _as_written(function)) if is_jitted(function) else function
-
-
-@functools.cache
-def _as_written(function: Any) -> FunctionType:
-    written = function.py_func
-    names = {**written.__globals__}
-    for name in written.__code__.co_names:
-        if isinstance(names.get(name), ModuleType):
-            names[name] = SimpleNamespace(**{each: plain(value) for each, value in vars(names[name]).items()})
-        elif name in names:
-            names[name] = plain(names[name])
-    return FunctionType(written.__code__, names, written.__name__, written.__defaults__)
 
 
 def inlined_rule(rule: Function) -> Function:
@@ -105,7 +86,9 @@ def _inlined_rule(rule: FunctionType) -> Any:
 def entry(function: Function) -> Function:
     """Compile a loop that Python calls, without the GIL and with a disk cache that cannot be stale."""
     options = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True, "pipeline_class": KernelCompiler}
-    compiled = numba.njit(**options)(function)
+    # numba gives a callee what its caller has: one that is compiled first within an inlined one could make no array
+    compiled = numba.njit(**options, _nrt=True)(function)
     if not numba.config.DISABLE_JIT:
         keep_on_disk(compiled)
+        compiled.__class__ = Entry
     return cast(Function, compiled)

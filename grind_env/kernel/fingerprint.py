@@ -147,12 +147,12 @@ def _code(code: types.CodeType, inner: Callable[[Any], Description]) -> Descript
 
 def _cells(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
     for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
-        yield from _with_attributes(name, cell.cell_contents, _names(function.__code__))
+        yield from _with_attributes(name, cell.cell_contents, names_in(function.__code__))
 
 
 def _globals(function: types.FunctionType, seen: Seen) -> Iterator[Description]:
     """Every global whose name is in the code, since telling names of globals from those of attributes takes long."""
-    names = _names(function.__code__)
+    names = names_in(function.__code__)
     for name in names:
         if name in function.__globals__:
             for path, value in _with_attributes(name, function.__globals__[name], names):
@@ -166,9 +166,9 @@ def _globals(function: types.FunctionType, seen: Seen) -> Iterator[Description]:
                         seen.popitem()  # their descriptions are lost with this one
 
 
-def _names(code: types.CodeType) -> list[str]:
+def names_in(code: types.CodeType) -> list[str]:
     """Names of globals and attributes in a code, and in functions and comprehensions within it."""
-    return list(dict.fromkeys([*code.co_names, *(name for within in _within(code) for name in _names(within))]))
+    return list(dict.fromkeys([*code.co_names, *(name for within in _within(code) for name in names_in(within))]))
 
 
 def _loads(code: types.CodeType, name: str) -> bool:

@@ -46,7 +46,7 @@ from grind_env.machine.dress.mounting import Mount
 from grind_env.machine.dress.program import NO_DRESS, DressPlan, DressProgramError
 from grind_env.machine.dress.sharpening import NO_SHARPENING, sharpening_of
 from grind_env.machine.job import Job, PartConditions, Station, require_conditions
-from grind_env.machine.loops.compiled import dress_lead
+from grind_env.machine.loops.cycle import dress_lead
 from grind_env.machine.part.feeds import feed_stroke, keeps_across, leads_over, table_axis
 from grind_env.machine.part.grooving import infeed_depth
 from grind_env.machine.part.part import ANYWHERE, PartRun, StageResult

@@ -12,7 +12,7 @@ from typing import Any
 from zlib import crc32
 
 from grind_env.evidence import Basis, Evidence
-from grind_env.kernel import exp, log, plain
+from grind_env.kernel import exp, log
 from grind_env.kernel.random import philox, uniform
 from grind_env.process.gauge import Gauge
 from grind_env.process.process import Hook, Process
@@ -50,9 +50,9 @@ class Range:
 
     def at(self, share: float) -> float:
         """The number below which lies this share, from 0 to 1, of all that are drawn."""
-        low, high = (plain(log)(self.low), plain(log)(self.high)) if self.factor else (self.low, self.high)
+        low, high = (log(self.low), log(self.high)) if self.factor else (self.low, self.high)
         number = low + share * (high - low)
-        return min(max(plain(exp)(number) if self.factor else number, self.low), self.high)
+        return min(max(exp(number) if self.factor else number, self.low), self.high)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,12 +88,12 @@ class Family:
 
 def word_of(seed: int, stream: int, what: str) -> int:
     """A random number of 32 bits for something, of a seed of as many."""
-    return plain(philox)(seed, stream, crc32(what.encode()), 0, 0, 0)[0]
+    return philox(seed, stream, crc32(what.encode()), 0, 0, 0)[0]
 
 
 def share_of(seed: int, stream: int, what: str) -> float:
     """The same between 0 and 1."""
-    return plain(uniform)(word_of(seed, stream, what))
+    return uniform(word_of(seed, stream, what))
 
 
 def ranges_of(family: str) -> tuple[Range, ...]:

@@ -2,7 +2,6 @@
 
 import math
 
-from grind_env.kernel import plain
 from grind_env.process import equations as eq
 from grind_env.process.cost import Limits, Rates
 from grind_env.process.entries import ALUMINA, Dresser, Fluid, Machine, Material, Wheel
@@ -86,7 +85,7 @@ def stroke_parameters(
         nr=wheel.roughness_wear_exponent,
         Ad=eq.fresh_flats(wheel.dressed_wear_flat, z, st),
         dd=wheel.damage_depth,
-        b0=plain(eq.dress_width)(eq.REFERENCE_DEPTH, dresser.tip_radius, 0.0),
+        b0=eq.dress_width(eq.REFERENCE_DEPTH, dresser.tip_radius, 0.0),
         nf=dresser.lead_exponent,
         na=dresser.depth_exponent,
         nw=dresser.blunting_exponent,

@@ -21,7 +21,6 @@ from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tables import Outcome
 from grind_env.errors import GrindError
-from grind_env.kernel import plain
 from grind_env.kernel.random import philox
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.plants import find_plant
@@ -99,8 +98,8 @@ def test_a_walk_goes_on_where_it_was_with_other_steps() -> None:
         floor.grind(policy)
         seed = int(remembered(DRIFTING, floor.remembers)["drift_seed"])
         for block in range(60):
-            word = plain(philox)(seed, 0, block, 0, 0, 0)[0]
-            dulling += numbers["drift_dulls"] * plain(deviate)(word)
+            word = philox(seed, 0, block, 0, 0, 0)[0]
+            dulling += numbers["drift_dulls"] * deviate(word)
             dulling = min(max(dulling, -MOST_DULLING), MOST_DULLING)
         assert remembered(DRIFTING, floor.remembers)["drift_dulling"] == pytest.approx(dulling, rel=1e-12), number
     begun = floor._begun([1, 2, 3])

@@ -12,7 +12,6 @@ from grind_env.control import read
 from grind_env.envs.infos import RATIOS, READ, READINGS, found_bad
 from grind_env.envs.names import environment_id
 from grind_env.envs.tasks import TaskError, read_task
-from grind_env.kernel import plain
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord
 from tests.envs.harness import Array, every_id
@@ -65,7 +64,7 @@ def test_by_default_the_info_is_what_a_shop_knows(env_id: str) -> None:
 
 
 def test_a_part_is_found_bad_that_is_more_likely_scrap_than_not() -> None:
-    bad = plain(found_bad)
+    bad = found_bad
     assert [bad(1.0, good) for good in (0.0, 0.49, 0.5, 0.51, 1.0)] == [1.0, 1.0, 0.0, 0.0, 0.0]
     assert (bad(0.0, 0.0), bad(3.0, 1.2), bad(3.0, 2.9)) == (0.0, 2.0, 0.0)
 

@@ -1,23 +1,30 @@
-"""What is called as it is written has the bits of what is compiled."""
+"""What Python calls as it is written has the bits of what is compiled."""
 
+import functools
 import subprocess
 import sys
 from collections.abc import Callable
+from typing import Any
 
+import numba
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env import examples
-from grind_env.kernel import plain
 from grind_env.machine.job.file import load_job
-from grind_env.machine.loops import compiled
 from grind_env.machine.loops.cycle import dress_lead
 from grind_env.process import equations as eq
 from grind_env.process.cost import Limits, survival, volume_left
 from grind_env.process.stroke import dressed_wheel
 
 numbers = st.floats(1e-4, 1e3)
+
+
+@functools.cache
+def compiled(function: Any) -> Callable[..., Any]:
+    """A function as kernels have it."""
+    return numba.njit(error_model="numpy")(function.py_func)
 
 
 @pytest.mark.parametrize(
@@ -28,21 +35,21 @@ def test_the_bits_are_those_of_the_compiled_function(
     function: Callable[..., float], count: int, data: st.DataObject
 ) -> None:
     given_numbers = data.draw(st.lists(numbers, min_size=count, max_size=count))
-    assert plain(function)(*given_numbers).hex() == function(*given_numbers).hex()
+    assert function(*given_numbers).hex() == compiled(function)(*given_numbers).hex()
 
 
 @given(radius=st.floats(0.01, 2.0), share=st.floats(0.001, 1.0), flat=st.floats(0.0, 0.5))
 def test_so_are_those_of_the_width_of_a_dress(radius: float, share: float, flat: float) -> None:
     depth = radius * share
-    assert plain(eq.dress_width)(depth, radius, flat).hex() == eq.dress_width(depth, radius, flat).hex()
+    assert eq.dress_width(depth, radius, flat).hex() == compiled(eq.dress_width)(depth, radius, flat).hex()
 
 
 @given(diameter=st.floats(200.0, 400.0), flat=st.floats(0.0, 0.5), depth=st.floats(0.001, 0.1), feed=st.floats(0.1, 20))
 def test_so_are_those_of_what_is_called_within(diameter: float, flat: float, depth: float, feed: float) -> None:
     p = load_job(examples.path("plate_g82.toml")).parameters
-    wheel = compiled.dressed_wheel(diameter, flat, 0.1, depth, p)
-    assert wheel == dressed_wheel(diameter, flat, 0.1, depth, p)
-    assert compiled.dress_lead(wheel, feed, p) == dress_lead(wheel, feed, p)
+    wheel = dressed_wheel(diameter, flat, 0.1, depth, p)
+    assert wheel == compiled(dressed_wheel)(diameter, flat, 0.1, depth, p)
+    assert dress_lead(wheel, feed, p) == compiled(dress_lead)(wheel, feed, p)
 
 
 @given(
@@ -50,13 +57,13 @@ def test_so_are_those_of_what_is_called_within(diameter: float, flat: float, dep
     limits=st.tuples(*[st.floats(-1.0, 300.0)] * 4),
 )
 def test_so_is_the_survival_of_a_part(values: tuple[float, ...], limits: tuple[float, ...]) -> None:
-    assert plain(survival)(*values, Limits(*limits)) == survival(*values, Limits(*limits))
+    assert survival(*values, Limits(*limits)) == compiled(survival)(*values, Limits(*limits))
 
 
 def test_nothing_is_compiled_for_it() -> None:
     code = (
         "import sys, numba.core.compiler as compiler; compiler.Compiler.compile_extra = None\n"
-        "from grind_env.kernel import plain; from grind_env.process import cost\n"
-        "print(plain(cost.survival)(1.0, 0.5, 0.3, 1.0, cost.Limits(300.0, 1.0, 0.4, 5.0)) > 0.5)"
+        "from grind_env.process import cost\n"
+        "print(cost.survival(1.0, 0.5, 0.3, 1.0, cost.Limits(300.0, 1.0, 0.4, 5.0)) > 0.5)"
     )
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "True\n"

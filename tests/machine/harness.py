@@ -6,10 +6,11 @@ from typing import Any
 from grind_env.control import Control, read
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Times, WheelStart
-from grind_env.machine.loops.compiled import dress_lead, dressed_wheel
+from grind_env.machine.loops.cycle import dress_lead
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.catalogue import load_catalogue
 from grind_env.process.state import StrokeParameters, WheelState
+from grind_env.process.stroke import dressed_wheel
 
 CATALOGUE = load_catalogue()
 

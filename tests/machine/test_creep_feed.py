@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grind_env.machine.job import Job
-from grind_env.machine.loops.compiled import dressed_wheel
+from grind_env.process.stroke import dressed_wheel
 from grind_env.render.reasons import reason
 from tests.machine import harness
 from tests.machine.harness import CATALOGUE, HEAD, run

@@ -14,13 +14,13 @@ from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.control.rules import motion_time
 from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.loops.batch import NO_MOTIONS
-from grind_env.machine.loops.compiled import dress_lead, dressed_wheel
-from grind_env.machine.loops.cycle import Stroking
+from grind_env.machine.loops.cycle import Stroking, dress_lead
 from grind_env.machine.loops.strips import Zone
 from grind_env.machine.loops.surfaces import MOST_ZONES
 from grind_env.machine.loops.zones import strip_centres, strip_zones, traverse_edges, zones_of
 from grind_env.process.entries import Machine
 from grind_env.process.state import WheelState
+from grind_env.process.stroke import dressed_wheel
 from tests.batches import PARAMETERS, TALLY, TRAVERSES, WHEEL, as_table, cold
 from tests.machine.harness import CATALOGUE, DRESS, job, run
 

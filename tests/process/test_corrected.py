@@ -8,7 +8,6 @@ import pytest
 from grind_env.control import read_file
 from grind_env.envs.job.text import repeated
 from grind_env.examples import FOLDER as EXAMPLES
-from grind_env.kernel import plain
 from grind_env.machine.grind import grind
 from grind_env.machine.job import JobError, PartConditions
 from grind_env.machine.job.entries import with_entries
@@ -60,14 +59,14 @@ def test_a_speed_exponent_is_a_factor_of_each_block():
 @pytest.mark.parametrize("V", [0.0, 300.0, 2000.0])
 def test_a_stroke_is_one_of_the_model_with_forces_by_a_power_law(u, V):
     job = job_of(PLATE)
-    k = plain(stroke_constants)(job.parameters, 300.0, 200.0)
-    wheel = plain(dressed_wheel)(300.0, 0.0, 0.1, 0.02, job.parameters)._replace(V=V, A=0.01)
+    k = stroke_constants(job.parameters, 300.0, 200.0)
+    wheel = dressed_wheel(300.0, 0.0, 0.1, 0.02, job.parameters)._replace(V=V, A=0.01)
     depth = min(max(u, 0.0005), 0.1)  # beyond, no log tells
     factor = (depth / 0.010) ** 0.2 * (300.0 / 200.0) ** -0.3 * ((V + 10.0) / 310.0) ** 0.1
     by_hand = k._replace(u_ch=factor * k.u_ch, kp=factor * k.kp, pa=factor * k.pa, pb=factor * k.pb)
     surface = (0.0, 0.5, u, 20.0)
-    _, _, found = plain(CORRECTED.stroke)(wheel, CORRECTED.own(0.0, 0.2, -0.3, 0.1), *surface, k, 1.0)
-    _, right = plain(grind_stroke)(wheel, *surface, by_hand)
+    _, _, found = CORRECTED.stroke(wheel, CORRECTED.own(0.0, 0.2, -0.3, 0.1), *surface, k, 1.0)
+    _, right = grind_stroke(wheel, *surface, by_hand)
     np.testing.assert_allclose(found, right, rtol=1e-12)
 
 

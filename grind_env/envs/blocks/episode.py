@@ -17,7 +17,6 @@ from grind_env.envs.tasks.others import OtherWheel, other_materials, other_wheel
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader
 from grind_env.kernel.random import uniform
-from grind_env.machine.loops import compiled
 from grind_env.machine.loops.rows import read_parameters, write_wheel
 from grind_env.process.state import WheelState
 from grind_env.process.stroke import dressed_wheel
@@ -206,7 +205,7 @@ class EpisodeGenerator:
     def wheel(self, diamond_flat: float) -> WheelState:
         """The new wheel at the start of an episode, dressed with a diamond of that wear flat, mm."""
         opening = self.opening
-        wheel = compiled.dressed_wheel(opening.diameter, diamond_flat, opening.lead, opening.depth, self.parameters)
+        wheel = dressed_wheel(opening.diameter, diamond_flat, opening.lead, opening.depth, self.parameters)
         area = opening.wear_flat_area
         return wheel._replace(A=wheel.A if math.isnan(area) else area, V=opening.volume)
 

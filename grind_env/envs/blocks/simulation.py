@@ -29,6 +29,7 @@ from grind_env.envs.tables import Outcome, Shop, ShopMemory, kind_table, shop_ro
 from grind_env.envs.tape import AHEAD, BLOCKS, DRAWN, SOURCE, TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.envs.view import view_of
+from grind_env.kernel import foresee
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
 from grind_env.machine.loops.batch import CYCLE_FIELDS
@@ -206,6 +207,7 @@ class BlockSimulation:
         n = len(episodes.block)
         outcomes, results = np.zeros((n, len(Outcome._fields))), np.zeros((n, len(Tally._fields)))
         step = self._step_of(self.process, self.gauge)
+        foresee(active.size)
         step(self._tables(scratch), episodes.in_order(), choice, active, results, outcomes)
         return outcomes, results
 

@@ -46,6 +46,7 @@ from grind_env.envs.observations import scaling
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step_all
 from grind_env.envs.simulation import Written
 from grind_env.envs.tables import FOUND, Outcome, Shop
+from grind_env.kernel import foresee
 from grind_env.machine.job import Job, require_conditions
 from grind_env.machine.loops.compiled import handover_cost
 from grind_env.machine.loops.cycle import PartState
@@ -438,6 +439,7 @@ class JobSimulation:
         room = np.empty((n, base.shape[2])), np.empty(n), np.empty(n), np.empty((n, len(Drive._fields)))
         tables = *self.tables, self.kinds, base, cooler, self.shops, approach, *room
         step = jobs_step(self.process, self.gauge, self._whole)
+        foresee(active.size)
         step(tables, tuple(episodes.compiled_arrays()), (chosen,), active, tallies, outcomes)
         return outcomes, tallies
 

@@ -5,11 +5,13 @@ import numpy as np
 from grind_env.arrays import Array
 from grind_env.machine.dress.program import DressPlan
 from grind_env.machine.job import Job
-from grind_env.machine.loops.compiled import dress_lead, dress_of, dressed_wheel
+from grind_env.machine.loops.compiled import dress_of
+from grind_env.machine.loops.cycle import dress_lead
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.machine.loops.shift import entries_of
 from grind_env.process.process import Drive, Moment
 from grind_env.process.state import StrokeParameters, WheelState
+from grind_env.process.stroke import dressed_wheel
 
 USUAL_LEAD, USUAL_DEPTH = 0.10, 0.020
 """mm; the dress that the wheel has had if the program names none."""

@@ -2,7 +2,6 @@
 
 from typing import NamedTuple
 
-from grind_env.kernel import plain
 from grind_env.process import equations as eq
 from grind_env.process.entries import Dresser
 from grind_env.process.state import StrokeParameters
@@ -33,6 +32,6 @@ def sharpening_of(depth: float, lead: float, wd: float, dresser: Dresser, p: Str
         p: parameters.
     """
     tip = dresser.tip_radius
-    width = plain(eq.dress_width)(min(depth, tip), tip, wd)  # not wider than the tip, however deep
-    severity = plain(eq.severity)(depth, lead, plain(eq.blunting)(wd, p.b0), p.qs)
-    return Sharpening(lead, plain(eq.overlap_ratio)(width, lead), severity)
+    width = eq.dress_width(min(depth, tip), tip, wd)  # not wider than the tip, however deep
+    severity = eq.severity(depth, lead, eq.blunting(wd, p.b0), p.qs)
+    return Sharpening(lead, eq.overlap_ratio(width, lead), severity)

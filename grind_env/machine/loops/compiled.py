@@ -1,14 +1,14 @@
-"""Entry points to the process model for `machine.grind`: compiled and cached on disk, or plain where calls are few."""
+"""Entry points to the process model for `machine.grind`: compiled and cached on disk."""
 
 import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from grind_env.kernel import entry, plain
+from grind_env.kernel import entry
 from grind_env.kernel.columns import column_reader, column_writer
 from grind_env.machine.loops import cycle, tally
 from grind_env.machine.loops.tally import Tally
-from grind_env.process import cost, stroke
+from grind_env.process import cost
 from grind_env.process.cost import Limits, Rates
 from grind_env.process.process import Process
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
@@ -25,11 +25,6 @@ class PartVerdict(NamedTuple):
     scrap_cost: float
     """Expected cost of scrap."""
     total_cost: float
-
-
-count_dress = plain(tally.count_dress)
-dressed_wheel = plain(stroke.dressed_wheel)
-dress_lead = plain(cycle.dress_lead)
 
 
 @entry
@@ -75,8 +70,8 @@ def judge(
 
     Arguments as in `process.cost`; `scrap_price` in $, `earlier` the probability that it was good in its stages before.
     """
-    survival = earlier * plain(cost.survival)(rise, torque, roughness, size_error, limits)
-    time_cost, wheel_cost, dress_cost = plain(cost.expenses)(seconds, wheel_volume, dresses, rates)
+    survival = earlier * cost.survival(rise, torque, roughness, size_error, limits)
+    time_cost, wheel_cost, dress_cost = cost.expenses(seconds, wheel_volume, dresses, rates)
     scrap_cost = scrap_price * (1.0 - survival)
     total_cost = time_cost + wheel_cost + dress_cost + scrap_cost
     return PartVerdict(survival, time_cost, wheel_cost, dress_cost, scrap_cost, total_cost)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from grind_env.arrays import Array
-from grind_env.kernel import entry, inlined
+from grind_env.kernel import entry, inlined, runs_alone
 from grind_env.kernel.columns import column_reader, column_writer, lane_reader, lane_writer
 from grind_env.machine.loops.courses import Course
 from grind_env.machine.loops.cycle import PartState, Stroking, acts_of, grown_of, measured, stroke_seconds
@@ -65,7 +65,7 @@ def zoned_loops_of(course: Course, process: Process = PROCESS) -> Loops:
 
 
 @functools.cache
-def _loops(course: Course, process: Process, surface_of: Callable[[Buffer], SurfaceLanes]) -> Loops:
+def _loops(course: Course, process: Process, surface_of: Callable[[Buffer], SurfaceLanes], width: int = LANES) -> Loops:
     records: tuple[type[Any], ...] = (
         Stroking,
         course.cycle,
@@ -78,12 +78,12 @@ def _loops(course: Course, process: Process, surface_of: Callable[[Buffer], Surf
         Tally,
     )
     starts = [sum(len(record._fields) for record in records[:k]) for k in range(len(records) + 1)]
-    event_row = starts[-1] * LANES
+    event_row = starts[-1] * width
     get_stroking, get_cycle, get_parameters, get_held, get_wheel, get_own, get_part, get_progress, get_tally = (
-        lane_reader(record, start, LANES) for record, start in zip(records, starts, strict=False)
+        lane_reader(record, start, width) for record, start in zip(records, starts, strict=False)
     )
     put_stroking, put_cycle, put_parameters, put_held, put_wheel, put_own, put_part, put_progress, put_tally = (
-        lane_writer(record, start, LANES) for record, start in zip(records, starts, strict=False)
+        lane_writer(record, start, width) for record, start in zip(records, starts, strict=False)
     )
     read_cycle = column_reader(course.cycle, RULES_FROM)
     read_own, write_own = column_reader(process.own, OWN_FROM), column_writer(process.own, OWN_FROM)
@@ -126,7 +126,7 @@ def _loops(course: Course, process: Process, surface_of: Callable[[Buffer], Surf
         return stroke
 
     buffer = Buffer(
-        lanes=LANES,
+        lanes=width,
         rows=starts[-1] + 1,
         stroking=get_stroking,
         wheel=get_wheel,
@@ -200,12 +200,12 @@ def _loops(course: Course, process: Process, surface_of: Callable[[Buffer], Surf
         if first >= order.size:
             return
         rows = np.empty(buffer_size(surfaces))
-        machine = np.full(LANES, IDLE)
+        machine = np.full(width, IDLE)
         upcoming = first
         running = 0
         started = False
         while True:
-            for lane in range(LANES):
+            for lane in range(width):
                 due = rows[event_row + lane] > 0.0 and machine[lane] != IDLE
                 while due or (machine[lane] == IDLE and upcoming < order.size):
                     if machine[lane] == IDLE:
@@ -221,11 +221,13 @@ def _loops(course: Course, process: Process, surface_of: Callable[[Buffer], Surf
                         machine[lane] = IDLE
                 if not started and machine[lane] == IDLE:
                     # it repeats the first one: finite numbers that nobody reads
-                    for k in range(lane, rows.size, LANES):
+                    for k in range(lane, rows.size, width):
                         rows[k] = rows[k - lane]
             started = True
             if running == 0:
                 return
             advance_lanes(rows)
 
+    if width > 1:
+        runs_alone(lanes, lambda: _loops(course, process, surface_of, 1).lanes)
     return Loops(lanes, advance_lanes)

@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 from grind_env.arrays import Array
 from grind_env.control import Infeed
 from grind_env.control.rules import DEPTH_TOLERANCE
-from grind_env.kernel import plain
 from grind_env.machine.dress.mounting import Mount
 from grind_env.machine.dress.program import NO_DRESS, DressPlan
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Stage
-from grind_env.machine.loops.compiled import count_dress, count_stroke, judge
+from grind_env.machine.loops.compiled import count_stroke, judge
 from grind_env.machine.loops.strips import IDLE, Strips
-from grind_env.machine.loops.tally import NOTHING
+from grind_env.machine.loops.tally import NOTHING, count_dress
 from grind_env.machine.loops.zones import strip_centres
 from grind_env.machine.part.coverage import Coverage
 from grind_env.machine.part.gauging import Surface, counted_rise, gauge
@@ -298,7 +297,7 @@ class PartRun:
     def find_wheel(self, diameter: float) -> None:
         """A part or a cycle begins with a wheel of that diameter, mm: no more can come off than is left of it."""
         self._excess = self._beyond_wheel()
-        self._left = self._off() + plain(volume_left)(diameter, self.job.setup.wheel.width)
+        self._left = self._off() + volume_left(diameter, self.job.setup.wheel.width)
 
     def _off(self) -> float:
         """Wheel volume worn and dressed off, mm3."""

@@ -11,7 +11,6 @@ import math
 from dataclasses import dataclass
 from decimal import Decimal
 
-from grind_env.kernel import plain
 from grind_env.machine.job import Job
 from grind_env.process.entries import ALUMINA
 from grind_env.process.equations import dress_width
@@ -116,7 +115,7 @@ def fastest(job: Job) -> float:
 
 def lead_of(job: Job, overlap: float) -> float:
     """Lead of a dress with an overlap ratio, mm a revolution, with a new diamond at the depth of the rule."""
-    return float(plain(dress_width)(dress_depth(job), job.setup.dresser.tip_radius, 0.0)) / overlap
+    return float(dress_width(dress_depth(job), job.setup.dresser.tip_radius, 0.0)) / overlap
 
 
 def dress_depth(job: Job) -> float:

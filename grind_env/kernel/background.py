@@ -1,0 +1,170 @@
+"""Compiles kernels into the cache on disk in a process of its own, one after the other, while another one goes on.
+
+A kernel is sent as it is written: functions of modules by their names, those that others have made by their code and
+what they have taken from around them. The process ends with the one that has started it, whose pipe then closes.
+"""
+
+import functools
+import importlib
+import io
+import marshal
+import multiprocessing
+import os
+import pickle
+import subprocess
+import sys
+import threading
+from contextlib import suppress
+from pathlib import Path
+from queue import SimpleQueue
+from types import CellType, FunctionType, ModuleType
+from typing import Any, BinaryIO, ClassVar
+
+from numba.extending import is_jitted
+
+from grind_env.kernel.fingerprint import names_in
+
+WORKERS = "PYTEST_CURRENT_TEST", "RAY_RAYLET_PID"
+"""Variables of processes beside which there is none: tests, and workers on a cluster."""
+LENGTH = 8
+
+
+class Background:
+    """The process, if there is one."""
+
+    process: ClassVar[subprocess.Popen[bytes] | None] = None
+    asked: ClassVar[set[Any]] = set()
+    queue: ClassVar[SimpleQueue[bytes]] = SimpleQueue()
+
+    @classmethod
+    def compiles(cls, kernel: Any, types: tuple[Any, ...], folder: Path) -> bool:
+        """Whether it compiles a kernel for these types of arguments, or will."""
+        if multiprocessing.parent_process() or any(name in os.environ for name in WORKERS):
+            return False
+        if (kernel, types) not in cls.asked:
+            cls.asked.add((kernel, types))
+            try:
+                if not os.access(folder, os.W_OK):
+                    return False
+                cls.queue.put(packed((kernel, types)))
+                cls.process = cls.process or cls._started()
+            except (OSError, AttributeError, ImportError, TypeError, ValueError, pickle.PicklingError):
+                return False  # it is compiled here
+        return cls.process is not None and cls.process.poll() is None
+
+    @classmethod
+    def _started(cls) -> subprocess.Popen[bytes]:
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(os.path.abspath, sys.path))}
+        process = subprocess.Popen(
+            [sys.executable, "-m", __name__],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            env=environment,
+        )
+        threading.Thread(target=cls._write, args=(process.stdin,), daemon=True).start()
+        return process
+
+    @classmethod
+    def _write(cls, stream: BinaryIO) -> None:
+        """Hand over what is asked for; the pipe holds little of it."""
+        with suppress(OSError):
+            while True:
+                message = cls.queue.get()
+                stream.write(len(message).to_bytes(LENGTH, "big") + message)
+                stream.flush()
+
+
+class Packer(pickle.Pickler):
+    """Pickles compiled functions and what they are made of."""
+
+    def reducer_override(self, value: Any) -> Any:
+        """How a value is rebuilt; pickle itself knows of others."""
+        if isinstance(value, ModuleType):
+            return importlib.import_module, (value.__name__,)
+        if is_jitted(value) and not _has_name(value, value.py_func):
+            return (_inlined if "forceinline" in value.targetoptions else _entry), (value.py_func,)
+        if is_jitted(value):
+            return _named, (value.py_func.__module__, value.py_func.__qualname__)
+        if isinstance(value, FunctionType) and not _has_name(value, value):
+            return _function, _parts(value)
+        return NotImplemented
+
+
+def packed(value: Any) -> bytes:
+    """A value in bytes.
+
+    Raises:
+        Exception: something in it cannot be sent.
+    """
+    file = io.BytesIO()
+    Packer(file).dump(value)
+    return file.getvalue()
+
+
+def _parts(function: FunctionType) -> tuple[Any, ...]:
+    """What a function is rebuilt from: its code, names, defaults, what it has around it, and globals of its own."""
+    module = importlib.import_module(function.__module__)
+    own = {
+        name: function.__globals__[name]
+        for name in names_in(function.__code__)
+        if name in function.__globals__ and vars(module).get(name, function) is not function.__globals__[name]
+    }
+    cells = [cell.cell_contents for cell in function.__closure__ or ()]
+    code, names = marshal.dumps(function.__code__), (function.__module__, function.__qualname__)
+    return code, *names, function.__defaults__, function.__kwdefaults__, cells, own
+
+
+def _function(
+    code: bytes, module: str, qualname: str, defaults: Any, kwdefaults: Any, cells: list[Any], own: dict[str, Any]
+) -> FunctionType:
+    found = marshal.loads(code)
+    names = vars(importlib.import_module(module))
+    made = FunctionType(found, {**names, **own} if own else names, found.co_name, defaults, tuple(map(CellType, cells)))
+    made.__module__, made.__qualname__, made.__kwdefaults__ = module, qualname, kwdefaults
+    return made
+
+
+def _named(module: str, qualname: str) -> Any:
+    return functools.reduce(getattr, qualname.split("."), importlib.import_module(module))
+
+
+def _has_name(value: Any, function: FunctionType) -> bool:
+    """Whether it is what another process finds in its module under its name."""
+    try:
+        return function.__module__ != "__main__" and _named(function.__module__, function.__qualname__) is value
+    except AttributeError:
+        return False
+
+
+def _entry(function: FunctionType) -> Any:
+    from grind_env.kernel import entry
+
+    return entry(function)
+
+
+def _inlined(function: FunctionType) -> Any:
+    from grind_env.kernel import inlined
+
+    return inlined(function)
+
+
+def main() -> None:
+    """Compile what comes in; the end of the pipe is that of the process at its other end."""
+    if hasattr(os, "nice"):
+        os.nice(10)
+    todo: SimpleQueue[bytes] = SimpleQueue()
+    threading.Thread(target=_receive, args=(todo,), daemon=True).start()
+    while True:
+        kernel, types = pickle.loads(todo.get())  # from the process that has begun this one
+        kernel.compile(types)
+
+
+def _receive(todo: SimpleQueue[bytes]) -> None:
+    while len(length := sys.stdin.buffer.read(LENGTH)) == LENGTH:
+        todo.put(sys.stdin.buffer.read(int.from_bytes(length, "big")))
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    main()
