@@ -4,6 +4,7 @@ A kernel is sent as it is written: functions of modules by their names, those th
 what they have taken from around them. The process ends with the one that has started it, whose pipe then closes.
 """
 
+import atexit
 import functools
 import importlib
 import io
@@ -33,7 +34,8 @@ class Background:
     """The process, if there is one."""
 
     process: ClassVar[subprocess.Popen[bytes] | None] = None
-    asked: ClassVar[set[Any]] = set()
+    sent: ClassVar[dict[Any, bool]] = {}
+    """Whether a kernel could be sent, by that and the types of its arguments."""
     queue: ClassVar[SimpleQueue[bytes]] = SimpleQueue()
 
     @classmethod
@@ -41,29 +43,30 @@ class Background:
         """Whether it compiles a kernel for these types of arguments, or will."""
         if multiprocessing.parent_process() or any(name in os.environ for name in WORKERS):
             return False
-        if (kernel, types) not in cls.asked:
-            cls.asked.add((kernel, types))
-            try:
-                if not os.access(folder, os.W_OK):
-                    return False
-                cls.queue.put(packed((kernel, types)))
-                cls.process = cls.process or cls._started()
-            except (OSError, AttributeError, ImportError, TypeError, ValueError, pickle.PicklingError):
-                return False  # it is compiled here
-        return cls.process is not None and cls.process.poll() is None
+        if (kernel, types) not in cls.sent:
+            cls.sent[kernel, types] = os.access(folder, os.W_OK) and cls._send(kernel, types)
+        return cls.sent[kernel, types] and cls.process is not None and cls.process.poll() is None
 
     @classmethod
-    def _started(cls) -> subprocess.Popen[bytes]:
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(os.path.abspath, sys.path))}
-        process = subprocess.Popen(
-            [sys.executable, "-m", __name__],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            env=environment,
-        )
-        threading.Thread(target=cls._write, args=(process.stdin,), daemon=True).start()
-        return process
+    def _send(cls, *message: Any) -> bool:
+        try:
+            cls.queue.put(packed(message))
+            if cls.process is None:
+                environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(os.path.abspath, sys.path))}
+                nowhere = subprocess.DEVNULL
+                command = [sys.executable, "-m", __name__]
+                pipe = subprocess.PIPE
+                cls.process = subprocess.Popen(command, stdin=pipe, stdout=nowhere, stderr=nowhere, env=environment)
+                atexit.register(cls._end, cls.process)
+                threading.Thread(target=cls._write, args=(cls.process.stdin,), daemon=True).start()
+        except Exception:  # of what it is made of, anything may be no thing to be sent: it is compiled here
+            return False
+        return True
+
+    @staticmethod
+    def _end(process: subprocess.Popen[bytes]) -> None:
+        process.kill()
+        process.wait()
 
     @classmethod
     def _write(cls, stream: BinaryIO) -> None:
@@ -158,6 +161,8 @@ def main() -> None:
     while True:
         kernel, types = pickle.loads(todo.get())  # from the process that has begun this one
         kernel.compile(types)
+        if not kernel._cache.has(types):  # it cannot be kept: who waits for it sees that this process ends
+            return
 
 
 def _receive(todo: SimpleQueue[bytes]) -> None:

@@ -124,6 +124,7 @@ class BlockSimulation:
         self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None, *, whole: bool = True
     ) -> Episodes:
         """As `Simulation.start`."""
+        foresee(len(rngs))
         episodes = self.room(len(rngs), whole=whole)
         self.restart_all(episodes, range(len(rngs)), rngs, [Given()] * len(rngs) if given is None else given)
         return episodes

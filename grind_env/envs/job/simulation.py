@@ -255,6 +255,7 @@ class JobSimulation:
         self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None, *, whole: bool = True
     ) -> JobEpisodes:
         """As `Simulation.start`."""
+        foresee(len(rngs))
         episodes = self.room(len(rngs))
         self.restart_all(episodes, range(len(rngs)), rngs, [Given()] * len(rngs) if given is None else given)
         return episodes

@@ -1,0 +1,129 @@
+"""An entry runs as plain Python first, is compiled beside that, and has the same bits throughout."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import grind_env
+
+PACKAGE = Path(grind_env.__file__).parent
+TOY = """
+import os, sys, time
+from grind_env.kernel import entry
+from grind_env.kernel.background import Background
+from numba.core.registry import CPUDispatcher
+from toy_parts import scaled
+
+kernel, said = scaled(3.0), None
+plain = kernel(2.0)
+end = time.monotonic() + 60.0
+while type(kernel) is not CPUDispatcher and time.monotonic() < end:
+    assert kernel(2.0) == plain
+    if Background.process and said is None:
+        said = Background.process.pid
+        print(said, flush=True)
+        if "kill" in sys.argv:
+            os.kill(said, 9)
+        if "wait" in sys.argv:
+            time.sleep(60.0)
+assert type(kernel) is CPUDispatcher and kernel(2.0) == plain
+print(kernel.stats.cache_hits != {}, plain.hex())
+"""
+PARTS = """
+from grind_env.kernel import entry, exp, inlined
+
+def scaled(factor):
+    @inlined
+    def faded(x):
+        return factor * exp(-x)
+
+    @entry
+    def kernel(x):
+        total = 0.0
+        for k in range(200):
+            total += faded(x + k)
+        return total
+
+    return kernel
+"""
+
+
+def begin(folder: Path, *arguments: str) -> "subprocess.Popen[str]":
+    """Call the toy in a process that is no test until it is compiled."""
+    (folder / "toy.py").write_text(TOY)
+    (folder / "toy_parts.py").write_text(PARTS)
+    environment = {name: value for name, value in os.environ.items() if name != "PYTEST_CURRENT_TEST"}
+    environment |= {"NUMBA_CACHE_DIR": str(folder), "PYTHONPATH": os.pathsep.join(sys.path)}
+    command = [sys.executable, str(folder / "toy.py"), *arguments]
+    return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def end(process: "subprocess.Popen[str]") -> list[str]:
+    """Its lines."""
+    out, error = process.communicate()
+    assert (process.returncode, error) == (0, "")
+    return out.splitlines()
+
+
+def runs(pid: int) -> bool:
+    """Whether there is a process."""
+    try:
+        os.kill(pid, 0)
+    except OSError:
+        return False
+    return True
+
+
+def test_processes_that_start_at_once_take_what_one_compiles_in_the_background(tmp_path: Path) -> None:
+    starts = [end(process) for process in [begin(tmp_path) for _ in range(4)]]
+    assert {line for _, line in starts} == {"True " + starts[0][1].split()[1]}
+    assert len([*tmp_path.rglob("*.nbc")]) == 1
+    # it is on disk now: nothing is asked for
+    assert end(begin(tmp_path)) == [starts[0][1]]
+
+
+def test_an_entry_whose_compilation_is_killed_is_compiled_where_it_runs(tmp_path: Path) -> None:
+    assert end(begin(tmp_path, "kill"))[-1].startswith("False ")
+    assert len([*tmp_path.rglob("*.nbc")]) == 1
+
+
+def test_the_background_ends_with_the_process_that_has_started_it(tmp_path: Path) -> None:
+    process = begin(tmp_path, "wait")
+    assert process.stdout is not None
+    pid = int(process.stdout.readline())
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    until = time.monotonic() + 20.0
+    while runs(pid) and time.monotonic() < until:
+        time.sleep(0.05)
+    assert not runs(pid)
+
+
+def test_tests_start_no_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "tests.kernel.both_tiers", "grind/Noise-v0"],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
+    )
+    assert done.stdout
+
+
+@pytest.mark.bits
+def test_every_entry_has_the_same_bits_in_both_tiers() -> None:
+    entries = set()
+    for path in PACKAGE.rglob("*.py"):
+        module = ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts)
+        entries |= {f"{module} {name}" for name in re.findall(r"@entry\n *def (\w+)", path.read_text())}
+    done = subprocess.run(
+        [sys.executable, "-m", "tests.kernel.both_tiers"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert entries - set(done.stdout.splitlines()) == set()
