@@ -20,7 +20,7 @@ from grind_env.belief.hidden import (
     write_belief,
 )
 from grind_env.belief.sensor import POWER_NOISE, POWER_NOISE_FLOOR, POWER_RANGE
-from grind_env.kernel import entry, exp, log
+from grind_env.kernel import entry, exp, inlined, log
 from grind_env.machine.loops.cycle import dress_lead
 from grind_env.machine.loops.rows import read_parameters, read_tally, read_wheel, write_wheel
 from grind_env.machine.loops.tally import mean_first_power, mean_last_power
@@ -38,6 +38,24 @@ AREA, DIAMETER = WheelState._fields.index("A"), WheelState._fields.index("ds")
 FLAT_LIMIT = StrokeParameters._fields.index("Amax")
 
 
+@inlined
+def mean(values: Any) -> float:
+    """Of members one after the other: NumPy sums in another order than compiled code does."""
+    total = 0.0
+    for value in values:
+        total += value
+    return total / values.size
+
+
+@inlined
+def deviation(values: Any) -> float:
+    """Standard deviation of members, summed likewise."""
+    middle, squares = mean(values), 0.0
+    for value in values:
+        squares += (value - middle) * (value - middle)
+    return float(np.sqrt(squares / values.size))
+
+
 @entry
 def adjust(states: Any, row: int, reading: float, sigma: float) -> None:
     """Adjust an ensemble to one reading with normal noise (ensemble adjustment Kalman filter, Anderson 2001).
@@ -53,16 +71,16 @@ def adjust(states: Any, row: int, reading: float, sigma: float) -> None:
     """
     members = states.shape[1]
     predicted = states[row].copy()
-    mean = np.mean(predicted)
+    middle = mean(predicted)
     squares = 0.0
     for m in range(members):
-        predicted[m] -= mean
+        predicted[m] -= middle
         squares += predicted[m] * predicted[m]
     variance = squares / (members - 1.0)
     if variance <= LEAST_VARIANCE:
         return
     gain = variance / (variance + sigma * sigma)
-    shift, shrink = gain * (reading - mean), np.sqrt(1.0 - gain) - 1.0
+    shift, shrink = gain * (reading - middle), np.sqrt(1.0 - gain) - 1.0
     for k in range(states.shape[0]):
         products = 0.0
         for m in range(members):
@@ -98,7 +116,7 @@ def learn(
     for k in range(3):
         # 0 says that there was nothing to read, and at the end of its range the sensor says too little
         if (readings[k] > 0.0) & (readings[k] < POWER_RANGE * kind.power):
-            expected = exp(np.mean(states[power + k]))
+            expected = exp(mean(states[power + k]))
             sigma = noise * (POWER_NOISE + POWER_NOISE_FLOOR / expected)
             adjust(states, power + k, log(readings[k] + SMALLEST_POWER), sigma)
     burnt = 0.0
@@ -129,7 +147,7 @@ def summarise(wheels: Any, hidden: Any, sigmas: Hidden, burnt: float) -> Belief:
         pressure[m] = log_pressure(z, sigmas)
     area = wheels[:, AREA]
     return Belief(
-        np.mean(area), np.std(area), np.mean(growth), np.std(growth), np.mean(pressure), np.std(pressure), burnt
+        mean(area), deviation(area), mean(growth), deviation(growth), mean(pressure), deviation(pressure), burnt
     )
 
 

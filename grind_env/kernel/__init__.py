@@ -2,13 +2,14 @@
 
 from grind_env.kernel.compile import entry, inlined, inlined_rule
 from grind_env.kernel.elementary import exp, log, logistic, power, tanh
-from grind_env.kernel.tiers import compile_at_once, foresee, runs_alone
+from grind_env.kernel.tiers import MANY, MANY_ROWS, compile_at_once, runs_alone
 
 __all__ = [
+    "MANY",
+    "MANY_ROWS",
     "compile_at_once",
     "entry",
     "exp",
-    "foresee",
     "inlined",
     "inlined_rule",
     "log",

@@ -24,11 +24,14 @@ SHARE = 0.05
 FEW = 0.1
 """s of plain calls of an inlined function, about what it takes to compile it."""
 MANY = 16
-"""Rows of a call, of which plain Python would be slow."""
+"""Episodes side by side from which on plain Python would be slow."""
+MANY_ROWS = 1024
+"""The same of rows in one call."""
 LOOK = 0.25
 """s of plain calls between two looks for the file."""
 
-_written: dict[Any, FunctionType] = {}
+WRITTEN: dict[Any, FunctionType] = {}
+"""Compiled functions as they are written, of those that have run so."""
 
 
 class Entry(CPUDispatcher):  # type: ignore[misc]
@@ -89,12 +92,6 @@ class Inlined(CPUDispatcher):  # type: ignore[misc]
         return self(*args)
 
 
-def foresee(rows: int) -> None:
-    """Calls of so many rows are to come: for many, entries are compiled when they are called first from now on."""
-    if rows >= MANY:
-        compile_at_once()
-
-
 def compile_at_once() -> None:
     """Compile entries from now on when they are called first: for much work, of which plain Python would be slow."""
     Entry.at_once = True
@@ -108,23 +105,23 @@ def runs_alone(kernel: Any, twin: Callable[[], Any]) -> None:
 
 def as_written(function: Any) -> FunctionType:
     """A compiled function as it is written, with all that it calls."""
-    if function in _written:
-        return _written[function]
+    if function in WRITTEN:
+        return WRITTEN[function]
     twin = getattr(function, "alone", None)
     if twin is not None:
-        _written[function] = as_written(twin())
-        return _written[function]
-    written = function.py_func
-    names = {**written.__globals__}
-    cells = tuple(CellType() for _ in written.__closure__ or ())
-    made = FunctionType(written.__code__, names, written.__name__, written.__defaults__, cells or None)
-    _written[function] = made  # before what it calls, which may call it
-    for name in written.__code__.co_names:
+        WRITTEN[function] = as_written(twin())
+        return WRITTEN[function]
+    code = function.py_func
+    names = {**code.__globals__}
+    cells = tuple(CellType() for _ in code.__closure__ or ())
+    made = FunctionType(code.__code__, names, code.__name__, code.__defaults__, cells or None)
+    WRITTEN[function] = made  # before what it calls, which may call it
+    for name in code.__code__.co_names:
         if isinstance(names.get(name), ModuleType):
             names[name] = SimpleNamespace(**{each: _plain(value) for each, value in vars(names[name]).items()})
         elif name in names:
             names[name] = _plain(names[name])
-    for cell, own in zip(cells, written.__closure__ or (), strict=True):
+    for cell, own in zip(cells, code.__closure__ or (), strict=True):
         cell.cell_contents = _plain(own.cell_contents)
     return made
 

@@ -1,5 +1,6 @@
 """An entry runs as plain Python first, is compiled beside that, and has the same bits throughout."""
 
+import multiprocessing
 import os
 import re
 import signal
@@ -8,9 +9,12 @@ import sys
 import time
 from pathlib import Path
 
+import numba
 import pytest
 
 import grind_env
+from grind_env.kernel import entry
+from grind_env.kernel.background import Background
 
 PACKAGE = Path(grind_env.__file__).parent
 TOY = """
@@ -105,15 +109,14 @@ def test_the_background_ends_with_the_process_that_has_started_it(tmp_path: Path
     assert not runs(pid)
 
 
-def test_tests_start_no_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "tests.kernel.both_tiers", "grind/Noise-v0"],
-        capture_output=True,
-        text=True,
-        check=True,
-        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
-    )
-    assert done.stdout
+def test_tests_and_workers_start_no_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def compiles() -> bool:
+        return Background.compiles(entry(lambda x: x + 1.0), (numba.float64,), tmp_path)
+
+    assert not compiles()
+    monkeypatch.delenv("PYTEST_CURRENT_TEST")
+    monkeypatch.setattr(multiprocessing, "parent_process", object)
+    assert not compiles() and Background.process is None
 
 
 @pytest.mark.bits

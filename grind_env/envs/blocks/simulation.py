@@ -29,7 +29,7 @@ from grind_env.envs.tables import Outcome, Shop, ShopMemory, kind_table, shop_ro
 from grind_env.envs.tape import AHEAD, BLOCKS, DRAWN, SOURCE, TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.envs.view import view_of
-from grind_env.kernel import foresee
+from grind_env.kernel import MANY, MANY_ROWS, compile_at_once
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
 from grind_env.machine.loops.batch import CYCLE_FIELDS
@@ -124,7 +124,8 @@ class BlockSimulation:
         self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None, *, whole: bool = True
     ) -> Episodes:
         """As `Simulation.start`."""
-        foresee(len(rngs))
+        if len(rngs) >= MANY:
+            compile_at_once()
         episodes = self.room(len(rngs), whole=whole)
         self.restart_all(episodes, range(len(rngs)), rngs, [Given()] * len(rngs) if given is None else given)
         return episodes
@@ -208,7 +209,8 @@ class BlockSimulation:
         n = len(episodes.block)
         outcomes, results = np.zeros((n, len(Outcome._fields))), np.zeros((n, len(Tally._fields)))
         step = self._step_of(self.process, self.gauge)
-        foresee(active.size)
+        if active.size >= MANY_ROWS:
+            compile_at_once()
         step(self._tables(scratch), episodes.in_order(), choice, active, results, outcomes)
         return outcomes, results
 

@@ -46,7 +46,7 @@ from grind_env.envs.observations import scaling
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step_all
 from grind_env.envs.simulation import Written
 from grind_env.envs.tables import FOUND, Outcome, Shop
-from grind_env.kernel import foresee
+from grind_env.kernel import MANY, MANY_ROWS, compile_at_once
 from grind_env.machine.job import Job, require_conditions
 from grind_env.machine.loops.compiled import handover_cost
 from grind_env.machine.loops.cycle import PartState
@@ -255,7 +255,8 @@ class JobSimulation:
         self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None, *, whole: bool = True
     ) -> JobEpisodes:
         """As `Simulation.start`."""
-        foresee(len(rngs))
+        if len(rngs) >= MANY:
+            compile_at_once()
         episodes = self.room(len(rngs))
         self.restart_all(episodes, range(len(rngs)), rngs, [Given()] * len(rngs) if given is None else given)
         return episodes
@@ -440,7 +441,8 @@ class JobSimulation:
         room = np.empty((n, base.shape[2])), np.empty(n), np.empty(n), np.empty((n, len(Drive._fields)))
         tables = *self.tables, self.kinds, base, cooler, self.shops, approach, *room
         step = jobs_step(self.process, self.gauge, self._whole)
-        foresee(active.size)
+        if active.size >= MANY_ROWS:
+            compile_at_once()
         step(tables, tuple(episodes.compiled_arrays()), (chosen,), active, tallies, outcomes)
         return outcomes, tallies
 
