@@ -12,7 +12,7 @@ from safetensors import safe_open
 
 from agents.cells import RUNS, bare, behaviour, sources
 from agents.provenance import commit, installed
-from grind_env.policies.held import model_of
+from grind_env.policies.held import machines_name, model_of
 from grind_env.policies.learned.saved import ENTRY, SUFFIX, write_policy
 from grind_env.policies.problem import Problem
 from grind_env.training import gru_ppo
@@ -67,7 +67,8 @@ def plain_agent(
             "training": training._asdict(),
             "commit": commit(),
         }
-        write_policy(path, policy.actor, model_of(problem), kind, form_of(memory), beside)
+        machines = machines_name(problem.simulation())
+        write_policy(path, policy.actor, model_of(problem), kind, form_of(memory), machines, beside)
     return path
 
 

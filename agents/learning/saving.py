@@ -8,6 +8,7 @@ from typing import Any
 from agents.learning.settings import Settings
 from agents.provenance import commit, installed
 from grind_env.envs.simulation import Simulation
+from grind_env.policies.held import machines_name
 from grind_env.policies.learned.network import acting_part
 from grind_env.policies.learned.saved import write_policy
 from grind_env.policies.learned.view import LearnerForm
@@ -36,7 +37,8 @@ def save_policy(path: Path, model: Any, simulation: Simulation, kind: str, setti
         "versions": {package: installed(package) for package in PACKAGES},
         "commit": commit(),
     }
-    write_policy(path, actor, simulation, kind, LearnerForm(settings.memory, settings.actions), beside)
+    form = LearnerForm(settings.memory, settings.actions)
+    write_policy(path, actor, simulation, kind, form, machines_name(simulation), beside)
 
 
 def _plain(value: Any) -> Any:

@@ -69,7 +69,7 @@ def train(
     from grind_env.extras import needing
     from grind_env.plants.names import MODEL
     from grind_env.policies.evaluation import episode_seeds
-    from grind_env.policies.held import model_of, on
+    from grind_env.policies.held import machines_name, model_of, training_machines
     from grind_env.policies.judging import evaluate
     from grind_env.policies.learned.saved import SUFFIX, write_policy
     from grind_env.terminal import progress_bar
@@ -84,14 +84,13 @@ def train(
     if seed > gru_ppo.LAST_SEED:
         raise GrindError(f"--seed is {seed}, but must be at most {gru_ppo.LAST_SEED}")
     episode_seeds("validation", episodes)
-    if plant.startswith("held-out"):
-        raise GrindError(f"--plant is {quoted(plant)}, but these machines judge agents: train on public or model")
     named = _problem(task, None if job is None else str(job), parts, variables)
+    machines = training_machines(named, None if plant == MODEL.name else plant)
     path = _usual_file(task, named) if output is None else output
     if path.suffix != SUFFIX:
         raise GrindError(f"--output is {quoted(str(path))}, but agents are {SUFFIX} files: name {path.stem}{SUFFIX}")
     settings = gru_ppo.Settings(memory=memory, steps=steps, budget=budget)
-    problem = gru_ppo.shown(named if plant == MODEL.name else on(named, plant), memory)
+    problem = gru_ppo.shown(machines, memory)
     if not problem.simulation().compiled:
         slow = f"the control executes {named.name} step by step: {steps:,} blocks may take hours"
         print(printable(f"{slow}; fewer --steps are quicker, and learn less"), file=sys.stderr)
@@ -99,8 +98,9 @@ def train(
     with progress_bar("steps", steps) as advance:
         agent, scale = gru_ppo.train(problem, settings, seed, advance)
     policy, form = gru_ppo.policy_of(agent, scale, problem, memory), gru_ppo.form_of(memory)
-    beside = {"settings": asdict(settings) | {"seed": seed, "machines": plant}}
-    write_policy(path, policy.actor, model_of(problem), policy.name, form, beside)
+    policy.machines = machines_name(problem.simulation())
+    beside = {"settings": asdict(settings) | {"seed": seed}}
+    write_policy(path, policy.actor, model_of(problem), policy.name, form, policy.machines, beside)
     print(printable(f"{path}: trained in {time.process_time() - begin:.0f} CPU-seconds"))
     judged = []
     with progress_bar("steps", 2 * problem.simulation().most_steps) as advance:

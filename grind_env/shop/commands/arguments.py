@@ -38,6 +38,9 @@ Plant = Annotated[
         "the job says."
     ),
 ]
+OtherPart = Annotated[
+    bool, typer.Option("--other-part", help="Accept an agent that was trained for another part; a first line says so.")
+]
 Untried = Annotated[
     bool, typer.Option("--untried", help="The program has not ground good parts on this machine so far.")
 ]
