@@ -59,7 +59,7 @@ def named(value: Any, name: str = "") -> Iterator[tuple[str, str | float | bool]
 
 def differing(found: Inputs, before: Inputs) -> list[str]:
     """Return the names of what differs; of an entry of the catalogue with another name, that name alone."""
-    names = [name for name in {**before, **found} if found.get(name) != before.get(name)]
+    names = [name for name in {**found, **before} if found.get(name) != before.get(name)]
     others = {name.removesuffix("name") for name in names if name.endswith(".name")}
     return [name for name in names if name.endswith(".name") or f"{name.rpartition('.')[0]}." not in others]
 
