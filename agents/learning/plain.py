@@ -64,11 +64,11 @@ def plain_agent(
         training = Training(settings.steps, settings.split, time.process_time() - begin)
         beside = {
             "settings": asdict(settings) | {"seed": seed},
+            "machines": machines_name(problem.simulation()),
             "training": training._asdict(),
             "commit": commit(),
         }
-        machines = machines_name(problem.simulation())
-        write_policy(path, policy.actor, model_of(problem), kind, form_of(memory), machines, beside)
+        write_policy(path, policy.actor, model_of(problem), kind, form_of(memory), beside)
     return path
 
 

@@ -34,11 +34,11 @@ def save_policy(path: Path, model: Any, simulation: Simulation, kind: str, setti
     actor = acting_part(type(policy).__name__, state, policy.activation_fn.__name__.lower())
     beside = {
         "settings": {each.name: _plain(getattr(settings, each.name)) for each in fields(settings)},
+        "machines": machines_name(simulation),
         "versions": {package: installed(package) for package in PACKAGES},
         "commit": commit(),
     }
-    form = LearnerForm(settings.memory, settings.actions)
-    write_policy(path, actor, simulation, kind, form, machines_name(simulation), beside)
+    write_policy(path, actor, simulation, kind, LearnerForm(settings.memory, settings.actions), beside)
 
 
 def _plain(value: Any) -> Any:

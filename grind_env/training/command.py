@@ -99,8 +99,8 @@ def train(
         agent, scale = gru_ppo.train(problem, settings, seed, advance)
     policy, form = gru_ppo.policy_of(agent, scale, problem, memory), gru_ppo.form_of(memory)
     policy.machines = machines_name(problem.simulation())
-    beside = {"settings": asdict(settings) | {"seed": seed}}
-    write_policy(path, policy.actor, model_of(problem), policy.name, form, policy.machines, beside)
+    beside = {"settings": asdict(settings) | {"seed": seed}, "machines": policy.machines}
+    write_policy(path, policy.actor, model_of(problem), policy.name, form, beside)
     print(printable(f"{path}: trained in {time.process_time() - begin:.0f} CPU-seconds"))
     judged = []
     with progress_bar("steps", 2 * problem.simulation().most_steps) as advance:

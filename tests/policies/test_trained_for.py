@@ -1,11 +1,13 @@
 """An agent is for the part, program, prices and task that it was trained for, and says so of any other."""
 
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from agents import __main__
 from grind_env import examples
 from grind_env.envs.job.loading import load_simulation
 from grind_env.envs.simulation import Simulation
@@ -111,7 +113,11 @@ def test_an_agent_of_another_job_is_refused_with_the_change(
         ("Y-.02 F60.", "Y-.03 F60.", "O9100 block 5 Y is '-0.03', but was '-0.02'"),
         ("G01 Y0 F500.", "G01 Y0 F400.", "program block 4 F is '400.', but was '500.'"),
         ("N60 M01", "/N60 M01", "program block 6 / is '/', but was left out"),
-        ("N80 G80", "#101=5\nN80 G80", "program block 8 text is '#101=5', but was left out; program block 9 G is '80', but was '0'"),
+        (
+            "N80 G80",
+            "#101=5\nN80 G80",
+            "program block 8 text is '#101=5', but was left out; program block 9 G is '80', but was '0'",
+        ),
     ],
 )
 def test_an_agent_of_another_program_is_refused_with_the_change(
@@ -127,7 +133,7 @@ def test_numbers_of_parts_and_variables_count(tmp_path: Path) -> None:
     with pytest.raises(OtherPart, match="was trained for part_x2, not for part_x3: number of parts is 3, but was 2"):
         load_policy(agent, simulation=simulation(path, 3))
     written(tmp_path, changed(PLATE, "E15000.", "E#101"))
-    with pytest.raises(OtherPart, match="variables.101 is 14000.0, but was left out; program block 5 E is '#101'"):
+    with pytest.raises(OtherPart, match=r"variables.101 is 14000.0, but was left out; program block 5 E is '#101'"):
         load_policy(agent, simulation=simulation(path, variables={101: 14000.0}))
 
 
@@ -174,7 +180,7 @@ def test_a_job_that_was_calibrated_since_then_is_a_remark(agent: Path, tmp_path:
     assert found.remark == f"{agent} {said}"
     # what no calibration has found is another part
     other = changed(JOB, "stock = 0.2", "stock = 0.3") + CATALOGUE + CALIBRATION
-    with pytest.raises(OtherPart, match="part.material.chip_energy is 15.0, but was 13.8; part.stock is 0.3, but"):
+    with pytest.raises(OtherPart, match=r"part.material.chip_energy is 15.0, but was 13.8; part.stock is 0.3, but"):
         load_policy(agent, simulation=simulation(written(tmp_path, job=other)))
 
 
@@ -210,7 +216,7 @@ def test_an_agent_without_record_is_accepted_for_what_comes_with_the_package_alo
     with pytest.raises(OtherPart, match="was trained for plate_g82_x2, not for slot"):
         load_policy(unsaid, simulation=find_problem("slot").simulation())
     copy = written(tmp_path, name="plate_g82.nc")
-    with pytest.raises(OtherPart, match="old.safetensors does not say for what part it was trained: train another"):
+    with pytest.raises(OtherPart, match=r"old.safetensors does not say for what part it was trained: train another"):
         load_policy(unsaid, simulation=simulation(copy))
     assert load_policy(unsaid, simulation=simulation(copy), other_part=True).remark.endswith("it was trained")
 
@@ -248,3 +254,15 @@ def test_evaluation_shows_the_machines_that_an_agent_was_trained_on(grind: Grind
     words = ("evaluate", "--env", "oracle6", "--policy", tmp_path / "a.safetensors", "--episodes", 2)
     assert grind(*words)[1].startswith("ppo (sees measurements, trained on public) in oracle6, 2 episodes")
     assert '"trained_on": "public"' in grind(*words, "--json")[1]
+
+
+def test_agents_are_not_trained_on_held_out_machines(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for words in (("oracle6", "--plant", "held-out"), (task_file(tmp_path, 'plant = "held-out:3"'),)):
+        command = ["agents", "train", "--task", *map(str, words), "--runs", str(tmp_path / "runs")]
+        monkeypatch.setattr(sys, "argv", command)
+        with pytest.raises(SystemExit, match="2"):
+            __main__.main()
+        assert "but these machines judge agents: train on public or model" in capsys.readouterr().err
+    assert not (tmp_path / "runs").exists()

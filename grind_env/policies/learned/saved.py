@@ -158,13 +158,7 @@ def _remark(path: Path, described: Description, simulation: Simulation) -> tuple
 
 
 def write_policy(
-    path: Path,
-    actor: Actor,
-    simulation: Simulation,
-    kind: str,
-    form: LearnerForm,
-    machines: str,
-    beside: Mapping[str, Any],
+    path: Path, actor: Actor, simulation: Simulation, kind: str, form: LearnerForm, beside: Mapping[str, Any]
 ) -> None:
     """Write an agent, whole or not at all; its folder is made.
 
@@ -174,8 +168,7 @@ def write_policy(
         simulation: what it was trained on.
         kind: name of the kind of agent.
         form: how it sees and acts.
-        machines: name of those that it was trained on.
-        beside: what else the description says of how it was made, as JSON has it.
+        beside: what else the description says of how it was made, such as on which `machines`, as JSON has it.
 
     Raises:
         PolicyFileError: if its weights are not finite or too large.
@@ -192,7 +185,6 @@ def write_policy(
         "network": asdict(actor.network),
         "spaces": spaces_digest(form.view(simulation)),
         "inputs": inputs_of(simulation),
-        "machines": machines,
         **beside,
     }
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -322,7 +314,7 @@ def _word(value: Any) -> str:
     return value
 
 
-def _inputs(value: Any) -> Inputs | None:
+def _inputs(value: Any) -> Any:
     said = isinstance(value, dict) and all(isinstance(each, str | float | int) for each in value.values())
     if said or value is None:
         return value
