@@ -67,7 +67,7 @@ def differing(found: Inputs, before: Inputs) -> list[str]:
 def told(names: Sequence[str], found: Inputs, before: Inputs) -> str:
     """Return the first differences as part of a sentence."""
     said = [f"{shortened(name)} is {_said(found, name)}, but was {_said(before, name)}" for name in names[:MOST_TOLD]]
-    return "; ".join(said) + (f"; {len(names) - MOST_TOLD} more differ" if len(names) > MOST_TOLD else "")
+    return "; ".join(said) + (f"; and {len(names) - MOST_TOLD} more" if len(names) > MOST_TOLD else "")
 
 
 def calibrated(simulation: Simulation, names: Sequence[str]) -> bool:

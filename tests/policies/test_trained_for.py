@@ -23,6 +23,11 @@ CATALOGUE = """
 [catalogue.material.aisi_52100]
 base = "aisi_52100"
 chip_energy = 15.0
+
+[catalogue.machine.default]
+base = "default"
+idle_power = 1000.0
+power_limit = 8600.0
 """
 CALIBRATION = """
 [catalogue.uncertainty]
@@ -85,7 +90,7 @@ def in_setup(line: str) -> tuple[str, str]:
         (
             "# [lots]",
             "[[part.stages]]\nstock = 0.15\n# [lots]",
-            r"part.stages.1.stock is 0.15, but was left out; part.stages.1.roughness_limit is .*; 1 more differ",
+            r"part.stages.1.stock is 0.15, but was left out; part.stages.1.roughness_limit is .*; and 1 more",
         ),
         # the entry has its name, and another number: nobody calls that a calibration
         ("[setup]", f"{CATALOGUE}\n[setup]", "part.material.chip_energy is 15.0, but was 13.8"),
@@ -143,7 +148,10 @@ def test_numbers_of_parts_and_variables_count(tmp_path: Path) -> None:
         lambda program, job: (changed(program, "(ROUGH:", "\n(SCHRUPPEN:"), f"# mine\n{job}"),
         lambda program, job: (changed(changed(program, "N50", "N55"), "N70 ", "n71"), job),
         lambda program, job: (changed(program, "X230. I-30.", "i-30.0  X0230."), job),
-        lambda program, job: (program, job + CATALOGUE.replace("material.aisi_52100", "material.unused")),
+        lambda program, job: (
+            program,
+            job + CATALOGUE.replace(".aisi_52100", ".unused").replace(".default", ".unused"),
+        ),
         lambda program, job: (program, changed(job, '"aisi_52100"', '"100Cr6"')),
         lambda program, job: (program, f"{job}\n[wheel]\ndiameter = 280\nwear_flat_area = 0.02"),
         lambda program, job: (program, f'plant = "meter:7"\n{job}'),
@@ -176,11 +184,15 @@ def test_n_words_count_where_a_program_jumps_to_them(tmp_path: Path) -> None:
 
 def test_a_job_that_was_calibrated_since_then_is_a_remark(agent: Path, tmp_path: Path) -> None:
     found = load_policy(agent, simulation=simulation(written(tmp_path, job=JOB + CATALOGUE + CALIBRATION)))
-    said = "was trained before the job was calibrated: part.material.chip_energy is 15.0, but was 13.8"
-    assert found.remark == f"{agent} {said}"
+    said = "was trained before the job was calibrated: part.material.chip_energy is 15.0, but was 13.8; "
+    # readings of power have another scale then, too
+    said += "setup.machine.power_limit is 8600.0, but was 7500.0; setup.machine.idle_power is 1000.0, but was 0.0"
+    assert found.remark == f"{agent} {said}; train it anew to use that"
     # what no calibration has found is another part
     other = changed(JOB, "stock = 0.2", "stock = 0.3") + CATALOGUE + CALIBRATION
-    with pytest.raises(OtherPart, match=r"part.material.chip_energy is 15.0, but was 13.8; part.stock is 0.3, but"):
+    with pytest.raises(
+        OtherPart, match=r"part.material.chip_energy is 15.0, but was 13.8; part.stock is 0.3, but was 0.2; .* 1 more"
+    ):
         load_policy(agent, simulation=simulation(written(tmp_path, job=other)))
 
 

@@ -122,8 +122,8 @@ def load_policy(
     if trained_for_other and not other_part:
         raise OtherPart(f"{remark}: train another agent with `grind train`, or accept this one with --other-part")
     view = described.form.view(simulation)
-    alike = described.spaces == spaces_digest(view) or trained_for_other
-    if not alike or not fits(described.network, view):
+    # what is told of an agent may have changed the scales of what it sees, too
+    if (described.spaces != spaces_digest(view) and not remark) or not fits(described.network, view):
         raise PolicyFileError(
             f"{path} was trained for another version of {described.task}, with other observations or actions:"
             " train one anew"
@@ -153,7 +153,7 @@ def _remark(path: Path, described: Description, simulation: Simulation) -> tuple
         return "", False
     said = told(names, now, before)
     if calibrated(simulation, names):
-        return f"{path} was trained before the job was calibrated: {said}", False
+        return f"{path} was trained before the job was calibrated: {said}; train it anew to use that", False
     return f"{path} was trained for {other}: {said}", True
 
 
