@@ -73,7 +73,7 @@ class Description:
     spaces: str
     """`spaces_digest` of the view that it was trained with."""
     inputs: Inputs | None
-    """`inputs_of` what it was trained for; None in files that do not say it."""
+    """`inputs_of` what it was trained for, in the units of job or task; None in files that do not say it."""
     machines: str
     """Name of those that it was trained on; empty in files that do not say it."""
 
