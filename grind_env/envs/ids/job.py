@@ -8,6 +8,7 @@ from grind_env.envs.env import GrindEnv
 from grind_env.envs.job.loading import load_simulation
 from grind_env.envs.showing import renders
 from grind_env.envs.vector_env import side_by_side
+from grind_env.errors import GrindWarning
 
 
 @renders
@@ -103,7 +104,7 @@ def make(
     held = variables_of(check_variables(variables), "variables:")
     simulation = load_simulation(program, job, parts, spread, observation, held, plant)
     for sentence in simulation.unread:
-        warnings.warn(sentence, stacklevel=2)
+        warnings.warn(sentence, GrindWarning, stacklevel=2)
     return GrindEnv(
         simulation, show_block=show_block, action=action, render_mode=render_mode, info=info, out_of_range=out_of_range
     )
