@@ -76,6 +76,10 @@ def make(
     fixes the factors of lot, wheel, coolant and noise or restricts what they are drawn from
     (`grind_env.envs.contexts`); stock and material are those of the job.
 
+    `env.spec.max_episode_steps` is one more than the steps of an episode: wrappers such as `TimeAwareObservation` read
+    it, and a `TimeLimit` of it truncates no episode. A `max_episode_steps` that you give to `gym.make` or
+    `gym.make_vec` truncates.
+
     Args:
         program: file of the part program; the example plate if not given.
         job: its job file; the program's name with `.toml` if not given.
