@@ -5,11 +5,12 @@ from collections.abc import Iterator
 
 from grind_env.control.control import WHEEL_RADIUS, Control
 from grind_env.control.cycle_block import ModalWords
+from grind_env.control.decode import decode
 from grind_env.control.errors import ControlError
 from grind_env.control.interpreter import Interpreter
 from grind_env.control.modal_state import Modes
-from grind_env.control.motions import Event, Motion, Position
-from grind_env.control.reader import Programs
+from grind_env.control.motions import CyclePlan, Event, Motion, Position
+from grind_env.control.reader import Block, Programs
 from grind_env.control.reciprocation import Reciprocation
 
 
@@ -76,6 +77,15 @@ class Execution(Iterator[Event]):
     def choose(self, **words: str) -> None:
         """Give words of the block announced by the last `CycleAhead` or `FeedAhead` other numbers: ``E="9000"``."""
         self._interpreter.chosen = words
+
+    def planned(self, block: Block) -> CyclePlan:
+        """The plan of the cycle block announced by the last `CycleAhead`, with its own words.
+
+        Raises:
+            ControlError: the block is faulty.
+        """
+        control = self._interpreter
+        return control.table.planned(decode(block, self.modes, control.control.number_format))[0]
 
     def set_wheel_radius(self, radius: float) -> None:
         """Write the present radius of the wheel, mm, into entry 33 of the radius table (15-11).

@@ -46,17 +46,7 @@ class Reciprocator:
     def cycle(self, command: Command) -> Iterator[Event]:
         """Plan a cycle, let it take over the table, and work it off (G81 goes on by itself)."""
         timeline, table = self.timeline, self.timeline.reciprocation
-        self.mover.refuse_displaced(command)
-        origin = self.mover.work.origin(command.modes.work_system)
-        x, y, z = (displaced(here, -there) for here, there in zip(timeline.position, origin, strict=True))
-        situation = Situation(
-            (x, y, z),
-            None if table is None else table.axis,
-            0.0 if table is None else displaced(table.secondary, -origin[table.axis]),
-            self.control.maximum_feed,
-        )
-        plan, memory = _planned(command, self.memory, situation, origin)
-        self._refuse_compensation(command, plan)
+        plan, memory = self.planned(command)
         while table is not None and not table.at_secondary:
             yield from self.interruptions.next_reversal()
         yield from self._end_reciprocation_cycle()
@@ -88,6 +78,22 @@ class Reciprocator:
         timeline.settle()
         table.in_cycle = False
         yield CycleEnd(timeline.time, plan, table.count, table.dresses)
+
+    def planned(self, command: Command) -> tuple[CyclePlan, ModalWords]:
+        """The plan of a cycle block as things stand, and what later ones may then omit."""
+        table = self.timeline.reciprocation
+        self.mover.refuse_displaced(command)
+        origin = self.mover.work.origin(command.modes.work_system)
+        x, y, z = (displaced(here, -there) for here, there in zip(self.timeline.position, origin, strict=True))
+        situation = Situation(
+            (x, y, z),
+            None if table is None else table.axis,
+            0.0 if table is None else displaced(table.secondary, -origin[table.axis]),
+            self.control.maximum_feed,
+        )
+        plan, memory = _planned(command, self.memory, situation, origin)
+        self._refuse_compensation(command, plan)
+        return plan, memory
 
     def cancel(self, command: Command) -> Iterator[Event]:
         """G80: stop at the next reversal point (PD-1)."""

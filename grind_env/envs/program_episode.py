@@ -5,17 +5,19 @@ one, while `machine.run` grinds what it commands.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from grind_env.arrays import Array
-from grind_env.control import CycleAhead, CyclePlan, Event, FeedAhead, ProgramEnd, Programs, execute
+from grind_env.control import ControlError, CycleAhead, CyclePlan, Event, FeedAhead, ProgramEnd, Programs, execute
 from grind_env.control.source import SourceText
 from grind_env.control.words import Block
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job, PartConditions
+from grind_env.machine.part.stations import sweep_between, sweep_of_plan
 from grind_env.machine.run import GrindingRun
 
 Words = Mapping[str, str]
@@ -188,6 +190,7 @@ class ProgramEpisode:
             if isinstance(event, CycleAhead) or (isinstance(event, FeedAhead) and self.run.is_feed_block(event)):
                 if self._execution.table is None or self._execution.table.at_secondary:
                     self.run.let_part_go()
+                    self._expect(event)
                 self.time, self.block = self.run.clock(event.time), event.block
                 return
             self.run.take(event)
@@ -196,6 +199,17 @@ class ProgramEpisode:
                 self.time = self.run.unloaded_at
             self.run.tell(self._execution)
             yield event
+
+    def _expect(self, event: CycleAhead | FeedAhead) -> None:
+        """Tell the machine what the coming block sweeps; the block itself does if only chosen words make it right."""
+        run = self.run
+        if not run.job.stations:
+            return
+        if isinstance(event, FeedAhead):
+            run.expect(event.time, sweep_between(event.start, event.end, run.axis))
+            return
+        with suppress(ControlError):
+            run.expect(event.time, sweep_of_plan(self._execution.planned(event.block), run.position))
 
 
 def step_all(programs: Sequence[ProgramEpisode], words: Mapping[int, Words]) -> dict[int, BlockRun]:

@@ -214,7 +214,7 @@ class GrindingRun:
         Until strokes meet a part, what they do in the air counts for the one that is met first.
         """
         part = self.part
-        if stations and part.met and part.station not in stations:
+        if self._leaves_for(stations):
             self._change_worn_wheel(time)
             part.spent += self.clock(time) - part.began
             self.watch.leave(part)
@@ -236,6 +236,18 @@ class GrindingRun:
         self.watch.way.others = [
             self._left.get(each.station, each) for each in blanks if each.station != self.part.station
         ]
+
+    def _leaves_for(self, stations: Sequence[int]) -> bool:
+        """Whether strokes that meet these stations leave the part at hand for another."""
+        return bool(stations) and self.part.met and self.part.station not in stations
+
+    def expect(self, time: float, sweep: Sweep) -> None:
+        """A block will sweep this with a table that is at rest: on the way to another station a worn wheel is changed.
+
+        What runs block by block says so before the words of the block are chosen; otherwise the block itself does it.
+        """
+        if self.unloaded_at is None and self._leaves_for(met(self.job, sweep)):
+            self._change_worn_wheel(time)
 
     @property
     def _numbers(self) -> range:

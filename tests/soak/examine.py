@@ -392,18 +392,15 @@ def _compare_wheels(
 
     To the bit as long as no infeed beside the table hangs on the clock, on parts that are one zone of a script: strips
     joined to zones are counted at once, and stations at places that round otherwise. A script counts the way to where
-    the next block takes over as of the block before, and so it does with a worn wheel that is changed on the way to
-    another station: of which one comes next the control knows as its strokes begin.
+    the next block takes over as of the block before.
     """
     exact, compared, odd, by_clock = 0, 0, None, False
     script, stations = simulation.script, simulation.job.stations
     whole = script is not None and not stations and len(simulation.tables.zones) == 1
-    worn = 0.0 if simulation.job.times.wheel_change is None else simulation.job.setup.wheel.minimum_diameter
     for number, (one, other) in enumerate(zip(found.tolist(), expected, strict=True)):
         if script is not None:
             by_clock |= any(not isinstance(motion, Dwell) for motion in script.blocks[number].beside)
-            goes_over = any(not each.loads for each in script.blocks[number + 1 :][:1])
-            if script.blocks[number].to_secondary or (goes_over and other["ds"] < worn):
+            if script.blocks[number].to_secondary:
                 continue
         for here, (name, there) in zip(one, other.items(), strict=False):
             if name == "W":

@@ -61,6 +61,15 @@ def test_a_program_that_counts_is_trained_for_as_it_is_advised_on(grind: Grind, 
     assert "grind: --set is of a part program" in grind("train", "oracle6", "--set", "#101=1", *QUICK)[2]
 
 
+def test_a_variable_that_nothing_reads_is_told_in_one_line(grind: Grind, part: Path):
+    sentence = "#500 was given a value at the start, but nothing has read it; leave it out, or mend its number"
+    told = grind("train", part, "--parts", 2, "--set", "#500=1", *QUICK)[2]
+    assert told == f"grind: warning: {sentence}\n"
+    words = ("--policy", part.with_suffix(".safetensors"), "--measurements", part.with_name("readings.csv"))
+    words[-1].write_text("mean_power\n2600\n")
+    assert grind("advise", part, "--parts", 2, "--set", "#500=1", *words)[2].splitlines()[0] == sentence
+
+
 def test_parts_are_those_of_advice(grind: Grind, part: Path):
     assert grind("train", part, *QUICK)[0] == 0
     model = load_simulation(str(part), None, 30, 1.0, "measured")

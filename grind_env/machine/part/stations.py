@@ -45,6 +45,13 @@ def sweep_of(event: CycleStrokes) -> Sweep:
     return Sweep(axis, (min(ends), max(ends)), (min(edges), max(edges)), min(event.plunge))
 
 
+def sweep_between(start: Position, end: Position, axis: int) -> Sweep:
+    """What a feed move along the table sweeps."""
+    low, high = sorted((start[axis], end[axis]))
+    edge = end[cross_axis(axis)]
+    return Sweep(axis, (low, high), (edge, edge), end[plunge_axis(axis)])
+
+
 def touched(job: Job, sweep: Sweep) -> tuple[int, ...]:
     """The stations whose parts strokes come down on, by their numbers from 0."""
     return tuple(k for k, part in enumerate(_parts(job, sweep)) if _is_touched(part, sweep, job))

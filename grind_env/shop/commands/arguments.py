@@ -19,6 +19,10 @@ BlockDelete = Annotated[bool, typer.Option("--block-delete", help="Skip blocks t
 Blocks = Annotated[
     int | None, typer.Option(help="Most blocks and strokes that the program may execute; if not given, 500000.")
 ]
+GrooveRetract = Annotated[
+    float | None,
+    typer.Option(help="Retract amount of G76 and G77, mm; if not given, 0.5 mm, or 0.02 in under G70."),
+]
 Variables = Annotated[
     list[str] | None,
     typer.Option("--set", help="Value of a # variable at the start, such as '#101=15000'; repeatable."),
