@@ -5,16 +5,20 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import platformdirs
 import pytest
+from safetensors.numpy import load_file
 
 import grind_env
 from grind_env.envs.job.loading import load_simulation
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.judging import Judgement
 from grind_env.policies.learned.saved import load_policy
+from grind_env.policies.problem import Problem
 from grind_env.training import gru_ppo
+from grind_env.training.checkpoint import Checkpoint
 from grind_env.training.command import _verdict
-from grind_env.training.gru_ppo import train
+from grind_env.training.gru_ppo import Settings, train
 from tests.command import Grind
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
@@ -140,3 +144,33 @@ def test_better_is_what_is_better_on_the_same_episodes_beyond_chance():
     assert "not known to be better" in _verdict(spoilt, judged(hard))
     assert "not known to be better" in _verdict(spoilt, spoilt)
     assert "100 % less" in _verdict(judged(easy), spoilt)
+
+
+def test_the_same_command_goes_on_with_a_training_that_was_stopped(
+    grind: Grind, part: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    def stop(steps: int) -> None:
+        if steps:
+            raise KeyboardInterrupt
+
+    def stopped(problem: Problem, settings: Settings, seed: int, _: object, checkpoint: Checkpoint) -> object:
+        return train(problem, settings, seed, stop, checkpoint)
+
+    monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path)
+    words = ("train", part, "--parts", 2, "--steps", 16_000, "--episodes", 2, "--output")
+    whole, resumed, other = (tmp_path / f"{name}.safetensors" for name in ("whole", "resumed", "other"))
+    assert grind(*words, whole)[::2] == (0, "")
+    with monkeypatch.context() as patch:
+        patch.setattr(gru_ppo, "train", stopped)
+        assert grind(*words, resumed)[0] != 0
+    # another seed and another machine begin anew
+    assert grind(*words, other, "--seed", 1)[::2] == (0, "")
+    job = part.with_suffix(".toml")
+    told = job.read_text()
+    job.write_text(told + "\n[setup.machine_overrides]\npower_limit = 5000\n")
+    assert job.read_text() != told and grind(*words, other)[::2] == (0, "")
+    job.write_text(told)
+    assert grind(*words, resumed)[::2] == (0, f"{resumed}: goes on with the training that was stopped\n")
+    for one, again in zip(load_file(whole).items(), load_file(resumed).items(), strict=True):
+        assert (one[0], one[1].tobytes()) == (again[0], again[1].tobytes())
+    assert not list((tmp_path / "trainings").iterdir())
