@@ -6,7 +6,7 @@ STAMP := $(VENV)/.installed
 # `make PINNED= VENV=build/newest test` has the newest version of everything.
 PINNED := --constraint constraints.txt
 
-.PHONY: setup test bits lint format benchmark results speed ratios validate notebooks shown docs core blocks package soak clean
+.PHONY: setup test bits lint format benchmark results speed ratios validate notebooks shown docs core contract blocks package soak clean
 
 setup: $(STAMP)
 
@@ -99,6 +99,14 @@ core:
 	$(PYTHON) -m venv build/core
 	build/core/bin/python -m pip install --quiet --disable-pip-version-check $(PINNED) .
 	cd build && core/bin/python ../.ci/core_install.py
+
+# The contract of the environments on the Gymnasium that RLlib pins, without torch and Stable-Baselines3.
+contract:
+	$(PYTHON) -m venv build/contract
+	grep -v '^gymnasium==' constraints.txt > build/contract/constraints.txt
+	build/contract/bin/python -m pip install --quiet --disable-pip-version-check $(if $(PINNED),-c build/contract/constraints.txt) \
+		'.[render]' gymnasium==1.2.2 hypothesis pytest pytest-timeout pytest-xdist
+	build/contract/bin/python -m pytest -n 2 tests/envs/test_env_contract.py tests/envs/test_vector_promises.py tests/envs/test_wrappers.py
 
 # The blocks of README and site as printed, from an installed wheel; `make blocks PAGES=docs/howto/shop.md` those of one page.
 blocks:
