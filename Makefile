@@ -6,7 +6,7 @@ STAMP := $(VENV)/.installed
 # `make PINNED= VENV=build/newest test` has the newest version of everything.
 PINNED := --constraint constraints.txt
 
-.PHONY: setup test bits lint format benchmark results speed ratios validate notebooks shown docs core contract blocks package soak clean
+.PHONY: setup test bits lint format benchmark results speed ratios validate notebooks shown docs core contract films audit blocks package soak clean
 
 setup: $(STAMP)
 
@@ -114,8 +114,24 @@ blocks:
 	build/blocks/bin/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir build/wheel .
 	build/blocks/bin/python -m pip install --quiet --disable-pip-version-check $(PINNED) \
 		"grind_env[plot,render,sb3,shop] @ file://$(CURDIR)/$$(ls -t build/wheel/grind_env-*.whl | head -1)" \
-		h5py minari moviepy tensorboard
+		h5py minari tensorboard
 	build/blocks/bin/python .ci/blocks.py build/blocks/bin $(PAGES)
+
+# The recorders of Gymnasium and Stable-Baselines3 write films with moviepy, whose Pillow is older than that of the extras.
+films:
+	$(PYTHON) -m venv build/films
+	grep -v '^pillow==' constraints.txt > build/films/constraints.txt
+	build/films/bin/python -m pip install --quiet --disable-pip-version-check --constraint build/films/constraints.txt \
+		'.[sb3]' hypothesis moviepy pytest pytest-timeout
+	build/films/bin/python -m pytest tests/sb3/test_films.py
+
+# Known vulnerabilities of the pinned versions.
+audit: build/audit/bin/pip-audit
+	build/audit/bin/python .ci/audit.py
+
+build/audit/bin/pip-audit:
+	$(PYTHON) -m venv build/audit
+	build/audit/bin/python -m pip install --quiet --disable-pip-version-check pip-audit
 
 # Wheel and sdist, in dist/.
 package:
