@@ -6,7 +6,7 @@ STAMP := $(VENV)/.installed
 # `make PINNED= VENV=build/newest test` has the newest version of everything.
 PINNED := --constraint constraints.txt
 
-.PHONY: setup test bits lint format benchmark results speed ratios validate notebooks shown docs core contract films audit blocks package soak clean
+.PHONY: setup test bits lint format benchmark results speed ratios validate notebooks shown docs core contract films libraries audit blocks package soak clean
 
 setup: $(STAMP)
 
@@ -124,6 +124,13 @@ films:
 	build/films/bin/python -m pip install --quiet --disable-pip-version-check --constraint build/films/constraints.txt \
 		'.[sb3]' hypothesis moviepy pytest pytest-timeout
 	build/films/bin/python -m pytest tests/sb3/test_films.py
+
+# The blocks of the site that need a library with an environment of its own.
+libraries:
+	$(PYTHON) -m venv build/blocks
+	build/blocks/bin/python -m pip install --quiet --disable-pip-version-check $(PINNED) markdown-it-py
+	build/blocks/bin/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir build/wheel .
+	build/blocks/bin/python .ci/libraries.py $$(ls -t build/wheel/grind_env-*.whl | head -1)
 
 # Known vulnerabilities of the pinned versions.
 audit: build/audit/bin/pip-audit
