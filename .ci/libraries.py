@@ -1,6 +1,6 @@
 """Run the blocks of `docs/` that are marked `<!-- not run: nightly -->`, with the wheel that is given.
 
-A block of the shell begins an environment of its own, for it installs a library; the blocks of Python after it run there.
+A block of the shell installs a library in an environment of its own; the blocks of Python after it run there.
 """
 
 import os
