@@ -38,7 +38,7 @@ class Checkpoint:
     path: Path
 
     def read(self, begun: T) -> T:
-        """The training, with whose generator PyTorch goes on; the one that has been begun if there is none to be read."""
+        """The training, with whose generator PyTorch goes on; the one begun if there is none that can be read."""
         if not self.path.exists():
             return begun
         try:
