@@ -6,7 +6,7 @@ STAMP := $(VENV)/.installed
 # `make PINNED= VENV=build/newest test` has the newest version of everything.
 PINNED := --constraint constraints.txt
 
-.PHONY: setup test bits lint format benchmark results speed ratios validate notebooks shown docs core blocks package soak clean
+.PHONY: setup test bits lint format benchmark results speed ratios validate notebooks shown docs core contract films libraries audit blocks package soak clean
 
 setup: $(STAMP)
 
@@ -100,14 +100,45 @@ core:
 	build/core/bin/python -m pip install --quiet --disable-pip-version-check $(PINNED) .
 	cd build && core/bin/python ../.ci/core_install.py
 
+# The contract of the environments on the Gymnasium that RLlib pins, without torch and Stable-Baselines3.
+contract:
+	$(PYTHON) -m venv build/contract
+	grep -v '^gymnasium==' constraints.txt > build/contract/constraints.txt
+	build/contract/bin/python -m pip install --quiet --disable-pip-version-check $(if $(PINNED),-c build/contract/constraints.txt) \
+		'.[render]' gymnasium==1.2.2 hypothesis pytest pytest-timeout pytest-xdist
+	build/contract/bin/python -m pytest -n 2 tests/envs/test_env_contract.py tests/envs/test_vector_promises.py tests/envs/test_wrappers.py
+
 # The blocks of README and site as printed, from an installed wheel; `make blocks PAGES=docs/howto/shop.md` those of one page.
 blocks:
 	$(PYTHON) -m venv build/blocks
 	build/blocks/bin/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir build/wheel .
 	build/blocks/bin/python -m pip install --quiet --disable-pip-version-check $(PINNED) \
 		"grind_env[plot,render,sb3,shop] @ file://$(CURDIR)/$$(ls -t build/wheel/grind_env-*.whl | head -1)" \
-		h5py minari moviepy tensorboard
+		h5py minari tensorboard
 	build/blocks/bin/python .ci/blocks.py build/blocks/bin $(PAGES)
+
+# The recorders of Gymnasium and Stable-Baselines3 write films with moviepy, whose Pillow is older than that of the extras.
+films:
+	$(PYTHON) -m venv build/films
+	grep -v '^pillow==' constraints.txt > build/films/constraints.txt
+	build/films/bin/python -m pip install --quiet --disable-pip-version-check --constraint build/films/constraints.txt \
+		'.[sb3]' hypothesis moviepy pytest pytest-timeout
+	build/films/bin/python -m pytest tests/sb3/test_films.py
+
+# The blocks of the site that need a library with an environment of its own.
+libraries:
+	$(PYTHON) -m venv build/blocks
+	build/blocks/bin/python -m pip install --quiet --disable-pip-version-check $(PINNED) markdown-it-py
+	build/blocks/bin/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir build/wheel .
+	build/blocks/bin/python .ci/libraries.py $$(ls -t build/wheel/grind_env-*.whl | head -1)
+
+# Known vulnerabilities of the pinned versions.
+audit: build/audit/bin/pip-audit
+	build/audit/bin/python .ci/audit.py
+
+build/audit/bin/pip-audit:
+	$(PYTHON) -m venv build/audit
+	build/audit/bin/python -m pip install --quiet --disable-pip-version-check pip-audit
 
 # Wheel and sdist, in dist/.
 package:

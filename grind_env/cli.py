@@ -18,6 +18,7 @@ from grind_env.shop.commands.arguments import (
     BlockDelete,
     Blocks,
     DressAt,
+    GrooveRetract,
     Interrupts,
     JobFile,
     Plant,
@@ -56,10 +57,6 @@ MachineJob = Annotated[
 Radius = Annotated[
     list[str] | None,
     typer.Option(help="Dresser or wheel radius, mm: R for every entry of the table, T=R for entry T; repeatable."),
-]
-GrooveRetract = Annotated[
-    float | None,
-    typer.Option(help="Retract amount e of G76 and G77, mm; if not given, 0.5 mm, or 0.02 in while G70 is in force."),
 ]
 
 
@@ -154,8 +151,10 @@ def trace(
 ) -> None:
     """Print the motions of a program, one JSON object a line, in the order in which they end.
 
-    A pick follows the stroke at whose end it is made, whenever it ends. What the control tells the operator goes to
-    standard error.
+    "start" is the time at which a motion begins, s; strokes and picks overlap with other motions. A pick follows the
+    stroke at whose end it is made, whenever it ends. What the control tells the operator goes to standard error.
+
+    Fields of an object are on the page "Columns of a run" (docs/reference/columns.md).
     """
     from grind_env import control
 
@@ -183,6 +182,7 @@ def run(
     ] = None,
     block_delete: BlockDelete = False,
     blocks: Blocks = None,
+    groove_retract: GrooveRetract = None,
     variables: Variables = None,
     dress_at: DressAt = None,
     interrupts: Interrupts = None,
@@ -202,10 +202,9 @@ def run(
     spindle = "always on" and coolant = "always on" in [setup]. What the machine, the wheel or the diamond ([diamond] of
     the job says where it stands) do not bear is warned of.
 
-    The limits that a part is beyond are named below the table, with the block and the stroke that were most beyond them
-    and the words to change. A part is not judged where the program grinds what is not simulated, such as by feed moves
-    over it that are no strokes along the table, or in the air at a second station; the lines are named. Exit status 1
-    means that a part is more likely scrap than good, or not judged.
+    Limits that a part exceeds are named below the table, with block, stroke and the words to change. A part is not
+    judged where the program grinds what is not simulated, such as feed moves over it that are no strokes along the
+    table; the lines are named. Exit status 1 means that a part is more likely scrap than good, or not judged.
 
     Columns of the tables and of --record are on the page "Columns of a run" (docs/reference/columns.md).
     """
@@ -219,6 +218,7 @@ def run(
         job,
         block_delete=block_delete,
         blocks=blocks,
+        groove_retract=groove_retract,
         variables=variables_of(variables or ()),
         dress_at=dress_at or (),
         interrupts=interrupts or (),

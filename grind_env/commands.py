@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from grind_env.arguments import CONFIGS, FILE, JOB, PROBLEM, Writes
+from grind_env.shop.commands.arguments import OtherPart
 from grind_env.targets import Own
 from grind_env.terminal import progress_bar
 
@@ -86,6 +87,7 @@ def evaluate(
     ] = None,
     configs: Configs = None,
     trust: Trust = False,
+    other_part: OtherPart = False,
     submit: Annotated[
         Path | None, typer.Option(help="Write a row to this .json file, which `grind verify` runs again."), Writes()
     ] = None,
@@ -109,7 +111,7 @@ def evaluate(
     from grind_env.policies.problem import find_problem
 
     problem = find_problem(env, job, parts)
-    chosen = _policy(policy, problem.simulation(), configs, trust)
+    chosen = _policy(policy, problem.simulation(), configs, trust, other_part)
     with progress_bar("steps", problem.simulation().most_steps) as advance:
         found = judge(
             chosen,
@@ -195,6 +197,7 @@ def play(
         bool, typer.Option(help="A window where there is a screen; without, text in the terminal.")
     ] = True,
     trust: Trust = False,
+    other_part: OtherPart = False,
     configs: Configs = None,
 ) -> None:
     """Show an episode, what it cost, and the part program that the policy wrote.
@@ -211,7 +214,7 @@ def play(
     from grind_env.policies.problem import find_problem
 
     problem = find_problem(env, job, parts)
-    plays = _policy(policy, problem.simulation(), configs, trust)
+    plays = _policy(policy, problem.simulation(), configs, trust, other_part)
     shown = None if program is not None else "human" if window else "ansi"
     played = play_episode(plays, problem if plant is None else on(problem, plant), seed, split, shown)
     if program is None:
@@ -235,12 +238,18 @@ def play(
     )
 
 
-def _policy(text: str | None, simulation: "Simulation", configs: Path | None, trust: bool) -> "Policy":
-    from grind_env.policies.naming import Unzip, chosen_policy
+def _policy(
+    text: str | None, simulation: "Simulation", configs: Path | None, trust: bool, other_part: bool
+) -> "Policy":
+    from grind_env.errors import printable
+    from grind_env.policies.naming import Unzip, agent_of, chosen_policy
 
     unzip: Unzip | None = None
     if trust:
         from grind_env.sb3 import load_zip
 
         unzip = load_zip
-    return chosen_policy(text, simulation, configs, unzip)
+    policy = chosen_policy(text, simulation, configs, unzip, other_part=other_part)
+    if (agent := agent_of(policy)) is not None and agent.remark:
+        print(printable(agent.remark), file=sys.stderr)
+    return policy

@@ -19,6 +19,10 @@ class GrindError(ValueError):
     """
 
 
+class GrindWarning(UserWarning):
+    """A remark on input that is used all the same. The command line prints it once, as one line."""
+
+
 def shortened(text: str, most: int = LONGEST_QUOTE) -> str:
     """A text as a message quotes it: on one line, and of a long one the beginning."""
     shown = text[:most]

@@ -4,11 +4,12 @@ import errno
 import os
 import signal
 import sys
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
-from grind_env.errors import GrindError, printable
+from grind_env.errors import GrindError, GrindWarning, printable
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -53,7 +54,8 @@ def command(name: str) -> Iterator[None]:
     """
     try:
         try:
-            yield
+            with _warnings_in_one_line(name):
+                yield
         finally:
             _flush()
     except GrindError as error:
@@ -69,6 +71,24 @@ def command(name: str) -> Iterator[None]:
         raise
     except KeyboardInterrupt:
         _end(INTERRUPTED)
+
+
+@contextmanager
+def _warnings_in_one_line(name: str) -> Iterator[None]:
+    """Print each warning of the package once and without the place in the code, which is none of the caller's."""
+    others, told = warnings.showwarning, set()
+
+    def show(message: Warning | str, category: type[Warning], *place: Any, **line: Any) -> None:
+        if not issubclass(category, GrindWarning):
+            others(message, category, *place, **line)
+        elif str(message) not in told:
+            told.add(str(message))
+            print(printable(f"{name}: warning: {message}"), file=sys.stderr)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", GrindWarning)
+        warnings.showwarning = show
+        yield
 
 
 def _flush() -> None:

@@ -99,6 +99,16 @@ def test_a_page_runs_from_top_to_bottom(page: Path, capfd, monkeypatch, block: s
     assert wrong is None or wrong in ended
 
 
+def test_a_nightly_block_of_the_shell_begins_an_environment(page: Path) -> None:
+    nightly = "<!-- not run: nightly -->\n"
+    install, first, second = "```sh\npip install {}\n```\n", "```python\nimport a\n```\n", "```python\nimport b\n```\n"
+    blocks = [install.format("a"), first, install.format("b"), second, second]
+    page.write_text(first + "".join(nightly + block for block in blocks), encoding="utf-8")
+    found = runpy.run_path(str(ROOT / ".ci" / "libraries.py"))["groups"](page)
+    texts = [[block.text for block in group] for group in found]
+    assert texts == [["pip install a\n", "import a\n"], ["pip install b\n", "import b\n", "import b\n"]]
+
+
 def test_only_trainings_are_shortened() -> None:
     shortened = set[str]()
     for steps, fewer in CI["FEWER"].items():

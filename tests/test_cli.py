@@ -58,6 +58,7 @@ def test_trace_prints_one_object_a_motion(grind) -> None:
         "rotation": -1,
         "plane": "G18",
         "feed": 100.0,
+        "start": pytest.approx(records[1]["start"] + records[1]["seconds"]),
         "seconds": pytest.approx(5 * 3.14159265 / (100 / 60) + (100 / 60) / 2000),
         "block": 7,
         "line": 7,
@@ -67,12 +68,50 @@ def test_trace_prints_one_object_a_motion(grind) -> None:
         "kind": "line",
         "end": [230.0, 0.0, 0.0],
         "feed": 12000.0,
+        "start": pytest.approx(records[5]["start"] + records[5]["seconds"]),
         "seconds": 1.4,
         "block": 20,
         "line": 3,
         "source": "cycle",
     }
     assert "feed" not in records[0] and "feed" not in records[3]
+
+
+def test_trace_says_when_motions_beside_each_other_begin(grind) -> None:
+    text = "G71 G94 G19 G00 X-25.\nG81 X75. I-25. E6000.\nG01 Y-3. F60.\nG04 P2.\nG80\nG00 Y20.\nM30"
+    _, out, _ = grind("trace", text, "--acceleration", "1000")
+    records = [json.loads(line) for line in out.splitlines()]
+    way, feed, dwell, out_of_it = (record for record in records if record["source"] == "program")
+    strokes = [record for record in records if record["source"] == "cycle"]
+    turn = feed["start"]  # the table sets out with the first motion beside it
+    assert turn == way["seconds"]
+    for k, stroke in enumerate(strokes):  # of 100 mm at 100 mm/s, with 0.1 s for the ramps
+        assert (stroke["start"], stroke["seconds"]) == pytest.approx((turn + 1.1 * k, 1.1))
+    # Y is 1 mm/s below 0 while the feed move lasts: where it is when a stroke ends, its start tells
+    during = [stroke for stroke in strokes if stroke["start"] + stroke["seconds"] < turn + 3.0]
+    assert len(during) == 2
+    for stroke in during:
+        depth = stroke["start"] + stroke["seconds"] - feed["start"] - 0.5 * 1.0 / 1000.0
+        assert stroke["end"][1] == pytest.approx(-depth, abs=1e-6)
+    assert dwell["start"] == pytest.approx(feed["start"] + feed["seconds"])
+    assert out_of_it["start"] == pytest.approx(strokes[-1]["start"] + 1.1)  # the table stops at a reversal point
+    _, found, _ = grind("check", text, "--acceleration", "1000", "--json")
+    last = max(record["start"] + record["seconds"] for record in records)
+    assert json.loads(found)["seconds"] == pytest.approx(last)
+    assert sum(record["seconds"] for record in records) > last + 4.0
+
+
+def test_trace_says_when_picks_begin(grind) -> None:
+    text = "G71 G94 G19 G00 X-30.\nG82 X230. I-30. Y-.02 J-.01 L1 F6. E12000.\nM30"
+    _, out, _ = grind("trace", text, "--acceleration", "1000")
+    _, *cycle = (json.loads(line) for line in out.splitlines())
+    picks = [record for record in cycle if record["feed"] == 6.0]
+    strokes = [record for record in cycle if record["feed"] == 12_000.0]
+    ends = [stroke["start"] + stroke["seconds"] for stroke in strokes]
+    assert len(picks) == 2
+    for pick in picks:  # as the table brakes, 0.2 s from 200 mm/s
+        assert min(abs(pick["start"] + 0.2 - end) for end in ends) < 1e-9
+    assert [stroke["start"] for stroke in strokes[1:]] == pytest.approx(ends[:-1])
 
 
 def test_trace_uses_the_units_in_force(grind) -> None:

@@ -7,13 +7,14 @@ import re
 import signal
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import pytest
 
 import grind_env
 from grind_env.cli import main
-from grind_env.errors import GrindError
+from grind_env.errors import GrindError, GrindWarning
 from grind_env.terminal import command
 
 ROOT = Path(grind_env.__file__).parents[1]
@@ -53,6 +54,18 @@ def test_nothing_is_said_where_nobody_reads_on(words: list[str]) -> None:
     assert without_notice(started.stderr.read().decode()) == ""
     assert started.wait() == 128 + signal.SIGPIPE
     started.stderr.close()
+
+
+def test_a_warning_is_one_line_and_told_once(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.warns(DeprecationWarning, match="of another library"), command("grind"):
+        for _ in range(2):
+            warnings.warn("#500 is not read\x1b", GrindWarning, stacklevel=1)
+            with warnings.catch_warnings():  # as libraries do, after which Python would tell again what it has told
+                pass
+        warnings.warn("of another library", DeprecationWarning, stacklevel=1)
+    assert capsys.readouterr().err == "grind: warning: #500 is not read\\x1b\n"
+    with pytest.warns(GrindWarning):
+        warnings.warn("outside of a command", GrindWarning, stacklevel=1)
 
 
 INTERRUPTED = """

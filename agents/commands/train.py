@@ -15,7 +15,7 @@ from grind_env.arguments import Keeps
 from grind_env.commands import JobFile, NamedProblem, Parts, Plant
 from grind_env.errors import GrindError, printable
 from grind_env.files import write_atomically
-from grind_env.policies.held import on
+from grind_env.policies.held import training_machines
 from grind_env.policies.problem import find_problem
 from grind_env.targets import check_own
 from grind_env.terminal import table_console
@@ -61,8 +61,7 @@ def train(
     from agents.learning.train import trained_agent
     from agents.pool import work_on_all
 
-    problem = find_problem(task, job, parts)
-    problem = problem if plant is None else on(problem, plant)
+    problem = training_machines(find_problem(task, job, parts), plant)
     settings = settings_of(problem, "ppo" if compare else kind, steps, split)
     contexts = settings.split
     if compare and ray is not None:

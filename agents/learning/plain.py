@@ -12,7 +12,7 @@ from safetensors import safe_open
 
 from agents.cells import RUNS, bare, behaviour, sources
 from agents.provenance import commit, installed
-from grind_env.policies.held import model_of
+from grind_env.policies.held import machines_name, model_of
 from grind_env.policies.learned.saved import ENTRY, SUFFIX, write_policy
 from grind_env.policies.problem import Problem
 from grind_env.training import gru_ppo
@@ -64,6 +64,7 @@ def plain_agent(
         training = Training(settings.steps, settings.split, time.process_time() - begin)
         beside = {
             "settings": asdict(settings) | {"seed": seed},
+            "machines": machines_name(problem.simulation()),
             "training": training._asdict(),
             "commit": commit(),
         }

@@ -8,6 +8,7 @@ from typing import Any
 from agents.learning.settings import Settings
 from agents.provenance import commit, installed
 from grind_env.envs.simulation import Simulation
+from grind_env.policies.held import machines_name
 from grind_env.policies.learned.network import acting_part
 from grind_env.policies.learned.saved import write_policy
 from grind_env.policies.learned.view import LearnerForm
@@ -33,6 +34,7 @@ def save_policy(path: Path, model: Any, simulation: Simulation, kind: str, setti
     actor = acting_part(type(policy).__name__, state, policy.activation_fn.__name__.lower())
     beside = {
         "settings": {each.name: _plain(getattr(settings, each.name)) for each in fields(settings)},
+        "machines": machines_name(simulation),
         "versions": {package: installed(package) for package in PACKAGES},
         "commit": commit(),
     }

@@ -3,6 +3,7 @@
 import math
 
 from grind_env.control.errors import ControlError, Place
+from grind_env.control.options import TAKEN_BY
 
 
 class Budget:
@@ -31,7 +32,7 @@ class Budget:
         return place.error(
             "block-budget",
             f"the program comes to more than {self.limit} blocks and strokes; let it repeat less or infeed more at a "
-            "time, or allow more of them with --blocks (block_budget)",
+            f"time, or allow more of them with --blocks of {TAKEN_BY} (block_budget)",
         )
 
 

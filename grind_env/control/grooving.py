@@ -13,6 +13,7 @@ from grind_env.control import numbers
 from grind_env.control.decode import Command
 from grind_env.control.modes import PLANES
 from grind_env.control.motions import Position
+from grind_env.control.options import TAKEN_BY
 from grind_env.control.paths import AXES, INTEGRANDS, coordinate, displaced, no_feed_rate
 from grind_env.control.rules import DEPTH_TOLERANCE
 
@@ -202,7 +203,8 @@ def _step(command: Command, letter: str, retract: float) -> float:
         raise command.error(
             "groove-retract",
             f"{command.words[letter]} is a step of {step:g} mm, from which the retract of {retract:g} mm leaves "
-            "nothing; a larger step or a smaller retract setting is needed",
+            "nothing; program a larger step, or give a smaller retract with --groove-retract of "
+            f"{TAKEN_BY} (groove_retract)",
             letter,
         )
     return step

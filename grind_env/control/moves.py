@@ -351,7 +351,9 @@ class Mover:
 
     def _no_wheel_radius(self) -> ControlError:
         return self.place.error(
-            "no-wheel-radius", "G96 needs the wheel radius; give entry 33 of the radius table, as in --radius 33=150"
+            "no-wheel-radius",
+            "G96 needs the wheel radius; give grind check or trace the --job, or entry 33 of the radius table, as in "
+            "--radius 33=150",
         )
 
     def _sections(self, command: Command, path: Path, ahead: Ahead) -> list[Section]:

@@ -10,6 +10,9 @@ from grind_env.errors import shortened
 HIGHEST_ENTRY = 99
 """Of the radius table, which two digits of a T word select from."""
 
+TAKEN_BY = "grind check, trace, run or report"
+"""Commands that have the options --blocks and --groove-retract, which errors recommend."""
+
 _NUMBER = r"[0-9]+\.?[0-9]*|\.[0-9]+"
 _ASSIGNMENT = re.compile(rf"#?([0-9]+)=([-+]?(?:{_NUMBER}))")
 _INTERRUPT = re.compile(rf"[Oo]?([0-9]+)@({_NUMBER})(?::([0-9]+))?")

@@ -30,7 +30,13 @@ def record(event: Event) -> dict[str, Any] | None:
         fields.update(center=_point(event.centre, unit), rotation=event.rotation, plane=event.plane)
     if isinstance(event, Line | Arc | Stroke | Pick | Infeed):
         fields["feed"] = _number(event.feed / unit)
-    fields.update(seconds=_number(event.seconds), block=event.block, line=event.line, source=event.source.value)
+    fields.update(
+        start=_number(event.begin),
+        seconds=_number(event.seconds),
+        block=event.block,
+        line=event.line,
+        source=event.source.value,
+    )
     return fields
 
 

@@ -29,7 +29,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from grind_env.arrays import Table
 from grind_env.envs.tasks import Task
-from grind_env.errors import GrindError, listed, quoted
+from grind_env.errors import GrindError, GrindWarning, listed, quoted
 from grind_env.kernel import entry, exp, inlined, log
 
 ACTIONS = ("box", "multidiscrete", "discrete", "dict")
@@ -234,7 +234,8 @@ class ActionCodec:
             self._warns = False
             i, k = divmod(int(far.argmax()), len(self.columns))
             said = f"action {i} has {plain(values[i, k])} for {self.columns[k].name}, clipped to {plain(clipped[i, k])}"
-            warnings.warn(f"{said}, as later ones are.{SCALED if self.action == 'box' else ''}", stacklevel=2)
+            said += f", as later ones are.{SCALED if self.action == 'box' else ''}"
+            warnings.warn(said, GrindWarning, stacklevel=2)
         return clipped
 
     def decode(self, actions: Any) -> tuple[Table, ...]:

@@ -104,6 +104,10 @@ def make(
     restricts what they are drawn from (`grind_env.envs.contexts`). What is fixed is not told in the observation: a
     material other than that of a task with a single material has to be found out like a lot or a wheel.
 
+    `env.spec.max_episode_steps` is one more than the steps of an episode: wrappers such as `TimeAwareObservation` read
+    it, and a `TimeLimit` of it truncates no episode. A `max_episode_steps` that you give to `gym.make` or
+    `gym.make_vec` truncates.
+
     With two blocks per part, `machine.grind` gives other part times: it adds the travel between the blocks (2 to 4 s),
     on which the part cools.
 

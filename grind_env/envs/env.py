@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_flags, refuse_render
 from grind_env.envs.contexts import Given, drawn, read_options
+from grind_env.envs.episode_length import EpisodeLength
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.machines import machines_of
@@ -24,7 +25,7 @@ from grind_env.machine.record import GrindingRecord
 from grind_env.render.view import View
 
 
-class GrindEnv(Showing, gym.Env[NDArray[np.float32], Any]):
+class GrindEnv(Showing, EpisodeLength, gym.Env[NDArray[np.float32], Any]):
     """One episode of a simulation; `grind_env.envs.any_task` and the modules of `grind_env.envs.ids` make it.
 
     Args:

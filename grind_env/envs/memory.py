@@ -4,6 +4,8 @@ A stack of the past, or a belief of the hidden state of the wheel. `wrappers.py`
 an agent that steps episodes itself can hold one as well.
 """
 
+from __future__ import annotations
+
 from typing import Any, Protocol
 
 import numpy as np

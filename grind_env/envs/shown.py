@@ -4,9 +4,11 @@ A library that saves a model saves the spaces it was trained on as well. So a mo
 which task it saw, and through which wrappers, and can be shown the same again without the environment.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from gymnasium import spaces
@@ -122,7 +124,13 @@ class Shown:
     memories: tuple[MemoryForm, ...] = ()
 
 
-class ShownBox(spaces.Box[Any]):
+if TYPE_CHECKING:
+    AnyBox = spaces.Box[Any]
+else:
+    AnyBox = spaces.Box  # generic at run time from Gymnasium 1.4 on
+
+
+class ShownBox(AnyBox):
     """A Box that says what the observations in it show.
 
     Args:

@@ -14,6 +14,7 @@ from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_count, check_flags, check_threads, refuse_render
 from grind_env.envs.contexts import Given, drawn, read_all_options, read_options
 from grind_env.envs.env import GrindEnv
+from grind_env.envs.episode_length import EpisodeLength
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.machines import machines_of
 from grind_env.envs.observations import Reading
@@ -38,7 +39,7 @@ from grind_env.envs.view import History
 REWARD = Outcome._fields.index("reward")
 
 
-class GrindVectorEnv(VectorEnv[Array, Any, Array]):
+class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
     """N times `GrindEnv`, with the numbers of `gymnasium.vector.SyncVectorEnv` bit by bit.
 
     Sub-environment i has a generator of its own, seeded with `seed + i` or with entry i of a list of seeds.

@@ -4,7 +4,7 @@ All exist for single and for vector environments, with the same numbers. A memor
 nothing of the one before, in every autoreset mode: `VectorMemory` sees to that.
 """
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import gymnasium as gym
 import numpy as np
@@ -24,6 +24,10 @@ from grind_env.envs.vector_env import GrindVectorEnv
 
 AnyEnv = gym.Env[Any, Any]
 AnyVectorEnv = VectorEnv[Any, Any, Any]
+if TYPE_CHECKING:
+    ArrayWrapper = VectorWrapper[Array, Array, Array, Array, Array]
+else:
+    ArrayWrapper = VectorWrapper  # generic at run time from Gymnasium 1.4 on
 
 
 class MemoryWrapper(gym.Wrapper[Array, Any, Array, Any]):
@@ -48,7 +52,7 @@ class MemoryWrapper(gym.Wrapper[Array, Any, Array, Any]):
         return shown, reward, terminated, truncated, info
 
 
-class VectorMemory(VectorWrapper[Array, Array, Array, Array, Array]):
+class VectorMemory(ArrayWrapper):
     """A vector environment that shows a memory of every episode, in any autoreset mode."""
 
     def __init__(self, env: AnyVectorEnv, form: MemoryForm) -> None:

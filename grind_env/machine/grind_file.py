@@ -22,6 +22,7 @@ def grind_file(
     *,
     block_delete: bool = False,
     blocks: int | None = None,
+    groove_retract: float | None = None,
     variables: Mapping[int, float] | None = None,
     dress_at: Sequence[float] = (),
     interrupts: Sequence[str] = (),
@@ -34,6 +35,7 @@ def grind_file(
         job: its file, or what `load_job` returned; the program's name with `.toml` if None.
         block_delete: whether blocks that begin with '/' are skipped.
         blocks: most blocks and strokes that the program may execute; the usual number if None.
+        groove_retract: retract amount of G76 and G77, mm; 0.5 mm, or 0.02 in while G70 is in force, if None.
         variables: values of # variables at the start, as `{101: 15000}`; those of the job if None.
         dress_at: when the operator asks for a dress, s on the clock of the control.
         interrupts: programs that the operator asks for in between, as `9200@12.5`.
@@ -54,6 +56,7 @@ def grind_file(
     control = replace(
         settings.control,
         block_delete=block_delete,
+        groove_retract=groove_retract,
         variables=settings.variables if variables is None else variables,
         operator_dress_at=tuple(sorted(dress_at)),
         interrupts=interrupts_of(interrupts),

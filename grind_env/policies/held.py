@@ -23,6 +23,24 @@ def on(problem: Problem, plant: str) -> Problem:
     return replace(problem, arguments=(*others, ("plant", plant)))
 
 
+def machines_name(simulation: Simulation) -> str:
+    """Return the name of the machines that a simulation was made with."""
+    made = machines_of(simulation)
+    return MODEL.name if made is None else made.text
+
+
+def training_machines(problem: Problem, plant: str | None) -> Problem:
+    """Return a problem on the machines to train on, by default its own.
+
+    Raises:
+        GrindError: they are held out to judge agents, or there are none of that name.
+    """
+    name = machines_name(problem.simulation()) if plant is None else plant
+    if name.startswith("held-out"):
+        raise GrindError(f"--plant is {quoted(name)}, but these machines judge agents: train on public or model")
+    return problem if plant is None else on(problem, plant)
+
+
 def model_of(problem: Problem, name: str = MODEL.name) -> Simulation:
     """The problem as policies hold it: on one machine, by default on that which is the model.
 

@@ -13,7 +13,7 @@ from grind_env.errors import GrindError, quoted
 from grind_env.plants.names import MODEL
 from grind_env.policies.evaluation import SEEDS, Evaluation, episode_seeds, nobody, roll_out, start_episodes
 from grind_env.policies.held import model_of, on
-from grind_env.policies.naming import named_policy
+from grind_env.policies.naming import agent_of, named_policy
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.registry import FIXED_PLANS, make_policy
@@ -43,6 +43,7 @@ class Judgement:
         plant: the machine, or those of which every episode has one; empty for the model.
         model: what planners and beliefs take it for.
         first_seed: of the episodes, whose seeds follow one another.
+        trained_on: the machines that a trained agent has learned on; empty for others, and where that is not known.
     """
 
     policy: str
@@ -56,6 +57,7 @@ class Judgement:
     plant: str = ""
     model: str = ""
     first_seed: int = 0
+    trained_on: str = ""
 
     @property
     def title(self) -> str:
@@ -63,7 +65,8 @@ class Judgement:
         seeds = f"{self.seeds} seeds" if self.seeds in SEEDS else f"seeds {self.seeds}"
         count = len(self.evaluation.cost)
         where = f"{self.problem} on {self.plant}, taken for {self.model}" if self.plant else self.problem
-        return f"{self.policy} (sees {self.sees}) in {where}, {count} episodes, {seeds}, split {self.split}"
+        sees = f"sees {self.sees}" + (f", trained on {self.trained_on}" if self.trained_on else "")
+        return f"{self.policy} ({sees}) in {where}, {count} episodes, {seeds}, split {self.split}"
 
     def numbers(self) -> dict[str, Any]:
         """The figures by name, for JSON; a cost is None where no part is good."""
@@ -84,6 +87,8 @@ class Judgement:
         }
         if self.plant:
             found |= {"plant": self.plant, "model": self.model}
+        if self.trained_on:
+            found["trained_on"] = self.trained_on
         if self.score is not None:
             score = {"score": self.score.value, "score_low": self.score.low, "score_high": self.score.high}
             found |= {**score, "paired": self.paired}
@@ -181,8 +186,9 @@ def evaluate(
         score = _score(run, fixed, known, simulation.task.reference_cost)
     said = named if first_seed is None else f"{chosen.start} to {chosen.stop - 1}"
     of_machine = ("", "") if machines is None else (machines.text, taken_for)
-    name, sees = policy.name, policy.sees
-    return Judgement(name, sees, problem.name, said, split, run, score, paired, *of_machine, chosen.start)
+    name, sees, agent = policy.name, policy.sees, agent_of(policy)
+    trained_on = "" if agent is None else agent.machines
+    return Judgement(name, sees, problem.name, said, split, run, score, paired, *of_machine, chosen.start, trained_on)
 
 
 def check_policy(policy: Any) -> None:

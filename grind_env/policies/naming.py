@@ -10,6 +10,7 @@ from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError, quoted, reason
 from grind_env.policies.choices import speed_bounds
 from grind_env.policies.guard import Guarded, guarded
+from grind_env.policies.learned.network import LearnedPolicy
 from grind_env.policies.learned.saved import SUFFIX, load_policy
 from grind_env.policies.policy import Policy
 from grind_env.policies.registry import TRAINED, make_policy
@@ -36,6 +37,7 @@ def named_policy(
     unzip: Unzip | None = None,
     *,
     modules: bool = False,
+    other_part: bool = False,
 ) -> Policy:
     """The policy that a text names.
 
@@ -45,19 +47,21 @@ def named_policy(
         simulation: what it is to grind.
         configs: folder of the tuned parameters; by default that of `tuned_folder`.
         unzip: reads a .zip of Stable-Baselines3 that its user trusts; such a file can run code of its author.
+        other_part: as for `load_policy`.
         modules: whether it may name a module, the code of which is then run: not of a name out of a stranger's file.
 
     Raises:
         GrindError: if there is none, it has no parameters for the task, or the task does not have such an E or D.
     """
     if text.startswith(Guarded.PREFIX):
-        return guarded(named_policy(text.removeprefix(Guarded.PREFIX), simulation, configs, unzip, modules=modules))
+        name = text.removeprefix(Guarded.PREFIX)
+        return guarded(named_policy(name, simulation, configs, unzip, modules=modules, other_part=other_part))
     if text in TRAINED:
         return load_policy(trained_file(text, simulation.task.name), simulation=simulation)
     if text.endswith(".zip") and unzip is not None:
         return unzip(Path(text), simulation)
     if text.endswith((SUFFIX, ".zip")):
-        return load_policy(Path(text), simulation=simulation)
+        return load_policy(Path(text), simulation=simulation, other_part=other_part)
     if constant := CONSTANT.fullmatch(text):
         speed, dresses = float(constant[1]), int(constant[2])
         low, high = (0.001 * bound for bound in speed_bounds(simulation.task))
@@ -105,14 +109,26 @@ def own_policy(module: str, name: str) -> Policy:
     return made
 
 
+def agent_of(policy: Policy) -> LearnedPolicy | None:
+    """Return the trained agent that a policy is, perhaps with a guard; None for others."""
+    inner = policy.policy if isinstance(policy, Guarded) else policy
+    return inner if isinstance(inner, LearnedPolicy) else None
+
+
 def chosen_policy(
-    text: str | None, simulation: Simulation, configs: Path | None = None, unzip: Unzip | None = None
+    text: str | None,
+    simulation: Simulation,
+    configs: Path | None = None,
+    unzip: Unzip | None = None,
+    *,
+    other_part: bool = False,
 ) -> Policy:
     """As `named_policy`; without a text the trained policy that comes with the package for the task.
 
     Where there is none, `FALLBACK` stands in, as a sentence in the terminal says.
     """
-    policy = named_policy(text or usual_name(simulation), simulation, configs, unzip, modules=True)
+    name = text or usual_name(simulation)
+    policy = named_policy(name, simulation, configs, unzip, modules=True, other_part=other_part)
     if text is None and usual_name(simulation) == FALLBACK:
         print(
             f"no trained policy is shipped for {simulation.task.name}: {FALLBACK} plays in its place", file=sys.stderr

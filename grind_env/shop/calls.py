@@ -39,6 +39,7 @@ def report(
     *,
     block_delete: bool = False,
     blocks: int | None = None,
+    groove_retract: float | None = None,
     variables: Mapping[int, float] | None = None,
     dress_at: Sequence[float] = (),
     interrupts: Sequence[str] = (),
@@ -52,6 +53,7 @@ def report(
         output: the file to be written; the program's name with `.html` if None.
         block_delete: as of `grind_file`, like the ones after it.
         blocks: most blocks and strokes.
+        groove_retract: retract amount of G76 and G77, mm.
         variables: values of # variables at the start.
         dress_at: when the operator asks for a dress, s.
         interrupts: programs that the operator asks for in between.
@@ -79,6 +81,7 @@ def report(
         settings,
         block_delete=block_delete,
         blocks=blocks,
+        groove_retract=groove_retract,
         variables=variables,
         dress_at=dress_at,
         interrupts=interrupts,

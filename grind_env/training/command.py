@@ -3,7 +3,7 @@
 import re
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -14,6 +14,7 @@ from grind_env.arguments import PROBLEM, Writes
 from grind_env.shop.commands.arguments import BATCH, FirstVariables, JobFile
 
 if TYPE_CHECKING:
+    from grind_env.envs.simulation import Simulation
     from grind_env.policies.judging import Judgement
     from grind_env.policies.policy import Policy
     from grind_env.policies.problem import Problem
@@ -63,19 +64,21 @@ def train(
 
     It is PPO with a GRU, which finds out from the readings what machine it grinds on; it holds no model. What it comes
     to stands beside what `grind advise` takes without it, or beside the empirical rule on a task. The file goes into
-    `grind advise --policy`, `grind evaluate --policy` and `grind play --policy`, which need no PyTorch.
+    `grind advise --policy`, `grind evaluate --policy` and `grind play --policy`, which need no PyTorch. If the training
+    is killed, the same command goes on from its last update.
     """
     from grind_env.errors import GrindError, printable, quoted
     from grind_env.extras import needing
     from grind_env.plants.names import MODEL
     from grind_env.policies.evaluation import episode_seeds
-    from grind_env.policies.held import model_of, on
+    from grind_env.policies.held import machines_name, model_of, training_machines
     from grind_env.policies.judging import evaluate
     from grind_env.policies.learned.saved import SUFFIX, write_policy
     from grind_env.terminal import progress_bar
 
     with needing("train", "grind train needs"):
         from grind_env.training import gru_ppo
+        from grind_env.training.checkpoint import checkpoint_of
 
     if memory not in gru_ppo.SEEN:
         raise GrindError(f"--memory is {quoted(memory)}, but must be one of {', '.join(gru_ppo.SEEN)}")
@@ -84,23 +87,27 @@ def train(
     if seed > gru_ppo.LAST_SEED:
         raise GrindError(f"--seed is {seed}, but must be at most {gru_ppo.LAST_SEED}")
     episode_seeds("validation", episodes)
-    if plant.startswith("held-out"):
-        raise GrindError(f"--plant is {quoted(plant)}, but these machines judge agents: train on public or model")
     named = _problem(task, None if job is None else str(job), parts, variables)
+    machines = training_machines(named, None if plant == MODEL.name else plant)
     path = _usual_file(task, named) if output is None else output
     if path.suffix != SUFFIX:
         raise GrindError(f"--output is {quoted(str(path))}, but agents are {SUFFIX} files: name {path.stem}{SUFFIX}")
     settings = gru_ppo.Settings(memory=memory, steps=steps, budget=budget)
-    problem = gru_ppo.shown(named if plant == MODEL.name else on(named, plant), memory)
+    problem = gru_ppo.shown(machines, memory)
     if not problem.simulation().compiled:
         slow = f"the control executes {named.name} step by step: {steps:,} blocks may take hours"
         print(printable(f"{slow}; fewer --steps are quicker, and learn less"), file=sys.stderr)
+    checkpoint = checkpoint_of((problem, settings, seed, *_contents(problem.simulation())))
+    if checkpoint.path.is_file():
+        print(printable(f"{path}: goes on with the training that was stopped"), file=sys.stderr)
     begin = time.process_time()
     with progress_bar("steps", steps) as advance:
-        agent, scale = gru_ppo.train(problem, settings, seed, advance)
+        agent, scale = gru_ppo.train(problem, settings, seed, advance, checkpoint)
     policy, form = gru_ppo.policy_of(agent, scale, problem, memory), gru_ppo.form_of(memory)
-    beside = {"settings": asdict(settings) | {"seed": seed, "machines": plant}}
+    policy.machines = machines_name(problem.simulation())
+    beside = {"settings": asdict(settings) | {"seed": seed}, "machines": policy.machines}
     write_policy(path, policy.actor, model_of(problem), policy.name, form, beside)
+    checkpoint.remove()
     print(printable(f"{path}: trained in {time.process_time() - begin:.0f} CPU-seconds"))
     judged = []
     with progress_bar("steps", 2 * problem.simulation().most_steps) as advance:
@@ -127,6 +134,14 @@ def _problem(task: str, job: str | None, parts: int | None, variables: Sequence[
     if problem.id != JOB:
         raise GrindError(f"--set is of a part program, and {problem.name} is none: leave it out")
     return replace(problem, arguments=(*problem.arguments, ("variables", ",".join(variables))))
+
+
+def _contents(simulation: "Simulation") -> "Iterator[tuple[str, str | float]]":
+    """What files say of what is ground and of the machine, by name."""
+    from grind_env.envs.inputs import inputs_of, named
+
+    yield from inputs_of(simulation).items()
+    yield from (each for each in named(getattr(simulation, "job", None)) if isinstance(each[1], str | float | int))
 
 
 def _untrained(problem: "Problem") -> "Policy | str":

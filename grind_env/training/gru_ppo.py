@@ -29,6 +29,7 @@ from grind_env.policies.held import model_of
 from grind_env.policies.learned.network import Actor, LearnedPolicy, Network
 from grind_env.policies.learned.view import FORMS, LearnerForm, LearnerView, MemoryKind
 from grind_env.policies.problem import Problem
+from grind_env.training.checkpoint import Checkpoint
 
 Memory = Literal["none", "stack", "gru", "belief", "state"]
 SEEN: dict[Memory, MemoryKind] = {"none": "none", "stack": "stack", "gru": "none", "belief": "belief", "state": "none"}
@@ -259,29 +260,55 @@ class Episodes:
         return values
 
 
-def train(
-    problem: Problem, settings: Settings, seed: int, advance: Callable[[int], object] = nobody
-) -> tuple[Agent, Standard]:
-    """An agent that has been trained, and how it scales its features.
+class Training:
+    """A training between two updates; saved and loaded it goes on as if nothing had been, to the bit.
 
     Args:
         problem: as `shown` shows it, on the model or on machines that are drawn.
         settings: of the training.
         seed: of weights, choices and episodes; at most `LAST_SEED`, or validation's would be trained on.
+
+    Attributes:
+        updates: how many have been made.
+    """
+
+    def __init__(self, problem: Problem, settings: Settings, seed: int) -> None:
+        torch.manual_seed(seed)
+        self.episodes = Episodes(problem, settings, seed)
+        space, entries = self.episodes.memory.view.action_space, self.episodes.entries
+        assert isinstance(space, spaces.MultiDiscrete)
+        self.agent = Agent(entries, self.episodes.seen.shape[1] - entries, space.nvec.tolist(), settings)
+        self.optimiser = torch.optim.Adam(self.agent.parameters(), settings.learning_rate, eps=1e-5)  # 37: eps
+        self.state = torch.zeros(1, settings.envs, settings.units)
+        self.worth, self.multiplier, self.updates = Worth(settings.signals), 0.0, 0
+
+
+def train(
+    problem: Problem,
+    settings: Settings,
+    seed: int,
+    advance: Callable[[int], object] = nobody,
+    checkpoint: Checkpoint | None = None,
+) -> tuple[Agent, Standard]:
+    """An agent that has been trained, and how it scales its features.
+
+    Args:
+        problem: as for `Training`, like the next two.
+        settings: of the training.
+        seed: of the training.
         advance: called with the number of steps that have been made since it was called last.
+        checkpoint: where the training is kept after each update, and goes on from.
     """
     torch.set_num_threads(1)  # at this size a second thread only costs
-    torch.manual_seed(seed)
-    episodes, (n, steps) = Episodes(problem, settings, seed), (settings.envs, settings.rollout)
-    space = episodes.memory.view.action_space
-    assert isinstance(space, spaces.MultiDiscrete)
-    width = episodes.seen.shape[1]
-    agent = Agent(episodes.entries, width - episodes.entries, space.nvec.tolist(), settings)
-    worth, multiplier = Worth(settings.signals), 0.0
-    optimiser = torch.optim.Adam(agent.parameters(), settings.learning_rate, eps=1e-5)  # 37: eps
-    state = torch.zeros(1, n, settings.units)
+    training = Training(problem, settings, seed)
+    if checkpoint is not None:
+        training = checkpoint.read(training)
+    episodes, agent, optimiser, worth = training.episodes, training.agent, training.optimiser, training.worth
+    n, steps, width = settings.envs, settings.rollout, episodes.seen.shape[1]
+    state, multiplier = training.state, training.multiplier
     updates = max(settings.steps // (n * steps), 1)
-    for update in range(updates):
+    advance(training.updates * n * steps)
+    for update in range(training.updates, updates):
         # 37 and matters: the rate falls linearly to 0
         left = 1.0 - update / updates
         optimiser.param_groups[0]["lr"] = settings.learning_rate * left
@@ -343,6 +370,9 @@ def train(
                 loss.backward()
                 nn.utils.clip_grad_norm_(agent.parameters(), settings.norm)  # 37
                 optimiser.step()
+        training.state, training.multiplier, training.updates = state, multiplier, update + 1
+        if checkpoint is not None:
+            checkpoint.write(training)
         advance(n * steps)
     return agent, Standard(*(values[: episodes.entries] for values in astuple(episodes.standard)))
 

@@ -56,7 +56,8 @@ def train(run, folder):
     said = run("train", "--task", "oracle6", "--kind", "ppo", "--steps", 400, "--runs", folder)
     (agent,) = (folder / "oracle6").glob("ppo-0-*.safetensors")
     assert str(agent) in said
-    assert "$ per good part" in run("evaluate", "--task", "oracle6", "--episodes", 2, "--policy", agent, main=grind)
+    judged = run("evaluate", "--task", "oracle6", "--episodes", 2, "--policy", agent, main=grind)
+    assert "trained on model) in oracle6" in judged and "$ per good part" in judged
 
 
 def study(run, folder):

@@ -65,7 +65,7 @@ def test_the_refusal_names_the_remedies() -> None:
     assert "end it with M30" in refusal("G04 P1.\nM99").message
     message = refusal(TOO_MUCH["calls in calls"][0]).message
     assert "more than 500000 blocks and strokes" in message
-    assert "let it repeat less" in message and "--blocks (block_budget)" in message
+    assert "let it repeat less" in message and "--blocks of grind check" in message and "block_budget" in message
 
 
 def test_a_larger_budget_lets_more_be_done() -> None:

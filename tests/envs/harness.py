@@ -2,6 +2,7 @@
 
 import inspect
 from dataclasses import replace
+from importlib.util import find_spec
 from typing import Any
 
 import gymnasium as gym
@@ -46,6 +47,14 @@ def accepts(env_id: str, name: str) -> bool:
 def quiet(env_id: str) -> dict[str, Any]:
     """The keyword argument that keeps the text of the blocks out of the info."""
     return {"show_block": False} if accepts(env_id, "show_block") else {}
+
+
+def sb3_check_env(env: gym.Env[Any, Any]) -> None:
+    """Run the checker of Stable-Baselines3, which `make contract` does without."""
+    if find_spec("stable_baselines3") is not None:
+        from stable_baselines3.common.env_checker import check_env
+
+        check_env(env)
 
 
 def reward_terms_of(info: dict[str, Any]) -> dict[str, Any]:

@@ -16,7 +16,6 @@ from gymnasium import spaces
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, VectorEnv
-from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 from grind_env.envs import any_task
 from grind_env.envs.actions import ActionCodec, ActionError
@@ -37,6 +36,7 @@ from tests.envs.harness import (
     row_of,
     rows_of,
     sampled,
+    sb3_check_env,
     sync,
 )
 from tests.testing.conformance import check_vector_env

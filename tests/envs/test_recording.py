@@ -1,16 +1,13 @@
-"""Gymnasium's recorders work: statistics of every environment, films of each kind of picture, alone and in vectors."""
+"""Gymnasium's recorders of statistics work with every environment; vectors show the pictures of single environments."""
 
-from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
-from gymnasium.wrappers import RecordEpisodeStatistics, RecordVideo
+from gymnasium.wrappers import RecordEpisodeStatistics
 from gymnasium.wrappers.vector import RecordEpisodeStatistics as VectorStatistics
-from gymnasium.wrappers.vector import RecordVideo as VectorVideo
-from moviepy import VideoFileClip
 
 from tests.envs.harness import MODES, every_id, native
 
@@ -57,55 +54,6 @@ def test_the_statistics_of_a_vector_are_the_sums_of_each_episode(env_id: str, mo
         found += int(terminated.sum())
         sums[terminated], lengths[terminated], begins = 0.0, 0, terminated.copy()
     assert env.episode_count == found
-
-
-def pictures(path: Path) -> list[Any]:
-    """The frames of a film."""
-    with VideoFileClip(str(path)) as film:
-        return list(film.iter_frames())
-
-
-def likeness(a: Any, b: Any) -> float:
-    """Mean difference of two pictures, in grey levels; the encoding of a film costs some."""
-    return float(np.abs(np.asarray(a, float) - np.asarray(b, float)).mean())
-
-
-FILMED = [f"grind/{name}-v0" for name in ("Oracle6", "Job", "Reciprocation", "WidePlates")]
-"""One of each kind of picture."""
-
-
-@pytest.mark.parametrize("env_id", FILMED)
-def test_a_film_has_a_picture_of_every_state(env_id: str, tmp_path: Path) -> None:
-    steps = 3
-    env = RecordVideo(gym.make(env_id, render_mode="rgb_array"), str(tmp_path / "film"), lambda number: True)
-    rewards, _ = episode(env, steps)
-    last = env.unwrapped.render()
-    env.close()
-    (path,) = (tmp_path / "film").glob("*.mp4")
-    frames = pictures(path)
-    assert len(frames) == 1 + len(rewards)
-    assert frames[0].shape == last.shape == (540, 960, 3)
-    assert likeness(frames[-1], last) < min(3.0, likeness(frames[0], last))
-
-
-@pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.DISABLED])
-@pytest.mark.parametrize("env_id", ["grind/Oracle6-v0", "grind/Job-v0"])
-def test_a_film_of_a_vector_has_all_machines_in_every_picture(env_id: str, mode: AutoresetMode, tmp_path: Path) -> None:
-    steps = 2
-    env = VectorVideo(native(env_id, 2, mode, render_mode="rgb_array"), str(tmp_path / "film"), video_length=steps + 1)
-    env.action_space.seed(0)
-    env.reset(seed=3)
-    plan = [env.action_space.sample() for _ in range(steps)]
-    for action in plan:
-        env.step(action)
-    shown = env.unwrapped.render()
-    env.close()
-    (path,) = (tmp_path / "film").glob("*.mp4")
-    frames = pictures(path)
-    assert len(frames) == steps + 1
-    rows, columns = frames[0].shape[0] // 540, frames[0].shape[1] // 960
-    assert rows * columns == 2
-    assert likeness(frames[-1], np.concatenate(shown, axis=0 if rows == 2 else 1)) < 3.0
 
 
 @every_environment

@@ -1,14 +1,18 @@
 """`max_episode_steps` of the vector environments, which Gymnasium hands to them, does what its `TimeLimit` does."""
 
+import itertools
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium.envs.registration import EnvSpec
+from gymnasium.wrappers import TimeAwareObservation
+from gymnasium.wrappers.vector import RecordEpisodeStatistics
 
+from grind_env import examples
 from grind_env.envs.tasks import TaskError
-from tests.envs.harness import MODES, accepts, assert_same, every_id, native, quiet, sampled, sync
+from tests.envs.harness import BLOCKS, MODES, accepts, assert_same, every_id, native, quiet, sampled, sync
 from tests.testing.conformance import check_vector_env
 
 STEPS = {
@@ -34,9 +38,9 @@ def test_a_limit_is_the_time_limit_of_single_envs_in_every_mode(env_id: str, ste
 @pytest.mark.parametrize("env_id", every_id())
 def test_every_id_takes_the_keyword_and_keeps_it_in_its_spec(env_id: str) -> None:
     env = gym.make_vec(env_id, 2, max_episode_steps=1)
-    again = gym.make_vec(EnvSpec.from_json(env.spec.to_json()))
+    twin = gym.make_vec(EnvSpec.from_json(env.spec.to_json()))
     [batch] = sampled(env_id, 1, 2)
-    for each in (env, again, gym.make_vec(env_id, 2, max_episode_steps=np.int64(1))):
+    for each in (env, twin, gym.make_vec(env_id, 2, max_episode_steps=np.int64(1))):
         each.reset(seed=0)
         assert each.step(batch)[3].tolist() == [True, True]
     with_limit = gym.spec(env_id)
@@ -72,6 +76,83 @@ def test_masked_resets_in_mid_episode_start_the_count_anew(mode: Any) -> None:
         ours, theirs = a.step(batch), b.step(batch)
         assert_same(ours, theirs)
         over = ours[2] | ours[3]
+
+
+LENGTHS: list[tuple[str, dict[str, Any], int]] = [
+    ("grind/PowerLimited-v0", {}, BLOCKS["grind/PowerLimited-v0"]),
+    ("grind/Oracle6-v0", {}, 6),
+    ("grind/WidePlates-v0", {}, 16),
+    ("grind/Job-v0", {"program": str(examples.path("rail_g83.nc")), "parts": 3}, 3 * 2),
+]
+"""Ids with arguments, and how many steps an episode has."""
+
+
+def again(env: gym.Env[Any, Any]) -> list[gym.Env[Any, Any]]:
+    """Environments made from the spec of one, and from that spec as JSON."""
+    assert env.spec is not None
+    return [gym.make(env.spec), gym.make(EnvSpec.from_json(env.spec.to_json()))]
+
+
+def lengths(env: gym.Env[Any, Any]) -> tuple[int, bool, bool]:
+    """Steps of an episode of actions drawn at random, and how the last one ended it; observations are in the space."""
+    env.action_space.seed(0)
+    shown, _ = env.reset(seed=0)
+    for step in itertools.count(1):
+        assert env.observation_space.contains(shown)
+        shown, _, terminated, truncated, _ = env.step(env.action_space.sample())
+        if terminated or truncated:
+            assert env.observation_space.contains(shown)
+            return step, terminated, truncated
+
+
+@pytest.mark.parametrize(("env_id", "arguments", "steps"), LENGTHS, ids=[row[0] for row in LENGTHS])
+def test_a_wrapper_that_asks_for_the_length_finds_it_and_no_episode_is_cut(
+    env_id: str, arguments: dict[str, Any], steps: int
+) -> None:
+    plain = gym.make(env_id, **arguments)
+    for env in (plain, *again(plain)):
+        assert lengths(env) == (steps, True, False)
+    for env in (*again(TimeAwareObservation(plain)), *map(TimeAwareObservation, again(plain))):
+        assert (env.get_wrapper_attr("max_timesteps"), *lengths(env)) == (steps + 1, steps, True, False)
+    # what the user asks for truncates, and stays in the spec
+    limited = gym.make(env_id, max_episode_steps=steps - 1, **arguments)
+    for env in (limited, *again(limited), gym.make(plain.spec, max_episode_steps=steps - 1)):
+        assert (TimeAwareObservation(env).max_timesteps, *lengths(env)) == (steps - 1, steps - 1, False, True)
+    name = f"{env_id.removesuffix('-v0')}-v9"
+    gym.register(
+        name, gym.spec(env_id).entry_point, max_episode_steps=1, kwargs={**gym.spec(env_id).kwargs, **arguments}
+    )
+    try:
+        assert (TimeAwareObservation(gym.make(name)).max_timesteps, *lengths(gym.make(name))) == (1, 1, False, True)
+    finally:
+        del gym.registry[name]
+
+
+@pytest.mark.parametrize(("env_id", "arguments", "steps"), LENGTHS, ids=[row[0] for row in LENGTHS])
+@pytest.mark.parametrize("mode", MODES)
+def test_vector_envs_tell_the_length_and_cut_no_episode(
+    env_id: str, arguments: dict[str, Any], steps: int, mode: Any
+) -> None:
+    env = native(env_id, 2, mode.value, **arguments)
+    made = [env, gym.make_vec(env.spec), gym.make_vec(EnvSpec.from_json(env.spec.to_json()))]
+    aware = gym.make_vec(
+        env_id,
+        2,
+        vectorization_mode="sync",
+        vector_kwargs={"autoreset_mode": mode},
+        wrappers=[TimeAwareObservation],
+        **arguments,
+    )
+    for each in (*made, RecordEpisodeStatistics(env), aware):
+        assert each is aware or each.spec.max_episode_steps == steps + 1
+        each.action_space.seed(0)
+        each.reset(seed=0)
+        for step in range(1, steps + 1):
+            _, _, terminated, truncated, _ = each.step(each.action_space.sample())
+            assert terminated.tolist() == [step == steps] * 2
+            assert not truncated.any()
+    for limit in (1, steps, steps + 5):
+        assert native(env_id, 2, mode, max_episode_steps=limit, **arguments).spec.max_episode_steps == limit
 
 
 def test_single_envs_have_the_time_limit_of_gymnasium() -> None:

@@ -10,7 +10,6 @@ import pytest
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
-from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 from grind_env.belief.wheel import BeliefError, WheelBelief
 from grind_env.envs.contexts import ContextError
@@ -28,7 +27,7 @@ from grind_env.envs.wrappers import (
 from grind_env.policies.evaluation import start_episodes
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
-from tests.envs.harness import IDS, actions, assert_same, native
+from tests.envs.harness import IDS, actions, assert_same, native, sb3_check_env
 from tests.envs.walks import Walk, Walks
 from tests.testing.conformance import check_vector_env
 

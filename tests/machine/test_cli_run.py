@@ -182,17 +182,40 @@ def test_block_delete(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
 
 
 ALL = [path for folder in (EXAMPLES, PROGRAMS) for path in sorted(folder.glob("*.nc"))]
-RUN = [path for path in ALL if path.stem != "grooving_wheel"]  # `grind run` has no option for its retract amount
+RETRACT = {"grooving_wheel": ["--groove-retract", "0.01"]}
+"""Options of a program whose steps are as small as the usual retract amount."""
 
 
-@pytest.mark.parametrize("path", RUN, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", ALL, ids=lambda path: path.stem)
 def test_a_check_with_a_job_has_the_times_and_warnings_of_a_run(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert grind("run", path, "--json") < 2
+    options = RETRACT.get(path.stem, [])
+    assert grind("run", path, "--json", *options) < 2
     record = json.loads(capsys.readouterr().out)
-    assert grind("check", path, "--job", path.with_suffix(".toml"), "--json") == 0
+    assert grind("check", path, "--job", path.with_suffix(".toml"), "--json", *options) == 0
     report = json.loads(capsys.readouterr().out)
     assert report["seconds"] == record["seconds"]
     assert report["warnings"] == record["warnings"]
+
+
+def test_run_and_report_take_the_retract_that_the_error_recommends(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    program, page = PROGRAMS / "grooving_wheel.nc", tmp_path / "page.html"
+    assert grind("run", program) == 2
+    said = capsys.readouterr().err
+    assert "give a smaller retract with --groove-retract of grind check, trace, run or report (groove_retract)" in said
+    assert grind("report", program, "-o", page) == 2
+    times = {}
+    for retract in (0.01, 0.005):
+        grind("report", program, "-o", page, "--groove-retract", retract)
+        capsys.readouterr()
+        grind("run", program, "--json", "--groove-retract", retract)
+        times[retract] = json.loads(capsys.readouterr().out)["seconds"]
+        assert f"{times[retract]:.1f} s" in page.read_text("utf-8")
+    # 12 retracts at F6 and 2 at F3: so much less to infeed again, and rapids from rest to rest
+    rapid = 2.0 * ((0.01 / 1000.0) ** 0.5 - (0.005 / 1000.0) ** 0.5)
+    saved = 12 * 0.005 / (6.0 / 60.0) + 2 * 0.005 / (3.0 / 60.0) + 14 * rapid
+    assert times[0.01] - times[0.005] == pytest.approx(saved, abs=1e-6)
 
 
 @pytest.mark.parametrize("name", ["keyway_g81", "plate_g82", "rail_g83"])

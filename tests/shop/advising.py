@@ -10,6 +10,7 @@ import numpy as np
 from safetensors.numpy import save
 
 import grind_env
+from grind_env.envs.inputs import inputs_of
 from grind_env.policies.learned.network import FAMILIES, Network, outputs_of
 from grind_env.policies.learned.saved import ENTRY, FORMAT, VERSION, spaces_digest
 from grind_env.policies.learned.view import LearnerView
@@ -48,8 +49,8 @@ def batch(program: Path, parts: int) -> Problem:
     return find_problem(str(program), None, parts)
 
 
-def saved_agent(path: Path, problem: Problem) -> Path:
-    """A small agent as `python -m agents train` saves it, with random weights."""
+def saved_agent(path: Path, problem: Problem, **said: Any) -> Path:
+    """A small agent as `python -m agents train` saves it, with random weights; `said` stands in its description."""
     simulation = problem.simulation()
     view = LearnerView(simulation, "belief", "grid")
     family = next(iter(FAMILIES))
@@ -72,6 +73,8 @@ def saved_agent(path: Path, problem: Problem) -> Path:
         "actions": "grid",
         "network": asdict(network),
         "spaces": spaces_digest(view),
+        "inputs": inputs_of(simulation),
+        **said,
     }
     path.write_bytes(save(tensors, {ENTRY: json.dumps(document)}))
     return path

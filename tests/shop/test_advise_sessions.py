@@ -6,7 +6,7 @@ import os
 import signal
 import subprocess
 import sys
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ import pytest
 import grind_env
 from grind_env.errors import GrindError
 from grind_env.shop.advise.adviser import policy_for
-from grind_env.shop.advise.state import Origin, StateError, held, origin_of, read_state
+from grind_env.shop.advise.state import FORMAT, Origin, StateError, held, origin_of, read_state
 from tests.command import Grind
 from tests.shop.advising import (
     PLATE,
@@ -75,15 +75,21 @@ def test_a_state_of_another_batch_or_a_damaged_one_is_refused(tmp_path: Path) ->
         session.run()
     path, origin = tmp_path / "state.json", session.origin
     assert len(read_state(path, origin)) == 1
-    for name, what in (("program", "program"), ("job", "job"), ("policy", "policy"), ("parts", "number of parts")):
-        other = Origin(**(asdict(origin) | {name: 3 if name == "parts" else "other"}))
-        with pytest.raises(GrindError, match=f"was written with another {what}: give --restart"):
-            read_state(path, other)
+    with pytest.raises(StateError, match="was written with another policy: give --restart"):
+        read_state(path, replace(origin, policy="other"))
+    stock = {**origin.inputs, "part.stock": 0.3}
+    said = "was written for another part: part.stock is 0.3, but was 0.2; give --restart"
+    with pytest.raises(StateError, match=said):
+        read_state(path, replace(origin, inputs=stock))
     good = json.loads(path.read_text())
-    for text in ("", "[]", "{}", path.read_text()[:-9], '{"format": 2}', json.dumps(good | {"steps": [{"time": 3}]})):
+    for text in ("", "[]", "{}", path.read_text()[:-9], '{"format": 3}', json.dumps(good | {"steps": [{"time": 3}]})):
         path.write_text(text)
         with pytest.raises(GrindError, match="--restart"):
             read_state(path, origin)
+    # as version 0.1 wrote it, with hashes
+    path.write_text(json.dumps(good | {"format": 1, "origin": {"parts": 4, "program": "", "job": "", "policy": ""}}))
+    with pytest.raises(StateError, match="was written by another version of grind_env: give --restart to begin anew"):
+        read_state(path, origin)
     good["steps"][0]["words"]["E"] = "7."
     path.write_text(json.dumps(good))
     with pytest.raises(GrindError, match="which advised otherwise: give --restart"):
@@ -92,9 +98,9 @@ def test_a_state_of_another_batch_or_a_damaged_one_is_refused(tmp_path: Path) ->
 
 @pytest.mark.parametrize("steps", [{}, "", None, 0, {"0": {}}])
 def test_steps_that_are_no_list_are_damaged(steps: Any, tmp_path: Path) -> None:
-    origin = Origin(parts=1, program="", job="", policy="")
+    origin = Origin(inputs={}, policy="")
     path = tmp_path / "state.json"
-    path.write_text(json.dumps({"format": 1, "origin": asdict(origin), "steps": steps}))
+    path.write_text(json.dumps({"format": FORMAT, "origin": asdict(origin), "steps": steps}))
     with pytest.raises(GrindError, match=r"damaged \(steps is .*, but must be a list\): give --restart"):
         read_state(path, origin)
 
@@ -137,8 +143,10 @@ def test_states_tell_programs_jobs_and_policies_apart(tmp_path: Path) -> None:
     text, job = PLATE.read_text(), PLATE.with_suffix(".toml").read_text()
     first = origin(text, job, "E12D0")
     assert first == origin(text.replace("(ROUGH:", "(SCHRUPPEN:"), job, "E12D0")
-    assert first.program != origin(text.replace("J-.005", "J-.004"), job, "E12D0").program
-    assert first.job != origin(text, job.replace("load = 20", "load = 20\nwheel_change = 300"), "E12D0").job
+    assert first.inputs != origin(text.replace("J-.005", "J-.004"), job, "E12D0").inputs
+    assert first.inputs != origin(text, job.replace("load = 20", "load = 20\nwheel_change = 300"), "E12D0").inputs
+    # unlike for an agent, it counts how worn the wheel is in the beginning
+    assert first.inputs != origin(text, f"{job}\n[wheel]\ndiameter = 280", "E12D0").inputs
     assert first.policy != origin(text, job, "E12D1").policy
 
 
@@ -157,7 +165,7 @@ def test_the_command_reads_a_file_again_and_refuses_what_does_not_fit(grind: Gri
     other = saved_agent(tmp_path / "a.safetensors", batch(PLATE, 5))
     for wrong, message in (
         (words, "row 2 says something else of block 1 than it did before: give --restart"),
-        ((*words[:3], 3, *words[4:]), "was written with another number of parts"),
+        ((*words[:3], 3, *words[4:]), "was written for another part: number of parts is 3, but was 2"),
         ((*words, "--policy", "E9D0"), "was written with another policy"),
         ((*words, "--policy", "hindsight"), "cannot advise at a machine"),
         ((*words, "--policy", other), "was trained for plate_g82_x5"),

@@ -5,16 +5,20 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import platformdirs
 import pytest
+from safetensors.numpy import load_file
 
 import grind_env
 from grind_env.envs.job.loading import load_simulation
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.judging import Judgement
 from grind_env.policies.learned.saved import load_policy
+from grind_env.policies.problem import Problem
 from grind_env.training import gru_ppo
+from grind_env.training.checkpoint import Checkpoint
 from grind_env.training.command import _verdict
-from grind_env.training.gru_ppo import train
+from grind_env.training.gru_ppo import Settings, train
 from tests.command import Grind
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
@@ -44,7 +48,8 @@ def test_a_program_has_an_agent_beside_it_that_advises_and_is_judged(grind: Grin
     advised = grind("advise", part, "--parts", 3, "--policy", agent, "--measurements", readings)
     assert advised[0] == 0 and re.search(r"\bE\d{4,5}\b", advised[1])
     # an agent of three parts is none of thirty, and the sentence says what to do
-    assert "with as many parts, or train another agent" in grind("advise", part, "--policy", agent)[2]
+    said = "number of parts is 30, but was 3: train another agent with `grind train`, or accept"
+    assert said in grind("advise", part, "--policy", agent)[2]
 
 
 def test_a_program_that_counts_is_trained_for_as_it_is_advised_on(grind: Grind, part: Path, tmp_path: Path):
@@ -60,6 +65,15 @@ def test_a_program_that_counts_is_trained_for_as_it_is_advised_on(grind: Grind, 
     assert "grind: --set is of a part program" in grind("train", "oracle6", "--set", "#101=1", *QUICK)[2]
 
 
+def test_a_variable_that_nothing_reads_is_told_in_one_line(grind: Grind, part: Path):
+    sentence = "#500 was given a value at the start, but nothing has read it; leave it out, or mend its number"
+    told = grind("train", part, "--parts", 2, "--set", "#500=1", *QUICK)[2]
+    assert told == f"grind: warning: {sentence}\n"
+    words = ("--policy", part.with_suffix(".safetensors"), "--measurements", part.with_name("readings.csv"))
+    words[-1].write_text("mean_power\n2600\n")
+    assert grind("advise", part, "--parts", 2, "--set", "#500=1", *words)[2].splitlines()[0] == sentence
+
+
 def test_parts_are_those_of_advice(grind: Grind, part: Path):
     assert grind("train", part, *QUICK)[0] == 0
     model = load_simulation(str(part), None, 30, 1.0, "measured")
@@ -69,7 +83,7 @@ def test_parts_are_those_of_advice(grind: Grind, part: Path):
 def test_a_task_has_its_agent_in_the_current_folder(grind: Grind, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
     status, said, _ = grind("train", "oracle6", "--plant", "model", *QUICK)
-    assert status == 0 and "\nscore " in said and " on " not in said
+    assert status == 0 and "\nscore " in said and "trained on model) in oracle6, 2 episodes" in said
     # an agent is replaced, and nothing else
     assert grind("train", "oracle6", *QUICK)[0] == 0
     (tmp_path / "oracle6.safetensors").write_text("mine")
@@ -130,3 +144,33 @@ def test_better_is_what_is_better_on_the_same_episodes_beyond_chance():
     assert "not known to be better" in _verdict(spoilt, judged(hard))
     assert "not known to be better" in _verdict(spoilt, spoilt)
     assert "100 % less" in _verdict(judged(easy), spoilt)
+
+
+def test_the_same_command_goes_on_with_a_training_that_was_stopped(
+    grind: Grind, part: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    def stop(steps: int) -> None:
+        if steps:
+            raise KeyboardInterrupt
+
+    def stopped(problem: Problem, settings: Settings, seed: int, _: object, checkpoint: Checkpoint) -> object:
+        return train(problem, settings, seed, stop, checkpoint)
+
+    monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path)
+    words = ("train", part, "--parts", 2, "--steps", 16_000, "--episodes", 2, "--output")
+    whole, resumed, other = (tmp_path / f"{name}.safetensors" for name in ("whole", "resumed", "other"))
+    assert grind(*words, whole)[::2] == (0, "")
+    with monkeypatch.context() as patch:
+        patch.setattr(gru_ppo, "train", stopped)
+        assert grind(*words, resumed)[0] != 0
+    # another seed and another machine begin anew
+    assert grind(*words, other, "--seed", 1)[::2] == (0, "")
+    job = part.with_suffix(".toml")
+    told = job.read_text()
+    job.write_text(told + "\n[setup.machine_overrides]\npower_limit = 5000\n")
+    assert job.read_text() != told and grind(*words, other)[::2] == (0, "")
+    job.write_text(told)
+    assert grind(*words, resumed)[::2] == (0, f"{resumed}: goes on with the training that was stopped\n")
+    for one, again in zip(load_file(whole).items(), load_file(resumed).items(), strict=True):
+        assert (one[0], one[1].tobytes()) == (again[0], again[1].tobytes())
+    assert not list((tmp_path / "trainings").iterdir())

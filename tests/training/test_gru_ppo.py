@@ -1,4 +1,7 @@
 import json
+import signal
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +20,7 @@ from grind_env.policies.learned.network import Network
 from grind_env.policies.learned.saved import ENTRY, load_policy, write_policy
 from grind_env.policies.problem import find_problem
 from grind_env.training import gru_ppo
+from grind_env.training.checkpoint import Checkpoint
 from grind_env.training.gru_ppo import (
     SEEN,
     Agent,
@@ -201,3 +205,46 @@ def test_on_machines_that_are_not_the_model_the_agent_holds_the_model(tmp_path):
     path = plain_agent(machines, "robust", "gru", 0, steps=64, folder=tmp_path, fresh=False)
     assert load_policy(path, simulation=task.simulation()).name == "robust"
     assert path != plain_agent(task, "robust", "gru", 0, steps=64, folder=tmp_path, fresh=False)
+
+
+def weights(agent: Agent) -> list[np.ndarray]:
+    """Of all its layers."""
+    return [values.numpy() for values in agent.state_dict().values()]
+
+
+@pytest.mark.parametrize("budget", [None, 0.01])
+def test_a_killed_training_goes_on_as_if_nothing_had_been(tmp_path: Path, budget: float | None):
+    problem, settings = shown(on(PROBLEM, "public"), "gru"), replace(SMALL, steps=320, budget=budget)
+    whole, _ = train(problem, settings, 1)
+    path = tmp_path / "part.checkpoint"
+    killed = f"""
+import os, signal
+from pathlib import Path
+from grind_env.policies.held import on
+from grind_env.policies.problem import find_problem
+from grind_env.training.checkpoint import Checkpoint
+from grind_env.training.gru_ppo import Settings, shown, train
+
+left = [5]
+
+def advance(steps):
+    left[0] -= 1
+    left[0] or os.kill(os.getpid(), signal.SIGKILL)
+
+train(shown(on(find_problem("oracle6"), "public"), "gru"), {settings!r}, 1, advance, Checkpoint(Path({str(path)!r})))
+"""
+    assert subprocess.run([sys.executable, "-c", killed], check=False).returncode == -signal.SIGKILL
+    torch.manual_seed(77)
+    steps: list[int] = []
+    again, _ = train(problem, settings, 1, steps.append, Checkpoint(path))
+    assert steps == [128, *[32] * 6]
+    for one, other in zip(weights(whole), weights(again), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_a_damaged_checkpoint_is_none(tmp_path: Path):
+    checkpoint = Checkpoint(tmp_path / "part.checkpoint")
+    checkpoint.path.write_bytes(b"PK")
+    assert checkpoint.read("begun") == "begun"
+    checkpoint.remove()
+    assert not list(tmp_path.iterdir())

@@ -8,6 +8,7 @@ from grind_env.envs.env import GrindEnv
 from grind_env.envs.job.loading import load_simulation
 from grind_env.envs.showing import renders
 from grind_env.envs.vector_env import side_by_side
+from grind_env.errors import GrindWarning
 
 
 @renders
@@ -75,6 +76,10 @@ def make(
     fixes the factors of lot, wheel, coolant and noise or restricts what they are drawn from
     (`grind_env.envs.contexts`); stock and material are those of the job.
 
+    `env.spec.max_episode_steps` is one more than the steps of an episode: wrappers such as `TimeAwareObservation` read
+    it, and a `TimeLimit` of it truncates no episode. A `max_episode_steps` that you give to `gym.make` or
+    `gym.make_vec` truncates.
+
     Args:
         program: file of the part program; the example plate if not given.
         job: its job file; the program's name with `.toml` if not given.
@@ -103,7 +108,7 @@ def make(
     held = variables_of(check_variables(variables), "variables:")
     simulation = load_simulation(program, job, parts, spread, observation, held, plant)
     for sentence in simulation.unread:
-        warnings.warn(sentence, stacklevel=2)
+        warnings.warn(sentence, GrindWarning, stacklevel=2)
     return GrindEnv(
         simulation, show_block=show_block, action=action, render_mode=render_mode, info=info, out_of_range=out_of_range
     )

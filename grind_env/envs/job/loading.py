@@ -52,7 +52,16 @@ def load_simulation(
         raise JobError(message, "parts")
     file = "" if path.resolve().parent == EXAMPLE.parent.resolve() else str(path)
     try:
-        return JobSimulation(batch, settings, spread, full=full, name=batch_name(path, parts), file=file, plants=plants)
+        return JobSimulation(
+            batch,
+            settings,
+            spread,
+            full=full,
+            name=batch_name(path, parts),
+            file=file,
+            plants=plants,
+            once=programs,
+        )
     except GrindError:
         JobSimulation(programs, settings, spread)  # tells the line of the file
         raise

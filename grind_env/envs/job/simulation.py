@@ -97,6 +97,7 @@ class JobSimulation:
         plants: machines that are not the model, in place of gauge and process; each episode has one of them.
         between: called between two blocks where the control executes the program to know it; what it raises ends that.
         script: of the program, or of more runs of it, if it is known; None to make it.
+        once: the program as it is written, where `programs` is a batch of it.
 
     Attributes:
         blocks: the cycle blocks of the program.
@@ -127,6 +128,7 @@ class JobSimulation:
         gauge: Gauge = GAUGE,
         plants: "Plants | None" = None,
         script: Script | None = None,
+        once: Programs | None = None,
     ) -> None:
         if plants is not None:
             job, gauge = replace(job.on(plants.first), own=()), noisy(plants.first.gauge)
@@ -136,6 +138,7 @@ class JobSimulation:
         self._remember(job)
         task = job_task(name or Path(programs.name).stem, job, spread, file)
         self.programs, self.job, self.spread = programs, job, spread
+        self.once = once or programs
         self.barred = barred_factors(spread)
         self.why: ScriptError | None = None
         self.script: Script | None = None

@@ -192,12 +192,16 @@ class LearnedPolicy:
         task_name: task that it was trained for.
         form: how it sees the task and acts.
         name: name in tables.
+        machines: on which it was trained; empty if that is not known.
+        remark: what to say where it is used; empty for nothing.
     """
 
     actor: Actor
     task_name: str
     form: ViewForm
     name: str
+    machines: str = field(default="", repr=False)  # results are kept by the repr
+    remark: str = field(default="", repr=False)
     sees: Sees = field(default="measurements", init=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:

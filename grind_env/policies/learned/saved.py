@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
+from grind_env.envs.inputs import Inputs, calibrated, differing, inputs_of, told
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError, quoted, reason
 from grind_env.files import MOST_BYTES, is_file, shown, write_atomically
@@ -57,6 +58,10 @@ class PolicyFileError(GrindError):
     """A file that is not there, holds no agent, or holds one that does not fit."""
 
 
+class OtherPart(PolicyFileError):
+    """An agent that was trained for another part."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Description:
     """What is written beside the tensors."""
@@ -67,17 +72,25 @@ class Description:
     network: Network
     spaces: str
     """`spaces_digest` of the view that it was trained with."""
+    inputs: Inputs | None
+    """`inputs_of` what it was trained for, in the units of job or task; None in files that do not say it."""
+    machines: str
+    """Name of those that it was trained on; empty in files that do not say it."""
 
 
-def load_policy(path: Path, *, simulation: Simulation | None = None, name: str | None = None) -> LearnedPolicy:
+def load_policy(
+    path: Path, *, simulation: Simulation | None = None, name: str | None = None, other_part: bool = False
+) -> LearnedPolicy:
     """The agent in a file.
 
     Args:
         path: file that `grind train` or `python -m agents train` wrote.
         simulation: what it must have been trained for; by default the task that the file names.
         name: name in tables; by default the kind of agent.
+        other_part: accept an agent that was trained for another part, if it sees and acts alike; its `remark` says so.
 
     Raises:
+        OtherPart: if the agent was trained for something else.
         PolicyFileError: if there is no such file, or it holds no agent, or not one for the task.
     """
     if not is_file(path):
@@ -105,13 +118,12 @@ def load_policy(path: Path, *, simulation: Simulation | None = None, name: str |
     check_finite(path, tensors)
     if simulation is None:
         simulation = find_problem(described.task).simulation()
-    if simulation.task.name != described.task:
-        raise PolicyFileError(
-            f"{path} was trained for {described.task}, not for {simulation.task.name}: name that problem, with as many"
-            " parts, or train another agent with `grind train`"
-        )
+    remark, trained_for_other = _remark(path, described, simulation)
+    if trained_for_other and not other_part:
+        raise OtherPart(f"{remark}: train another agent with `grind train`, or accept this one with --other-part")
     view = described.form.view(simulation)
-    if described.spaces != spaces_digest(view) or not fits(described.network, view):
+    # what is told of an agent may have changed the scales of what it sees, too
+    if (described.spaces != spaces_digest(view) and not remark) or not fits(described.network, view):
         raise PolicyFileError(
             f"{path} was trained for another version of {described.task}, with other observations or actions:"
             " train one anew"
@@ -119,10 +131,30 @@ def load_policy(path: Path, *, simulation: Simulation | None = None, name: str |
     check_sums(path, described.network, tensors)
     return LearnedPolicy(
         Actor(described.network, tensors),
-        described.task,
+        simulation.task.name,
         described.form,
         name or described.kind,
+        described.machines,
+        remark,
     )
+
+
+def _remark(path: Path, described: Description, simulation: Simulation) -> tuple[str, bool]:
+    """Return what to say of an agent that was trained for something else, and whether that takes permission."""
+    task, before = simulation.task, described.inputs
+    other = "another part" if task.name == described.task else f"{described.task}, not for {task.name}"
+    if before is None:
+        if task.name == described.task and task.file:
+            return f"{path} does not say for what part it was trained", True
+        return ("", False) if task.name == described.task else (f"{path} was trained for {other}", True)
+    now = inputs_of(simulation)
+    names = differing(now, before)
+    if not names:
+        return "", False
+    said = told(names, now, before)
+    if calibrated(simulation, names):
+        return f"{path} was trained before the job was calibrated: {said}; train it anew to use that", False
+    return f"{path} was trained for {other}: {said}", True
 
 
 def write_policy(
@@ -136,7 +168,7 @@ def write_policy(
         simulation: what it was trained on.
         kind: name of the kind of agent.
         form: how it sees and acts.
-        beside: what else the description says of how it was made, as JSON has it.
+        beside: what else the description says of how it was made, such as on which `machines`, as JSON has it.
 
     Raises:
         PolicyFileError: if its weights are not finite or too large.
@@ -152,6 +184,7 @@ def write_policy(
         "actions": form.actions,
         "network": asdict(actor.network),
         "spaces": spaces_digest(form.view(simulation)),
+        "inputs": inputs_of(simulation),
         **beside,
     }
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -265,6 +298,8 @@ def read_description(path: Path, text: str | None) -> Description:
                 activation=_one_of(tuple(ACTIVATIONS), network["activation"]),
             ),
             spaces=_word(document["spaces"]),
+            inputs=_inputs(document.get("inputs")),
+            machines=_word(document["machines"]) if "machines" in document else "",
         )
     except PolicyFileError:
         raise
@@ -277,6 +312,13 @@ def _word(value: Any) -> str:
     if not isinstance(value, str) or not value or not value.isprintable() or PurePath(value).name != value:
         raise TypeError(f"{value!r:.20} is no name")
     return value
+
+
+def _inputs(value: Any) -> Any:
+    said = isinstance(value, dict) and all(isinstance(each, str | float | int) for each in value.values())
+    if said or value is None:
+        return value
+    raise TypeError(f"{value!r:.20} names no inputs")
 
 
 def _one_of(legal: tuple[Any, ...], value: Any) -> Any:

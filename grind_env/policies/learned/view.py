@@ -13,6 +13,8 @@ It acts on the action space of the environment in one of three forms; a policy o
 not be a Gaussian, but some algorithms know nothing else.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
@@ -92,7 +94,7 @@ class LearnerForm:
     memory: MemoryKind
     actions: Actions
 
-    def view(self, simulation: Simulation) -> "LearnerView":
+    def view(self, simulation: Simulation) -> LearnerView:
         """See `ViewForm`."""
         return LearnerView(simulation, self.memory, self.actions)
 

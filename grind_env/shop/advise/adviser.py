@@ -46,7 +46,7 @@ class Advice:
     words: Words
 
 
-def policy_for(text: str | None, simulation: JobSimulation, step: float = STEP) -> Policy:
+def policy_for(text: str | None, simulation: JobSimulation, step: float = STEP, *, other_part: bool = False) -> Policy:
     """The policy that a text names; without one `look_ahead` with a guard, with usual prices where it is not tuned.
 
     A program that the control has to execute cannot be looked ahead in: without a text `empirical_rule` advises on it.
@@ -55,6 +55,7 @@ def policy_for(text: str | None, simulation: JobSimulation, step: float = STEP) 
         text: as for `named_policy`.
         simulation: of the program.
         step: most that E of a policy with a guard is above the fastest tried in blocks of a kind.
+        other_part: as for `load_policy`.
 
     Raises:
         GrindError: there is none, it does not fit the program, or it needs to see more than is measured, or the step is
@@ -72,7 +73,7 @@ def policy_for(text: str | None, simulation: JobSimulation, step: float = STEP) 
     if text is None and DEFAULT not in read_tuned(simulation.task.name, tuned_folder(simulation.task)):
         ahead = LookAhead(price=(USUAL_PRICE,) * kinds, growth=(USUAL_GROWTH,) * kinds, caution=USUAL_CAUTION)
         return watched(ahead)
-    policy = named_policy(text or f"{Guarded.PREFIX}{DEFAULT}", simulation)
+    policy = named_policy(text or f"{Guarded.PREFIX}{DEFAULT}", simulation, other_part=other_part)
     if policy.sees != "measurements":
         raise AdviceError(
             f"{policy.name} cannot advise at a machine, where nobody sees the {policy.sees} that it needs: "

@@ -11,6 +11,7 @@ from grind_env.machine.job.file import job_beside
 from grind_env.plants.names import MODEL
 from grind_env.policies.guard import STEP, Guarded
 from grind_env.policies.learned.saved import SUFFIX
+from grind_env.policies.naming import agent_of
 from grind_env.policies.problem import find_problem
 from grind_env.shop.advise.adviser import Adviser, policy_for
 from grind_env.shop.advise.session import Files, Session
@@ -31,6 +32,7 @@ def open_session(
     job: Path | None,
     *,
     policy: str | None,
+    other_part: bool = False,
     parts: int,
     variables: Mapping[int, float],
     by: str,
@@ -59,7 +61,9 @@ def open_session(
     simulation = load_simulation(given.get("program"), given["job"], parts, 1.0, "measured", variables, MODEL.name)
     for sentence in simulation.unread:
         _tell(sentence)
-    chosen = policy_for(policy, simulation, step)
+    chosen = policy_for(policy, simulation, step, other_part=other_part)
+    if (agent := agent_of(chosen)) is not None and agent.remark:
+        _tell(agent.remark)
     if shadow and not isinstance(chosen, Guarded):
         raise ArgumentError(
             f"--shadow compares forecasts, and {chosen.name} has none: give --policy "

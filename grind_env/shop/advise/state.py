@@ -8,16 +8,16 @@ import csv
 import hashlib
 import json
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from grind_env.envs.inputs import differing, inputs_of, named, told
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.program_episode import Words
-from grind_env.envs.tables import Shop
-from grind_env.errors import GrindError, quoted, reason
+from grind_env.errors import GrindError, reason
 from grind_env.files import FileError, csv_cell, is_file, read_bytes, read_text, shown, write_atomically
 from grind_env.lock import alone
 from grind_env.machine.part.feeds import speed_word
@@ -26,8 +26,7 @@ from grind_env.policies.rows.form import formed
 from grind_env.shop.advise.own import LOG_COLUMNS
 from grind_env.shop.advise.readings import NAMES, Readings
 
-FORMAT = 1
-REFERENCE_COST = Shop._fields.index("reference_cost")
+FORMAT = 2
 ANEW = "give --restart to begin anew, or --state for another file"
 
 
@@ -37,11 +36,14 @@ class StateError(GrindError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Origin:
-    """What the advice of a file rests on, as hashes; each field is named in messages."""
+    """What the advice of a file rests on.
 
-    parts: int
-    program: str
-    job: str
+    Attributes:
+        inputs: of the simulation, and how worn the wheel is in the beginning.
+        policy: its name, and a hash of it.
+    """
+
+    inputs: Mapping[str, float | bool | str]
     policy: str
 
 
@@ -69,19 +71,10 @@ def origin_of(simulation: JobSimulation, policy: Policy, file: Path | None, how:
         file: that it is saved in; None for one with a name.
         how: it is asked, beyond what is usual.
     """
-    texts = [block.block.source.text for block in simulation.blocks]
-    shops = simulation.shops.copy()
-    shops[:, REFERENCE_COST] = 1.0
-    numbers = simulation.kinds, simulation.branches.base, simulation.branches.first_wheels(1), shops
-    tables = [table.tolist() for table in numbers]
-    job: list[Any] = [tables, asdict(simulation.task.spread), asdict(simulation.job.lots)]
-    job += [sorted(simulation.job.variables.items()), simulation.job.setup.machine.meter_scale]
-    rule = _hash((read_bytes(file) if file is not None else repr(policy).encode()) + how.encode())
+    rule = (read_bytes(file) if file is not None else repr(policy).encode()) + how.encode()
     return Origin(
-        parts=simulation.parts,
-        program=_hash(json.dumps(texts)),
-        job=_hash(json.dumps(job)),
-        policy=f"{policy.name} {rule}",
+        inputs={**inputs_of(simulation), **dict(named(simulation.job.wheel, "wheel"))},
+        policy=f"{policy.name} {hashlib.sha256(rule).hexdigest()[:16]}",
     )
 
 
@@ -97,17 +90,19 @@ def read_state(path: Path, origin: Origin) -> Sequence[Step]:
     try:
         document = json.loads(read_text(path))
         if document["format"] != FORMAT:
-            raise StateError(f"{shown(path)} has format {quoted(document['format'])}, but {FORMAT} is read: {ANEW}")
+            raise StateError(f"{shown(path)} was written by another version of grind_env: {ANEW}")
         found: Origin = formed(Origin, document["origin"], "origin")
         steps: tuple[Step, ...] = formed(tuple[Step, ...], document["steps"], "steps")
     except StateError:
         raise
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise StateError(f"{shown(path)} is no state of an adviser, or damaged ({reason(error)}): {ANEW}") from None
-    for name, value in asdict(origin).items():
-        if getattr(found, name) != value:
-            what = "number of parts" if name == "parts" else name
-            raise StateError(f"{shown(path)} was written with another {what}: {ANEW}")
+    if names := differing(origin.inputs, found.inputs):
+        raise StateError(
+            f"{shown(path)} was written for another part: {told(names, origin.inputs, found.inputs)}; {ANEW}"
+        )
+    if found.policy != origin.policy:
+        raise StateError(f"{shown(path)} was written with another policy: {ANEW}")
     return steps
 
 
@@ -161,8 +156,3 @@ def write_log(path: Path, simulation: JobSimulation, steps: Sequence[Step]) -> N
                 rows.writerow([csv_cell(value) for value in (*row, *(told.get(name, "") for name in names))])
 
     write_atomically(path, write)
-
-
-def _hash(content: str | bytes) -> str:
-    data = content.encode() if isinstance(content, str) else content
-    return hashlib.sha256(data).hexdigest()[:16]

@@ -7,7 +7,7 @@ import typer
 
 from grind_env.arguments import FILE, Writes
 from grind_env.shop.advise.own import LOG, STATE, VALUES
-from grind_env.shop.commands.arguments import BATCH, FirstVariables, JobFile, ProgramFile
+from grind_env.shop.commands.arguments import BATCH, FirstVariables, JobFile, OtherPart, ProgramFile
 
 
 def advise(
@@ -21,6 +21,7 @@ def advise(
         ),
         FILE,
     ] = None,
+    other_part: OtherPart = False,
     parts: Annotated[int, typer.Option(help="Parts of the batch.")] = BATCH,
     variables: FirstVariables = None,
     by: Annotated[str, typer.Option(help="block or part: what a row of readings is of.")] = "block",
@@ -81,6 +82,7 @@ def advise(
             program,
             job,
             policy=policy,
+            other_part=other_part,
             parts=parts,
             variables=variables_of(variables or ()),
             by=by,

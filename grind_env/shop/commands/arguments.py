@@ -19,6 +19,10 @@ BlockDelete = Annotated[bool, typer.Option("--block-delete", help="Skip blocks t
 Blocks = Annotated[
     int | None, typer.Option(help="Most blocks and strokes that the program may execute; if not given, 500000.")
 ]
+GrooveRetract = Annotated[
+    float | None,
+    typer.Option(help="Retract amount of G76 and G77, mm; if not given, 0.5 mm, or 0.02 in under G70."),
+]
 Variables = Annotated[
     list[str] | None,
     typer.Option("--set", help="Value of a # variable at the start, such as '#101=15000'; repeatable."),
@@ -37,6 +41,9 @@ Plant = Annotated[
         help="Machine that is not the model: meter:7, foreign:3+meter:7, held-out:5, module:name; by default what "
         "the job says."
     ),
+]
+OtherPart = Annotated[
+    bool, typer.Option("--other-part", help="Accept an agent that was trained for another part; a first line says so.")
 ]
 Untried = Annotated[
     bool, typer.Option("--untried", help="The program has not ground good parts on this machine so far.")

@@ -1,0 +1,31 @@
+"""The length of an episode in the spec of an environment, where wrappers such as `TimeAwareObservation` look for it."""
+
+from dataclasses import replace
+
+from gymnasium.envs.registration import EnvSpec
+
+from grind_env.envs.simulation import Simulation
+
+
+class EpisodeLength:
+    """Tells in `spec.max_episode_steps` how long an episode is; a mixin, to be listed before a class of Gymnasium.
+
+    It is the limit that the caller has set, else one more than the steps of an episode. `gym.make(env.spec)` puts a
+    `TimeLimit` of that many steps around the environment, and a limit of the very steps would truncate the last one,
+    which terminates.
+    """
+
+    simulation: Simulation
+    _spec: EnvSpec | None = None
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """What made the environment; None if `gym.make` and `gym.make_vec` did not."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, made: EnvSpec | None) -> None:
+        if made is not None:
+            limit = made.kwargs.get("max_episode_steps") or made.max_episode_steps  # as `gym.make_vec` chooses
+            made = replace(made, max_episode_steps=limit or self.simulation.most_steps + 1)
+        self._spec = made
