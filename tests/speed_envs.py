@@ -16,10 +16,13 @@ from grind_env.envs.blocks import step
 from grind_env.envs.blocks.episode import EpisodeGenerator
 from grind_env.envs.gauge import GAUGE
 from grind_env.envs.tables import shop_row
+from grind_env.kernel import compile_at_once
 from grind_env.machine.loops.batch import CYCLE_FIELDS, NO_MOTIONS, longest_plunges
 from grind_env.machine.loops.tally import Tally
 from grind_env.process.process import PROCESS
 from tests.batches import PLUNGES
+
+compile_at_once()
 
 TASKS = ("Slot", "PowerLimited", "WideRails", "Blades", "Rush", "JobShop", "CBN", "Oracle6")
 """Those of G82 blocks, which are timed beside their kernel."""

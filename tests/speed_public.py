@@ -46,12 +46,14 @@ def measured() -> dict[str, float]:
 
 
 def cold() -> dict[str, float]:
-    """What has to be compiled first: a process each, with an empty cache."""
-    plate = str(grind_env.examples.path("plate_g82.nc"))
-    commands = {"grind run, cold: s": ["-m", "grind_env", "run", plate]}
-    for task in ("PowerLimited", "WidePlates"):
-        code = f"import gymnasium, grind_env; e = gymnasium.make('grind/{task}-v0'); e.reset(seed=0); "
-        commands[f"{task}, first step, cold: s"] = ["-c", code + "e.step(e.action_space.sample())"]
+    """What a newcomer does first: a process each, with an empty cache; those that these start apart."""
+    commands = {
+        f"grind run {name}, cold: s": ["-m", "grind_env", "run", str(grind_env.examples.path(name))]
+        for name in grind_env.examples.names()
+    }
+    for env_id in (name for name in gym.registry if name.startswith("grind/")):
+        code = f"import gymnasium, grind_env; e = gymnasium.make('{env_id}'); e.reset(seed=0); "
+        commands[f"{env_id}, first step, cold: s"] = ["-c", code + "e.step(e.action_space.sample())"]
     found = {}
     for name, arguments in commands.items():
         with tempfile.TemporaryDirectory() as folder:

@@ -44,7 +44,7 @@ def mean(values: Any) -> float:
     total = 0.0
     for value in values:
         total += value
-    return total / values.size
+    return float(total / values.size)
 
 
 @inlined

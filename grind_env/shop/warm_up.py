@@ -12,6 +12,7 @@ import numpy as np
 from grind_env import examples
 from grind_env.errors import GrindError
 from grind_env.extras import MissingExtra
+from grind_env.kernel import compile_at_once
 from grind_env.kernel.cache import cache_folder
 from grind_env.machine.grind_file import grind_file
 from grind_env.machine.job import Job
@@ -87,6 +88,7 @@ def warm_up(of: list[Use]) -> Iterator[Warmed]:
         GrindError: nothing is kept.
     """
     folder = cache_folder()
+    compile_at_once()
     for name, call in of:
         begin, before = time.perf_counter(), kernels()
         try:

@@ -15,6 +15,7 @@ from grind_env.envs.infeed.infeed import write_motions
 from grind_env.envs.infeed.step import feeding_of, infeed_of, infeed_stroking
 from grind_env.envs.tables import kind_row, shop_row
 from grind_env.envs.tasks import Task, load_task, read_task
+from grind_env.kernel import compile_at_once
 from grind_env.machine.loops.batch import NO_MOTIONS, longest_plunges
 from grind_env.machine.loops.feeding import FeedMotion
 from grind_env.machine.loops.rows import RULES_FROM
@@ -116,6 +117,7 @@ G82, G81 = "G82 in lanes, N = 256", "G81 in lanes, N = 256"
 FEW, MANY = "G82 in lanes, N = 16", "G82 in lanes, N = 4096"
 CROSSES = "G83 on {} zones, N = 256"
 IN_C = "G82 in C of {} lanes, N = 256"
+compile_at_once()
 PLAIN = """
 from tests.speed import kernel
 kernel.TURN = 1
