@@ -1,6 +1,6 @@
 """What each limit costs: the best words without it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from operator import attrgetter
@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from grind_env.machine.job import Job, Part
+from grind_env.policies.statistics import Interval
 from grind_env.process.cost import NO_LIMIT
 from grind_env.shop.optimise.budget import Budget
 from grind_env.shop.optimise.comparing import COMPARED, compared
@@ -27,22 +28,34 @@ FREE = {"temp": ("rise_allowance", 2000.0), "Ra": ("roughness_limit", NO_LIMIT),
 
 
 def freed_of(
-    variation: Variation, judged: Trials, best: Point, pace: Pace, budget: Budget, progress: Progress
+    variation: Variation,
+    judged: Trials,
+    best: Point,
+    found: Mapping[Point, Trade],
+    pace: Pace,
+    budget: Budget,
+    progress: Progress,
 ) -> dict[str, Freed]:
     """The best words without each limit: what they save on unseen lots, and how far they are beyond it.
 
-    Limits for which the time is up are left out.
+    A limit that has refused no better program of those `found` costs nothing. Limits for which the time is up are left
+    out.
     """
     less = attrgetter(variation.wishes.quantity)
     words: dict[str, Freed] = {}
-    others = [(k, name, free) for k, name in enumerate(LIMITS) if (free := without(variation.job, name)) is not None]
+    kept, others = variation.measure(judged, [best]), []
+    for k, name in enumerate(LIMITS):
+        if (free := without(variation.job, name)) is None:
+            continue
+        if any(each.beyond[k] and less(each) < less(found[best]) for each in found.values()):
+            others.append((k, name, free))
+        else:
+            words[name] = Freed(Interval(0.0, 0.0, 0.0), float(kept.ratios[0, k]))
     needed = pace.seconds * (TO_COMPARE * COMPARED + TO_JUDGE * len(judged.seeds))
     for number, (k, name, free) in enumerate(others):
         seconds = (budget.seconds - budget.spent) / (len(others) - number)
         if seconds < needed:
             break
-        if number == 0:
-            with_all = less(variation.measure(judged, [best]))[0]
         margins = variation.margins.copy()
         margins[k] = np.inf
         other = variation.with_job(free, margins, Budget(seconds))
@@ -53,9 +66,9 @@ def freed_of(
         search.run(best, variation.seed, GENERATIONS // FEWER)
         points = compared(other, search.ranked, tried, pace, partial(judging, other, pace), progress, label)
         point = _best_of(other, points) or best
-        found = less(other.measure(other.trials(LotUse.JUDGEMENT, JUDGED), [point]))[0]
+        saves = less(other.measure(other.trials(LotUse.JUDGEMENT, JUDGED), [point]))[0]
         share = float(variation.measure(judged, [point]).ratios[0, k])
-        words[name] = Freed(paired(with_all - found), share)
+        words[name] = Freed(paired(less(kept)[0] - saves), share)
     return words
 
 

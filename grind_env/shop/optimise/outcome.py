@@ -144,6 +144,8 @@ class Trade(NamedTuple):
     """Time, s."""
     share: float
     """Of what is asked of limits and wishes, the highest share that it comes to."""
+    beyond: tuple[bool, ...] = ()
+    """Whether it is beyond each of `LIMITS`."""
 
     @property
     def keeps(self) -> bool:

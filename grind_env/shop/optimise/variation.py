@@ -318,7 +318,8 @@ class Variation(NamedTuple):
             first[:] = first or [found]
             shares = self.shares(trials, found, first[0]) / sure
             means = found.cost.mean(axis=1), found.seconds.mean(axis=1), shares.max(axis=1)
-            trades = zip(*(each.tolist() for each in means), strict=True)
+            beyond = map(tuple, (shares[:, : len(LIMITS)] > 1.0).tolist())
+            trades = zip(*(each.tolist() for each in means), beyond, strict=True)
             tried.update(zip(map(tuple, points.tolist()), map(Trade._make, trades), strict=True))
             return self.worth(shares, found)
 
