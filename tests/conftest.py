@@ -4,6 +4,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from grind_env.cli import main
+from grind_env.kernel import compile_at_once
 from grind_env.shop.optimise import budget as clock
 from grind_env.shop.optimise import variation
 from tests.command import Grind
@@ -12,6 +13,10 @@ from tests.command import Grind
 settings.register_profile("long", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("default", settings.get_profile("long"), max_examples=30)
 settings.load_profile("default")
+
+
+# compiled code is what most tests are of; what they start runs as it does for its users
+compile_at_once()
 
 
 @pytest.fixture

@@ -19,7 +19,6 @@ from numba.extending import overload
 
 import grind_env
 from grind_env.kernel import cache, entry, inlined
-from grind_env.kernel.tiers import Entry
 
 DAY = 24 * 3600.0
 KEYWAY = str(Path(grind_env.__file__).parent / "examples" / "keyway_g81.nc")
@@ -235,8 +234,6 @@ def test_plain_python_neither_reads_nor_writes_kernels(toy: Toy) -> None:
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Of the kernels that are compiled here at once."""
-    monkeypatch.setattr(Entry, "at_once", True)
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
     return tmp_path / "kernels"
 

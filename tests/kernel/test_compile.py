@@ -5,13 +5,6 @@ import numba
 import pytest
 
 from grind_env.kernel import entry, inlined_rule
-from grind_env.kernel.tiers import Entry
-
-
-@pytest.fixture(autouse=True)
-def at_once(monkeypatch):
-    """Entries are compiled when they are called first."""
-    monkeypatch.setattr(Entry, "at_once", True)
 
 
 def half(x):

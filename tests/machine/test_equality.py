@@ -340,12 +340,13 @@ def test_the_number_of_lanes_changes_no_bit(
 
 
 GRIND_ONE_STROKE = """
-import numba
 import numpy as np
+from grind_env.kernel import compile_at_once
 from grind_env.machine.loops.strips import strips_of
 from grind_env.process.process import PROCESS
 from grind_env.process.state import WheelState
 from tests.machine.harness import job
+compile_at_once()
 p = job().parameters
 wheel = WheelState(300.0, 0.01, 0.0, 20.0, 0.5, 3.0, 0.0, 0.0)
 S, Rs, reached = np.zeros(20), np.full(20, 1.6), np.zeros(20)

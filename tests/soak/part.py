@@ -9,6 +9,9 @@ from pathlib import Path
 from typing import Literal
 
 from grind_env.errors import GrindError
+from grind_env.kernel import compile_at_once
+
+compile_at_once()
 
 End = Literal["accepted", "refused", "fallen"]
 MEGABYTE = 1 << 20
