@@ -152,7 +152,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
     beyond = new.violation(variation.margins)[0]
     sought = feasible and before.simulation.compiled and machine is None
     left = Budget(OVER * budget.seconds - budget.spent)
-    freed = freed_of(variation, before, point, tried, pace, left, progress) if sought else {}
+    freed = freed_of(variation, before, point, new, tried, pace, left, progress) if sought else {}
     limits = limits_of(variation, old, new, freed)
     on = lots_said(before.lots, "unseen lots")
     verdict, reason = verdict_of(

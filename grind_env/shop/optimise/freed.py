@@ -18,7 +18,7 @@ from grind_env.shop.optimise.leaving import JUDGED, SEARCHED, TO_COMPARE, TO_JUD
 from grind_env.shop.optimise.outcome import Trade
 from grind_env.shop.optimise.search import GENERATIONS, Point
 from grind_env.shop.optimise.variation import Pace, Progress, Variation
-from grind_env.shop.trials import LIMITS, LotUse, Trials
+from grind_env.shop.trials import LIMITS, LotUse, Measures, Trials
 
 FEWER = 4
 """Generations of a search without a limit, over those of the whole one."""
@@ -31,6 +31,7 @@ def freed_of(
     variation: Variation,
     judged: Trials,
     best: Point,
+    new: Measures,
     found: Mapping[Point, Trade],
     pace: Pace,
     budget: Budget,
@@ -38,24 +39,26 @@ def freed_of(
 ) -> dict[str, Freed]:
     """The best words without each limit: what they save on unseen lots, and how far they are beyond it.
 
-    A limit that has refused no better program of those `found` costs nothing. Limits for which the time is up are left
-    out.
+    A limit that has refused no better program of those `found` costs nothing, and stands as with the best words, which
+    come to `new`. Limits for which the time is up are left out.
     """
     less = attrgetter(variation.wishes.quantity)
     words: dict[str, Freed] = {}
-    kept, others = variation.measure(judged, [best]), []
+    others = []
     for k, name in enumerate(LIMITS):
         if (free := without(variation.job, name)) is None:
             continue
         if any(each.beyond[k] and less(each) < less(found[best]) for each in found.values()):
             others.append((k, name, free))
         else:
-            words[name] = Freed(Interval(0.0, 0.0, 0.0), float(kept.ratios[0, k]))
+            words[name] = Freed(Interval(0.0, 0.0, 0.0), float(new.ratios[0, k]))
     needed = pace.seconds * (TO_COMPARE * COMPARED + TO_JUDGE * len(judged.seeds))
     for number, (k, name, free) in enumerate(others):
         seconds = (budget.seconds - budget.spent) / (len(others) - number)
         if seconds < needed:
             break
+        if number == 0:
+            with_all = less(variation.measure(judged, [best]))[0]
         margins = variation.margins.copy()
         margins[k] = np.inf
         other = variation.with_job(free, margins, Budget(seconds))
@@ -68,7 +71,7 @@ def freed_of(
         point = _best_of(other, points) or best
         saves = less(other.measure(other.trials(LotUse.JUDGEMENT, JUDGED), [point]))[0]
         share = float(variation.measure(judged, [point]).ratios[0, k])
-        words[name] = Freed(paired(less(kept)[0] - saves), share)
+        words[name] = Freed(paired(with_all - saves), share)
     return words
 
 
