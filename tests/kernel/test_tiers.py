@@ -19,16 +19,18 @@ from grind_env.kernel.background import Background
 PACKAGE = Path(grind_env.__file__).parent
 TOY = """
 import os, sys, time
-from grind_env.kernel import entry
+from grind_env.kernel import entry, tiers
 from grind_env.kernel.background import Background
 from numba.core.registry import CPUDispatcher
 from toy_parts import scaled
 
+tiers.LOOK = 0.001
 kernel, said = scaled(3.0), None
 plain = kernel(2.0)
 end = time.monotonic() + 60.0
 while type(kernel) is not CPUDispatcher and time.monotonic() < end:
     assert kernel(2.0) == plain
+    time.sleep(0.02)
     if Background.process and said is None:
         said = Background.process.pid
         print(said, flush=True)
