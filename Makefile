@@ -6,7 +6,7 @@ STAMP := $(VENV)/.installed
 # `make PINNED= VENV=build/newest test` has the newest version of everything.
 PINNED := --constraint constraints.txt
 
-.PHONY: setup test bits lint format benchmark results speed ratios validate notebooks shown docs core contract films libraries audit blocks package soak clean
+.PHONY: setup test bits lint format benchmark results speed ratios validate notebooks shown docs core contract films libraries audit blocks package soak mutations clean
 
 setup: $(STAMP)
 
@@ -32,6 +32,10 @@ MINUTES ?= 60
 
 soak: setup
 	$(BIN)/python -m tests.soak --minutes $(MINUTES) $(if $(PARTS),--part $(PARTS))
+
+# Do the tests find mistakes of one line in a copy of the last commit? A run that was interrupted goes on.
+mutations: setup
+	$(BIN)/python -m tests.mutations --least 28
 
 # The tests that promise equal bits, as they run on other processors.
 bits: setup
