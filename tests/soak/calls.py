@@ -15,7 +15,7 @@ import numpy as np
 from gymnasium.envs.registration import load_env_creator
 
 from grind_env.errors import GrindError
-from tests.envs.harness import MODES, assert_same, every_id, forms_of
+from tests.envs.harness import FORMS, MODES, assert_same, every_id
 from tests.soak.part import Part, Tried, broken, fallen, refused
 
 CALLS = 40
@@ -38,7 +38,7 @@ def attempt(seed: int) -> Tried:
     env_id = ids[seed % len(ids)]
     if rng.random() < MADE:
         return _made(env_id, rng)
-    words = {"action": rng.choice(forms_of(env_id))}
+    words = {"action": rng.choice(FORMS)}
     if rng.random() < 0.5:
         count, mode = rng.choice((1, 2, 3, 17)), rng.choice(MODES)
         made = [gym.make_vec(env_id, count, autoreset_mode=mode, **words) for _ in range(3)]

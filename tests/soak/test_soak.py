@@ -203,3 +203,7 @@ def test_readers_that_fall_hang_or_fill_memory_are_seen(
     monkeypatch.setattr(files, "READS", [reader])
     monkeypatch.setattr(files, "WARM", {reader})
     assert FILES.attempt(1).kind.startswith(kind)
+
+
+def test_every_part_can_be_started() -> None:
+    assert [soak.part_of(name).name for name in soak.NAMES] == soak.NAMES
