@@ -17,6 +17,7 @@ from grind_env.envs.arguments import is_full
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tables import Outcome, reward_terms
 from grind_env.kernel import entry, inlined
+from grind_env.kernel.tiers import as_written
 from grind_env.process.cost import SCRAP_BELOW
 
 READINGS = ("power", "mean_power", "first_power", "peak_power", "size_error", "diameter")
@@ -35,6 +36,9 @@ FINISHED, GOOD = Outcome._fields.index("finished"), Outcome._fields.index("good"
 def found_bad(finished: float, good: float) -> float:
     """How many of the parts that a step has finished are found bad: more likely scrap than not, as in records."""
     return float(math.ceil(finished - good - (1.0 - SCRAP_BELOW)))
+
+
+_found_bad = as_written(found_bad)  # what asks whether to compile would be a tenth of a step
 
 
 class InfoWriter:
@@ -67,7 +71,7 @@ class InfoWriter:
     def single(self, outcome: Outcome, observation: NDArray[np.float32], chosen: Sequence[float]) -> dict[str, Any]:
         """The info of one environment: from its outcome, the observation after it, and what was chosen."""
         finished, good, shown = outcome.finished, outcome.good, observation.tolist()
-        bad = finished - good if self.full else found_bad(finished, good)
+        bad = finished - good if self.full else _found_bad(finished, good)
         info = {
             **{name: 0.0 - outcome[column] / self._reference for name, column in self._terms.items()},
             "cost": bad,

@@ -103,8 +103,10 @@ def runs_alone(kernel: Any, twin: Callable[[], Any]) -> None:
         kernel.alone = twin
 
 
-def as_written(function: Any) -> FunctionType:
-    """A compiled function as it is written, with all that it calls."""
+def as_written(function: Any) -> Any:
+    """A compiled function as it is written, with all that it calls; anything else as it is."""
+    if not is_jitted(function):
+        return function
     if function in WRITTEN:
         return WRITTEN[function]
     twin = getattr(function, "alone", None)
@@ -118,13 +120,9 @@ def as_written(function: Any) -> FunctionType:
     WRITTEN[function] = made  # before what it calls, which may call it
     for name in code.__code__.co_names:
         if isinstance(names.get(name), ModuleType):
-            names[name] = SimpleNamespace(**{each: _plain(value) for each, value in vars(names[name]).items()})
+            names[name] = SimpleNamespace(**{each: as_written(value) for each, value in vars(names[name]).items()})
         elif name in names:
-            names[name] = _plain(names[name])
+            names[name] = as_written(names[name])
     for cell, own in zip(cells, code.__closure__ or (), strict=True):
-        cell.cell_contents = _plain(own.cell_contents)
+        cell.cell_contents = as_written(own.cell_contents)
     return made
-
-
-def _plain(value: Any) -> Any:
-    return as_written(value) if is_jitted(value) else value
