@@ -20,12 +20,14 @@ class EpisodeLength:
 
     @property
     def spec(self) -> EnvSpec | None:
-        """What made the environment; None if `gym.make` and `gym.make_vec` did not."""
+        """The spec that `gym.make` or `gym.make_vec` used; None for an environment that was made directly."""
         return self._spec
 
     @spec.setter
     def spec(self, made: EnvSpec | None) -> None:
         if made is not None:
-            limit = made.kwargs.get("max_episode_steps") or made.max_episode_steps  # as `gym.make_vec` chooses
+            limit = (
+                made.kwargs.get("max_episode_steps") or made.max_episode_steps
+            )  # `gym.make_vec` gives the argument precedence
             made = replace(made, max_episode_steps=limit or self.simulation.most_steps + 1)
         self._spec = made

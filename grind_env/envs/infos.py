@@ -38,7 +38,7 @@ def found_bad(finished: float, good: float) -> float:
     return float(math.ceil(finished - good - (1.0 - SCRAP_BELOW)))
 
 
-_found_bad = as_written(found_bad)  # what asks whether to compile would be a tenth of a step
+_found_bad = as_written(found_bad)  # without the tenth of a step that `Inlined` adds
 
 
 class InfoWriter:

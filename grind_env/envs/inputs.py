@@ -1,4 +1,4 @@
-"""What a simulation reads of program and job, or of its task, by name: what agents and states were made for."""
+"""The inputs of a simulation by name: the program and the job, or the task, that an agent or a state belongs to."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -20,19 +20,18 @@ from grind_env.process.catalogue import USUAL
 Inputs: TypeAlias = Mapping[str, str | float | bool]
 
 JOB = "part", "setup", "times", "lots", "diamond", "stations", "parts", "variables"
-"""Fields of a job that say what is ground; the machine, how worn its wheel is and what a calibration leaves open do
-not."""
+"""Fields of a job that describe the part and how to grind it. Plant, wear of the wheel and uncertainty are left out."""
 NAMES_OF_TASKS = "name", "title", "reference_cost", "observation", "plant", "catalogue", "file"
-"""Fields of a task that say nothing of what is ground."""
+"""Fields of a task that do not change the simulation."""
 CALIBRATED = "machine.idle_power", "machine.power_limit", "machine.meter_scale"
-"""What a calibration changes besides the numbers whose uncertainty it states."""
+"""Names that `grind calibrate` changes beside those in the uncertainty of the job."""
 MOST_TOLD = 3
 
 _NO_WORDS = re.compile(r"\([^()]*\)|\s")
 
 
 def inputs_of(simulation: Simulation) -> Inputs:
-    """Return what a simulation reads of program and job, or of its task; the machines that grind are not part of it."""
+    """Return the inputs of a simulation by name, in the units of job and task, without the plant."""
     if not isinstance(simulation, JobSimulation):
         return dict(named(_tables_of(simulation.task)))
     job = {name: getattr(simulation.job, name) for name in JOB}

@@ -1,7 +1,7 @@
-"""Compiles kernels into the cache on disk in a process of its own, one after the other, while another one goes on.
+"""A background process that compiles kernels into the cache on disk, one after the other.
 
-A kernel is sent as it is written: functions of modules by their names, those that others have made by their code and
-what they have taken from around them. The process ends with the one that has started it, whose pipe then closes.
+A kernel is sent through a pipe. Functions of modules are sent by name, closures by their code and the values around
+them. The background process ends with its parent, which closes the pipe.
 """
 
 import atexit
@@ -26,21 +26,22 @@ from numba.extending import is_jitted
 from grind_env.kernel.fingerprint import names_in
 
 WORKERS = "PYTEST_CURRENT_TEST", "RAY_RAYLET_PID"
-"""Variables of processes beside which there is none: tests, and workers on a cluster."""
+"""Environment variables of tests and of workers on a cluster, which start no background process."""
 LENGTH = 8
+"""Bytes that tell the length of a message."""
 
 
 class Background:
-    """The process, if there is one."""
+    """The background process of this process."""
 
     process: ClassVar[subprocess.Popen[bytes] | None] = None
     sent: ClassVar[dict[Any, bool]] = {}
-    """Whether a kernel could be sent, by that and the types of its arguments."""
+    """Whether each kernel could be sent, by the kernel and the types of its arguments."""
     queue: ClassVar[SimpleQueue[bytes]] = SimpleQueue()
 
     @classmethod
     def compiles(cls, kernel: Any, types: tuple[Any, ...], folder: Path) -> bool:
-        """Whether it compiles a kernel for these types of arguments, or will."""
+        """Send a kernel to be compiled for these types of arguments; return whether the background compiles it."""
         if multiprocessing.parent_process() or any(name in os.environ for name in WORKERS):
             return False
         if (kernel, types) not in cls.sent:
@@ -59,7 +60,7 @@ class Background:
                 cls.process = subprocess.Popen(command, stdin=pipe, stdout=nowhere, stderr=nowhere, env=environment)
                 atexit.register(cls._end, cls.process)
                 threading.Thread(target=cls._write, args=(cls.process.stdin,), daemon=True).start()
-        except Exception:  # of what it is made of, anything may be no thing to be sent: it is compiled here
+        except Exception:  # an object in the kernel may refuse to be pickled in any way
             return False
         return True
 
@@ -70,7 +71,7 @@ class Background:
 
     @classmethod
     def _write(cls, stream: BinaryIO) -> None:
-        """Hand over what is asked for; the pipe holds little of it."""
+        """Write the queue into the pipe, which may have to wait for the background."""
         with suppress(OSError):
             while True:
                 message = cls.queue.get()
@@ -79,10 +80,10 @@ class Background:
 
 
 class Packer(pickle.Pickler):
-    """Pickles compiled functions and what they are made of."""
+    """Pickles compiled functions, closures among them."""
 
     def reducer_override(self, value: Any) -> Any:
-        """How a value is rebuilt; pickle itself knows of others."""
+        """Return how a function or module is rebuilt; pickle itself handles all other values."""
         if isinstance(value, ModuleType):
             return importlib.import_module, (value.__name__,)
         if is_jitted(value) and not _has_name(value, value.py_func):
@@ -95,10 +96,10 @@ class Packer(pickle.Pickler):
 
 
 def packed(value: Any) -> bytes:
-    """A value in bytes.
+    """Pickle a value.
 
     Raises:
-        Exception: something in it cannot be sent.
+        Exception: it holds an object that cannot be pickled.
     """
     file = io.BytesIO()
     Packer(file).dump(value)
@@ -106,7 +107,7 @@ def packed(value: Any) -> bytes:
 
 
 def _parts(function: FunctionType) -> tuple[Any, ...]:
-    """What a function is rebuilt from: its code, names, defaults, what it has around it, and globals of its own."""
+    """Return the arguments of `_function` that rebuild a function; `own` are globals that its module does not have."""
     module = importlib.import_module(function.__module__)
     own = {
         name: function.__globals__[name]
@@ -133,7 +134,7 @@ def _named(module: str, qualname: str) -> Any:
 
 
 def _has_name(value: Any, function: FunctionType) -> bool:
-    """Whether it is what another process finds in its module under its name."""
+    """Return whether another process can import a value by the name of its function."""
     try:
         return function.__module__ != "__main__" and _named(function.__module__, function.__qualname__) is value
     except AttributeError:
@@ -153,7 +154,7 @@ def _inlined(function: FunctionType) -> Any:
 
 
 def main() -> None:
-    """Compile what comes in; the end of the pipe is that of the process at its other end."""
+    """Compile the kernels that come through the pipe, until the parent closes it."""
     if hasattr(os, "nice"):
         os.nice(10)
     todo: SimpleQueue[bytes] = SimpleQueue()
@@ -161,7 +162,7 @@ def main() -> None:
     while True:
         kernel, types = pickle.loads(todo.get())  # from the process that has begun this one
         kernel.compile(types)
-        if not kernel._cache.has(types):  # it cannot be kept: who waits for it sees that this process ends
+        if not kernel._cache.has(types):  # the cache refuses files: the parent sees this process end, and compiles
             return
 
 

@@ -76,10 +76,10 @@ class KernelCache:
             folder.mkdir(parents=True, exist_ok=True)
 
     def has(self, signature: Any) -> bool:
-        """Whether the kernel is on disk for these types of arguments."""
+        """Return whether the cache holds the kernel compiled for these types of arguments."""
         name = self._kernel.__name__.strip("<>")
         with contextlib.suppress(Exception):  # there cannot be a file
-            if next(self.folder.glob(f"{name}-*.nbc"), None) is not None:  # to find the name of its own takes longer
+            if next(self.folder.glob(f"{name}-*.nbc"), None) is not None:  # a fingerprint takes longer
                 return self._path(signature, self._kernel.targetctx.codegen()).exists()
         return False
 
@@ -156,7 +156,7 @@ class KernelCache:
 
 
 def compile_seconds(kernel: Any) -> float:
-    """About what it takes to compile a kernel."""
+    """Estimate the time to compile a kernel, s."""
     return COMPILATION * count_functions(kernel)
 
 

@@ -86,7 +86,7 @@ def _inlined_rule(rule: FunctionType) -> Any:
 def entry(function: Function) -> Function:
     """Compile a loop that Python calls, without the GIL and with a disk cache that cannot be stale."""
     options = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True, "pipeline_class": KernelCompiler}
-    # numba gives a callee what its caller has: one that is compiled first within an inlined one could make no array
+    # numba passes `_nrt` from caller to callee: an entry first compiled within an inlined function could make no array
     compiled = numba.njit(**options, _nrt=True)(function)
     if not numba.config.DISABLE_JIT:
         keep_on_disk(compiled)

@@ -1,14 +1,14 @@
-"""Two tiers with the same bits: an entry runs as plain Python while that is little work, and compiled where it pays.
+"""Two ways to run an entry, with the same bits: plain Python for little work, compiled code for much.
 
-Where it is neither compiled in this process nor on disk, it runs as it is written until that has taken a share of the
-time to compile it. Then another process compiles it into the cache while plain calls go on, and it is taken from there.
-Where there is no such process, it is compiled here once plain calls have taken as long as that does.
+An entry that is neither compiled in this process nor in the cache on disk runs as plain Python. After a share of the
+time that its compilation takes, a background process compiles it into the cache, and the entry loads it from there.
+Without a background process the entry is compiled in place, once plain calls have taken as long as its compilation.
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from types import CellType, FunctionType, ModuleType, SimpleNamespace
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numba.core.registry import CPUDispatcher
@@ -17,49 +17,53 @@ from numba.extending import is_jitted
 from grind_env.kernel.background import Background
 from grind_env.kernel.cache import compile_seconds
 
-Function = TypeVar("Function", bound=Callable[..., Any])
-
 SHARE = 0.05
-"""Of the time to compile an entry, for which it runs as plain Python before that is begun in the background."""
+"""Plain calls over the time to compile, from which on the background compiles."""
 FEW = 0.1
-"""s of plain calls of an inlined function, about what it takes to compile it."""
+"""s of plain calls after which an inlined function is compiled, about the time to compile one."""
 MANY = 16
-"""Episodes side by side from which on plain Python would be slow."""
+"""Parallel episodes from which on plain Python is too slow."""
 MANY_ROWS = 1024
-"""The same of rows in one call."""
+"""Rows in one call from which on plain Python is too slow."""
 LOOK = 0.25
-"""s of plain calls between two looks for the file."""
+"""s of plain calls between two looks into the cache."""
+UNLIKE = ArithmeticError, ValueError
+"""Errors of Python's own floats, such as a division by 0, where compiled code goes on with infinity or NaN."""
 
 WRITTEN: dict[Any, FunctionType] = {}
-"""Compiled functions as they are written, of those that have run so."""
+"""The plain Python function of each compiled function that has run as plain Python."""
 
 
-class Entry(CPUDispatcher):  # type: ignore[misc]
-    """What `entry` makes of a function. Once it is compiled it is numba's dispatcher and nothing else."""
+class Entry(CPUDispatcher):  # type: ignore[misc]  # numba has no types
+    """An entry before its compilation. Afterwards its class is that of numba, so that a call costs no more."""
 
     at_once: ClassVar[bool] = False
-    """Whether entries are compiled when they are called first."""
+    """Whether the first call compiles an entry."""
     alone: Callable[[], Any] | None = None
-    """Of `runs_alone`."""
+    """See `runs_alone`."""
     spent: float = 0.0
-    """CPU-seconds of plain calls."""
+    """CPU-seconds of plain calls so far."""
     due: float = 0.0
-    """Of these, at which it is to be asked again whether to compile."""
+    """CPU-seconds of plain calls at which `_pays` is asked next."""
 
     def __call__(self, *args: Any) -> Any:
-        """Run it."""
-        if Entry.at_once or self.overloads or (self.spent >= self.due and self._pays(args)):
-            self.__class__ = CPUDispatcher
-            return self(*args)
-        begin = time.thread_time()
-        try:
-            with np.errstate(all="ignore"):  # as compiled code does
-                return as_written(self)(*args)
-        finally:
-            self.spent += time.thread_time() - begin
+        """Run the entry."""
+        if not (Entry.at_once or self.overloads or (self.spent >= self.due and self._pays(args))):
+            before = [(array, array.copy()) for array in _arrays(args)]
+            begin = time.thread_time()
+            try:
+                with np.errstate(all="ignore"):  # as compiled code does
+                    return as_written(self)(*args)
+            except UNLIKE:
+                for array, values in before:
+                    array[...] = values
+            finally:
+                self.spent += time.thread_time() - begin
+        self.__class__ = CPUDispatcher
+        return self(*args)
 
     def _pays(self, args: tuple[Any, ...]) -> bool:
-        """Whether it is to be had from disk, or is to be compiled here; the background is asked for what is missing."""
+        """Return whether to go on compiled; start the background compilation when it is time."""
         types = tuple(map(self.typeof_pyval, args))
         if self._cache.has(types):
             return True
@@ -71,20 +75,20 @@ class Entry(CPUDispatcher):  # type: ignore[misc]
         return not Background.compiles(self, types, self._cache.folder) and self.spent >= price
 
 
-class Inlined(CPUDispatcher):  # type: ignore[misc]
-    """What `inlined` makes of a function: plain Python where Python calls it, until it is compiled for many calls."""
+class Inlined(CPUDispatcher):  # type: ignore[misc]  # numba has no types
+    """An inlined function as Python calls it: plain Python for few calls, compiled for many."""
 
     spent: float = 0.0
-    """CPU-seconds of plain calls."""
+    """CPU-seconds of plain calls so far."""
 
     def __call__(self, *args: Any) -> Any:
-        """Run it."""
+        """Run the function, which changes no argument."""
         if self.spent < FEW:
             begin = time.thread_time()
             try:
                 with np.errstate(all="ignore"):
                     return as_written(self)(*args)
-            except ArithmeticError:  # of Python's own floats, where compiled code has an infinity or NaN
+            except UNLIKE:
                 pass
             finally:
                 self.spent += time.thread_time() - begin
@@ -93,36 +97,44 @@ class Inlined(CPUDispatcher):  # type: ignore[misc]
 
 
 def compile_at_once() -> None:
-    """Compile entries from now on when they are called first: for much work, of which plain Python would be slow."""
+    """Compile entries at their first call from now on, because there is much work to come."""
     Entry.at_once = True
 
 
 def runs_alone(kernel: Any, twin: Callable[[], Any]) -> None:
-    """Let another entry run as plain Python in the place of one, such as one with a single lane; `twin()` makes it."""
+    """Let another entry stand in for a kernel in plain Python, such as one with a single lane; `twin()` makes it."""
     if isinstance(kernel, Entry):
         kernel.alone = twin
 
 
 def as_written(function: Any) -> Any:
-    """A compiled function as it is written, with all that it calls; anything else as it is."""
+    """Return the plain Python of a compiled function, with all functions that it calls; other values unchanged."""
     if not is_jitted(function):
         return function
     if function in WRITTEN:
         return WRITTEN[function]
-    twin = getattr(function, "alone", None)
-    if twin is not None:
+    if twin := getattr(function, "alone", None):
         WRITTEN[function] = as_written(twin())
         return WRITTEN[function]
-    code = function.py_func
-    names = {**code.__globals__}
-    cells = tuple(CellType() for _ in code.__closure__ or ())
-    made = FunctionType(code.__code__, names, code.__name__, code.__defaults__, cells or None)
-    WRITTEN[function] = made  # before what it calls, which may call it
-    for name in code.__code__.co_names:
+    python = function.py_func
+    names = {**python.__globals__}
+    cells = tuple(CellType() for _ in python.__closure__ or ())
+    made = FunctionType(python.__code__, names, python.__name__, python.__defaults__, cells or None)
+    WRITTEN[function] = made  # before the functions that it calls, which may call it
+    for name in python.__code__.co_names:
         if isinstance(names.get(name), ModuleType):
             names[name] = SimpleNamespace(**{each: as_written(value) for each, value in vars(names[name]).items()})
         elif name in names:
             names[name] = as_written(names[name])
-    for cell, own in zip(cells, code.__closure__ or (), strict=True):
+    for cell, own in zip(cells, python.__closure__ or (), strict=True):
         cell.cell_contents = as_written(own.cell_contents)
     return made
+
+
+def _arrays(values: tuple[Any, ...]) -> Iterator[Any]:
+    """Yield the arrays in nested tuples that a function may write."""
+    for value in values:
+        if isinstance(value, tuple):
+            yield from _arrays(value)
+        elif isinstance(value, np.ndarray) and value.flags.writeable:
+            yield value

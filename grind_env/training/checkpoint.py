@@ -1,13 +1,14 @@
-"""Where a training is kept between two updates, so that one that is killed goes on.
+"""Checkpoints of `grind train`: a killed training resumes from its last update.
 
-It holds the objects that a step changes, in a pickle, which does whatever its author wrote into it. So it lies in the
-user's cache, where nobody else writes, and never beside a part program.
+A checkpoint is a pickle of the objects that training changes. Loading a pickle runs code that its author chose.
+Therefore checkpoints lie in the user's cache, which only the user writes, and never beside a part program.
 """
 
 import hashlib
 import io
 import pickle
 import time
+import warnings
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -20,25 +21,28 @@ import torch
 import grind_env
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.job.simulation import JobSimulation
+from grind_env.errors import GrindWarning
 from grind_env.files import FileError, write_atomically
 from grind_env.kernel.cache import UNUSED
 from grind_env.machine.job import Job
 
 T = TypeVar("T")
 
-
-FOUND_AGAIN = BlockSimulation, JobSimulation, Job
-"""What no step changes, and a training that has been begun holds as well: it is left out."""
+UNCHANGED = BlockSimulation, JobSimulation, Job
+"""Types that training does not change. A new training holds equal objects, which take the place of those saved."""
 
 
 @dataclass(frozen=True, slots=True)
 class Checkpoint:
-    """A file with a training and the state of PyTorch's generator."""
+    """A file with a training and the state of PyTorch's random generator."""
 
     path: Path
 
-    def read(self, begun: T) -> T:
-        """The training, with whose generator PyTorch goes on; the one begun if there is none that can be read."""
+    def resume(self, begun: T) -> T:
+        """Return the training in the file and set PyTorch's generator; without a file, return the one just begun.
+
+        A damaged file gives a `GrindWarning`, and the training begins anew.
+        """
         if not self.path.exists():
             return begun
         try:
@@ -46,14 +50,15 @@ class Checkpoint:
             around.dump(begun)
             with self.path.open("rb") as file:
                 training, generator = Loader(file, around.left_out).load()
-        except Exception:  # a damaged pickle may raise anything, and all that is lost is time
+            torch.set_rng_state(generator)
+        except Exception:  # a damaged pickle may raise anything
+            warnings.warn(f"{self.path} is damaged: the training begins anew", GrindWarning, stacklevel=2)
             return begun
-        torch.set_rng_state(generator)
         found: T = training
         return found
 
     def write(self, training: object) -> None:
-        """Keep a training, whole or not at all: where the folder cannot be written, it begins anew if it is killed."""
+        """Replace the file atomically. If the folder cannot be written, the training goes on without a checkpoint."""
         content = io.BytesIO()
         Saver(content).dump((training, torch.get_rng_state()))
         with suppress(FileError, OSError):
@@ -61,22 +66,23 @@ class Checkpoint:
             write_atomically(self.path, lambda unfinished: unfinished.write_bytes(content.getvalue()))
 
     def remove(self) -> None:
-        """Forget the training, which is over, and those that nobody has gone on with for long."""
+        """Delete the file of a finished training, and checkpoints that nobody has resumed for 30 days."""
         for path in self.path.parent.glob("*.checkpoint"):
-            if path == self.path or time.time() - path.stat().st_mtime > UNUSED:
-                path.unlink(missing_ok=True)
+            with suppress(OSError):  # another training may have deleted it
+                if path == self.path or time.time() - path.stat().st_mtime > UNUSED:
+                    path.unlink()
 
 
 class Saver(pickle.Pickler):
-    """Writes objects without what is found again, of which it keeps the places."""
+    """A pickler that leaves out objects of the types `UNCHANGED` and numbers them."""
 
     def __init__(self, file: IO[bytes]) -> None:
         super().__init__(file)
         self.left_out: list[object] = []
 
     def persistent_id(self, value: object) -> int | None:
-        """The place of what is left out."""
-        if not isinstance(value, FOUND_AGAIN):
+        """Return the number of an object that is left out."""
+        if not isinstance(value, UNCHANGED):
             return None
         if not any(each is value for each in self.left_out):
             self.left_out.append(value)
@@ -84,20 +90,20 @@ class Saver(pickle.Pickler):
 
 
 class Loader(pickle.Unpickler):
-    """Reads them, with what is found again in its places."""
+    """An unpickler that puts objects in the places of those that `Saver` has left out."""
 
     def __init__(self, file: IO[bytes], left_out: Sequence[object]) -> None:
         super().__init__(file)
         self.left_out = left_out
 
     def persistent_load(self, place: int) -> object:
-        """What belongs in a place."""
+        """Return the object with this number."""
         return self.left_out[place]
 
 
-def checkpoint_of(said: Iterable[object]) -> Checkpoint:
-    """The checkpoint of what is said of a training; other code finds none, for it may not go on with these objects."""
-    digest = hashlib.sha256(repr((torch.__version__, *said)).encode())
+def find_checkpoint(inputs: Iterable[object]) -> Checkpoint:
+    """Return the checkpoint of a training with these inputs, whose `repr` must tell them apart, and with this code."""
+    digest = hashlib.sha256(repr((torch.__version__, *inputs)).encode())
     for path in sorted(Path(grind_env.__file__).parent.rglob("*.py")):
         digest.update(path.read_bytes())
     folder = platformdirs.user_cache_path("grind_env") / "trainings"

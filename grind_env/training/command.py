@@ -65,7 +65,7 @@ def train(
     It is PPO with a GRU, which finds out from the readings what machine it grinds on; it holds no model. What it comes
     to stands beside what `grind advise` takes without it, or beside the empirical rule on a task. The file goes into
     `grind advise --policy`, `grind evaluate --policy` and `grind play --policy`, which need no PyTorch. If the training
-    is killed, the same command goes on from its last update.
+    is killed, repeat the command to resume it.
     """
     from grind_env.errors import GrindError, printable, quoted
     from grind_env.extras import needing
@@ -78,7 +78,7 @@ def train(
 
     with needing("train", "grind train needs"):
         from grind_env.training import gru_ppo
-        from grind_env.training.checkpoint import checkpoint_of
+        from grind_env.training.checkpoint import find_checkpoint
 
     if memory not in gru_ppo.SEEN:
         raise GrindError(f"--memory is {quoted(memory)}, but must be one of {', '.join(gru_ppo.SEEN)}")
@@ -97,9 +97,9 @@ def train(
     if not problem.simulation().compiled:
         slow = f"the control executes {named.name} step by step: {steps:,} blocks may take hours"
         print(printable(f"{slow}; fewer --steps are quicker, and learn less"), file=sys.stderr)
-    checkpoint = checkpoint_of((problem, settings, seed, *_contents(problem.simulation())))
+    checkpoint = find_checkpoint((problem, settings, seed, *_contents(problem.simulation())))
     if checkpoint.path.is_file():
-        print(printable(f"{path}: goes on with the training that was stopped"), file=sys.stderr)
+        print(printable(f"{path}: resuming the interrupted training"), file=sys.stderr)
     begin = time.process_time()
     with progress_bar("steps", steps) as advance:
         agent, scale = gru_ppo.train(problem, settings, seed, advance, checkpoint)
@@ -137,7 +137,7 @@ def _problem(task: str, job: str | None, parts: int | None, variables: Sequence[
 
 
 def _contents(simulation: "Simulation") -> "Iterator[tuple[str, str | float]]":
-    """What files say of what is ground and of the machine, by name."""
+    """Yield all inputs of a training by name: those of the agent, and of a job its plant, wheel and uncertainty."""
     from grind_env.envs.inputs import inputs_of, named
 
     yield from inputs_of(simulation).items()

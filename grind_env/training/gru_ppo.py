@@ -261,7 +261,7 @@ class Episodes:
 
 
 class Training:
-    """A training between two updates; saved and loaded it goes on as if nothing had been, to the bit.
+    """The state of a training between two updates. A training resumed from it gives the same agent, to the bit.
 
     Args:
         problem: as `shown` shows it, on the model or on machines that are drawn.
@@ -297,12 +297,12 @@ def train(
         settings: of the training.
         seed: of the training.
         advance: called with the number of steps that have been made since it was called last.
-        checkpoint: where the training is kept after each update, and goes on from.
+        checkpoint: saved after each update, and resumed from if its file exists.
     """
     torch.set_num_threads(1)  # at this size a second thread only costs
     training = Training(problem, settings, seed)
     if checkpoint is not None:
-        training = checkpoint.read(training)
+        training = checkpoint.resume(training)
     episodes, agent, optimiser, worth = training.episodes, training.agent, training.optimiser, training.worth
     n, steps, width = settings.envs, settings.rollout, episodes.seen.shape[1]
     state, multiplier = training.state, training.multiplier

@@ -64,9 +64,8 @@ def test_by_default_the_info_is_what_a_shop_knows(env_id: str) -> None:
 
 
 def test_a_part_is_found_bad_that_is_more_likely_scrap_than_not() -> None:
-    bad = found_bad
-    assert [bad(1.0, good) for good in (0.0, 0.49, 0.5, 0.51, 1.0)] == [1.0, 1.0, 0.0, 0.0, 0.0]
-    assert (bad(0.0, 0.0), bad(3.0, 1.2), bad(3.0, 2.9)) == (0.0, 2.0, 0.0)
+    assert [found_bad(1.0, good) for good in (0.0, 0.49, 0.5, 0.51, 1.0)] == [1.0, 1.0, 0.0, 0.0, 0.0]
+    assert (found_bad(0.0, 0.0), found_bad(3.0, 1.2), found_bad(3.0, 2.9)) == (0.0, 2.0, 0.0)
 
 
 @pytest.mark.parametrize("info", ["all", None, 1])

@@ -1,7 +1,6 @@
 """Runs every entry as plain Python and compiled, on the same arguments: `python -m tests.kernel.both_tiers`.
 
-It prints each entry that has run, with its module. It is a program of its own, for what a process has compiled runs as
-plain Python nowhere in it.
+It prints each entry that has run, with its module. It needs a fresh process: there, no entry is compiled yet.
 """
 
 import copy
@@ -61,7 +60,7 @@ def main() -> None:
     env.reset(seed=0)
     with suppress(ActionError):
         env.step(np.full(2, np.nan))
-    simulation: Any = env.unwrapped.simulation  # type: ignore[attr-defined]
+    simulation: Any = env.unwrapped.simulation
     simulation.text(simulation.block(simulation.start([np.random.default_rng(0)]), 0, 12_000.0, 0.0))
     for name in examples.names():
         grind_file(examples.path(name))
@@ -93,5 +92,5 @@ def run_through(simulation: JobSimulation) -> None:
 
 
 if __name__ == "__main__":
-    Entry.__call__ = call  # type: ignore[method-assign]
+    Entry.__call__ = call
     main()

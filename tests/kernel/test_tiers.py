@@ -121,6 +121,31 @@ def test_tests_and_workers_start_no_process(tmp_path: Path, monkeypatch: pytest.
     assert not compiles() and Background.process is None
 
 
+DIVIDES = """
+import numpy as np
+from grind_env.kernel import entry, inlined
+
+@inlined
+def inverse(x):
+    return 1.0 / x
+
+@entry
+def kernel(values):
+    values[0] += 1.0
+    values[1] = inverse(float(values[1] - values[1]))
+    return values[0]
+
+values = np.array([3.0, 4.0])
+print(kernel(values), values, inverse(0.0), bool(kernel.overloads))
+"""
+
+
+def test_where_plain_python_refuses_a_number_compiled_code_runs_on_what_was_there(tmp_path: Path) -> None:
+    command, environment = [sys.executable, "-c", DIVIDES], {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["4.0", "[", "4.", "inf]", "inf", "True"]
+
+
 @pytest.mark.bits
 def test_every_entry_has_the_same_bits_in_both_tiers() -> None:
     entries = set()

@@ -1,6 +1,7 @@
 """`grind optimise`: what it promises holds on other lots and in `grind run`, and what it refuses it says."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -387,3 +388,26 @@ def test_of_words_that_were_not_sought_without_a_limit_only_a_near_one_binds() -
     assert found.verdict is Verdict.INFEASIBLE
     assert [(limit.name, limit.price) for limit in found.limits if limit.binds] == [("Ra", None)]
     assert any(sentence.startswith("the limit of Ra binds: ") for sentence in sentences(found))
+
+
+@pytest.mark.usefixtures("few_lots")
+@pytest.mark.parametrize(("tolerance", "searched"), [(2.0, {"size"}), (900.0, set())])
+def test_only_limits_that_refuse_a_program_are_searched_without(
+    tolerance: float, searched: set[str], tmp_path: Path
+) -> None:
+    job, labels = known_job(tmp_path, "keyway_g81"), set[str]()
+    part = replace(load_job(job).part, tolerance=tolerance, roughness_limit=0.0, rise_allowance=1500.0)
+    wishes = wishes_of(("E",), steps={"E": 2000})
+    progress = lambda label, count: labels.add(label)  # noqa: E731
+    found = find_words(
+        EXAMPLES / "keyway_g81.nc",
+        replace(load_job(job), part=part),
+        wishes,
+        parts=1,
+        seconds=1000.0,
+        progress=progress,
+    )
+    assert {label.removeprefix("without the limit of ") for label in labels if label.startswith("without")} == searched
+    for limit in found.limits:
+        if limit.name not in searched and limit.price is not None:
+            assert limit.price.value == 0.0 and limit.without == limit.after

@@ -170,7 +170,7 @@ def test_the_same_command_goes_on_with_a_training_that_was_stopped(
     job.write_text(told + "\n[setup.machine_overrides]\npower_limit = 5000\n")
     assert job.read_text() != told and grind(*words, other)[::2] == (0, "")
     job.write_text(told)
-    assert grind(*words, resumed)[::2] == (0, f"{resumed}: goes on with the training that was stopped\n")
+    assert grind(*words, resumed)[::2] == (0, f"{resumed}: resuming the interrupted training\n")
     for one, again in zip(load_file(whole).items(), load_file(resumed).items(), strict=True):
         assert (one[0], one[1].tobytes()) == (again[0], again[1].tobytes())
     assert not list((tmp_path / "trainings").iterdir())

@@ -13,7 +13,7 @@ from safetensors.numpy import load, save
 
 from agents.learning.plain import plain_agent
 from grind_env.envs.shown import CLIP, Standard
-from grind_env.errors import GrindError
+from grind_env.errors import GrindError, GrindWarning
 from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.held import on
 from grind_env.policies.learned.network import Network
@@ -242,9 +242,10 @@ train(shown(on(find_problem("oracle6"), "public"), "gru"), {settings!r}, 1, adva
         np.testing.assert_array_equal(one, other)
 
 
-def test_a_damaged_checkpoint_is_none(tmp_path: Path):
+def test_a_damaged_checkpoint_is_told(tmp_path: Path):
     checkpoint = Checkpoint(tmp_path / "part.checkpoint")
     checkpoint.path.write_bytes(b"PK")
-    assert checkpoint.read("begun") == "begun"
+    with pytest.warns(GrindWarning, match="is damaged: the training begins anew"):
+        assert checkpoint.resume("begun") == "begun"
     checkpoint.remove()
     assert not list(tmp_path.iterdir())

@@ -39,8 +39,8 @@ def freed_of(
 ) -> dict[str, Freed]:
     """The best words without each limit: what they save on unseen lots, and how far they are beyond it.
 
-    A limit that has refused no better program of those `found` costs nothing, and stands as with the best words, which
-    come to `new`. Limits for which the time is up are left out.
+    A limit that no program of `found` exceeds costs nothing; its share is that of the best words, from `new`. Limits
+    for which the time is up are left out.
     """
     less = attrgetter(variation.wishes.quantity)
     words: dict[str, Freed] = {}
@@ -48,7 +48,7 @@ def freed_of(
     for k, name in enumerate(LIMITS):
         if (free := without(variation.job, name)) is None:
             continue
-        if any(each.beyond[k] and less(each) < less(found[best]) for each in found.values()):
+        if any(each.beyond[k] for each in found.values()):
             others.append((k, name, free))
         else:
             words[name] = Freed(Interval(0.0, 0.0, 0.0), float(new.ratios[0, k]))
