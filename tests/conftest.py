@@ -8,15 +8,35 @@ from grind_env.kernel import compile_at_once
 from grind_env.shop.optimise import budget as clock
 from grind_env.shop.optimise import variation
 from tests.command import Grind
+from tests.examples import ALL
 
-# the first call of a compiled function compiles it, which no deadline should count, and a busy machine draws slowly
-settings.register_profile("long", deadline=None, suppress_health_check=[HealthCheck.too_slow])
-settings.register_profile("default", settings.get_profile("long"), max_examples=30)
-settings.load_profile("default")
+# the first call of a compiled function compiles it, which no deadline should count, and a busy machine draws slowly;
+# fixtures that a test shares among its examples hold nothing that an example changes
+QUIET = [HealthCheck.too_slow, HealthCheck.function_scoped_fixture]
+settings.register_profile("nightly", deadline=None, suppress_health_check=QUIET, max_examples=ALL)
+settings.register_profile("commit", settings.get_profile("nightly"), max_examples=20)
+settings.load_profile("commit")
+
+COMMIT_IDS = {f"grind/{name}-v0" for name in ("PowerLimited", "WideRails", "Reciprocation", "WidePlates", "Job")}
+"""One environment of each form: tests of an `env_id` take the others in the nightly job."""
 
 
 # compiled code is what most tests are of; what they start runs as it does for its users
 compile_at_once()
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Leave further environments to the nightly job where a test takes one of `COMMIT_IDS`, too."""
+    of_an_id = {
+        item: item.callspec.params["env_id"]
+        for item in items
+        if isinstance(item, pytest.Function) and hasattr(item, "callspec") and "env_id" in item.callspec.params
+    }
+    covered = {item.function for item, env_id in of_an_id.items() if env_id in COMMIT_IDS}
+    for item, env_id in of_an_id.items():
+        if env_id not in COMMIT_IDS and item.function in covered:
+            item.add_marker(pytest.mark.nightly)
 
 
 @pytest.fixture
