@@ -45,7 +45,7 @@ soak: setup
 
 # Do the tests find mistakes of one line in a copy of the last commit? A run that was interrupted goes on.
 mutations: setup
-	$(BIN)/python -m tests.mutations --least 37 tests/mutations/first.toml tests/mutations/second.toml
+	$(BIN)/python -m tests.mutations --least 37
 
 # The tests that promise equal bits, as they run on other processors; `make bits PATHS=plain-python` on one of them.
 bits: setup
