@@ -4,7 +4,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from grind_env.cli import main
-from grind_env.kernel import compile_at_once
+from grind_env.kernel.tiers import Entry
 from grind_env.shop.optimise import budget as clock
 from grind_env.shop.optimise import variation
 from tests.command import Grind
@@ -19,10 +19,6 @@ settings.load_profile("commit")
 
 COMMIT_IDS = {f"grind/{name}-v0" for name in ("PowerLimited", "WideRails", "Reciprocation", "WidePlates", "Job")}
 """One environment of each form: tests of an `env_id` take the others in the nightly job."""
-
-
-# compiled code is what most tests are of; what they start runs as it does for its users
-compile_at_once()
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -50,6 +46,12 @@ def grind(capsys: pytest.CaptureFixture[str]) -> Grind:
         return int(ended.value.code or 0), said.out, said.err
 
     return call
+
+
+@pytest.fixture(autouse=True)
+def two_tiers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Little work runs as plain Python, as for users, also after a test whose work was compiled at once."""
+    monkeypatch.setattr(Entry, "at_once", False)
 
 
 @pytest.fixture
