@@ -221,6 +221,7 @@ def peak(work: Path, count: int) -> tuple[int, int]:
     return top, found
 
 
+@pytest.mark.nightly
 def test_memory_does_not_grow_with_the_program(tmp_path: Path) -> None:
     small, few = peak(tmp_path / "small.nc", 35_000)
     large, many = peak(tmp_path / "large.nc", 130_000)

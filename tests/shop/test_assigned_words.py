@@ -54,6 +54,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.nightly
 def test_a_program_with_variables_is_made_as_good_as_its_twin_with_numbers(folder: Path) -> None:
     wishes = wishes_of(("E", "D", "J"), bounds={"D": (0, 1)})
     theirs, mine = (found_in(text, folder, wishes=wishes) for text in (PLATE, ASSIGNED))
@@ -228,6 +229,7 @@ def with_variables(draw: st.DrawFn) -> str:
     return "\n".join([HEAD, *looped[:1], *lines, *looped[1:], TAIL])
 
 
+@pytest.mark.nightly
 @examples(15)
 @given(text=with_variables(), data=st.data())
 def test_the_text_says_what_was_asked(text: str, data: st.DataObject) -> None:
