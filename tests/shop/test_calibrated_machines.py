@@ -111,7 +111,7 @@ def test_a_scale_of_amperes_without_volts_is_refused(tmp_path):
         calibrate(tmp_path / "log.csv", PROGRAM, JOB, map_file=tmp_path / "map.toml")
 
 
-@pytest.mark.parametrize("which", ["model", "foreign"])
+@pytest.mark.parametrize("which", ["model", nightly("foreign")])
 def test_what_is_left_open_stands_in_the_file(which, request, tmp_path):
     found, _ = request.getfixturevalue(which)
     found.write(tmp_path / "shop.toml", force=True)
