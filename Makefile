@@ -112,7 +112,7 @@ docs: setup
 pages: setup
 	rm -rf build/docs build/doctrees
 	$(BIN)/python docs/tools/sources.py build/pages
-	$(SPHINX) -D nb_execution_mode=off -b html build/pages build/docs
+	$(SPHINX) -D nb_execution_mode=off -D suppress_warnings=myst-nb.lexer -b html build/pages build/docs
 
 # A core install, without torch and Stable-Baselines3, imports, registers and steps every environment.
 core:

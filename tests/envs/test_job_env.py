@@ -34,7 +34,7 @@ from grind_env.machine.script.block import ScriptError
 from grind_env.machine.script.script import script_of
 from grind_env.machine.script.settings import Ranges
 from tests.envs.harness import MODES, assert_same, job_drawn, reward_terms_of, row_of, tape_of_job
-from tests.examples import examples
+from tests.examples import examples, nightly
 from tests.machine.harness import DRESS
 from tests.testing.conformance import check_vector_env
 
@@ -335,7 +335,7 @@ def test_lots_come_with_their_probability_and_last_until_the_next() -> None:
 # --- the interface of Gymnasium -----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("observation", ["measured", "full"])
+@pytest.mark.parametrize("observation", ["measured", nightly("full")])
 @pytest.mark.parametrize("name", NAMES)
 def test_both_checkers_pass_without_a_warning(name: str, observation: str) -> None:
     with warnings.catch_warnings():

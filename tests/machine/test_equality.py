@@ -357,6 +357,7 @@ print(stroke.T, sum(grind_strips.stats.cache_hits.values()))
 """
 
 
+@pytest.mark.nightly
 def test_an_edited_equation_is_compiled_anew_and_an_unchanged_one_is_not(tmp_path: Path) -> None:
     root = Path(grind_env.__file__).parents[1]
     for package in ("grind_env", "tests/machine"):

@@ -24,6 +24,7 @@ from grind_env.shop.optimise.wishes import Wishes, wishes_of
 from grind_env.shop.sweep.study import LOTS
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 from tests.command import Grind
+from tests.examples import nightly
 from tests.shop.programs import KNOWN, known_job
 
 pytestmark = pytest.mark.usefixtures("few_lots")
@@ -66,7 +67,7 @@ def test_what_counts_runs_of_several_parts_says_so() -> None:
     assert several == ["every run", "every 2 blocks", "every 3 blocks", "every 2 runs", "every 4 blocks"]
 
 
-@pytest.mark.parametrize("path", [PLATE, RAIL])
+@pytest.mark.parametrize("path", [PLATE, nightly(RAIL)])
 def test_the_program_dresses_in_every_third_part_whatever_was_left_in_its_counter(path: Path) -> None:
     variation, point = written(path, 3)
     programs, job = variation.read(point), load_job(path.with_suffix(".toml"))

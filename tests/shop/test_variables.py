@@ -165,6 +165,7 @@ def test_words_that_are_varied_are_said_in_every_run(text: str, parts: int, star
     assert theirs.cost == pytest.approx(mine.cost, rel=1e-9)
 
 
+@pytest.mark.nightly
 def test_a_program_that_jumps_is_swept_as_its_straight_twin(folder: Path) -> None:
     ranges = Ranges(E=(12_000.0, 18_000.0), every=(1, 2))
     jumping, straight = (sweep(folder / f"{name}.nc", None, ranges, parts=4) for name in ("steps", "straight"))
@@ -201,6 +202,7 @@ def test_words_of_a_program_that_counts_are_varied_on_all_parts() -> None:
     assert trials.measure(asked).cost.tolist() == faster.measure(faster.own[None]).cost.tolist()
 
 
+@pytest.mark.nightly
 def test_optimise_takes_a_program_that_counts(folder: Path) -> None:
     found = optimise(folder / "counting.nc", variables={500: 0.0}, parts=6, budget=1000, bounds={"E": (8000, 20_000)})
     record = grind(read(found.after), job({500: 0.0}))
