@@ -24,7 +24,7 @@ from grind_env.shop.optimise.wishes import Wishes, wishes_of
 from grind_env.shop.sweep.study import LOTS
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 from tests.command import Grind
-from tests.shop.programs import KNOWN, known_job
+from tests.shop.programs import KNOWN, TWO_PLATES, known_job
 
 pytestmark = pytest.mark.usefixtures("few_lots")
 
@@ -138,10 +138,8 @@ def test_wishes_that_are_none(options: tuple[str, ...], told: str, grind: Grind)
     assert status == 2 and told in err
 
 
-def test_parts_that_are_alike_keep_alike_words_unless_they_are_free(tmp_path: Path, grind: Grind) -> None:
-    assert grind("init", tmp_path / "shop", "--stations", "2")[0] == 0
-    program = tmp_path / "shop" / "part.nc"
-    alike, free = (varied(program, wishes_of(free=each), runs=3) for each in (False, True))
+def test_parts_that_are_alike_keep_alike_words_unless_they_are_free() -> None:
+    alike, free = (varied(TWO_PLATES, wishes_of(free=each), runs=3) for each in (False, True))
     assert [each.places for each in alike.choices.variables] == ["N150, N250", "N170, N270", "N150, N250"]
     assert [each.places for each in free.choices.variables] == ["N150", "N170", "N250", "N270", "N150", "N250"]
     text = alike.with_words((*(count - 1 for count in alike.counts[:-1]), 0)).text

@@ -35,7 +35,6 @@ COMMANDS = (
     "report part.nc",
     "play --policy E12D1 --task oracle6 --no-window --output out.nc",
     "init made",
-    "init made --Ra 0.8 --tolerance 20 --stock 0.05 --budget 0s",
     "evaluate --task oracle6 --policy E12D1 --episodes 2 --submit out.json",
     "calibrate --plan out.nc --program part.nc --job part.toml",
     f"optimise part.nc --parts 2 {SMALL} -o out.nc --report out.html --plot out.svg",

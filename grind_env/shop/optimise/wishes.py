@@ -46,7 +46,6 @@ class Wishes:
         confidence: probability with which a part keeps each, whatever its lot and machine are, and with which each end
             of an interval holds.
         untried: whether nothing is known of how the program grinds on the machine.
-        guess: whether the program is a first guess, beside which other words are no risk.
         objective: of `OBJECTIVES`, what is to become less.
         within: the most that a part may take in the mean, by the names cost and seconds.
         free: whether blocks of parts that are alike may have words of their own.
@@ -60,7 +59,6 @@ class Wishes:
     margins: Mapping[str, float] = field(default_factory=dict)
     confidence: float = CONFIDENCE
     untried: bool = False
-    guess: bool = False
     objective: str = "cost"
     within: Mapping[str, float] = field(default_factory=dict)
     free: bool = False
