@@ -1,4 +1,5 @@
 import itertools
+from decimal import Decimal
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -6,7 +7,7 @@ from hypothesis import HealthCheck, settings
 from grind_env.cli import main
 from grind_env.kernel import compile_at_once
 from grind_env.shop.optimise import budget as clock
-from grind_env.shop.optimise import variation
+from grind_env.shop.optimise import variables, variation
 from tests.command import Grind
 
 # the first call of a compiled function compiles it, which no deadline should count, and a busy machine draws slowly
@@ -36,6 +37,12 @@ def grind(capsys: pytest.CaptureFixture[str]) -> Grind:
 def few_lots(monkeypatch: pytest.MonkeyPatch) -> None:
     """Short batches are ground on as many lots as long ones, where a test is not of how sure a promise is."""
     monkeypatch.setattr(variation, "USUAL_RUNS", 1)
+
+
+@pytest.fixture
+def coarse_speeds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A search tries E in steps of 1 m/min, which is quicker."""
+    monkeypatch.setitem(variables.STEPS, "E", (Decimal(1000), Decimal(50)))
 
 
 @pytest.fixture

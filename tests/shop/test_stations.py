@@ -43,11 +43,11 @@ def test_a_log_of_stations_fits_the_constant_that_was_put_into_it(program: Path,
     assert found["low"] < PRESSURE * found["was"] < found["high"] and found["low"] > found["was"]
 
 
-@pytest.mark.usefixtures("few_lots")
+@pytest.mark.usefixtures("few_lots", "coarse_speeds")
 def test_the_limits_of_each_station_are_shown(program: Path, grind: Grind) -> None:
     job = program.with_suffix(".toml")
     job.write_text(job.read_text() + KNOWN)
-    few = "--vary", "E", "--round", "E=3000", "--budget", "1000s", "--parts", "3"
+    few = "--vary", "E", "--budget", "1000s", "--parts", "3"
     status, out, _ = grind("optimise", program, *few)
     assert status == 0 and "A 0.5, B 0.9 um" in out
     found = json.loads(grind("optimise", program, *few, "--json")[1])

@@ -39,9 +39,6 @@ def optimise(
         list[str] | None,
         typer.Option(help="As E=5000..25000,interval=1..8, in units of the program; lead a turn."),
     ] = None,
-    rounding: Annotated[
-        list[str] | None, typer.Option("--round", help="Of what values are multiples: E=100,J=.001.")
-    ] = None,
     margin: Annotated[
         list[str] | None,
         typer.Option(help="Share of a limit that parts must keep: power=.85,temp=.8,Ra=.85,size=.7."),
@@ -123,7 +120,6 @@ def optimise(
         job,
         vary=None if vary is None else texts.listed([vary]),
         bounds=texts.named("--bounds", bounds or (), texts.ends),
-        rounding=texts.named("--round", rounding or (), texts.number),
         margin=texts.named("--margin", margin or (), texts.number),
         keep=[texts.label(each) for each in texts.listed(keep or ())],
         within=texts.named("--within", within or (), texts.number),
