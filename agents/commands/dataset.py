@@ -3,7 +3,6 @@
 import os
 import re
 import shutil
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -58,7 +57,7 @@ def dataset(
     print(printable(f"load it by minari.load_dataset({made.id!r}) with {PLACE}={os.environ[PLACE]}"))
 
 
-def make_dataset(policy: Policy, problem: Problem, seeds: Sequence[int], split: str = EVERY) -> "MinariDataset":
+def make_dataset(policy: Policy, problem: Problem, seeds: range, split: str = EVERY) -> "MinariDataset":
     """Record a policy in the folder that `MINARI_DATASETS_PATH` names, by default `runs/datasets`.
 
     Observations are the measured ones and actions those of the Box of the task's environment, whatever the policy
