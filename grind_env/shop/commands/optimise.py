@@ -103,10 +103,10 @@ def optimise(
     """
     from grind_env.control.options import variables_of
     from grind_env.machine.job.file import job_beside, load_job
-    from grind_env.render.figures import prepare_figure
+    from grind_env.render.figures import prepare_figure, write_figure
     from grind_env.shop import calls
     from grind_env.shop.commands import texts
-    from grind_env.shop.optimise.figure import plot_optimised
+    from grind_env.shop.optimise.figure import draw_optimised
     from grind_env.shop.optimise.outcome import Verdict
     from grind_env.shop.optimise.table import as_data, print_optimised
     from grind_env.shop.report.document import write_page
@@ -136,7 +136,7 @@ def optimise(
     if found.verdict.is_written and output is not None:
         found.write(output)
     if plot is not None:
-        plot_optimised(found, plot)
+        write_figure(draw_optimised(found), plot)
     if as_json:
         print(json.dumps(as_data(found)))
     else:
