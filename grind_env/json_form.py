@@ -5,7 +5,7 @@ import sys
 from collections.abc import Mapping
 from dataclasses import MISSING, fields, is_dataclass
 from types import NoneType, UnionType
-from typing import Any, Literal, get_args, get_origin
+from typing import Any, get_args, get_origin
 
 from grind_env.errors import GrindError, quoted, reason, shortened
 
@@ -25,7 +25,7 @@ def parsed(text: str) -> Any:
 
 
 def formed(kind: Any, value: Any, place: str) -> Any:
-    """A value as an annotation has it: a dataclass, a tuple, a mapping, a choice of texts, a number or a text.
+    """Return a value as an annotation has it: a dataclass, a tuple of any length, a mapping, a number or a text.
 
     Raises:
         FormError: it has another form, unknown keys or too few, or a number that is not finite.
@@ -34,8 +34,7 @@ def formed(kind: Any, value: Any, place: str) -> Any:
     if origin is UnionType:
         return formed(next((each for each in given if _fits(each, value)), given[0]), value, place)
     if not _fits(kind, value):
-        said = f"one of {', '.join(given)}" if origin is Literal else SAID.get(origin or kind, "an object")
-        raise FormError(f"{place} is {quoted(value)}, but must be {said}")
+        raise FormError(f"{place} is {quoted(value)}, but must be {SAID.get(origin or kind, 'an object')}")
     if is_dataclass(kind):
         known = {each.name: each for each in fields(kind)}
         needed = [name for name, each in known.items() if each.default is each.default_factory is MISSING]
@@ -46,13 +45,8 @@ def formed(kind: Any, value: Any, place: str) -> Any:
         return made(**{key: formed(known[key].type, each, f"{place}.{key}") for key, each in value.items()})
     if origin is Mapping:
         return {key: formed(given[1], each, f"{place}.{shortened(key)}") for key, each in value.items()}
-    if origin is tuple and given == (float, ...) and all(_fits(float, each) for each in value):
-        return tuple(map(float, value))  # as below, of millions of numbers in a tenth of the time
     if origin is tuple:
-        kinds = [given[0]] * len(value) if given[-1] is Ellipsis else given
-        if len(kinds) != len(value):
-            raise FormError(f"{place} has {len(value)} numbers, but must have {len(kinds)}")
-        return tuple(formed(kinds[k], each, f"{place}[{k}]") for k, each in enumerate(value))
+        return tuple(formed(given[0], each, f"{place}[{k}]") for k, each in enumerate(value))
     return float(value) if kind is float else value
 
 
@@ -70,8 +64,6 @@ def _fits(kind: Any, value: Any) -> bool:
     """Whether a value has this form, as far as can be seen from outside."""
     if kind is float:  # a whole number may be as large as it likes, and comes as one
         return isinstance(value, int | float) and type(value) is not bool and abs(value) <= sys.float_info.max
-    if get_origin(kind) is Literal:
-        return isinstance(value, str) and value in get_args(kind)
     if kind in (int, bool, str, NoneType):
         return type(value) is kind
     return isinstance(value, list if get_origin(kind) is tuple else dict)
