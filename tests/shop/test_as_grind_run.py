@@ -13,6 +13,7 @@ from grind_env.shop.optimise.judgement import QUANTITIES
 from grind_env.shop.optimise.table import NAMES
 from grind_env.shop.trials import trials_of
 from tests.command import Grind
+from tests.examples import nightly
 
 HEAD = "G71 G94 G90 G19\nG00 Y2. Z-2.5\nG00 X-30.\nG01 Y0 F500.\n"
 END = "G80\nG00 Y20.\nM30\n"
@@ -46,7 +47,7 @@ def job_text(*stages: str) -> str:
 @pytest.mark.usefixtures("coarse_speeds")
 @pytest.mark.parametrize(
     ("text", "stages"),
-    [(REPLAYED, [STAGE]), (EXECUTED, [STAGE]), (INSIDE, [])],
+    [(REPLAYED, [STAGE]), nightly(EXECUTED, [STAGE]), (INSIDE, [])],
     ids=["replayed stages", "executed stages", "M00 in a cycle"],
 )
 def test_every_quantity_of_optimise_is_that_of_grind_run(
