@@ -2,7 +2,6 @@
 
 from agents.commands import (
     benchmark,
-    clone,
     dataset,
     dress_study,
     figure,
@@ -30,7 +29,7 @@ app = Application(
 
 COMMANDS = (
     *(tune, train, recipe, safety, benchmark, replicate, scores, gaps, dress_study, plants, track, splits),
-    *(figure, video, dataset, clone),
+    *(figure, video, dataset),
 )
 for command in COMMANDS:
     command.register(app)

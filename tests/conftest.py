@@ -1,12 +1,15 @@
 import itertools
+from decimal import Decimal
 
 import pytest
 from hypothesis import HealthCheck, settings
 
+from grind_env.cli import main
 from grind_env.envs.names import environment_id, task_names
 from grind_env.kernel.tiers import Entry
 from grind_env.shop.optimise import budget as clock
-from grind_env.shop.optimise import variation
+from grind_env.shop.optimise import variables, variation
+from tests.command import Grind
 from tests.examples import ALL
 
 # the first call of a compiled function compiles it, which no deadline should count, and a busy machine draws slowly;
@@ -36,6 +39,19 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.nightly)
 
 
+@pytest.fixture
+def grind(capsys: pytest.CaptureFixture[str]) -> Grind:
+    """Runs a command of `grind`: exit status, output and errors."""
+
+    def call(*words: object) -> tuple[int, str, str]:
+        with pytest.raises(SystemExit) as ended:
+            main([str(word) for word in words])
+        said = capsys.readouterr()
+        return int(ended.value.code or 0), said.out, said.err
+
+    return call
+
+
 @pytest.fixture(autouse=True)
 def two_tiers(monkeypatch: pytest.MonkeyPatch) -> None:
     """Little work runs as plain Python, as for users, also after a test whose work was compiled at once."""
@@ -46,6 +62,12 @@ def two_tiers(monkeypatch: pytest.MonkeyPatch) -> None:
 def few_lots(monkeypatch: pytest.MonkeyPatch) -> None:
     """Short batches are ground on as many lots as long ones, where a test is not of how sure a promise is."""
     monkeypatch.setattr(variation, "USUAL_RUNS", 1)
+
+
+@pytest.fixture
+def coarse_speeds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A search tries E in steps of 1 m/min, which is quicker."""
+    monkeypatch.setitem(variables.STEPS, "E", (Decimal(1000), Decimal(50)))
 
 
 @pytest.fixture

@@ -20,11 +20,11 @@ from grind_env.policies.tuned import read_tuned
 
 HEAVY = ("torch", "stable_baselines3", "optuna", "matplotlib", "pyarrow", "cma", "minari")
 ELSEWHERE = (
-    *("benchmark", "clone", "figure", "gaps", "plants", "recipe", "replicate"),
+    *("benchmark", "figure", "gaps", "plants", "recipe", "replicate"),
     *("safety", "scores", "splits", "track"),
 )
 """Commands that tests of their own run through the same `main`."""
-NO_TABLE = ("clone", "dataset", "figure", "scores", "train", "tune", "video")
+NO_TABLE = ("dataset", "figure", "scores", "train", "tune", "video")
 """Commands that check in no page of results."""
 
 
