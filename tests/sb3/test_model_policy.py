@@ -76,6 +76,7 @@ def test_a_model_that_has_diverged_is_refused_in_a_sentence(algorithm, action):
         grind_env.evaluate(ModelPolicy(model), FLAGSHIP, episodes=2)
 
 
+@pytest.mark.nightly
 def test_judging_a_model_leaves_its_training_as_it_was():
     ends = []
     for judged in (False, True):
@@ -123,6 +124,7 @@ def test_a_model_from_its_file_decides_as_the_one_that_was_saved(wrap, tmp_path)
         assert np.array_equal(other.speeds, live.speeds) and np.array_equal(other.executions, live.executions)
 
 
+@pytest.mark.nightly
 def test_a_single_environment_says_what_it_shows_too(tmp_path):
     env = ForLearning(BeliefFilter(gym.make(FLAGSHIP, action="multidiscrete")))
     model_of(env).save(tmp_path / "agent")

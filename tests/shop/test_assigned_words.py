@@ -106,6 +106,7 @@ def test_blocks_that_read_one_variable_are_varied_together(folder: Path) -> None
     assert [(word.name, word.place) for word in found.words] == [("E", "#101, line 7")]
 
 
+@pytest.mark.nightly
 def test_a_variable_assigned_anew_is_one_of_its_own(folder: Path) -> None:
     text = (
         PLATE.replace("N30", "#1=15000.\nN30", 1)

@@ -223,6 +223,7 @@ def test_runs_of_other_blocks_than_the_first_are_dressed_in_every_nth(folder: Pa
     assert one > two
 
 
+@pytest.mark.nightly
 def test_a_variable_that_nothing_reads_is_told(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     plate = folder / "plate.nc"
     told = "#500 was given a value at the start, but nothing has read it; leave it out, or mend its number"
