@@ -19,6 +19,7 @@ from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.learned.view import LearnerView
 from grind_env.policies.naming import SHIPPED
 from grind_env.policies.problem import find_problem
+from tests.examples import few
 
 pytestmark = pytest.mark.bits
 
@@ -48,7 +49,7 @@ def saved(folder: Path, kind: str, task: str = "power_limited") -> LearnedPolicy
     return load_policy(path)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", few(KINDS, 2))
 def test_it_acts_as_stable_baselines_does(kind: str, tmp_path: Path):
     model, settings = untrained(kind)
     policy = saved(tmp_path, kind)
