@@ -2,10 +2,8 @@
 
 from agents.commands import (
     benchmark,
-    clone,
     dataset,
     dress_study,
-    figure,
     gaps,
     plants,
     recipe,
@@ -14,7 +12,6 @@ from agents.commands import (
     scores,
     splits,
     track,
-    train,
     tune,
     video,
 )
@@ -29,8 +26,8 @@ app = Application(
 )
 
 COMMANDS = (
-    *(tune, train, recipe, safety, benchmark, replicate, scores, gaps, dress_study, plants, track, splits),
-    *(figure, video, dataset, clone),
+    *(tune, recipe, safety, benchmark, replicate, scores, gaps, dress_study, plants, track, splits),
+    *(video, dataset),
 )
 for command in COMMANDS:
     command.register(app)

@@ -9,15 +9,13 @@ from pathlib import Path
 import agents
 import grind_env
 from agents.cells import RESULTS, behaviour
-from agents.learning.settings import CONFIGS as SETTINGS
-from agents.learning.settings import settings_folder
 from agents.provenance import commit, installed
 from grind_env.policies.problem import Problem
 from grind_env.policies.tuned import CONFIGS, tuned_folder
 from grind_env.scores import FILE as SCORES
 
 LIBRARIES = ("cma", "gymnasium", "numba", "numpy", "sb3_contrib", "stable_baselines3", "torch")
-WRITTEN = (RESULTS, CONFIGS, SETTINGS, SCORES)
+WRITTEN = (RESULTS, CONFIGS, SCORES)
 """Where commands write: parameters go with a cell, settings are compared for a training, the others decide nothing."""
 
 Facts = Mapping[str, str]
@@ -42,7 +40,7 @@ def of_problem(problem: Problem, trains: bool) -> Facts:
     facts = {problem.name: behaviour(simulation)[:12]}
     if trains:
         name = f"{problem.name}.toml"
-        facts["settings of agents"] = _digest((settings_folder(task) / name, tuned_folder(task) / name))
+        facts["settings of agents"] = _digest([tuned_folder(task) / name])
     return facts
 
 

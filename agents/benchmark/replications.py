@@ -11,7 +11,7 @@ from agents.benchmark import grid
 from agents.benchmark.judge import Sampled, judged
 from agents.benchmark.measure import measure
 from agents.benchmark.page import Verdict, verdict
-from agents.benchmark.plan import AT, Cell, Request
+from agents.benchmark.plan import AT, KINDS, Cell, Request
 from agents.benchmark.results import PLANTS, Result, result_of
 from agents.benchmark.summary import shown, tasks_of
 from agents.pool import find_all
@@ -105,7 +105,7 @@ def replicate(
         if each.task == problem.name and AT not in each.policy
     ]
     # agents that were trained anew would be others
-    gone = [cell for cell in cells if cell.trains and not any(runs.glob(cell.files[0]))]
+    gone = [cell for cell in cells if cell.trains and not (cell.policy in KINDS and any(runs.glob(cell.files[0])))]
     if gone:
         names = dict.fromkeys(f"{cell.task} {cell.policy}" for cell in gone)
         console.print(f"left out, because no agent of theirs is kept: {', '.join(names)}", markup=False)

@@ -13,6 +13,7 @@ from agents.benchmark.plan import (
     FLAGSHIP,
     INTERPOLATION_EPISODES,
     PLANTS_EPISODES,
+    USUAL_KINDS,
     Request,
     chosen_problems,
     planned,
@@ -48,7 +49,8 @@ def benchmark(
         typer.Option(help="Names of policies, or RULE@1M and hindsight@SWEEPS, separated by commas; all by default."),
     ] = None,
     kinds: Annotated[
-        str | None, typer.Option(help="Kinds of learned agents, separated by commas; may be empty; ppo by default.")
+        str | None,
+        typer.Option(help="Kinds of learned agents, separated by commas; may be empty; ppo and plain_gru by default."),
     ] = None,
     seeds: Annotated[int | None, typer.Option(min=0, help="Agents to train of each kind; 1 by default.")] = None,
     steps: Annotated[int | None, typer.Option(min=1, help="Training steps; by default those of the kind.")] = None,
@@ -115,7 +117,7 @@ def benchmark(
     if whole:
         cells = grid.grid(chosen, listed(policies), listed(kinds), seeds)
     else:
-        trained = ["ppo"] if kinds is None else listed(kinds) or []
+        trained = list(USUAL_KINDS) if kinds is None else listed(kinds) or []
         cells = planned(chosen, listed(policies), trained, 1 if seeds is None else seeds)
     usual = grid if whole else plan
     episodes = episodes or usual.EPISODES

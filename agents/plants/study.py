@@ -19,7 +19,7 @@ from agents.provenance import ROOT
 
 QUESTIONS = {"calibrate": "calibrating", "optimise": "optimising", "advise": "advising", "robust": "robust"}
 """With the module of `agents.plants` that answers it."""
-DECIDING, DATA = ("agents.learning.", "agents.plants.", "grind_env."), ROOT / "grind_env" / "process"
+DECIDING, DATA = ("agents.benchmark.agents", "agents.plants.", "grind_env."), ROOT / "grind_env" / "process"
 """Where the code lies that decides what is found, of all that such a module stands on; folder of the catalogue."""
 HOURS = {"calibrate": 0.005, "optimise": 0.027, "advise": 0.001, "robust": 0.002}
 """That a cell of a question takes on one core, by measurement; trainings, of minutes, come to those of robust."""

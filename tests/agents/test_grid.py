@@ -12,15 +12,13 @@ from agents.benchmark import grid
 from agents.benchmark.judge import Sampled, judged
 from agents.benchmark.measure import Made, Measured, measure
 from agents.benchmark.page import page, verdict
-from agents.benchmark.plan import CORE, LIMIT, PLAIN, chosen_problems, planned
+from agents.benchmark.plan import CORE, KINDS, LIMIT, PLAIN, chosen_problems, planned
 from agents.benchmark.plan import Cell as Measurement
 from agents.benchmark.plan import Request as Requested
-from agents.benchmark.price import Price, measured, model_of, taught_with, tuned_on
+from agents.benchmark.price import Price, measured, model_of, tuned_on
 from agents.benchmark.readme import section
 from agents.benchmark.results import LATER, merged, read_results, result_of, write_results
 from agents.benchmark.summary import HEADINGS, NONE, summaries
-from agents.learning.settings import settings_of
-from grind_env.envs.actions import ActionCodec
 from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds
 from grind_env.policies.judging import evaluate
 from grind_env.policies.planners.hindsight import Hindsight
@@ -232,26 +230,21 @@ def test_what_policies_were_made_with():
     assert tuned_on("adaptive_rule", simulation) == tuned["adaptive_rule"].evaluations * 48 * 6
     assert tuned_on("mpc", simulation) == tuned_on("full_state_rule", simulation)
     assert tuned_on("random", simulation) == 0
-    bc, ppo = (settings_of(ORACLE, kind) for kind in ("bc", "ppo"))
-    levels = len(ActionCodec(simulation.task, "multidiscrete").levels) * (simulation.task.action.executions + 1)
-    assert taught_with(bc, simulation) == (tuned_on("full_state_rule", simulation), 15_000 * levels * 11)
-    assert taught_with(ppo, simulation) == (0, 0)
-    holds = {name: model_of(Measurement(ORACLE, name), None) for name in ("constant", "look_ahead@1M", "mpc")}
+    holds = {name: model_of(Measurement(ORACLE, name)) for name in ("constant", "look_ahead@1M", "mpc")}
     assert holds == {"constant": "none", "look_ahead@1M": "nominal", "mpc": "exact"}
-    assert {kind: model_of(Measurement(ORACLE, kind, 0), None) for kind in PLAIN} == {
-        kind: "nominal" if kind == "plain_belief" else "none" for kind in PLAIN
+    assert {kind: model_of(Measurement(ORACLE, kind, 0)) for kind in KINDS} == {
+        kind: "nominal" if kind in ("plain_belief", "ppo") else "none" for kind in KINDS
     }
-    assert model_of(Measurement(ORACLE, "bc", 0), bc) == "nominal"
 
 
 def test_the_grid_has_every_kind_and_its_hours_are_kept():
     cells = grid.grid(chosen_problems("core"), None, None, None)
     assert len(cells) == len(set(cells))
     seeds = {(task, kind): sum((each.task, each.policy) == (task, kind) for each in cells)
-             for task in CORE for kind in (*PLAIN, "bc")}  # fmt: skip
-    assert {count for (task, kind), count in seeds.items() if kind != "bc" and task != "power_limited"} == {5}
-    assert {count for (task, kind), count in seeds.items() if kind != "bc" and task == "power_limited"} == {10}
-    assert {count for (_, kind), count in seeds.items() if kind == "bc"} == {5}
+             for task in CORE for kind in KINDS}  # fmt: skip
+    assert {count for (task, kind), count in seeds.items() if kind != "ppo" and task != "power_limited"} == {5}
+    assert {count for (task, kind), count in seeds.items() if kind != "ppo" and task == "power_limited"} == {10}
+    assert {count for (_, kind), count in seeds.items() if kind == "ppo"} == {5}
     names = {each.policy for each in cells if each.task == "rush"}
     assert {"belief_planner", "hindsight", "look_ahead", "belief_rule@1M"} <= names
     # the shipped one was tuned on fewer

@@ -12,8 +12,6 @@ from agents.benchmark.results import TABLE as BENCHMARK
 from agents.cells import RESULTS
 from agents.commands.dress_study import FOLDER
 from agents.dressing.study import TABLE as STUDY
-from agents.learning.batches import PICTURE, draw
-from agents.learning.curve import Point
 from agents.plants import page as plants
 from agents.reference import gap_table as gaps
 from agents.reference.scores import TABLE as SCORES
@@ -41,8 +39,6 @@ BY_COMMAND = {
     "splits.md": "splits --task oracle6 --episodes 2 --results . --runs runs",
     "new.toml": "scores --task power_limited --results . --runs runs --data new.toml",
     "plate_g82.toml": f"tune --program {PART} --configs . --runs runs --policies constant --fresh",
-    "learning/plate_g82.toml": f"tune --program {PART} --kind ppo --configs . --runs runs",
-    "runs/oracle6/batches.png": "train --task oracle6 --compare-batches --runs runs",
 }
 
 
@@ -78,17 +74,3 @@ def test_what_is_checked_in_is_known_for_their_own() -> None:
         assert found and all(own.fits(path) for path in found)
     for module in (gaps, plants, recipe, replications, safety, splits, track):
         check_tables(RESULTS, module.__name__, module.BEGINS)
-
-
-def test_a_picture_of_batches_is_known_for_one(tmp_path: Path) -> None:
-    point = Point(
-        steps=1,
-        **dict.fromkeys(("seconds", "reward", "cost", "score"), 1.0),
-        environment=0.0,
-        features=0.0,
-        policy=0.0,
-        optimisation=0.0,
-        aside=0.0,
-    )
-    (tmp_path / "batches.png").write_bytes(draw({"a": [point], "b": [point]}, "title"))
-    assert PICTURE.fits(tmp_path / "batches.png") and not PICTURE.fits(JOB)

@@ -1,16 +1,12 @@
 import re
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from agents.commands.clone import clone as command
 from agents.commands.dataset import dataset
-from agents.offline.cloning import clone
 from agents.offline.dataset import recorded, recorded_episodes
 from agents.offline.qualities import EPISODES, QUALITIES, content_hash, policy_of, published, record
 from agents.offline.writer import PLACE
-from grind_env.envs.actions import ActionCodec
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.problem import find_problem
@@ -61,38 +57,3 @@ def test_the_command_says_whether_a_dataset_is_the_published_one(
     assert f"\nsha256 {published()['oracle6']['novice']}, as published\n" in out and f"{EPISODES} episodes" in out
     dataset(task="oracle6", quality="novice", episodes=3, fresh=True)
     assert re.search(r"\nsha256 [0-9a-f]{64}\n", capsys.readouterr().out)
-
-
-def test_a_clone_does_what_its_dataset_does() -> None:
-    simulation, seeds = PLATES.simulation(), episode_seeds("training", 60)
-    taught = policy_of("rule", simulation)
-    episodes = recorded_episodes(recorded(taught, PLATES, seeds))
-    student = clone(episodes, simulation, "student", epochs=40, seed=0)
-    student.begin(simulation, len(episodes))
-    codec, shown, box = (
-        ActionCodec(simulation.task),
-        *(
-            np.concatenate(each)
-            for each in zip(*((observations[:-1], actions) for observations, actions, *_ in episodes), strict=True)
-        ),
-    )
-    E, D = codec.decode(box)
-    mine = student.act(shown, None)
-    assert (mine.executions == D).mean() > 0.9 and np.abs(np.log(mine.speeds / E)).mean() < 0.05
-    held_out = episode_seeds("evaluation", 64)
-    costs = [run_seeds(policy, simulation, held_out).cost.mean() for policy in (taught, student)]
-    assert costs[1] < 1.15 * costs[0]
-    again = clone(episodes[:2], simulation, "student", epochs=2, seed=0)
-    same = clone(episodes[:2], simulation, "student", epochs=2, seed=0)
-    again.begin(simulation, 2), same.begin(simulation, 2)
-    np.testing.assert_array_equal(again.act(shown, None).speeds, same.act(shown, None).speeds)
-
-
-def test_the_command_prints_both_scores(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setenv(PLACE, str(tmp_path))
-    command(task="oracle6", quality="rule", epochs=30, episodes=2)
-    out = capsys.readouterr().out
-    assert "adaptive_rule (sees measurements) in oracle6" in out
-    assert "clone of adaptive_rule (sees measurements) in oracle6" in out and out.count("\nscore ") == 2
