@@ -65,7 +65,8 @@ make it, tuning and teacher included, validation left out; `{AT}{LIMITED}` is a 
 most, its other row has no limit. *Simulated*: blocks that it tries for a decision, or that were tried to make it.
 *Making*: CPU time (of `ppo` and `bc`, whose kinds of training are gone, wall time of one thread; of a rule that of its
 blocks). *Decision*: CPU time. {NONE}: not known, or none. Agents `plain_*` are PPO of
-`grind_env/training/gru_ppo.py`, by what they remember or are shown; `robust` is the GRU of it trained on public plants."""
+`grind_env/training/gru_ppo.py`, by what they remember or are shown; `robust` is the GRU of it trained on public
+plants."""
 
 
 def page(results: Sequence[Result]) -> str:
