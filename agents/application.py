@@ -4,13 +4,9 @@ from agents.commands import (
     benchmark,
     dataset,
     dress_study,
-    gaps,
     plants,
-    recipe,
     replicate,
-    safety,
-    scores,
-    splits,
+    studies,
     track,
     tune,
     video,
@@ -26,7 +22,7 @@ app = Application(
 )
 
 COMMANDS = (
-    *(tune, recipe, safety, benchmark, replicate, scores, gaps, dress_study, plants, track, splits),
+    *(tune, studies, benchmark, replicate, dress_study, plants, track),
     *(video, dataset),
 )
 for command in COMMANDS:

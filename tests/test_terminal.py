@@ -188,7 +188,7 @@ def test_tables_fit_a_terminal(name: str, monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_tables_of_agents_are_whole_in_a_pipe() -> None:
-    words = [*AGENTS, "scores", "--compare"]
+    words = [sys.executable, "-m", "agents.reference.compare"]
     said = {
         subprocess.run(words, cwd=ROOT, env=os.environ | {"COLUMNS": columns}, capture_output=True, check=True).stdout
         for columns in ("40", "2000")

@@ -59,13 +59,6 @@ def grid(
     return sorted(cells, key=lambda cell: -DECISION.get(cell.base, 0.0) - cell.trains)
 
 
-def hours(cells: Sequence[Cell], request: Request) -> tuple[float, float]:
-    """Core-hours of all cells, about, and of those of which no evaluation of the first seeds is kept."""
-    all_of = [(making(cell, request) + running(cell, request)) / 3600.0 for cell in cells]
-    waiting = [each for cell, each in zip(cells, all_of, strict=True) if not begun(cell, request)]
-    return sum(all_of), sum(waiting)
-
-
 def making(cell: Cell, request: Request) -> float:
     """CPU-seconds in which the policy of a cell is tuned or trained."""
     if cell.variant == LIMITED:
@@ -85,8 +78,3 @@ def running(cell: Cell, request: Request) -> float:
     # what knows the machine is not judged on others
     episodes = request.size - request.plants_episodes * (cell.base in EXACT)
     return episodes * steps * DECISION.get(cell.policy, USUAL_DECISION)
-
-
-def begun(cell: Cell, request: Request) -> bool:
-    """Whether an evaluation of a cell on the first seeds is kept, of whatever code."""
-    return any(request.runs.glob(cell.files[-1].replace("**/*", f"{request.first}.npz")))

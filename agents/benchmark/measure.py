@@ -7,7 +7,7 @@ from agents.benchmark.plan import AT, HELD_OUT, LIMIT, LIMITED, PLAIN, PUBLIC, R
 from agents.benchmark.price import Price, model_of, price_of, tuned_on
 from agents.benchmark.trained import from_file
 from agents.budgets import TUNING_EPISODES
-from agents.cells import CHUNK, Advance, kept_evaluation
+from agents.cells import CHUNK, kept_evaluation
 from grind_env.envs.splits import EVERY
 from grind_env.policies.evaluation import SEEDS, Evaluation
 from grind_env.policies.held import on
@@ -64,13 +64,12 @@ class Measured:
     first: int = SEEDS["evaluation"]
 
 
-def measure(cell: Cell, request: Request, advance: Advance = lambda episodes: None) -> Measured:
+def measure(cell: Cell, request: Request) -> Measured:
     """Measure a cell; what is kept of the same code, parameters and seeds is not run again.
 
     Args:
         cell: what to measure.
         request: how.
-        advance: called with the number of episodes of each chunk that is done.
 
     Raises:
         GrindError: if the policy has not been tuned, cannot be trained or does not fit the problem.
@@ -86,7 +85,7 @@ def measure(cell: Cell, request: Request, advance: Advance = lambda episodes: No
     def run(count: int, split: str = EVERY, on_plants: bool = False) -> Evaluation:
         seeds, what = range(request.first, request.first + count), on(problem, HELD_OUT) if on_plants else problem
         place = request.runs / f"{AT}{HELD_OUT}" / cell.apart if on_plants else runs
-        return kept_evaluation(policy, what, seeds, place, split=split, fresh=request.fresh, advance=advance)
+        return kept_evaluation(policy, what, seeds, place, split=split, fresh=request.fresh)
 
     return Measured(
         cell=cell,

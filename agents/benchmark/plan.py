@@ -1,8 +1,7 @@
 """What a benchmark measures: a cell for each task, policy and training seed."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from glob import escape
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
@@ -76,17 +75,6 @@ class Cell(NamedTuple):
         return f"{AT}{self.variant}/" if self.variant else ""
 
     @property
-    def files(self) -> tuple[str, ...]:
-        """Patterns of what is kept of it: evaluations, and the agent with its checkpoint."""
-        task, made = escape(self.task), []
-        if self.trains:
-            made = [f"{task}/{self.name}-*"]
-        elif self.variant == LIMITED:
-            made = [f"{self.apart}{self.base}/{task}/**/*", f"{self.apart}{self.base}/parameters/{task}.toml"]
-        cells = f"{self.apart}{task}/cells/{self.name.partition(AT)[0]}/**/*"
-        return *made, f"{AT}{HELD_OUT}/{cells}", cells
-
-    @property
     def trains(self) -> bool:
         """Whether its policy is trained."""
         return self.seed is not None
@@ -112,9 +100,9 @@ class Request:
     interpolation_episodes: int = INTERPOLATION_EPISODES
     plants_episodes: int = PLANTS_EPISODES
     steps: int | None = None
-    runs: Path = RUNS
+    runs: Path = field(default=RUNS, repr=False)
     configs: Path | None = None
-    fresh: bool = False
+    fresh: bool = field(default=False, repr=False)
 
     @property
     def size(self) -> int:

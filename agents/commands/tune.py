@@ -8,7 +8,7 @@ import typer
 from agents.budgets import TUNING_EPISODES, TUNING_EVALUATIONS, TUNING_STARTS
 from agents.cells import RUNS
 from agents.commands.interrupted import going_on
-from agents.commands.options import Ray
+from agents.study import Fresh, Jobs, Ray
 from grind_env.arguments import Keeps
 from grind_env.commands import JobFile, NamedProblem, Parts
 from grind_env.policies.problem import find_problem
@@ -36,8 +36,8 @@ def tuning(
     ] = None,
     configs: Annotated[Path | None, typer.Option(help="Folder of the tuned parameters."), Keeps()] = None,
     runs: Annotated[Path, typer.Option(help="Folder of the trials."), Keeps()] = RUNS,
-    fresh: Annotated[bool, typer.Option("--fresh", help="Do again what is already done.")] = False,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
+    fresh: Fresh = False,
+    jobs: Jobs = 2,
     ray: Ray = None,
 ) -> None:
     """Tune scripted policies and store their parameters.
@@ -60,7 +60,7 @@ def tuning(
             runs=runs,
             fresh=fresh,
             jobs=jobs,
-            cluster=ray,
+            ray=ray,
         )
     for name, entry in tuned.items():
         print(f"{name}: {entry.training_cost} $ an episode in training, {entry.validation_cost} $ in validation")

@@ -1,7 +1,11 @@
-"""Sets the measured reference costs beside the published ones (scenarios, section 5)."""
+"""Sets the measured reference costs beside the published ones (scenarios, section 5).
+
+`python -m agents.reference.compare [FOLDER]` prints the table.
+"""
 
 import csv
 import io
+import sys
 from collections.abc import Iterable
 from math import hypot, sqrt
 from pathlib import Path
@@ -15,6 +19,7 @@ from grind_env.files import read_text
 from grind_env.policies.statistics import COVERAGE
 from grind_env.policies.tuned import ConfigError
 from grind_env.task_version import TASK_VERSION
+from grind_env.terminal import command, table_console
 from grind_env.toml import tomllib
 
 PUBLISHED = Path(__file__).with_name("published.toml")
@@ -45,6 +50,15 @@ class Comparison(NamedTuple):
     def errors(self) -> float:
         """The difference in standard errors of a difference."""
         return (self.ours - self.published) / max(hypot(sqrt(2.0) * self.error, self.rounding), 1e-9)
+
+
+def main() -> None:
+    """Print the table of all tasks."""
+    from agents.cells import RESULTS
+    from agents.reference.scores import scored_problems
+
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else RESULTS
+    table_console().print(comparison_table(compare([problem.name for problem in scored_problems()], folder)))
 
 
 def compare(tasks: Iterable[str], results: Path, published: Path = PUBLISHED) -> list[Comparison]:
@@ -97,3 +111,8 @@ def comparison_table(found: Iterable[Comparison]) -> Table:
             "" if abs(each.errors) <= MOST_ERRORS else "differs",
         )
     return table
+
+
+if __name__ == "__main__":
+    with command("agents"):
+        main()

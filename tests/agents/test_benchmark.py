@@ -1,10 +1,8 @@
-import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from agents import __main__
 from agents.benchmark.judge import judged
 from agents.benchmark.measure import Made, Measured, measure
 from agents.benchmark.plan import CORE, Cell, Request, chosen_problems, planned
@@ -15,6 +13,7 @@ from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.tuned import ConfigError
+from tests.agents.asking import in_process, status
 
 PROBLEM, SLOT = find_problem("oracle6"), find_problem("slot")
 ORACLE = PROBLEM.simulation()
@@ -42,14 +41,6 @@ ANCHORS = [
     found("interval", 5.0, 6.0, between=(3.0,)),
     found("hindsight", 2.0, 2.0, between=(2.0,), sees="future"),
 ]
-
-
-def run(monkeypatch, *arguments):
-    """Exit status of the command line."""
-    monkeypatch.setattr(sys, "argv", ["agents", *map(str, arguments)])
-    with pytest.raises(SystemExit) as stopped:
-        __main__.main()
-    return stopped.value.code or 0
 
 
 def test_the_cells_of_a_plan():
@@ -206,6 +197,7 @@ def test_new_results_replace_old_ones():
 
 
 def test_command_line(tmp_path, monkeypatch, capsys):
+    in_process(monkeypatch)
     runs = ("--runs", tmp_path)
     tiny = (
         "benchmark",
@@ -221,7 +213,7 @@ def test_command_line(tmp_path, monkeypatch, capsys):
         "--jobs",
         1,
     )
-    assert run(monkeypatch, *tiny, "--policies", "handbook, adaptive_rule") == 0
+    assert status(monkeypatch, *tiny, "--policies", "handbook, adaptive_rule") == 0
     printed = capsys.readouterr().out
     assert "adaptive_rule" in printed
     assert "3 paired episodes" in printed
@@ -230,13 +222,13 @@ def test_command_line(tmp_path, monkeypatch, capsys):
     assert {each.policy for each in first} == {"handbook", "adaptive_rule", "hindsight", *plans}
     assert {each.policy: each.score for each in first}["hindsight"] == 100.0
     csv = (tmp_path / "benchmark.csv").read_bytes()
-    assert run(monkeypatch, *tiny, "--policies", "handbook") == 0
+    assert status(monkeypatch, *tiny, "--policies", "handbook") == 0
     assert (tmp_path / "benchmark.csv").read_bytes() == csv
-    assert run(monkeypatch, "benchmark", "--report", "--results", tmp_path) == 0
+    assert status(monkeypatch, "benchmark", "--report", "--results", tmp_path) == 0
     assert (tmp_path / "figures/cost.png").exists()
     assert "no longer in the table" not in capsys.readouterr().err
     write_results([replace(each, seeds="7..9") for each in first], tmp_path)
-    assert run(monkeypatch, *tiny, "--policies", "handbook", "--interpolation-episodes", 0) == 0
+    assert status(monkeypatch, *tiny, "--policies", "handbook", "--interpolation-episodes", 0) == 0
     said = "agents: of other episodes, and no longer in the table: oracle6 adaptive_rule\n"
     assert said in capsys.readouterr().err
 
@@ -252,7 +244,7 @@ def test_command_line(tmp_path, monkeypatch, capsys):
     ],
 )
 def test_a_users_mistake_is_one_sentence(monkeypatch, capsys, arguments, sentence):
-    assert run(monkeypatch, *arguments) == 2
+    assert status(monkeypatch, *arguments) == 2
     message = capsys.readouterr().err
     assert sentence in message
     assert message.count("\n") == 1

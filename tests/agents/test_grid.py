@@ -1,13 +1,11 @@
 """The grid: agents of the reader's file and limited rules as cells, what they cost, and what is concluded of them."""
 
 import json
-import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from agents import __main__
 from agents.benchmark import grid
 from agents.benchmark.judge import Sampled, judged
 from agents.benchmark.measure import Made, Measured, measure
@@ -19,6 +17,7 @@ from agents.benchmark.price import Price, measured, model_of, tuned_on
 from agents.benchmark.readme import section
 from agents.benchmark.results import LATER, merged, read_results, result_of, write_results
 from agents.benchmark.summary import HEADINGS, NONE, summaries
+from agents.benchmark.trials import Trial, seconds
 from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds
 from grind_env.policies.judging import evaluate
 from grind_env.policies.planners.hindsight import Hindsight
@@ -27,6 +26,7 @@ from grind_env.policies.registry import make_policy
 from grind_env.policies.statistics import bootstrap
 from grind_env.policies.tuned import ConfigError, read_tuned
 from grind_env.training.gru_ppo import SEEN, Settings, policy_of, shown, train
+from tests.agents.asking import in_process, status
 
 ORACLE, SLOT = find_problem("oracle6"), find_problem("slot")
 RNG = np.random.default_rng(5)
@@ -250,10 +250,8 @@ def test_the_grid_has_every_kind_and_its_hours_are_kept():
     # the shipped one was tuned on fewer
     assert "look_ahead@1M" not in names
     assert tuned_on("look_ahead", find_problem("rush").simulation()) < LIMIT
-    hours, waiting = grid.hours(
-        cells, Requested(episodes=grid.EPISODES, interpolation_episodes=grid.INTERPOLATION_EPISODES)
-    )
-    assert waiting <= hours <= 9.0
+    request = Requested(episodes=grid.EPISODES, interpolation_episodes=grid.INTERPOLATION_EPISODES)
+    assert sum(seconds(Trial(cell, request)) for cell in cells) <= 9.0 * 3600.0
     few = grid.grid([ORACLE], ["handbook"], ["plain_gru"], 2)
     assert [cell.name for cell in few if cell.trains] == ["plain_gru-0", "plain_gru-1"]
 
@@ -279,30 +277,19 @@ def test_a_variant_that_cannot_be(name):
     assert Measurement(ORACLE, "adaptive_rule@1M") in planned([ORACLE], ["adaptive_rule@1M"], [], 0)
 
 
-def run(monkeypatch, *arguments):
-    """Exit status of the command line."""
-    monkeypatch.setattr(sys, "argv", ["agents", *map(str, arguments)])
-    with pytest.raises(SystemExit) as stopped:
-        __main__.main()
-    return stopped.value.code or 0
-
-
 def test_the_grid_by_the_command_line_says_its_hours_and_goes_on(tmp_path, monkeypatch, capsys):
-    def work_here(cells, request, jobs, console, work, cluster=None):
-        return [work(cell, request, lambda done: None) for cell in cells], {}
-
-    monkeypatch.setattr("agents.pool.work_on_all", work_here)
+    in_process(monkeypatch)
     tiny = ("--tasks", "oracle6", "--policies", "handbook", "--kinds", "plain_none", "--seeds", 1, "--steps", 7680,
             "--episodes", 3, "--interpolation-episodes", 0, "--jobs", 1, "--runs", tmp_path)  # fmt: skip
-    assert run(monkeypatch, "benchmark", "--grid", *tiny) == 0
+    assert status(monkeypatch, "benchmark", "--grid", *tiny) == 0
     printed = capsys.readouterr().out
-    assert "6 cells: about 0.0 core-hours, 0.0 of them for what is not kept yet" in printed
+    assert "6 runs, 6 to do: about 0.0 core-hours" in printed
     table = (tmp_path / "benchmark.csv").read_bytes()
     assert {each.policy for each in read_results(tmp_path)} == {
         *("handbook", "constant", "interval", "constant_per_kind", "hindsight", "plain_none")
     }
     assert (tmp_path / "figures" / "cost.png").exists()
-    assert run(monkeypatch, "benchmark", "--grid", *tiny) == 0
+    assert status(monkeypatch, "benchmark", "--grid", *tiny) == 0
     assert (tmp_path / "benchmark.csv").read_bytes() == table
 
 

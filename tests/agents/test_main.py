@@ -115,10 +115,10 @@ def test_help_does_not_wait_for_the_libraries_that_do_the_work():
 @pytest.mark.parametrize(
     ("work", "words", "again"),
     [
-        ("pool.work_on_all", "benchmark --tasks oracle6 --kinds= --fresh", "the same command without --fresh"),
+        ("study.run_all", "benchmark --tasks oracle6 --kinds= --fresh", "the same command without --fresh"),
         ("tuning.rules.tune", "tune --task oracle6", "the same command"),
-        ("reference.scores.score", "scores --task oracle6", "the same command"),
-        ("dressing.study.dress_study", "dress-study --task oracle6", "the same command"),
+        ("study.run_all", "scores --task oracle6", "the same command"),
+        ("study.run_all", "dress-study --task oracle6", "the same command"),
     ],
 )
 def test_ctrl_c_says_that_the_same_command_goes_on(monkeypatch, capsys, tmp_path, work, words, again):

@@ -1,23 +1,23 @@
 import csv
 import shutil
-import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from rich.console import Console
 
-from agents import __main__, cells
+from agents import evaluations
 from agents.cells import RESULTS
 from agents.reference import scores
 from agents.reference.compare import PUBLISHED, Comparison, compare, compared
+from agents.reference.compare import main as compare_main
 from agents.reference.scores import mean_return, reference_of
-from grind_env.policies.evaluation import Evaluation
+from grind_env.policies.evaluation import Evaluation, run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy, policy_names
 from grind_env.policies.tuned import CONFIGS, ConfigError
 from grind_env.scores import read_references, reference
 from grind_env.task_version import TASK_VERSION
+from tests.agents.asking import asked, in_process, status
 
 PROBLEM = find_problem("oracle6")
 ORACLE = PROBLEM.simulation()
@@ -35,25 +35,20 @@ def copied_parameters(folder):
 
 
 def run(folder):
-    return scores.score(
-        PROBLEM,
-        episodes=4,
-        configs=copied_parameters(folder),
-        results=folder / "results",
-        runs=folder / "runs",
-        data=folder / "scores.toml",
-        console=Console(quiet=True),
-    )
+    made = asked(folder / "results", PROBLEM, episodes=4)
+    made = replace(made, configs=copied_parameters(folder), options=replace(made.options, runs=folder / "runs"))
+    scores.study(made).publish_to(folder / "results", made.options)
 
 
-def test_a_score_run_writes_the_table_and_the_reference_scores(tmp_path):
+def test_a_score_run_writes_the_table_and_the_reference_scores(tmp_path, monkeypatch):
+    in_process(monkeypatch)
     run(tmp_path)
     with (tmp_path / "results/oracle6.csv").open(encoding="utf-8") as file:
         rows = {row["policy"]: row for row in csv.DictReader(file)}
     assert list(rows) == policy_names(ORACLE)
     assert {row["task"] for row in rows.values()} == {"oracle6"}
     assert (rows["random"]["seeds"], rows["hindsight"]["seeds"]) == ("2000000..2000003", "2000000..2000003")
-    scale = read_references(tmp_path / "scores.toml")["grind/Oracle6-v0"]
+    scale = read_references(tmp_path / "results" / "scores.toml")["grind/Oracle6-v0"]
     # the exact optimum of six parts
     assert scale.J_plan == pytest.approx(13.4211, rel=1e-3)
     assert scale.hundred == pytest.approx(-13.4211 / ORACLE.task.reference_cost, rel=1e-3)
@@ -79,13 +74,13 @@ def test_what_is_tuned_on_the_way_is_kept_below_the_folder_of_runs(tmp_path, mon
 
 def test_finished_policies_are_taken_up_again(tmp_path, monkeypatch):
     evaluated = []
-    run_seeds = cells.run_seeds
 
     def counted(policy, *arguments):
         evaluated.append(policy.name)
         return run_seeds(policy, *arguments)
 
-    monkeypatch.setattr(cells, "run_seeds", counted)
+    in_process(monkeypatch)
+    monkeypatch.setattr(evaluations, "run_seeds", counted)
     run(tmp_path)
     assert evaluated == policy_names(ORACLE)
     (tmp_path / "runs/oracle6/cells/handbook/2000000.npz").unlink()
@@ -181,28 +176,26 @@ def test_a_number_far_off_is_marked():
 
 def test_command_line_of_scores(tmp_path, monkeypatch, capsys):
     def command(*arguments):
-        monkeypatch.setattr(sys, "argv", ["agents", "scores", *map(str, arguments)])
-        with pytest.raises(SystemExit) as stopped:
-            __main__.main()
-        return stopped.value.code or 0
+        return status(monkeypatch, "scores", *arguments, "--results", tmp_path, "--runs", tmp_path / "runs", *configs)
 
-    data = ("--data", tmp_path / "scores.toml", "--results", tmp_path, "--runs", tmp_path / "runs")
-    data += ("--configs", copied_parameters(tmp_path))
-    assert command("--task", "oracle6", "--episodes", 2, *data) == 0
+    in_process(monkeypatch)
+    configs = ("--configs", copied_parameters(tmp_path))
+    assert command("--task", "oracle6", "--episodes", 2) == 0
     assert set(read_references(tmp_path / "scores.toml")) == {"grind/Oracle6-v0"}
     row = f"slot,{{}},6.2,6.1,6.3,{TASK_VERSION}\n"
     policies = [name for name in policy_names(find_problem("slot").simulation()) if name != "power_threshold"]
     header = "task,policy,cost_per_good_part,cost_per_good_part_low,cost_per_good_part_high,task_version\n"
     (tmp_path / "slot.csv").write_text(header + "".join(row.format(name) for name in policies), encoding="utf-8")
     capsys.readouterr()
-    assert command("--compare", *data) == 0
+    monkeypatch.setattr("sys.argv", ["compare", str(tmp_path)])
+    compare_main()
     lines = capsys.readouterr().out.splitlines()
     assert [("differs" in line) for line in lines if "constant" in line or "random" in line] == [True, False]
-    assert command("--task", "no_such", *data) == 2
+    assert command("--task", "no_such") == 2
     assert "there is no problem 'no_such'" in capsys.readouterr().err
     # a file of one's own has no place among the scores of the package
     shop = tmp_path / "shop.toml"
     shop.write_text('base = "oracle6"\n', encoding="utf-8")
-    assert command("--task", shop, *data) == 2
+    assert command("--task", shop) == 2
     assert "shop has no reference scores" in capsys.readouterr().err
     assert set(read_references(tmp_path / "scores.toml")) == {"grind/Oracle6-v0"}
