@@ -41,14 +41,12 @@ def dataset(
 ) -> None:
     """Record a policy as a Minari dataset, for offline reinforcement learning.
 
-    Killed at any moment, the same command goes on; a dataset of the very same episodes stays as it is. The hash of its
-    content is printed, and beside it whether it is that of the published one, where there is one.
+    The hash of its content is printed, and beside it whether it is that of the published one, where there is one.
     """
     import minari
 
-    from agents.offline.dataset import dataset_id, datasets_folder, make_dataset, stored_episodes
+    from agents.offline.dataset import PLACE, dataset_id, make_dataset, stored_episodes
     from agents.offline.qualities import content_hash, policy_of, verdict
-    from agents.offline.writer import PLACE
     from grind_env.policies.naming import Unzip, chosen_policy
 
     problem = find_problem(task, job, parts)
@@ -65,9 +63,9 @@ def dataset(
     else:
         acts = chosen_policy(policy or "adaptive_rule", simulation, configs, unzip)
     path = make_dataset(acts, problem, episode_seeds(seeds, episodes), split, fresh=fresh)
-    steps = minari.MinariDataset(path / "data").total_steps
+    stored = minari.MinariDataset(path / "data")
     size = sum(each.stat().st_size for each in path.rglob("*") if each.is_file())
-    what = f"{episodes} episodes, {seeds} seeds, split {split}, {steps} steps, {size / 1e6:.1f} MB"
+    what = f"{episodes} episodes, {seeds} seeds, split {split}, {stored.total_steps} steps, {size / 1e6:.1f} MB"
     print(printable(f"{dataset_id(problem, acts)}: {what}, in {path}"))
-    print(verdict(problem.name, acts, content_hash(stored_episodes(path)), episodes, seeds, split))
-    print(f"load it with {PLACE}={datasets_folder()} and minari.load_dataset({dataset_id(problem, acts)!r})")
+    print(verdict(problem.name, acts, content_hash(stored_episodes(stored)), episodes, seeds, split))
+    print(f"load it with {PLACE}={path.parents[2]} and minari.load_dataset({dataset_id(problem, acts)!r})")

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from agents.offline.dataset import Steps, recorded, recorded_episodes
+from agents.offline.dataset import Steps, recorded
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.splits import EVERY
 from grind_env.errors import GrindError, quoted
@@ -71,7 +71,7 @@ def record(task: str) -> dict[str, str]:
     problem = find_problem(task)
     policies = {quality: policy_of(quality, problem.simulation()) for quality in QUALITIES}
     data = {name: recorded(policy, problem, episode_seeds(SEEDS, EPISODES)) for name, policy in policies.items()}
-    return {name: content_hash(recorded_episodes(each)) for name, each in data.items()}
+    return {name: content_hash(each) for name, each in data.items()}
 
 
 def verdict(task: str, policy: Policy, content: str, episodes: int, seeds: str, split: str) -> str:

@@ -69,7 +69,8 @@ def test_on_another_machine_who_is_filmed_or_recorded_holds_the_model() -> None:
     *_, last = watch(Looker(8.0, 1), problem, SEED, 1)
     assert last.cost == pytest.approx(judged.cost[0])
     data = recorded(Looker(8.0, 1), problem, range(SEED, SEED + 2))
-    assert -PLATES.simulation().task.reference_cost * data.rewards.sum(axis=1) == pytest.approx(judged.cost)
+    costs = [-PLATES.simulation().task.reference_cost * rewards.sum() for _, _, rewards, _ in data]
+    assert costs == pytest.approx(judged.cost)
     assert {(simulation.gauge, width) for simulation, width in seen} == {(GAUGE, OWN_FROM + len(PROCESS.own._fields))}
     assert problem.simulation().gauge != GAUGE
 
