@@ -16,6 +16,7 @@ from agents.application import app
 from agents.dressing import study as dress_study
 from agents.provenance import ROOT
 from grind_env.policies.tuned import read_tuned
+from tests.agents.asking import in_process
 
 HEAVY = ("torch", "stable_baselines3", "optuna", "matplotlib", "pyarrow", "cma", "minari")
 ELSEWHERE = (
@@ -76,6 +77,7 @@ SMOKE = {"tune": tune, "dress-study": study, "video": video, "dataset": dataset}
 
 @pytest.mark.parametrize("command", SMOKE)
 def test_a_command_from_end_to_end(command: str, run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    in_process(monkeypatch)
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
     monkeypatch.setattr(dress_study, "TRAINING", 2)
     SMOKE[command](run, tmp_path)

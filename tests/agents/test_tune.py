@@ -7,12 +7,14 @@ import typer
 from typer.testing import CliRunner
 
 from agents.commands import tune as command
+from agents.runner import run_all
 from agents.tuning import rules as tune
 from agents.tuning.coefficients import RULES, entry_names
 from agents.tuning.search import evolve, grid_search
 from agents.tuning.studies import KeptCosts, open_study, sqlite_url
 from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned import HEADING, ConfigError, read_tuned, write_tuned
+from tests.agents.asking import run_here
 
 PLATES, ORACLE = find_problem("power_limited"), find_problem("oracle6")
 
@@ -135,16 +137,31 @@ def test_candidates_side_by_side_cost_what_they_cost_alone(tmp_path):
         assert len(set(costs)) > 1, name
 
 
-def test_what_is_found_does_not_depend_on_the_number_of_processes(tmp_path, monkeypatch):
-    names = ["power_threshold", "adaptive_dress"]
-    settings = {"evaluations": 12, "starts": 2, "episodes": 1}
+@pytest.mark.parametrize(
+    ("jobs", "ray", "here"),
+    [(2, None, True), (2, "local", True), pytest.param(2, None, False, marks=pytest.mark.nightly)],
+)
+def test_what_is_found_does_not_depend_on_who_does_the_runs(jobs, ray, here, tmp_path, monkeypatch):
+    names, settings = ["power_threshold"], {"evaluations": 12, "starts": 2, "episodes": 1}
     places = {"folder": tmp_path / "b", "runs": tmp_path / "b"}
     alone = tune.tune(ORACLE, names, folder=tmp_path / "a", runs=tmp_path / "a", **settings)
     # what is thrown away is of other episodes
     assert tune.tune(ORACLE, names, **places, **{**settings, "episodes": 2}) != alone
-    # all evaluations of the run are done by others
-    monkeypatch.setattr(tune.Tuner, "costs", None)
-    assert tune.tune(ORACLE, names, **places, **settings, fresh=True, jobs=2) == alone
+    costs, others = tune.Tuner.costs, []
+
+    def run_by_others(*given):
+        others.append(given)
+        monkeypatch.setattr(tune.Tuner, "costs", costs)
+        found = run_here(*given) if here else run_all(*given)
+        # all evaluations of the run are done by others
+        monkeypatch.setattr(tune.Tuner, "costs", None)
+        return found
+
+    monkeypatch.setattr(tune, "run_all", run_by_others)
+    assert tune.tune(ORACLE, names, **places, **settings, fresh=True, jobs=jobs, ray=ray) == alone
+    assert len(others) == 1
+    # and they are in the database
+    assert tune.tune(ORACLE, names, folder=tmp_path / "c", runs=tmp_path / "b", **settings) == alone
 
 
 def test_validation_decides_between_starts(tmp_path, monkeypatch):

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import optuna
+import pytest
 from sqlalchemy import event
 from sqlalchemy.pool import Pool
 
@@ -55,6 +56,7 @@ def killed(folder, growth):
     return kills
 
 
+@pytest.mark.nightly
 def test_a_tuning_killed_at_some_steps_ends_as_one_that_was_not(tmp_path):
     # at many more of them: tests/soak/kills.py
     script = (
