@@ -13,17 +13,15 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing
 from pathlib import Path
 from queue import SimpleQueue
-from typing import Any, TypeVar
+from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import Progress
 
 from agents.provenance import commit
 from grind_env.errors import GrindError, quoted, reason
 from grind_env.extras import needing
 
-TrialT = TypeVar("TrialT")
-FoundT = TypeVar("FoundT")
 Answers = Generator[tuple[Any, Any], None, None]
 
 ENVIRONMENT = {
@@ -32,11 +30,8 @@ ENVIRONMENT = {
     "PYTHONWARNINGS": "ignore:resource_tracker",  # of a parent that was killed it prints what was left
 }
 """Of the workers, whose libraries read it when they are loaded."""
-LOCAL = "local"
-RETRIES = 3
-"""How often Ray begins a trial again whose worker or node was lost."""
-ANSWER_SECONDS = 5.0
-"""How long the head of a cluster may take to answer."""
+RETRIES, ANSWER_SECONDS = 3, 5.0
+"""How often Ray begins a trial again whose worker or node was lost, and how long a cluster may take to answer."""
 KILLED = "its process was killed; the same command goes on with it"
 LOST = f"its worker or node was lost {1 + RETRIES} times; the same command goes on with it"
 HEAD = "give host:port as `ray start --head` prints it, and run `ray start --address` on this machine, too"
@@ -47,32 +42,25 @@ class Failed(str):
 
 
 def run_all(
-    trials: Sequence[TrialT],
-    run: Callable[[TrialT], FoundT],
+    trials: Sequence[Any],
+    run: Callable[[Any], Any],
     jobs: int,
     console: Console,
-    ray: str | None = None,
-    done: Callable[[TrialT, FoundT], object] = lambda trial, found: None,
-) -> tuple[dict[TrialT, FoundT], dict[TrialT, str]]:
-    """Return what was found in trials, and one sentence of each that failed.
+    ray: str | None,
+    done: Callable[[Any, Any], object],
+) -> dict[Any, str]:
+    """Run trials by a function of a module; return one sentence of each that failed.
 
-    Args:
-        trials: in the order in which they begin.
-        run: a function of a module, which processes import.
-        jobs: number of processes; each calculates on one thread.
-        console: shows how many are done, and why one failed.
-        ray: `host:port` of the head of a Ray cluster that this machine is a node of, or `local`.
-        done: called here with each trial that has ended and what was found.
+    `jobs` processes do it, on one thread each, or a Ray cluster: `ray` is `host:port` of its head, or `local`. `done`
+    is called here with each trial that has ended and what was found.
 
     Raises:
         GrindError: the cluster does not answer.
     """
     os.environ.update(ENVIRONMENT)
-    found: dict[TrialT, FoundT] = {}
-    failed: dict[TrialT, str] = {}
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    failed = dict[Any, str]()
     answers = _processes(trials, run, jobs) if ray is None else _tasks(trials, run, ray, jobs)
-    with Progress(*columns, console=console, transient=True) as progress, closing(answers):
+    with Progress(console=console, transient=True) as progress, closing(answers):
         bar = progress.add_task("trials", total=len(trials))
         for trial, answer in answers:
             if isinstance(answer, Failed):
@@ -80,9 +68,8 @@ def run_all(
                 console.print(f"{trial}: {answer}", highlight=False, markup=False, soft_wrap=True)
             else:
                 done(trial, answer)
-                found[trial] = answer
             progress.update(bar, advance=1, description=str(trial))
-    return {trial: found[trial] for trial in trials if trial in found}, failed
+    return failed
 
 
 def attempt(run: Callable[[Any], Any], trial: Any, asked: str = "") -> Any:
@@ -133,13 +120,8 @@ def _processes(trials: Sequence[Any], run: Callable[[Any], Any], jobs: int) -> A
 def _begin_worker() -> None:
     """Let a worker print nothing, and end with its parent, however that ends."""
     sys.stdout = sys.stderr = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
     parent: Any = multiprocessing.parent_process()
-    parent.join()
-    os._exit(1)
+    threading.Thread(target=lambda: os._exit(parent.join() or 1), daemon=True).start()
 
 
 def _tasks(trials: Sequence[Any], run: Callable[[Any], Any], address: str, jobs: int) -> Answers:
@@ -152,31 +134,29 @@ def _tasks(trials: Sequence[Any], run: Callable[[Any], Any], address: str, jobs:
                 trial = tasks.pop(task)
                 try:
                     yield trial, ray.get(task)
-                except ray.exceptions.RayTaskError as error:
-                    yield trial, Failed(f"a node cannot run it ({reason(error.cause)}): it must have commit {commit()}")
-                except ray.exceptions.RayError:
-                    yield trial, Failed(LOST)
+                except ray.exceptions.RayError as error:
+                    known = isinstance(error, ray.exceptions.RayTaskError)
+                    yield trial, Failed(f"a node cannot run it: it must have commit {commit()}" if known else LOST)
     finally:
         for task in tasks:
             ray.cancel(task, force=True)
 
 
 def _joined(address: str, jobs: int) -> Any:
-    """Return Ray, after joining a cluster or starting one of this machine alone, once in a process."""
+    """Return Ray, after joining a cluster, or starting one of this machine alone for the address `local`."""
     with needing("ray", "--ray needs"):
         import ray
     if ray.is_initialized():
         return ray
     # it has no option against printing the log of a dead node in the middle of a table
     ray._private.worker.print_to_stdstream = lambda *_, **__: None
+    own: dict[str, Any] = {"num_cpus": jobs, "include_dashboard": False} if address == "local" else {}
     host, _, port = address.rpartition(":")
-    if address != LOCAL and not (host and port.isdecimal()):
+    if not own and not (host and port.isdecimal()):
         raise GrindError(f"{quoted(address)} is no address of a Ray cluster: {HEAD}")
     try:
-        if address != LOCAL:
-            # Ray itself would ask for minutes
+        if not own:  # Ray itself would ask for minutes
             socket.create_connection((host, int(port)), ANSWER_SECONDS).close()
-        own: dict[str, Any] = {"num_cpus": jobs, "include_dashboard": False} if address == LOCAL else {}
         ray.init(address=address, log_to_driver=False, logging_level="ERROR", **own)
     except (OSError, RuntimeError, ValueError, OverflowError) as error:
         raise GrindError(f"no Ray cluster answers at {quoted(address)} ({reason(error)}): {HEAD}") from None

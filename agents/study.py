@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -144,15 +144,12 @@ class Study:
         waiting = [trial for trial in self.trials if options.fresh or self.cached(trial, runs) is None]
         hours = sum(map(self.seconds, waiting)) / 3600.0
         options.console.print(f"{len(self.trials)} runs, {len(waiting)} to do: about {hours:.1f} core-hours")
-        _, failed = run_all(
-            waiting,
-            self.run,
-            options.jobs,
-            options.console,
-            options.ray,
-            lambda trial, found: self.cache(trial, found, runs),
-        )
+        keep = partial(self._keep, runs)
+        failed = run_all(waiting, self.run, options.jobs, options.console, options.ray, keep)
         return {trial: self.cached(trial, runs) for trial in self.trials if trial not in failed}, failed
+
+    def _keep(self, runs: Path, trial: Any, found: Any) -> None:
+        self.cache(trial, found, runs)
 
     def found(self, options: Options) -> Found:
         """Return what was found in all trials.

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from functools import partial
 from operator import mul
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 import torch
@@ -39,6 +39,7 @@ from grind_env.training.gru_ppo import LAST_SEED
 
 CHECKPOINTS = 24
 """Checkpoints of a training."""
+VERSIONS = [installed(each) for each in ("grind_env", "numpy", "stable_baselines3", "torch")]
 
 
 @dataclass(frozen=True)
@@ -67,13 +68,6 @@ RECIPES = {
 }
 
 
-class Trained(NamedTuple):
-    """What the .zip of an agent says of its training: environment steps, and CPU time in s."""
-
-    steps: int
-    cpu_seconds: float
-
-
 class Checkpoints(BaseCallback):
     """Writes the training to a file every so many steps, between two updates."""
 
@@ -89,7 +83,7 @@ class Checkpoints(BaseCallback):
             self.last = self.num_timesteps
             self._count()
             generators = random.getstate(), np.random.get_state(), torch.get_rng_state()
-            training = (_versions(), generators, self.model)
+            training = (VERSIONS, generators, self.model)
             write_atomically(self.path, partial(torch.save, training))
 
     def _on_step(self) -> bool:
@@ -135,7 +129,7 @@ def train(problem: Problem, algorithm: str, seed: int, steps: int, path: Path, *
         Checkpoints(checkpoint, max(steps // CHECKPOINTS, 1)),
         reset_num_timesteps=model.num_timesteps == 0,
     )
-    write_atomically(path, partial(_save, model))
+    write_atomically(path, model.save)
     checkpoint.unlink(missing_ok=True)
     found: BaseAlgorithm = model
     return found
@@ -165,7 +159,7 @@ def resumed(path: Path, asked: str) -> Any:
         versions, generators, model = torch.load(path, weights_only=False)
     except (OSError, EOFError, pickle.UnpicklingError, RuntimeError, ValueError, ImportError, AttributeError) as error:
         raise GrindError(f"{path} is damaged ({reason(error)}): delete it to train anew") from error
-    if (versions, model.training) != (_versions(), asked):
+    if (versions, model.training) != (VERSIONS, asked):
         raise GrindError(f"{path} is of another training ({model.training}): delete it, or name another --output")
     random.setstate(generators[0])
     np.random.set_state(generators[1])
@@ -173,20 +167,11 @@ def resumed(path: Path, asked: str) -> Any:
     return model
 
 
-def trained(path: Path) -> Trained:
-    """Return what the .zip of an agent that `train` saved says of its training."""
+def trained(path: Path) -> tuple[int, float]:
+    """Return the environment steps and the CPU time, s, of the training of an agent that `train` saved."""
     with zipfile.ZipFile(path) as file:
         data = json.loads(file.read("data"))
-    return Trained(data["num_timesteps"], data["cpu_seconds"])
-
-
-def _save(model: BaseAlgorithm, unfinished: Path) -> None:
-    with unfinished.open("wb") as file:
-        model.save(file)
-
-
-def _versions() -> list[str]:
-    return [installed(each) for each in ("grind_env", "numpy", "stable_baselines3", "torch")]
+    return data["num_timesteps"], data["cpu_seconds"]
 
 
 app = Application(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)

@@ -95,7 +95,7 @@ def measure(cell: Cell, request: Request) -> Measured:
         plants=run(plants, on_plants=True) if plants else None,
         made=made,
         # behind the evaluation, which has compiled what it needs; in a simulation for which no table has been made
-        price=price_of(policy, replace(problem).simulation(), runs / cell.task / "cells" / policy.name / "price.json"),
+        price=price_of(policy, replace(problem).simulation()),
         first=request.first,
     )
 

@@ -10,8 +10,6 @@ from unittest.mock import patch
 import numpy as np
 
 from agents.benchmark.plan import ON_BELIEF, PLAIN, Cell
-from agents.cells import fingerprint_of
-from agents.findings import keep, kept
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
@@ -59,15 +57,8 @@ def tuned_on(policy: str, simulation: Simulation, configs: Path | None = None) -
     return 0 if tuned is None else tuned.evaluations * tuned.training_seeds[1] * simulation.most_steps
 
 
-def price_of(policy: Policy, simulation: Simulation, path: Path) -> Price:
-    """What decisions of a policy cost; what is kept in the file of the same policy and code is not measured again."""
-    code = fingerprint_of(policy, simulation)
-    held = kept(path, code)
-    return Price(*(keep(path, code, measured(policy, simulation)) if held is None else held))
-
-
-def measured(policy: Policy, simulation: Simulation) -> Price:
-    """The same, measured."""
+def price_of(policy: Policy, simulation: Simulation) -> Price:
+    """What decisions of a policy cost."""
     episodes = start_episodes(simulation, episode_seeds("validation", EPISODES))
     codec, decisions, seconds = ActionCodec(simulation.task), 0, 0.0
     with counted(type(simulation)) as count:

@@ -15,12 +15,11 @@ from grind_env.policies.problem import Problem
 
 def run_here(
     trials: Any, run: Callable[[Any], Any], jobs: int, console: Any, ray: Any, done: Callable[[Any, Any], Any]
-) -> tuple[dict[Any, Any], dict[Any, str]]:
+) -> dict[Any, str]:
     """As `runner.run_all`, in this process; a trial that fails ends all."""
-    found = {trial: run(trial) for trial in trials}
-    for trial, each in found.items():
-        done(trial, each)
-    return found, {}
+    for trial in trials:
+        done(trial, run(trial))
+    return {}
 
 
 def in_process(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -38,9 +38,9 @@ def eventful(trial):
 
 
 def test_one_trial_that_fails_does_not_stop_the_others(capsys):
-    done = []
-    found, failed = run_all(TRIALS, eventful, 2, Console(width=100), done=lambda trial, answer: done.append(trial))
-    assert (found, failed) == (FOUND, FAILED) and sorted(done) == ["fine", "good"]
+    found = {}
+    failed = run_all(TRIALS, eventful, 2, Console(width=100), None, found.__setitem__)
+    assert (found, failed) == (FOUND, FAILED)
     printed = capsys.readouterr().out
     assert "mistake: this is a mistake\n" in printed and "a worker prints nothing" not in printed
 
@@ -60,7 +60,7 @@ def interrupt(folder, name):
         "    signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "    signal.signal(signal.SIGHUP, signal.SIG_DFL)\n"  # nohup leaves it ignored
         "    try:\n"
-        "        run_all(sys.argv[1:], lasting, 2, Console(quiet=True))\n"
+        "        run_all(sys.argv[1:], lasting, 2, Console(quiet=True), None, print)\n"
         "    except KeyboardInterrupt:\n"
         "        raise SystemExit(130) from None\n"
     )
@@ -145,9 +145,10 @@ def ray(monkeypatch):
 
 
 def test_a_cluster_finds_what_processes_find_and_gives_lost_trials_up(ray):
-    found, failed = run_all([*TRIALS, "strange"], eventful, 2, QUIET, "local")
+    found = {}
+    failed = run_all([*TRIALS, "strange"], eventful, 2, QUIET, "local", found.__setitem__)
     assert found == FOUND and ray.options == {"num_cpus": 1, "max_retries": RETRIES}
-    assert "a node cannot run it (no such module): it must have commit" in failed.pop("strange")
+    assert "a node cannot run it: it must have commit" in failed.pop("strange")
     assert failed == FAILED | {"killed": LOST}
 
 
@@ -168,27 +169,27 @@ def test_a_node_with_another_commit_is_told():
 @pytest.mark.parametrize("address", ["nowhere", "10.0.0.1", ":6379", "host:", "host:six", "host:-1"])
 def test_an_address_without_host_or_port(ray, address):
     with pytest.raises(GrindError, match=f"^'{address}' is no address of a Ray cluster: give host:port as `ray start"):
-        run_all(["good"], eventful, 1, QUIET, address)
+        run_all(["good"], eventful, 1, QUIET, address, print)
 
 
 @pytest.mark.parametrize("address", ["127.0.0.1:1", "127.0.0.1:99999999"])
 def test_an_address_at_which_nobody_answers(ray, address):
     with pytest.raises(GrindError, match=f"^no Ray cluster answers at '{address}' .*: give host:port as `ray start"):
-        run_all(["good"], eventful, 1, QUIET, address)
+        run_all(["good"], eventful, 1, QUIET, address, print)
     assert ray.joined == []
 
 
 def test_a_server_that_answers_is_joined(ray):
     with socket.create_server(("127.0.0.1", 0)) as listening:
         address = f"127.0.0.1:{listening.getsockname()[1]}"
-        assert run_all(["good"], eventful, 1, QUIET, address)[0] == {"good": ["good"]}
+        assert run_all(["good"], eventful, 1, QUIET, address, {}.__setitem__) == {}
     assert ray.joined == [address]
 
 
 def test_without_ray_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "ray", None)
     with pytest.raises(MissingExtra, match=r"--ray needs Ray: pip install '\.\[ray\]' in the checkout of grind_env"):
-        run_all(["good"], eventful, 1, QUIET, "local")
+        run_all(["good"], eventful, 1, QUIET, "local", print)
 
 
 @pytest.mark.nightly
