@@ -32,6 +32,7 @@ from grind_env.commands import NamedProblem
 from grind_env.envs.wrappers import VectorBeliefFilter, VectorForLearning
 from grind_env.errors import GrindError, did_you_mean, printable, quoted, reason
 from grind_env.files import write_atomically
+from grind_env.policies.held import training_machines
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.sb3 import SB3VecEnv
 from grind_env.terminal import command
@@ -187,7 +188,8 @@ def main(
     belief: Annotated[bool, typer.Option(help="Show the belief in the hidden wheel.")] = True,
 ) -> None:
     """Train an agent of Stable-Baselines3; repeat the command to resume a killed training."""
-    train(find_problem(task), algorithm, seed, steps, output, belief=belief)
+    problem = training_machines(find_problem(task), None)
+    train(problem, algorithm, seed, steps, output, belief=belief)
     print(printable(f"agent: {output}; judge it by: grind evaluate --task {task} --policy {output} --trust"))
 
 
