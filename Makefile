@@ -6,7 +6,7 @@ STAMP := $(VENV)/.installed
 # `make PINNED= VENV=build/newest test` has the newest version of everything.
 PINNED := --constraint constraints.txt
 
-.PHONY: setup test bits lint format benchmark results speed ratios validate notebooks shown docs core contract films libraries audit blocks package soak mutations clean
+.PHONY: setup test test-nightly quick bits lint format benchmark results speed ratios validate notebooks shown pages docs core contract films libraries audit blocks package soak mutations clean
 
 setup: $(STAMP)
 
@@ -27,6 +27,16 @@ $(AGENTS): pyproject.toml constraints.txt
 test: setup
 	$(BIN)/python -m pytest -n 2 --dist worksteal
 
+# Further environments, more random cases, and what takes long.
+test-nightly: setup
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m "nightly or hypothesis" --hypothesis-profile nightly
+
+# The tests of one folder, until the first fails: `make quick FOLDER=process`.
+FOLDER ?= control
+
+quick: setup
+	$(BIN)/python -m pytest -n 2 --dist worksteal -x tests/$(FOLDER)
+
 # Hostile and random cases against everything; further runs add to build/soak/<commit>.json. `make soak PARTS=files`.
 MINUTES ?= 60
 
@@ -35,11 +45,11 @@ soak: setup
 
 # Do the tests find mistakes of one line in a copy of the last commit? A run that was interrupted goes on.
 mutations: setup
-	$(BIN)/python -m tests.mutations --least 28
+	$(BIN)/python -m tests.mutations --least 37
 
-# The tests that promise equal bits, as they run on other processors.
+# The tests that promise equal bits, as they run on other processors; `make bits PATHS=plain-python` on one of them.
 bits: setup
-	$(BIN)/python -m tests.code_paths
+	$(BIN)/python -m tests.code_paths $(PATHS)
 
 lint: setup
 	$(BIN)/ruff check .
@@ -97,6 +107,12 @@ docs: setup
 	$(SPHINX) -b doctest build/pages build/doctests
 	$(BIN)/python docs/tools/links.py build/docs
 	$(BIN)/python docs/tools/pictures.py build/docs
+
+# The site without running its pages and examples.
+pages: setup
+	rm -rf build/docs build/doctrees
+	$(BIN)/python docs/tools/sources.py build/pages
+	$(SPHINX) -D nb_execution_mode=off -D suppress_warnings=myst-nb.lexer -b html build/pages build/docs
 
 # A core install, without torch and Stable-Baselines3, imports, registers and steps every environment.
 core:

@@ -53,19 +53,11 @@ def main() -> str | None:
     ):
         return "the shipped policy is not played"
     grind = [sys.executable, "-m", "grind_env"]
-    submitted = [
-        *grind,
-        "evaluate",
-        "--policy",
-        str(SHIPPED / "rush.safetensors"),
-        "--env",
-        "rush",
-        "--submit",
-        "row.json",
-    ]
+    policy = ["--policy", str(SHIPPED / "rush.safetensors")]
+    submitted = [*grind, "evaluate", *policy, "--env", "rush", "--submit", "row.json"]
     subprocess.run(submitted, capture_output=True, check=False)
     verified = subprocess.run(
-        [*grind, "verify", "row.json", "--seed", "31415926535897932384"], capture_output=True, check=False
+        [*grind, "verify", "row.json", *policy, "--seed", "31415926535897932384"], capture_output=True, check=False
     )
     if verified.returncode != 0:
         return f"a row is not verified: {verified.stdout.decode()} {verified.stderr.decode()}"

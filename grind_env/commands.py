@@ -101,15 +101,16 @@ def evaluate(
     With --plant another machine grinds than the one that planners, beliefs and experts hold, and there is no score: its
     0 and 100 are of the model.
 
-    With --submit seeds, actions, costs and the policy itself are written down, with the texts of a program, job or task
-    of yours and the source of a module that policy or plant name. A .zip of Stable-Baselines3 is not: such a row can
-    only be replayed.
+    With --submit the costs of all episodes are written down, with what ran: an environment and a machine of the
+    package, and a policy that sees measurements, of the package or a file of yours, of which the row has the SHA-256.
     """
-    from grind_env.errors import printable
+    from grind_env.errors import GrindError, printable
     from grind_env.policies.judging import evaluate as judge
-    from grind_env.policies.naming import usual_name
+    from grind_env.policies.naming import FALLBACK, usual_name
     from grind_env.policies.problem import find_problem
 
+    if submit is not None and configs is not None:
+        raise GrindError("a row names the parameters of the package: leave out --configs or --submit")
     problem = find_problem(env, job, parts)
     chosen = _policy(policy, problem.simulation(), configs, trust, other_part)
     with progress_bar("steps", problem.simulation().most_steps) as advance:
@@ -125,15 +126,10 @@ def evaluate(
             advance=advance,
         )
     if submit is not None:
-        from grind_env.policies.rows.making import row_of
-        from grind_env.policies.rows.row import write_row
+        from grind_env.policies.rows import row_of, write_row
 
-        run, drawn = found.evaluation, range(found.first_seed, found.first_seed + episodes)
-        text = usual_name(problem.simulation()) if policy is None else policy
-        row = row_of(run, problem, drawn, chosen, text, configs, split=split, plant=found.plant, model=found.model)
-        write_row(submit, row)
-        if not row.says:
-            print("the row carries no .zip, and can only be replayed: give a .safetensors file", file=sys.stderr)
+        usual = FALLBACK if usual_name(problem.simulation()) == FALLBACK else "shipped"
+        write_row(submit, row_of(found, problem, policy or usual))
     if as_json:
         print(json.dumps({"env": problem.id, "name": problem.name, **found.numbers()}))
     else:
@@ -142,39 +138,41 @@ def evaluate(
 
 def verify(
     row: Annotated[Path, typer.Argument(metavar="ROW", help="File that `grind evaluate --submit` wrote."), FILE],
+    policy: Annotated[
+        str | None,
+        typer.Option(help="Policy file or module:name, if the policy is not of the package; its code is run."),
+        FILE,
+    ] = None,
     seed: Annotated[
         int | None,
-        typer.Option(min=0, help="Run its policy, too, on episodes drawn from this number of 20 digits or more."),
+        typer.Option(min=0, help="Number of 20 digits or more, from which seeds of other episodes are drawn."),
     ] = None,
     episodes: Annotated[
-        int | None, typer.Option(min=2, max=10_000, help="How many of these; by default as many as it has.")
+        int | None, typer.Option(min=2, max=10_000, help="Number of drawn episodes; by default as many as in the row.")
     ] = None,
-    trust: Annotated[
-        bool, typer.Option("--trust", help="Run the modules in it, which can do whatever their author wrote.")
-    ] = False,
 ) -> None:
-    """Find out whether a row holds that somebody has submitted.
+    """Run the policy of a row again that somebody has submitted.
 
-    Its actions are replayed: it is "replayed" if every episode costs what it says, to the bit. With --seed its policy
-    is run, too, where nothing comes to it but what is measured, on episodes that nobody knew when the row was made. It
-    is "measured-only" if their mean cost lies where the row predicts it, with 95 %: of fifteen good rows one misses.
+    The mean cost of its episodes must be what the row says. With --seed the mean cost of episodes that nobody knew when
+    the row was made must lie where the row predicts it, with 95 %: of fifteen good rows one misses. The policy sees
+    nothing but measurements.
 
-    Exit status 0: it holds. 1: it does not hold. 2: it is no row, or cannot be run.
+    Exit status 0: the row holds. 1: it does not hold. 2: it is no row, or cannot be run.
     """
-    from grind_env.errors import GrindError, printable
+    from grind_env.errors import GrindError, printable, shortened
     from grind_env.files import shown
-    from grind_env.policies.rows.row import read_row
-    from grind_env.policies.rows.verifying import verify as verified
+    from grind_env.policies.rows import read_row
+    from grind_env.policies.rows import verify as verified
 
     if episodes is not None and seed is None:
         raise GrindError("--episodes is of those that are drawn from --seed: give it, too, or leave --episodes out")
     read = read_row(row)
     try:
-        verdict = verified(read, seed=seed, episodes=episodes, trust=trust)
+        holds, found = verified(read, policy, seed=seed, episodes=episodes)
     except GrindError as error:
         raise GrindError(f"{shown(row)}: {error}") from None
-    print(printable(f"{shown(row)}: {read}\n{verdict.found}"))
-    if not verdict.status:
+    print(printable(f"{shown(row)}: {shortened(read.policy)} in {read.id}\n{found}"))
+    if not holds:
         raise typer.Exit(FALSE)
 
 

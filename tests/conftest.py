@@ -1,22 +1,42 @@
 import itertools
+from decimal import Decimal
 
 import pytest
 from hypothesis import HealthCheck, settings
 
 from grind_env.cli import main
-from grind_env.kernel import compile_at_once
+from grind_env.envs.names import environment_id, task_names
+from grind_env.kernel.tiers import Entry
 from grind_env.shop.optimise import budget as clock
-from grind_env.shop.optimise import variation
+from grind_env.shop.optimise import variables, variation
 from tests.command import Grind
+from tests.examples import ALL
 
-# the first call of a compiled function compiles it, which no deadline should count, and a busy machine draws slowly
-settings.register_profile("long", deadline=None, suppress_health_check=[HealthCheck.too_slow])
-settings.register_profile("default", settings.get_profile("long"), max_examples=30)
-settings.load_profile("default")
+# the first call of a compiled function compiles it, which no deadline should count, and a busy machine draws slowly;
+# fixtures that a test shares among its examples hold nothing that an example changes
+QUIET = [HealthCheck.too_slow, HealthCheck.function_scoped_fixture]
+settings.register_profile("nightly", deadline=None, suppress_health_check=QUIET, max_examples=ALL)
+settings.register_profile("commit", settings.get_profile("nightly"), max_examples=10)
+settings.load_profile("commit")
+
+TASKS = ("power_limited", "wide_rails", "reciprocation", "wide_plates", "job")
+ON_COMMITS = {*TASKS, *map(environment_id, TASKS)}
+"""One environment of each form."""
 
 
-# compiled code is what most tests are of; what they start runs as it does for its users
-compile_at_once()
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Leave further environments to the nightly job where a test takes one of `ON_COMMITS`, too."""
+    known = {*task_names(), *map(environment_id, task_names()), *ON_COMMITS, "grind/Task-v0"}
+    taken: dict[pytest.Function, str] = {}
+    for item in (each for each in items if isinstance(each, pytest.Function) and hasattr(each, "callspec")):
+        values = item.callspec.params.values()
+        if names := [value for value in values if isinstance(value, str) and value in known]:
+            taken[item] = names[0]
+    covered = {item.function for item, name in taken.items() if name in ON_COMMITS}
+    for item, name in taken.items():
+        if name not in ON_COMMITS and item.function in covered:
+            item.add_marker(pytest.mark.nightly)
 
 
 @pytest.fixture
@@ -32,10 +52,22 @@ def grind(capsys: pytest.CaptureFixture[str]) -> Grind:
     return call
 
 
+@pytest.fixture(autouse=True)
+def two_tiers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Little work runs as plain Python, as for users, also after a test whose work was compiled at once."""
+    monkeypatch.setattr(Entry, "at_once", False)
+
+
 @pytest.fixture
 def few_lots(monkeypatch: pytest.MonkeyPatch) -> None:
     """Short batches are ground on as many lots as long ones, where a test is not of how sure a promise is."""
     monkeypatch.setattr(variation, "USUAL_RUNS", 1)
+
+
+@pytest.fixture
+def coarse_speeds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A search tries E in steps of 1 m/min, which is quicker."""
+    monkeypatch.setitem(variables.STEPS, "E", (Decimal(1000), Decimal(50)))
 
 
 @pytest.fixture

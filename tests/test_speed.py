@@ -42,6 +42,7 @@ def brief(monkeypatch: pytest.MonkeyPatch) -> None:
             monkeypatch.setattr(module, name, value)
 
 
+@pytest.mark.nightly
 def test_make_speed_ends(brief: None, capsys: pytest.CaptureFixture[str]) -> None:
     assert speed.main() == 0
     printed = capsys.readouterr().out

@@ -130,7 +130,7 @@ TABLES = {
     "catalogue": ["catalogue"],
     "entry": ["catalogue", "wheel", "a60j"],
     "facts": ["facts", "--page", "16-13"],
-    "optimise": ["optimise", PLATE, "--vary", "E", "--bounds", "E=15000..15500", "--round", "E=500", "--parts", "1"],
+    "optimise": ["optimise", PLATE, "--vary", "E", "--bounds", "E=15000..15500", "--parts", "1"],
     "sweep": ["sweep", PLATE, "--E", "12000..15000", "--dress-every", "1..2", "--lead", ".08...12", "--parts", "2"],
     "calibrate": ["calibrate", "log.csv", "--program", "part.nc", "--job", "part.toml"],
 }

@@ -20,7 +20,7 @@ from grind_env.policies.tuned import read_tuned, tuned_folder
 
 EPISODES = 16
 """Validation episodes on which a decision is timed."""
-NOMINAL = ("burn_line", "adaptive_rule", "belief_rule", "look_ahead", ON_BELIEF)
+NOMINAL = ("adaptive_rule", "belief_rule", "look_ahead", ON_BELIEF)
 """They hold the equations with nominal constants, by which they read or follow the wheel."""
 EXACT = ("mpc", REFERENCE)
 """They hold the simulator, with the true lot and wheel of the episode."""

@@ -1,71 +1,118 @@
 """`python -m agents dataset`."""
 
-from typing import Annotated
+import os
+import re
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Annotated
 
+import gymnasium as gym
+import numpy as np
 import typer
 
-from grind_env.arguments import FILE
-from grind_env.commands import Configs, JobFile, NamedProblem, Parts, Split
-from grind_env.envs.splits import EVERY
-from grind_env.errors import GrindError, printable, quoted
-from grind_env.policies.evaluation import SEEDS, episode_seeds
-from grind_env.policies.problem import find_problem
+from agents.cells import RUNS
+from agents.provenance import provenance
+from grind_env.commands import Configs, JobFile, NamedPolicy, NamedProblem, Parts, Split
+from grind_env.envs.actions import ActionCodec
+from grind_env.envs.splits import EVERY, SPLITS
+from grind_env.errors import GrindError, printable
+from grind_env.files import FileError
+from grind_env.policies.evaluation import SEEDS, episode_seeds, run_seeds
+from grind_env.policies.held import model_beside
+from grind_env.policies.policy import Policy
+from grind_env.policies.problem import Problem, find_problem
+from grind_env.scores import find_reference
+
+if TYPE_CHECKING:
+    from minari import MinariDataset
+
+PLACE = "MINARI_DATASETS_PATH"
+"""Environment variable that names the folder in which Minari keeps datasets."""
 
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
-    app.command(epilog="Example: python -m agents dataset --task power_limited --quality planner")(dataset)
+    app.command(epilog="Example: python -m agents dataset --task power_limited --policy adaptive_rule")(dataset)
 
 
 def dataset(
     task: NamedProblem = "power_limited",
     job: JobFile = None,
     parts: Parts = 1,
-    policy: Annotated[
-        str | None, typer.Option(help="A policy, the file of an agent, or a constant; by default adaptive_rule."), FILE
-    ] = None,
-    quality: Annotated[
-        str | None,
-        typer.Option(
-            help="Instead: novice (random), rule (adaptive_rule) or planner (mpc, which sees the true state)."
-        ),
-    ] = None,
+    policy: NamedPolicy = None,
     episodes: Annotated[int, typer.Option(min=1, help="Number of episodes.")] = 200,
     seeds: Annotated[str, typer.Option(help=f"Seeds: {', '.join(SEEDS)}.")] = "training",
     split: Split = EVERY,
-    trust: Annotated[
-        bool, typer.Option("--trust", help="Load a .zip of Stable-Baselines3, which can run code of its author.")
-    ] = False,
     configs: Configs = None,
-    fresh: Annotated[bool, typer.Option("--fresh", help="Put it in place of a dataset of the same id.")] = False,
 ) -> None:
-    """Record a policy as a Minari dataset, for offline reinforcement learning.
-
-    The hash of its content is printed, and beside it whether it is that of the published one, where there is one.
-    """
-    import minari
-
-    from agents.offline.dataset import PLACE, dataset_id, make_dataset, stored_episodes
-    from agents.offline.qualities import content_hash, policy_of, verdict
-    from grind_env.policies.naming import Unzip, chosen_policy
+    """Record a policy as a Minari dataset, for offline reinforcement learning."""
+    from grind_env.policies.naming import chosen_policy
 
     problem = find_problem(task, job, parts)
-    unzip: Unzip | None = None
-    if trust:
-        from grind_env.sb3 import load_zip
+    acts = chosen_policy(policy, problem.simulation(), configs)
+    made = make_dataset(acts, problem, episode_seeds(seeds, episodes), split)
+    print(printable(f"{made.id}: {made.total_episodes} episodes, {made.total_steps} steps"))
+    print(printable(f"load it by minari.load_dataset({made.id!r}) with {PLACE}={os.environ[PLACE]}"))
 
-        unzip = load_zip
-    if quality is not None and policy is not None:
-        raise GrindError(f"policy is {quoted(policy)}, and the quality is {quoted(quality)}: give one of both")
-    simulation = problem.simulation()
-    if quality is not None:
-        acts = policy_of(quality, simulation, configs)
-    else:
-        acts = chosen_policy(policy or "adaptive_rule", simulation, configs, unzip)
-    path = make_dataset(acts, problem, episode_seeds(seeds, episodes), split, fresh=fresh)
-    stored = minari.MinariDataset(path / "data")
-    size = sum(each.stat().st_size for each in path.rglob("*") if each.is_file())
-    what = f"{episodes} episodes, {seeds} seeds, split {split}, {stored.total_steps} steps, {size / 1e6:.1f} MB"
-    print(printable(f"{dataset_id(problem, acts)}: {what}, in {path}"))
-    print(verdict(problem.name, acts, content_hash(stored_episodes(stored)), episodes, seeds, split))
-    print(f"load it with {PLACE}={path.parents[2]} and minari.load_dataset({dataset_id(problem, acts)!r})")
+
+def make_dataset(policy: Policy, problem: Problem, seeds: range, split: str = EVERY) -> "MinariDataset":
+    """Record a policy in the folder that `MINARI_DATASETS_PATH` names, by default `runs/datasets`.
+
+    Observations are the measured ones and actions those of the Box of the task's environment, whatever the policy
+    sees. Every episode has its seed: `env.reset(seed=..., options={"split": ...})` and its actions give the same
+    rewards again.
+
+    Raises:
+        GrindError: there is a dataset of that policy and task, or no such split.
+        FileError: the dataset cannot be written.
+    """
+    import minari
+    from minari.data_collector import EpisodeBuffer
+
+    task, maker = (re.sub(r"[^A-Za-z0-9_]+", "-", name) for name in (problem.name, policy.name.replace("_", "-")))
+    name, folder = f"grind/{task}/{maker}-v0", Path(os.environ.get(PLACE, RUNS / "datasets")).absolute()
+    if (folder / name).exists():
+        raise GrindError(f"there is a dataset {name} in {folder}: delete it, or name another folder in {PLACE}")
+    usual, simulation, made_with = gym.spec(problem.id), problem.simulation(), provenance(seeds)
+    shown = {**usual.kwargs, **dict(problem.arguments), "observation": "measured", "info": "full"}
+    env, codec, buffers = gym.make(spec := replace(usual, kwargs=shown)), ActionCodec(simulation.task), []
+    run = run_seeds(policy, simulation, seeds, split, model_beside(problem))
+    for k, seed in enumerate(seeds):
+        taken = ~np.isnan(run.speeds[k])
+        actions = codec.encode(run.speeds[k, taken], run.executions[k, taken])
+        first, steps = env.reset(seed=seed, options={"split": split})[0], [env.step(action) for action in actions]
+        seen, rewards, over, cut, infos = zip(*steps, strict=True)
+        scrap = {"cost": np.array([0.0, *(each["cost"] for each in infos)])}
+        numbers = np.stack([first, *seen]), actions, np.array(rewards), np.array(over), np.array(cut)
+        buffers.append(EpisodeBuffer(k, seed, None, *numbers, scrap))
+    known = None if SPLITS[split].beyond else find_reference(problem.id)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        size = sum(20_000 + 2 * each.observations.nbytes for each in buffers)
+        if shutil.disk_usage(folder).free < size:  # HDF5 crashes on a full disk
+            raise OSError(f"it needs {size / 1e6:.1f} MB")
+        with TemporaryDirectory(dir=folder, prefix=".grind-") as place:
+            os.environ[PLACE] = place
+            made = minari.create_dataset_from_buffers(
+                name,
+                buffers,
+                env=spec,
+                eval_env=spec,
+                algorithm_name=policy.name,
+                author="grind_env",
+                author_email="none",
+                code_permalink=str(made_with["commit"]),
+                description=f"{simulation.task.title}: {len(seeds)} episodes of {policy.name}, split {split}.",
+                requirements=[f"grind_env=={made_with['grind_env']}"],
+                ref_min_score=known and known.zero,
+                ref_max_score=known and known.hundred,
+            )
+            made.storage.update_metadata({"policy_sees": policy.sees, "split": split, "made_with": made_with})
+            os.renames(Path(place, name), folder / name)
+    except OSError as error:
+        raise FileError(f"the dataset cannot be written to {folder} ({error.strerror or error}): make room") from None
+    finally:
+        os.environ[PLACE] = str(folder)
+    return minari.load_dataset(name)

@@ -15,15 +15,13 @@ from grind_env.files import read_text
 from grind_env.policies.tuned import ConfigError
 from grind_env.task_version import TASK_VERSION
 
-THRESHOLDS = ("power_threshold", "size_threshold", "roughness_gauge", "burn_line")
-"""Policies that dress when one measured number passes a limit."""
-LEARNED, KNOWS_ALL = "learned", "hindsight"
+THRESHOLD, LEARNED, KNOWS_ALL = "power_threshold", "learned", "hindsight"
 HEADINGS = (
     "task",
     "episodes",
     "best N",
     "fixed plan, $",
-    "best threshold, $",
+    "power threshold, $",
     "learned, $",
     "hindsight, $",
     "best lead, mm",
@@ -88,13 +86,12 @@ def line(study: Study) -> list[str]:
         return NONE if each is None else f"{each.cost:.2f} ({100.0 * (each.cost / least - 1.0):+.0f} %)"
 
     (plan,) = about(study.found, "plan")
-    threshold = min((deciders[name] for name in THRESHOLDS), key=lambda each: each.cost)
     cells = [
         plan.task,
         str(study.episodes),
         str(plan.every),
         cost(plan),
-        f"{threshold.policy} {cost(threshold)}",
+        cost(deciders[THRESHOLD]),
         cost(deciders.get(LEARNED)),
         f"{least:.2f}",
     ]

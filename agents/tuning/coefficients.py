@@ -68,27 +68,11 @@ RULES: dict[str, tuple[Coefficient, ...]] = {
         Coefficient("E", 12.0, 0.4, positive=True, by_kind=True),
         Coefficient("D", 0.5, 0.5, by_kind=True, whole=True),
     ),
-    "roughness_gauge": (
-        Coefficient("E", 12.0, 0.3, positive=True, by_kind=True),
-        Coefficient("upper", 0.8, 0.2, positive=True, by_kind=True),
-        Coefficient("near", 0.9, 0.2, positive=True),
-        Coefficient("slowing", 0.5, 0.5, positive=True),
-    ),
-    "size_threshold": (
-        Coefficient("E", 12.0, 0.3, positive=True, by_kind=True),
-        Coefficient("share", 0.5, 0.3, positive=True, by_kind=True),
-    ),
     "power_threshold": (
         Coefficient("E", 12.0, 0.2, positive=True),
         Coefficient("upper", 60.0, 0.2, positive=True),
         Coefficient("lower", 0.9, 0.1, positive=True, most=1.0),
         Coefficient("share", 0.8, 0.1, positive=True),
-    ),
-    "burn_line": (
-        Coefficient("E", 12.0, 0.3, positive=True, by_kind=True),
-        Coefficient("margin", 0.8, 0.3, positive=True, by_kind=True),
-        Coefficient("near", 0.8, 0.2, positive=True),
-        Coefficient("slowing", 0.5, 0.5, positive=True),
     ),
     "adaptive_speed": (
         *(each for each in ADAPTIVE if each.name.startswith(("E", "g"))),

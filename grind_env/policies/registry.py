@@ -18,13 +18,10 @@ from grind_env.policies.policy import Policy
 from grind_env.policies.scripted.adaptive_dress import AdaptiveDress
 from grind_env.policies.scripted.adaptive_speed import AdaptiveSpeed
 from grind_env.policies.scripted.belief_rule import BeliefRule
-from grind_env.policies.scripted.burn_line import BurnLine
 from grind_env.policies.scripted.empirical_rule import EmpiricalRule
 from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.look_ahead import LookAhead
-from grind_env.policies.scripted.roughness_gauge import RoughnessGauge
 from grind_env.policies.scripted.rules import AdaptiveRule, ConstantPerKind, Fixed, PowerThreshold, Random
-from grind_env.policies.scripted.size_threshold import SizeThreshold
 from grind_env.policies.tuned import ConfigError, tuned_arguments, tuned_folder
 
 UNIFORM_PLANS = ("constant", "interval")
@@ -45,10 +42,7 @@ TUNED: dict[str, Callable[..., Policy]] = {
     "constant": partial(Fixed, name="constant"),
     "interval": partial(Fixed, name="interval"),
     "constant_per_kind": ConstantPerKind,
-    "roughness_gauge": RoughnessGauge,
-    "size_threshold": SizeThreshold,
     "power_threshold": PowerThreshold,
-    "burn_line": BurnLine,
     "adaptive_speed": AdaptiveSpeed,
     "adaptive_dress": AdaptiveDress,
     "adaptive_rule": AdaptiveRule,

@@ -98,7 +98,6 @@ def optimise(
     *,
     vary: Collection[str] | None = None,
     bounds: Mapping[str, Ends] = {},
-    rounding: Mapping[str, Number] = {},
     margin: Mapping[str, Number] = {},
     keep: Collection[int] = (),
     within: Mapping[str, Number] = {},
@@ -121,7 +120,6 @@ def optimise(
         vary: what may change: E, D, J, L of cycle blocks, lead, depth, passes of dress programs, the interval between
             dresses; words that a block lacks are then added. Those E and D that are there, and the interval, if None.
         bounds: lowest and highest value by word, in units of the program; of the interval in parts.
-        rounding: of what values are multiples, by word.
         margin: share of a limit that parts must keep, by name: power, temp, Ra, size.
         confidence: probability with which a part keeps each limit, whatever its lot and machine are, and with which
             each end of an interval holds.
@@ -144,7 +142,7 @@ def optimise(
     from grind_env.shop.optimise.finding import find_words
 
     seconds = seconds_of(budget)
-    wishes = wishes_of(vary, bounds, rounding, keep, margin, objective, within, confidence=confidence, untried=untried)
+    wishes = wishes_of(vary, bounds, keep, margin, objective, within, confidence=confidence, untried=untried)
     with progress(seconds) as advance:
         return find_words(
             program,

@@ -101,10 +101,6 @@ class Measures(NamedTuple):
     ratios: Array
     """Below which share of each of `LIMITS` parts stay with the confidence asked for; 0 without one; shape (C, 4)."""
 
-    def of(self, number: int) -> "Measures":
-        """Those of one candidate, with C = 1."""
-        return Measures(*(column[number : number + 1] for column in self))
-
     def violation(self, margins: Array) -> Array:
         """By how much they are beyond shares of the limits, shape (C, 4); 0 if they are not."""
         return np.asarray(np.maximum(self.ratios / margins - 1.0, 0.0))

@@ -41,10 +41,7 @@ FOUND = [
     replace(PLAN, question="dresser", lead=0.14, depth=0.01, overlap=1.4, cost=3.0, every=8),
     replace(PLAN, question="passes", passes=2, cost=5.9),
     replace(PLAN, question="passes", passes=3, cost=5.0),
-    decider("power_threshold", 5.0),
-    decider("size_threshold", 4.4),
-    decider("roughness_gauge", 7.0),
-    decider("burn_line", 4.6),
+    decider("power_threshold", 4.4),
     decider("hindsight", 4.0),
 ]
 
@@ -72,7 +69,7 @@ def test_a_line_by_hand():
         "episodes": "64",
         "best N": "4",
         "fixed plan, $": "6.00 (+50 %)",
-        "best threshold, $": "size_threshold 4.40 (+10 %)",
+        "power threshold, $": "4.40 (+10 %)",
         "learned, $": "4.20 (+5 %)",
         "hindsight, $": "4.00",
         "best lead, mm": "0.14",

@@ -98,7 +98,7 @@ def test_a_folder_that_cannot_be_made_is_one_sentence(tmp_path):
 
 
 def test_a_tuning_that_was_killed_goes_on_and_ends_in_the_same_file(tmp_path, monkeypatch):
-    names = ["constant", "size_threshold"]
+    names = ["constant", "constant_per_kind"]
     settings = {"evaluations": 10, "starts": 2, "episodes": 1}
     tune.tune(ORACLE, names, folder=tmp_path / "a", runs=tmp_path / "a", **settings)
     asked = []
@@ -201,11 +201,11 @@ def test_the_command(tmp_path):
     command.register(app)
     places = ["--task", "oracle6", "--configs", str(tmp_path), "--runs", str(tmp_path)]
     result = CliRunner().invoke(
-        app, [*places, "--policies", "burn_line", "--evaluations", "4", "--starts", "1", "--episodes", "1"]
+        app, [*places, "--policies", "power_threshold", "--evaluations", "4", "--starts", "1", "--episodes", "1"]
     )
     assert result.exit_code == 0, result.output
-    assert "burn_line: " in result.output
-    assert list(read_tuned("oracle6", tmp_path)) == ["burn_line"]
+    assert "power_threshold: " in result.output
+    assert list(read_tuned("oracle6", tmp_path)) == ["power_threshold"]
 
 
 def test_parameters_of_another_task_are_tuned_anew(tmp_path, monkeypatch):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from agents.offline.dataset import recorded
+from agents.commands.dataset import PLACE, make_dataset
 from agents.video import Film, record, watch
 from grind_env import evaluate
 from grind_env.envs.gauge import GAUGE
@@ -51,7 +51,9 @@ def test_a_block_in_motion_loses_its_stock_and_is_dressed_as_often_as_it_says(ex
         assert rest.instant is None and rest.part.left < min(left)
 
 
-def test_on_another_machine_who_is_filmed_or_recorded_holds_the_model() -> None:
+def test_on_another_machine_who_is_filmed_or_recorded_holds_the_model(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     problem, seen = on(PLATES, "meter:7"), []
 
     class Looker(Fixed):
@@ -68,9 +70,10 @@ def test_on_another_machine_who_is_filmed_or_recorded_holds_the_model() -> None:
     judged = evaluate(Fixed(8.0, 1), PLATES, episodes=2, first_seed=SEED, plant="meter:7").evaluation
     *_, last = watch(Looker(8.0, 1), problem, SEED, 1)
     assert last.cost == pytest.approx(judged.cost[0])
-    data = recorded(Looker(8.0, 1), problem, range(SEED, SEED + 2))
-    costs = [-PLATES.simulation().task.reference_cost * rewards.sum() for _, _, rewards, _ in data]
-    assert costs == pytest.approx(judged.cost)
+    monkeypatch.setenv(PLACE, str(tmp_path))
+    data = make_dataset(Looker(8.0, 1), problem, range(SEED, SEED + 2)).iterate_episodes()
+    earned = np.array([each.rewards.sum() for each in data])
+    assert -PLATES.simulation().task.reference_cost * earned == pytest.approx(judged.cost)
     assert {(simulation.gauge, width) for simulation, width in seen} == {(GAUGE, OWN_FROM + len(PROCESS.own._fields))}
     assert problem.simulation().gauge != GAUGE
 

@@ -93,6 +93,7 @@ def test_rounds_that_need_less_than_the_first_are_not_refused() -> None:
     assert len(plans(run(text, block_budget=20_000))) == 999
 
 
+@pytest.mark.nightly
 def test_three_thousand_parts_are_no_endless_program() -> None:
     part, dress = (EXAMPLES / "plate_g82.nc").read_text(encoding="utf-8").replace("%", "").split("\nO9100")
     part = part.replace("O2001", "O2").replace("N100 M30", "N100 M00 M99")

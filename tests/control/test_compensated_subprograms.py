@@ -2,10 +2,11 @@
 
 from typing import Any
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import Control, ControlError, execute, read, record
+from tests.examples import examples
 
 PLANES = {"G17": ("XY", "IJ"), "G18": ("ZX", "KI"), "G19": ("YZ", "JK")}
 signs = st.sampled_from([-1, 1])
@@ -35,7 +36,7 @@ def path(text: str, radius: float, budget: int = 1000) -> list[Any]:
     return found
 
 
-@settings(max_examples=150)
+@examples(150)
 @given(contours, st.sampled_from(sorted(PLANES)), st.sampled_from(["G41", "G42"]), st.integers(1, 3), st.data())
 def test_a_contour_in_subprograms(
     contour: list[tuple[str, int, int, int]], plane: str, side: str, times: int, data: st.DataObject
@@ -53,7 +54,7 @@ def test_a_contour_in_subprograms(
     assert path(called, 1.0) == path(inline, 1.0)
 
 
-@settings(max_examples=100)
+@examples(100)
 @given(contours, st.sampled_from(sorted(PLANES)), st.sampled_from(["G41", "G42"]), st.integers(1, 3))
 def test_m99_in_the_block_of_the_last_motion(
     contour: list[tuple[str, int, int, int]], plane: str, side: str, times: int

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from grind_env.control import Control, ControlError, execute, read, record
 from tests.control.contours import FIRST_AND_SECOND, Run, runs
+from tests.examples import examples
 
 START = -30.0 - 7j
 WORD = 2e-3
@@ -138,7 +139,7 @@ def points(run: Run) -> list[complex]:
     return [complex(*run.flat(point)) for point in run.points()]
 
 
-@settings(max_examples=150)
+@examples(150)
 @given(contours, sides, planes, st.floats(0.2, 6.0), st.sampled_from(["G39", "G39.1"]))
 def test_the_centre_keeps_one_radius_from_the_contour(
     pieces: list[Piece], side: str, plane: str, radius: float, corner: str
@@ -232,7 +233,7 @@ def transformed(path: list[Element], change: Callable[[complex], complex], flip:
     ],
     ids=["translated", "turned by 90 degrees", "turned by 180 degrees", "mirrored"],
 )
-@settings(max_examples=40)
+@examples(40)
 @given(pieces=contours, side=sides, plane=planes, radius=st.floats(0.2, 6.0))
 def test_the_path_follows_the_contour(
     change: Callable[[complex], complex], flip: bool, pieces: list[Piece], side: str, plane: str, radius: float
@@ -251,7 +252,7 @@ def test_the_path_follows_the_contour(
         assert moved == pytest.approx(change(point), abs=1e-6)
 
 
-@settings(max_examples=40)
+@examples(40)
 @given(pieces=contours, side=sides, plane=planes, radius=st.floats(0.2, 6.0), data=st.data())
 def test_splitting_a_line_changes_nothing(
     pieces: list[Piece], side: str, plane: str, radius: float, data: st.DataObject

@@ -1,7 +1,7 @@
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import Arc, Control, ControlError, Hold, Motion, Pick, Stroke, execute, read
@@ -9,6 +9,7 @@ from grind_env.control.check import check
 from grind_env.control.profile import ramp_time, travelled
 from grind_env.control.rules import dresses_due, motion_time
 from tests.control.harness import COMMON, DRESS, cycle_ends, cycles, picks, run, strokes
+from tests.examples import examples
 
 microns = st.integers(1, 60)
 alphabet = st.sampled_from(list("GXYZIJKFEPDLMNOQRST0123456789.-+ ();/%\n[#é\x00")) | st.characters()
@@ -26,7 +27,7 @@ def test_exactly_d_dresses_for_any_picks(sizes: list[int], executions: int) -> N
     assert run_so_far == executions
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(
     depth=st.integers(0, 300),
     primary=microns,
@@ -52,7 +53,7 @@ def test_random_g82(depth: int, primary: int, secondary: int, spark_out: int, dr
         assert picks(events)[-1].end[1] == float(target)
 
 
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(
     width=st.integers(0, 50),
     primary=st.integers(1, 20),
@@ -73,7 +74,7 @@ def test_random_g83(width: int, primary: int, depth: int, pick: int, spark_out: 
     assert crossed == traverses * math.ceil(width / primary)
 
 
-@settings(max_examples=300, deadline=None)
+@examples(300)
 @given(st.text(alphabet, max_size=60))
 def test_no_text_raises_anything_but_a_control_error(text: str) -> None:
     try:
@@ -92,7 +93,7 @@ WORDS = st.sampled_from(VOCABULARY.split())
 BRIEF = Control(block_budget=500)
 
 
-@settings(max_examples=300, deadline=None)
+@examples(300)
 @given(st.lists(st.lists(WORDS, min_size=1, max_size=6), max_size=6))
 def test_no_program_raises_anything_but_a_control_error(blocks: list[list[str]]) -> None:
     text = COMMON + "\n".join(" ".join(block) for block in blocks)
@@ -112,7 +113,7 @@ G00 X{0}
 """
 
 
-@settings(max_examples=50, deadline=None)
+@examples(50)
 @given(shift, shift, shift)
 def test_translated_coordinates_translate_the_motions(dx: int, dy: int, dz: int) -> None:
     def moves(x: int, y: int, z: int) -> list[Motion]:

@@ -181,10 +181,10 @@ def _frames() -> Iterator[Site]:
         frame = frame.f_back
 
 
-@pytest.mark.parametrize("index", range(len(MESSAGES)))
-def test_every_message_is_as_recorded(index: int, outcomes: list[Outcome]) -> None:
-    assert outcomes[index].text == MESSAGES[index]["text"]
-    assert re.fullmatch(r"(part\.nc:\d+:\d+: )?[^:].* \[[a-z-]+\]", outcomes[index].text)
+def test_every_message_is_as_recorded(outcomes: list[Outcome]) -> None:
+    for outcome, message in zip(outcomes, MESSAGES, strict=True):
+        assert outcome.text == message["text"]
+        assert re.fullmatch(r"(part\.nc:\d+:\d+: )?[^:].* \[[a-z-]+\]", outcome.text)
 
 
 def test_every_place_that_makes_an_error_has_a_message(outcomes: list[Outcome]) -> None:

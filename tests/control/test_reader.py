@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from grind_env import files
@@ -15,6 +15,7 @@ from grind_env.control import source as source_module
 from grind_env.control.errors import ControlError
 from grind_env.control.reader import Blocks, Programs, read, read_block, read_file
 from grind_env.control.source import Mark, Scanner, SourceText, Text, text_of
+from tests.examples import examples
 from tests.patience import PATIENCE
 
 Found = tuple[int, int, str]
@@ -89,7 +90,7 @@ def test_blocks_are_those_of_a_reading_by_characters() -> None:
         compare_scan(leader + EVERYTHING)
 
 
-@settings(max_examples=300)
+@examples(300)
 @given(programs_text, st.integers(1, 9))
 def test_any_text_has_the_blocks_of_a_reading_by_characters(text: str, chunk: int) -> None:
     compare_scan(text, (chunk,))
@@ -111,7 +112,7 @@ def compare_scan(text: str, chunks: Sequence[int] = (*range(1, 30), 1 << 16)) ->
                 assert seen(iter(Scanner(whole.open(), whole, mark))) == expected[taken:]
 
 
-@settings(max_examples=300)
+@examples(300)
 @example("(o)\nO1\nO2\nG01 X-1.5 (o)\r\nO3\nM99", 3)
 @example("(o)\n(o)\nX1", 3)
 @example("(o)(\nO1", 3)
@@ -220,6 +221,7 @@ def peak(work: Path, count: int) -> tuple[int, int]:
     return top, found
 
 
+@pytest.mark.nightly
 def test_memory_does_not_grow_with_the_program(tmp_path: Path) -> None:
     small, few = peak(tmp_path / "small.nc", 35_000)
     large, many = peak(tmp_path / "large.nc", 130_000)

@@ -7,7 +7,7 @@ from enum import Enum
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import (
@@ -31,6 +31,7 @@ from grind_env.control import (
 from grind_env.control.cycles import RULES, Rules, traverse
 from tests.control.harness import COMMON, DRESS, PARKED, run
 from tests.control.test_cycle_rules import Along
+from tests.examples import examples
 
 CYCLE = "G82 X230. I-30. Y-.03 J-.01 L1 F60. E12000. P9100"
 
@@ -155,7 +156,7 @@ def require_alike(found: list[Event], stepped: list[Event], dwell: float) -> Non
     assert at == len(stepped)
 
 
-@settings(max_examples=150, deadline=None)
+@examples(150)
 @given(
     text=programs(),
     x=st.sampled_from([-30.0, 41.3, 229.0]),

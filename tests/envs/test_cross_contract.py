@@ -6,7 +6,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium.error import ResetNeeded
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.envs import any_task
@@ -18,6 +18,7 @@ from grind_env.envs.strips.simulation import StripSimulation
 from grind_env.envs.tasks import TaskError, read_task
 from grind_env.pages import page, summary
 from tests.envs.harness import FORMS, assert_same
+from tests.examples import examples
 
 ID = "grind/WidePlates-v0"
 
@@ -167,7 +168,7 @@ def test_a_bad_action_and_a_record_of_nothing_are_refused() -> None:
             env.step(action)
 
 
-@settings(max_examples=4, deadline=None)
+@examples(4)
 @given(seed=st.integers(0, 10_000), kA=st.sampled_from([0.05, 1.0, 20.0]), slow=st.booleans(), D=st.integers(0, 3))
 def test_no_plan_leaves_the_space_or_the_range_that_the_page_states(seed: int, kA: float, slow: bool, D: int) -> None:
     stated = summary(ID).reward

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from gymnasium.error import ResetNeeded
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import read
@@ -26,6 +26,7 @@ from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.process import PROCESS
 from tests.envs.harness import reward_terms_of, whole_tape
+from tests.examples import examples
 
 PARTS = 4
 
@@ -58,7 +59,7 @@ def too_many_dresses(text: str) -> list[int]:
 
 
 @pytest.mark.bits
-@settings(max_examples=6, deadline=None)
+@examples(6)
 @given(seed=st.integers(0, 10_000), policy_seed=st.integers(0, 10_000), predress=st.booleans())
 def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_seed: int, predress: bool) -> None:
     env = wide_plates.make(predress=predress, info="full")

@@ -13,7 +13,7 @@ from gymnasium.envs.registration import EnvSpec
 from gymnasium.error import ResetNeeded
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
@@ -34,6 +34,7 @@ from grind_env.machine.script.block import ScriptError
 from grind_env.machine.script.script import script_of
 from grind_env.machine.script.settings import Ranges
 from tests.envs.harness import MODES, assert_same, job_drawn, reward_terms_of, row_of, tape_of_job
+from tests.examples import examples, nightly
 from tests.machine.harness import DRESS
 from tests.testing.conformance import check_vector_env
 
@@ -123,7 +124,7 @@ def refusal(error: type[Exception], function: Callable[..., Any], *args: Any, **
 # --- the environment is the program ------------------------------------------------------------------
 
 
-@settings(max_examples=25, deadline=None)
+@examples(25)
 @given(name=st.sampled_from([*NAMES, "batch"]), seed=st.integers(0, 10_000), policy_seed=st.integers(0, 10_000))
 def test_the_program_with_the_words_chosen_grinds_the_same_record(
     batch: str, name: str, seed: int, policy_seed: int
@@ -334,7 +335,7 @@ def test_lots_come_with_their_probability_and_last_until_the_next() -> None:
 # --- the interface of Gymnasium -----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("observation", ["measured", "full"])
+@pytest.mark.parametrize("observation", ["measured", nightly("full")])
 @pytest.mark.parametrize("name", NAMES)
 def test_both_checkers_pass_without_a_warning(name: str, observation: str) -> None:
     with warnings.catch_warnings():

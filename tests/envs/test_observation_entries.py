@@ -36,11 +36,13 @@ def cases() -> Iterator[Any]:
     for env_id in every_id():
         if env_id != "grind/Job-v0":
             yield pytest.param(env_id, {}, id=env_id)
-            yield pytest.param(env_id, {"predress": True}, id=f"{env_id} predress")
+            yield pytest.param(env_id, {"predress": True}, id=f"{env_id} predress", marks=pytest.mark.nightly)
     for program in EXAMPLES:
         # before the only block of a keyway nothing has been measured
         for parts in (3, 12) if "keyway" in program.stem else (1, 3, 12):
-            yield pytest.param("grind/Job-v0", {"program": str(program), "parts": parts}, id=f"{program.stem} x{parts}")
+            marks = () if parts == 3 else pytest.mark.nightly
+            arguments = {"program": str(program), "parts": parts}
+            yield pytest.param("grind/Job-v0", arguments, id=f"{program.stem} x{parts}", marks=marks)
 
 
 def contexts(env_id: str) -> list[Any]:

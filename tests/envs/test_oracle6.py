@@ -57,6 +57,7 @@ def test_two_seeds_give_identical_episodes() -> None:
         assert_same(a.step(action), b.step(action))
 
 
+@pytest.mark.nightly
 def test_the_optimum_costs_in_the_environment_what_the_search_says() -> None:
     env = gym.make("grind/Oracle6-v0", info="full")
     best = optimum()

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import read
@@ -27,6 +27,7 @@ from grind_env.machine.grind import grind
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.record import GrindingRecord
 from tests.envs.harness import Array, every_id, without_expansion
+from tests.examples import examples
 
 PARTS = 5
 
@@ -106,7 +107,7 @@ class Episode:
 
 
 @pytest.mark.parametrize("name", task_names())
-@settings(max_examples=25)
+@examples(25)
 @given(
     seed=st.integers(0, 10_000),
     policy_seed=st.integers(0, 10_000),

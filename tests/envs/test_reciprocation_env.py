@@ -4,7 +4,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import read
@@ -19,6 +19,7 @@ from grind_env.envs.tasks import read_task
 from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord
 from tests.envs.harness import assert_same, reward_terms_of, whole_tape
+from tests.examples import examples
 from tests.testing.conformance import check_vector_env
 
 ID = "grind/Reciprocation-v0"
@@ -42,7 +43,7 @@ def ground(env: GrindEnv, blocks: int) -> GrindingRecord:
     return grind(read(env.part_program()), job, control=control, conditions=parts)
 
 
-@settings(max_examples=10, deadline=None)
+@examples(10)
 @given(seed=st.integers(0, 10_000), policy_seed=st.integers(0, 10_000), predress=st.booleans())
 def test_the_part_program_of_an_episode_grinds_the_same_parts(seed: int, policy_seed: int, predress: bool) -> None:
     env = reciprocation.make(predress=predress, info="full")

@@ -3,7 +3,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import Line, Source, execute, read
@@ -19,6 +19,7 @@ from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.process import PROCESS
 from tests.batches import FEEDS, PART, TALLY, WHEEL, as_table
+from tests.examples import examples
 from tests.machine.harness import DRESS, DRESS_NUMBERS, job, start_wheel
 
 ACCELERATION, DWELL = 1000.0, 0.15
@@ -112,7 +113,7 @@ CASES = st.builds(
 )
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(case=CASES, A=st.floats(0.006, 0.05))
 def test_the_program_grinds_the_same_strokes(case: Case, A: float) -> None:
     shop = job(wheel_start=WheelStart(wear_flat_area=A, volume_since_dress=50.0), stock=0.1)

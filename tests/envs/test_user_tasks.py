@@ -10,7 +10,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
-from hypothesis import HealthCheck, example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from grind_env.cli import main
@@ -25,6 +25,7 @@ from grind_env.machine.grind import grind
 from grind_env.machine.job import WheelStart
 from grind_env.toml import tomllib
 from tests.envs.harness import assert_same, native, row_of, sync, whole_tape
+from tests.examples import examples
 from tests.testing.conformance import check_vector_env
 
 ID = "grind/Task-v0"
@@ -209,7 +210,7 @@ def documents(draw: st.DrawFn) -> dict[str, Any]:
     return content
 
 
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+@examples(150)
 @given(content=documents())
 def test_a_file_is_an_environment_or_one_sentence(content: dict[str, Any], tmp_path: Path) -> None:
     path = written(tmp_path, toml_text(content))
@@ -265,7 +266,7 @@ def test_an_overrun_from_which_the_wheel_would_grind_the_part_on_its_way_down_is
         assert load_task(written(tmp_path, toml_text(content))).setup.overrun == 1.0
 
 
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+@examples(60)
 @given(content=documents(), cycle=st.sampled_from(["G81", "G82", "G83"]), seed=st.integers(0, 10_000))
 @example(content=LESS_THAN_A_PICK, cycle="G82", seed=0)
 @example(content=with_overrun(1.0), cycle="G81", seed=0)

@@ -56,6 +56,7 @@ def test_the_belief_of_the_native_vector_env_is_that_of_its_single_envs() -> Non
     )
 
 
+@pytest.mark.nightly
 def test_what_is_learned_in_the_native_vector_env_is_that_of_its_single_envs() -> None:
     check_vector_env(
         lambda mode: VectorForLearning(VectorBeliefFilter(native("grind/Oracle6-v0", 3, mode, **MEASURED), members=8)),

@@ -11,6 +11,7 @@ import grind_env
 from grind_env.errors import GrindError
 from grind_env.policies.problem import find_problem
 from tests.command import Grind
+from tests.examples import nightly
 
 pytest.importorskip("matplotlib")
 
@@ -54,7 +55,7 @@ def test_lines_are_told_apart_without_colour() -> None:
     assert len(set(looks)) == len(set(MARKS)) == len(COLOURS)
 
 
-@pytest.mark.parametrize("suffix", [".pdf", ".svg", ".png"])
+@pytest.mark.parametrize("suffix", [nightly(".pdf"), nightly(".svg"), ".png"])
 def test_the_same_figure_has_the_same_bytes(suffix: str, mapped: PolicyMap, tmp_path: Path) -> None:
     for name in ("a", "b"):
         write_figure(policy_map_figure(mapped), tmp_path / f"{name}{suffix}")

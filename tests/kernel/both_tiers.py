@@ -30,7 +30,7 @@ from tests.machine.harness import DRESS, job
 from tests.soak.found import FOUND, PLAIN
 
 FORMS = "grind/PowerLimited-v0", "grind/Reciprocation-v0", "grind/WidePlates-v0", "grind/Job-v0"
-POLICIES = "power_threshold", "belief_rule", "burn_line"
+POLICIES = "power_threshold", "belief_rule"
 
 
 def values(tree: Any) -> Iterator[bytes]:

@@ -145,6 +145,7 @@ def test_damaged_files_are_said_once_and_written_anew(tmp_path: Path) -> None:
     assert toy.start() == (made.results, len(DAMAGES), [])
 
 
+@pytest.mark.nightly
 def test_a_file_under_the_name_of_another_kernel_is_not_loaded(again: Toy) -> None:
     one, other = again.files()
     other.write_bytes(one.read_bytes())
@@ -153,12 +154,14 @@ def test_a_file_under_the_name_of_another_kernel_is_not_loaded(again: Toy) -> No
     assert str(other) in line
 
 
+@pytest.mark.nightly
 def test_kernels_that_other_processes_compiled_call_their_own_functions(toy: Toy) -> None:
     toy.script.write_text(CALLING, encoding="utf-8")
     alone = [toy.start(factor).results.strip("[]") for factor in "12"]
     assert toy.start(*"12").results == f"[{', '.join(alone)}]"
 
 
+@pytest.mark.nightly
 def test_on_a_full_disk_kernels_run_and_one_line_says_so(toy: Toy, started: Toy) -> None:
     pytest.importorskip("resource")
     results, hits, (line,) = toy.start("full")
@@ -177,6 +180,7 @@ def test_where_no_folder_can_be_made_kernels_run_and_one_line_says_so(toy: Toy) 
     assert str(toy.cache) in line
 
 
+@pytest.mark.nightly
 def test_kernels_in_a_folder_that_is_only_read_are_loaded(again: Toy) -> None:
     folder = again.files()[0].parent
     folder.chmod(0o555)
@@ -188,6 +192,7 @@ def test_kernels_in_a_folder_that_is_only_read_are_loaded(again: Toy) -> None:
         folder.chmod(0o755)
 
 
+@pytest.mark.nightly
 def test_of_processes_that_start_at_once_one_compiles_each_kernel(toy: Toy) -> None:
     starts = [*map(toy.end, [toy.begin() for _ in range(3)])]
     assert all((results, lines) == (RESULTS, []) for results, _, lines in starts)
@@ -197,6 +202,7 @@ def test_of_processes_that_start_at_once_one_compiles_each_kernel(toy: Toy) -> N
     assert len(toy.files()) == 2
 
 
+@pytest.mark.nightly
 def test_a_process_that_is_killed_while_it_compiles_holds_nobody_up(toy: Toy, tmp_path: Path) -> None:
     toy.script.write_text(CALLING, encoding="utf-8")
     process = toy.begin("1")
@@ -209,6 +215,7 @@ def test_a_process_that_is_killed_while_it_compiles_holds_nobody_up(toy: Toy, tm
     assert not any(path.suffix == ".lock" for path in toy.files())
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     "environment",
     [
@@ -223,10 +230,12 @@ def test_code_of_another_cpu_or_other_settings_is_not_loaded(started: Toy, envir
     assert started.start(**environment) == (RESULTS, 0, [])
 
 
+@pytest.mark.nightly
 def test_code_does_not_depend_on_threads_or_hash_seeds(started: Toy) -> None:
     assert started.start(NUMBA_NUM_THREADS="1", PYTHONHASHSEED="5") == (RESULTS, 2, [])
 
 
+@pytest.mark.nightly
 def test_plain_python_neither_reads_nor_writes_kernels(toy: Toy) -> None:
     assert toy.start(NUMBA_DISABLE_JIT="1") == (RESULTS, 0, [])
     assert toy.files() == []

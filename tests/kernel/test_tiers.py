@@ -86,6 +86,7 @@ def runs(pid: int) -> bool:
     return True
 
 
+@pytest.mark.nightly
 def test_processes_that_start_at_once_take_what_one_compiles_in_the_background(tmp_path: Path) -> None:
     starts = [end(process) for process in [begin(tmp_path) for _ in range(4)]]
     assert {line for _, line in starts} == {"True " + starts[0][1].split()[1]}
@@ -94,6 +95,7 @@ def test_processes_that_start_at_once_take_what_one_compiles_in_the_background(t
     assert end(begin(tmp_path)) == [starts[0][1]]
 
 
+@pytest.mark.nightly
 def test_an_entry_whose_compilation_is_killed_is_compiled_where_it_runs(tmp_path: Path) -> None:
     assert end(begin(tmp_path, "kill"))[-1].startswith("False ")
     assert len([*tmp_path.rglob("*.nbc")]) == 1
@@ -146,6 +148,7 @@ def test_where_plain_python_refuses_a_number_compiled_code_runs_on_what_was_ther
     assert done.stdout.split() == ["4.0", "[", "4.", "inf]", "inf", "True"]
 
 
+@pytest.mark.nightly
 @pytest.mark.bits
 def test_every_entry_has_the_same_bits_in_both_tiers() -> None:
     entries = set()

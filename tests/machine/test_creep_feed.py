@@ -4,12 +4,13 @@ import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.machine.job import Job
 from grind_env.process.stroke import dressed_wheel
 from grind_env.render.reasons import reason
+from tests.examples import examples
 from tests.machine import harness
 from tests.machine.harness import CATALOGUE, HEAD, run
 
@@ -24,7 +25,7 @@ def creep(depth: float, feed: int) -> str:
 
 
 @given(st.integers(100, 3000).map(lambda um: 0.001 * um), st.integers(20, 1500))
-@settings(max_examples=30, deadline=None)
+@examples(30)
 def test_depth_force_power_heat_and_wear_by_hand(depth: float, feed: int) -> None:
     """The elastic loop is closed by bisection here."""
     shop = job()

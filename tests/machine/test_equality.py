@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import grind_env
@@ -37,6 +37,7 @@ from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 from tests import batches
 from tests.batches import CYCLE, PARAMETERS, PART, PLUNGES, WHEEL, cold, grind_cycles
+from tests.examples import examples
 from tests.machine.harness import CATALOGUE, DRESS_NUMBERS, job, run, start_wheel
 
 MICRONS = 1000.0  # in a mm; the quotient is the number that a word such as Y.009 says
@@ -213,7 +214,7 @@ def places_of_dresses(case: Case) -> list[int]:
     return places
 
 
-@settings(max_examples=200, deadline=None)
+@examples(200)
 @given(case=cases())
 def test_a_program_and_the_batched_cycle_agree(case: Case) -> None:
     assume(case.depth + case.above + case.L + case.coverage > 0)  # else the control makes no stroke
@@ -356,6 +357,7 @@ print(stroke.T, sum(grind_strips.stats.cache_hits.values()))
 """
 
 
+@pytest.mark.nightly
 def test_an_edited_equation_is_compiled_anew_and_an_unchanged_one_is_not(tmp_path: Path) -> None:
     root = Path(grind_env.__file__).parents[1]
     for package in ("grind_env", "tests/machine"):

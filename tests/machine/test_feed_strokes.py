@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import read
@@ -18,6 +18,7 @@ from grind_env.machine.loops.tally import Tally
 from grind_env.machine.record import STROKE_ROW, GrindingRecord
 from grind_env.machine.script.block import ScriptError
 from grind_env.machine.script.script import script_of
+from tests.examples import examples
 from tests.machine import harness
 from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, run
 from tests.machine.test_replay import assert_replayed
@@ -70,7 +71,7 @@ some_strokes = st.lists(st.tuples(st.integers(0, 20), some_feeds), min_size=1, m
 
 
 @given(some_strokes)
-@settings(max_examples=25, deadline=None)
+@examples(25)
 def test_a_stroke_by_a_feed_move_is_that_of_a_table_that_reciprocates(strokes: list[tuple[int, int]]) -> None:
     found, expected = ground(by_moves(strokes)), ground(by_tables(strokes))
     assert_same_strokes(found, expected)
@@ -86,7 +87,7 @@ def test_a_stroke_by_a_feed_move_is_that_of_a_table_that_reciprocates(strokes: l
     st.sampled_from([20.0, 40.0]),
     some_feeds,
 )
-@settings(max_examples=25, deadline=None)
+@examples(25)
 def test_strokes_by_feed_moves_are_those_of_a_cycle(J: float, picks: int, L: int, width: float, E: int) -> None:
     shop = job(width=width)
     cycle = ground(f"G82 X230. I-30. Y-{J * picks:.3f} J-{J:.3f} L{L} F60. E{E}.\nG80\n", shop)
@@ -255,7 +256,7 @@ some_blocks = st.lists(st.tuples(st.sampled_from(["moves", "cycle"]), some_strok
 
 
 @given(some_blocks, st.integers(1, 2), st.lists(st.tuples(some_feeds, st.integers(0, 2)), min_size=40, max_size=40))
-@settings(max_examples=12, deadline=None)
+@examples(12)
 def test_a_replay_is_what_control_and_machine_make_of_it(
     blocks: list[tuple[str, list[tuple[int, int]]]], parts: int, choices: list[tuple[int, int]]
 ) -> None:

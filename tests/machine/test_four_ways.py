@@ -3,10 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.machine.record import GrindingRecord
+from tests.examples import examples
 from tests.machine.harness import run
 from tests.machine.test_feed_strokes import AWAY, HEAD, assert_same_strokes, job
 
@@ -79,7 +80,7 @@ some = st.builds(Pass, st.integers(1, 20), st.integers(1, 5), st.integers(0, 3),
 
 
 @given(st.lists(some, min_size=1, max_size=3), st.sampled_from([20.0, 24.7, 40.0]))
-@settings(max_examples=40, deadline=None)
+@examples(40)
 def test_strokes_wheel_and_part_are_the_same_in_all_four_ways(passes: list[Pass], width: float) -> None:
     # picks of an odd number, and the table goes on for a stroke before the next cycle begins: an even one here
     passes = [each._replace(L=each.L + (each.picks + each.L + 1) % 2) for each in passes]

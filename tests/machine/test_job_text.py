@@ -4,7 +4,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import grind_env
@@ -12,6 +12,7 @@ from grind_env.machine.job import Diamond, Job, JobError, PartConditions, Stage
 from grind_env.machine.job.file import load_job
 from grind_env.machine.job.text import job_text
 from grind_env.process.catalogue import load_catalogue
+from tests.examples import examples
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
 JOB = load_job(EXAMPLES / "plate_g82.toml")
@@ -61,7 +62,7 @@ def read_again(job: Job, folder: Path) -> Job:
     return load_job(path)
 
 
-@settings(max_examples=40)
+@examples(40)
 @given(jobs)
 def test_a_job_read_again_is_the_same(tmp_path_factory: pytest.TempPathFactory, job: Job) -> None:
     # a part that says what the job says anyway differs by nothing

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.arrays import Array
@@ -26,6 +26,7 @@ from grind_env.machine.script.block import ScriptError
 from grind_env.machine.script.script import script_of
 from grind_env.machine.script.settings import Ranges
 from grind_env.process.state import WheelState
+from tests.examples import examples
 from tests.machine.harness import DRESS, job
 
 SPEEDS = (3000.0, 30_000.0)
@@ -204,14 +205,14 @@ def test_of_every_block_of_a_stage_its_own_limits_say_which_heat_counts() -> Non
         assert (record.parts["survival"] > 0.5).all() == good
 
 
-@settings(max_examples=20, deadline=None)
+@examples(20)
 @given(written=programs(wide=False), staged=st.booleans())
 def test_a_replay_is_what_the_control_and_the_machine_make_of_the_program(written: Written, staged: bool) -> None:
     stages = (Stage(stock=0.03, rise_allowance=100.0, tolerance=30.0),) if staged else ()
     check(written, stages=stages, tolerance=10.0)
 
 
-@settings(max_examples=12, deadline=None)
+@examples(12)
 @given(written=programs(wide=True))
 def test_so_it_is_on_parts_wider_than_the_wheel(written: Written) -> None:
     check(written, width=40.0, tolerance=10.0)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import read
@@ -24,6 +24,7 @@ from grind_env.machine.script.script import script_of
 from grind_env.machine.script.settings import BlockSettings, Ranges
 from grind_env.machine.script.tables import tables_of
 from grind_env.process.state import WheelState
+from tests.examples import examples
 from tests.machine.harness import DRESS, job
 from tests.machine.test_dress_times import back_and_forth
 from tests.machine.test_replay import assert_same, executed, shop
@@ -124,13 +125,13 @@ def check(case: Case, **changes: Any) -> None:
     assert_same(simulation, episodes, sums, good, run)
 
 
-@settings(max_examples=25, deadline=None)
+@examples(25)
 @given(case=cases(wide=False))
 def test_plunges_with_other_settings_are_those_of_the_program_so_written(case: Case) -> None:
     check(case, tolerance=10.0)
 
 
-@settings(max_examples=20, deadline=None)
+@examples(20)
 @given(case=cases(wide=True))
 def test_so_are_traverses_wherever_their_crossover_then_ends(case: Case) -> None:
     check(case, width=40.0, tolerance=10.0)

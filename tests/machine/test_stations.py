@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import read
@@ -23,6 +23,7 @@ from grind_env.machine.run import GrindingError
 from grind_env.machine.script.block import ScriptError
 from grind_env.machine.script.script import script_of
 from grind_env.render.tables import as_data, part_table
+from tests.examples import examples
 from tests.machine.harness import CATALOGUE, DRESS, LONG_AFTER, job, run, told_stepped
 
 HEAD = "G71 G94 G90 G19\n"
@@ -82,7 +83,7 @@ def places(draw: st.DrawFn) -> tuple[Job, list[str]]:
     return table(*stations), shifts
 
 
-@settings(max_examples=25, deadline=None)
+@examples(25)
 @given(places(), st.integers(0, 2))
 def test_two_stations_are_two_runs_with_the_wheel_carried_over(found: tuple[Job, list[str]], dress: int) -> None:
     whole, (one, other) = found

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from grind_env.control.cycles.plunge import PlungeCycle
@@ -26,6 +26,7 @@ from grind_env.machine.loops.tally import (
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeResult
 from tests.batches import CYCLE, PARAMETERS, PART, PLUNGES, WHEEL, as_table, cold, grind_cycles
+from tests.examples import examples
 from tests.machine.harness import DRESS_NUMBERS, HEAD, STROKE, job, run, start_wheel
 
 MICRON = 0.001
@@ -185,7 +186,7 @@ EVERY_SECOND = Plunge(depth=120, J=10, Q=2, at_depth=2, D=0, pre_dress=False)
 """Ten full plunges, each followed by one that is not."""
 
 
-@settings(max_examples=100, deadline=None)
+@examples(100)
 @example(plunge=EVERY_SECOND)
 @example(plunge=EVERY_SECOND._replace(J=2, Q=10))
 @example(plunge=EVERY_SECOND._replace(D=1))

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from grind_env import report
@@ -20,6 +20,7 @@ from grind_env.machine.part.coverage import CELL
 from grind_env.machine.part.unjudged import UnjudgedError, lines_said
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.script.script import script_of
+from tests.examples import examples
 from tests.machine import harness
 from tests.machine.harness import CYCLE, HEAD
 from tests.machine.test_cli_run import grind as status
@@ -186,7 +187,7 @@ def test_a_cycle_in_the_air_that_is_meant_so_changes_no_verdict(text: str) -> No
         max_size=6,
     )
 )
-@settings(max_examples=30, deadline=None)
+@examples(30)
 def test_feed_moves_are_judged_by_where_they_lead(ways: list[tuple[float, int, float]]) -> None:
     """A part keeps its verdict as long as no way between two places, but a stroke, goes below what has been ground.
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.arrays import Array
@@ -17,6 +17,7 @@ from grind_env.machine.part.part import PartRun
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.watch import Watch
 from grind_env.process.equations import LEAST_DIAMETER
+from tests.examples import examples
 from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, LONG_AFTER, job, run, told_stepped
 
 DRESSES = (0, 1, 1, 3)
@@ -134,13 +135,13 @@ def require_same_ground(
     require_equal(found.parts, stepped.parts, tolerance)
 
 
-@settings(max_examples=60)
+@examples(60)
 @given(program=programs((0,)), job=jobs(), coverage=st.booleans())
 def test_whole_cycles_grind_what_their_strokes_do_to_the_bit(program: Any, job: Job, coverage: bool) -> None:
     require_same_ground(program, job, coverage, 0.0)
 
 
-@settings(max_examples=60)
+@examples(60)
 @given(program=programs(DRESSES), job=jobs(), coverage=st.booleans())
 def test_whole_cycles_with_dresses_grind_what_their_strokes_do(program: Any, job: Job, coverage: bool) -> None:
     require_same_ground(program, job, coverage, 1e-9)

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.arrays import Array
@@ -22,6 +22,7 @@ from grind_env.process.entries import Machine
 from grind_env.process.state import WheelState
 from grind_env.process.stroke import dressed_wheel
 from tests.batches import PARAMETERS, TALLY, TRAVERSES, WHEEL, as_table, cold
+from tests.examples import examples
 from tests.machine.harness import CATALOGUE, DRESS, job, run
 
 FEED = 191.0 / 60.0
@@ -196,7 +197,7 @@ def strokes_of(found: Ground) -> Any:
 
 
 @pytest.mark.bits
-@settings(max_examples=25, deadline=None)
+@examples(25)
 @given(many=st.lists(cases(), min_size=1, max_size=20), joined=st.booleans())
 def test_machines_side_by_side_have_the_bits_that_each_has_alone(many: list[Case], joined: bool) -> None:
     tables = [case.joined if joined else strip_zones(case.centres) for case in many]
@@ -209,7 +210,7 @@ def test_machines_side_by_side_have_the_bits_that_each_has_alone(many: list[Case
         assert in_lanes([case], tables[i][None]).surfaces[0].tobytes() == alone.surfaces[0, : len(tables[i])].tobytes()
 
 
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(case=cases())
 def test_a_program_and_the_lanes_agree(case: Case) -> None:
     record = run(case.text, case.job)
@@ -236,7 +237,7 @@ def assert_close(found: Any, expected: Any, name: str) -> None:
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12, err_msg=name)
 
 
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(case=cases())
 def test_joined_strips_are_ground_as_each_by_itself(case: Case) -> None:
     zones = case.joined
@@ -249,7 +250,7 @@ def test_joined_strips_are_ground_as_each_by_itself(case: Case) -> None:
         assert_close(each, apart.surfaces[0, :, column], Zone._fields[column])
 
 
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(case=cases())
 def test_what_the_strokes_remove_is_off_the_zones(case: Case) -> None:
     zones, record = case.joined, run(case.text, case.job)
@@ -286,7 +287,7 @@ def test_zones_are_strips_that_no_edge_of_the_wheel_parts() -> None:
     assert len(zones) < MOST_ZONES
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(case=cases(depth=40, J=3, Q=3, L=2))
 def test_the_edges_of_a_traverse_are_all_that_its_strokes_have(case: Case) -> None:
     control = dataclasses.replace(case.job.control, whole_cycles=False)

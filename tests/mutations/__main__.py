@@ -1,6 +1,6 @@
 """Do the tests still bite? One mistake at a time is put into a copy of the last commit, whose tests ought to find it.
 
-    python -m tests.mutations [--file tests/mutations/first.toml] [--least 28] [NAME ...]
+    python -m tests.mutations [--least 37] [NAME ...]
 
 A mistake is found if a test fails with it and passes without it. What was found in a commit is kept in
 build/mutations.json, so that an interrupted run goes on.
@@ -21,7 +21,7 @@ from grind_env.files import write_atomically
 from grind_env.toml import read_toml
 
 ROOT = Path(__file__).resolve().parents[2]
-FIRST = Path(__file__).with_name("first.toml")
+FILES = sorted(Path(__file__).parent.glob("*.toml"))
 BUILD = ROOT / "build"
 FAILED = re.compile(r"^(?:FAILED|ERROR) (tests/.*?)(?: - .*)?$", re.MULTILINE)
 
@@ -76,10 +76,9 @@ def main() -> int:
     """Try mutations; the exit status is 1 if fewer than the least number are found."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", metavar="NAME", help="of a mutation; all by default")
-    parser.add_argument("--file", type=Path, default=FIRST, help="TOML file of mutations; first.toml by default")
     parser.add_argument("--least", type=int, default=0, help="exit status 1 if fewer are found")
     options = parser.parse_args()
-    known = {each["name"]: Mutation(**each) for each in read_toml(options.file)["mutation"]}
+    known = {each["name"]: Mutation(**each) for file in FILES for each in read_toml(file)["mutation"]}
     if unknown := {*options.names} - {*known}:
         parser.error(f"there is no mutation {min(unknown)}; there are {', '.join(known)}")
     tried = [known[name] for name in options.names or known]

@@ -1,15 +1,13 @@
 """The mutations still fit the package, or nobody would see that they are no longer tried."""
 
 import ast
-from pathlib import Path
 
 import pytest
 
 from grind_env.errors import GrindError
 from grind_env.toml import read_toml
-from tests.mutations.__main__ import ROOT, Mutation
+from tests.mutations.__main__ import FILES, ROOT, Mutation
 
-FILES = sorted(Path(__file__).parent.glob("*.toml"))
 MUTATIONS = [Mutation(**each) for file in FILES for each in read_toml(file)["mutation"]]
 
 

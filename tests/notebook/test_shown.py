@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import grind_env
@@ -22,6 +22,7 @@ from grind_env.policies.judging import Judgement
 from grind_env.policies.statistics import Interval
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Quantity, Trade, Verdict, WishUse, WordChange
 from grind_env.shop.sweep.study import Sweep
+from tests.examples import examples
 from tests.machine.harness import CYCLE, HEAD, job, run
 
 PLATE = grind_env.examples.path("plate_g82.nc")
@@ -81,7 +82,7 @@ def swept() -> Sweep:
 
 
 @given(st.text() | st.just(HOSTILE) | st.text("<>&\"'/$\x1b"))
-@settings(max_examples=100)
+@examples(100)
 def test_any_text_is_shown_as_it_is_and_never_read_as_markup(text: str) -> None:
     html = fragment(text, table((text, "b"), [(text, text)]), paragraphs([text]), items([text]), listing([text]))
     found = Shown(html)
@@ -171,7 +172,7 @@ def test_a_script_shows_its_blocks() -> None:
 
 
 @given(st.sampled_from(["<script>", "</td>", 'a"b', "a & b", "$x$"]))
-@settings(max_examples=5)
+@examples(5)
 def test_a_task_shows_its_kinds_of_block(name: str) -> None:
     kind = Kind(name=name, material="aisi_52100", stock=0.2, pick=0.01, width=20.0, length=200.0, tolerance=9.0)
     task = Task(name=name, title=HOSTILE, blocks=10, reference_cost=2.0, kinds=(kind,), sequence=(name,))

@@ -280,6 +280,7 @@ def test_bars_in_a_cell_are_escaped() -> None:
     assert table(("a", "b"), [("1|2", "3")]) == "| a | b |\n| --- | --- |\n| 1\\|2 | 3 |"
 
 
+@pytest.mark.nightly
 def test_the_index_leads_to_every_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # a step away from the usual conditions takes a second: `make validate` takes all
     monkeypatch.setattr(steps_away, "STEPS", dict([*steps_away.STEPS.items()][:1]))

@@ -72,6 +72,7 @@ def test_a_seed_has_its_stocks_lots_and_noise_whatever_the_machine(env: Any) -> 
     assert without.plant == "" and without.part_program
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
 def test_side_by_side_is_as_one_by_one(mode: str, tmp_path: Path) -> None:
     task = tmp_path / "short.toml"

@@ -112,6 +112,7 @@ def command(arguments: list[str]) -> None:
     assert caught.value.code in (0, 1)  # scrap
 
 
+@pytest.mark.nightly
 def test_commands_name_the_machine(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     command(["evaluate", "--policy", "E7D1", "--episodes", "2", "--plant", PLANT, "--json"])
     numbers = json.loads(capsys.readouterr().out)

@@ -19,6 +19,7 @@ PLANT = "held-out:3"
 WISHES = {"vary": ["E"], "parts": 2, "bounds": {"E": (9000, 11000)}, "rounding": {"E": 500}, "budget": 60.0}
 
 
+@pytest.mark.nightly
 def test_words_are_searched_on_the_model_and_judged_on_the_machine() -> None:
     on_model, on_plant = optimise(PLATE, **WISHES), optimise(PLATE, **WISHES, plant=PLANT)
     assert (on_model.plant, on_plant.plant) == ("", PLANT)
@@ -34,6 +35,7 @@ def test_words_are_searched_on_the_model_and_judged_on_the_machine() -> None:
     assert "plant" not in table.as_data(on_model) and "judged on" not in table.heading(on_model)
 
 
+@pytest.mark.nightly
 def test_the_command_names_the_machine_of_the_job(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     job = tmp_path / "job.toml"
     job.write_text(f'plant = "{PLANT}"\n{PLATE.with_suffix(".toml").read_text()}')

@@ -58,6 +58,7 @@ def test_an_adviser_holds_the_model(jobs: tuple[Path, Path], tmp_path: Path) -> 
     assert model.forecast() == plant.forecast()
 
 
+@pytest.mark.nightly
 def test_what_is_fitted_is_the_model(jobs: tuple[Path, Path], tmp_path: Path) -> None:
     table = tmp_path / "table.csv"
     table.write_text(TABLE, encoding="utf-8")

@@ -61,6 +61,7 @@ def test_gaps_of_oracle6():
     assert gaps["constant"] / optimum == pytest.approx(1.840, abs=0.002)
 
 
+@pytest.mark.nightly
 def test_more_knowledge_costs_less(runs):
     cost = {name: float(run.cost.mean()) for name, run in runs.items()}
     assert cost["hindsight"] < cost["mpc"] < cost["adaptive_rule"] < min(cost["constant"], cost["interval"])

@@ -114,6 +114,7 @@ def test_core_tasks_have_a_shipped_and_a_robust_policy():
         named_policy("robust", find_problem("oracle6").simulation())
 
 
+@pytest.mark.nightly
 def test_a_robust_policy_is_much_cheaper_on_machines_that_are_not_the_model():
     """On public ones, as in its training, with other lots; those that are held out judge the published numbers."""
     costs = {

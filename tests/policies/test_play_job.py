@@ -11,6 +11,7 @@ from grind_env.cli import main
 from grind_env.policies.play import play
 from grind_env.policies.problem import find_problem
 from grind_env.policies.scripted.rules import Fixed
+from tests.examples import nightly
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
 SEED = 2_000_004
@@ -64,7 +65,7 @@ def test_grind_run_of_both_shows_the_numbers_of_the_episode(
     assert len({part["Ra"] for part in parts}) > 1 or name == "oracle6"
 
 
-@pytest.mark.parametrize("base", ["power_limited", "reciprocation", "wide_plates"])
+@pytest.mark.parametrize("base", ["power_limited", nightly("reciprocation"), nightly("wide_plates")])
 def test_grind_run_of_what_a_task_of_ones_own_was_played_as_costs_what_the_episode_cost(
     base: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 from safetensors.numpy import load
 from safetensors.numpy import save as tensors_with
@@ -26,6 +26,7 @@ from grind_env.policies.naming import SHIPPED
 from grind_env.policies.problem import find_problem
 from grind_env.sb3 import load_zip
 from grind_env.task_version import TASK_VERSION
+from tests.examples import examples
 from tests.policies.untrained import save, untrained
 
 PROBLEM = find_problem("oracle6")
@@ -286,7 +287,7 @@ def test_an_lstm_that_overflows_is_refused(tmp_path: Path):
         )
 
 
-@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+@examples(40)
 @given(powers=st.tuples(*[st.integers(0, 39)] * 3), relu=st.booleans(), seed=st.integers(0, 2**32 - 1))
 @example(powers=(12, 12, 11), relu=True, seed=0)
 @example(powers=(35, 35, 35), relu=False, seed=0)
@@ -329,7 +330,7 @@ def test_a_network_that_overflows_is_neither_saved_nor_taken_from_a_zip(tmp_path
         load_zip(tmp_path / "agent.zip", SIMULATION)
 
 
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+@examples(150)
 @given(cut=st.integers(0, 400), where=st.integers(0, 2400), mask=st.integers(0, 255), tail=st.binary(max_size=8))
 def test_a_damaged_file_is_an_agent_or_refused(
     cut: int, where: int, mask: int, tail: bytes, good: bytes, tmp_path: Path

@@ -155,6 +155,7 @@ def test_runs_are_drawn_within_their_task():
     assert not (np.argsort(SCORES[:, 0])[0] == (draws == SCORES.min(axis=0)).argmax(axis=1)).all()
 
 
+@pytest.mark.nightly
 def test_the_stratified_interval_is_that_of_the_definition():
     # as rliable's StratifiedBootstrap, one resample after the other
     rng = np.random.default_rng(7)

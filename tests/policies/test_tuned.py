@@ -87,7 +87,7 @@ def test_a_file_of_another_encoding_is_an_error(tmp_path):
             read()
 
 
-@pytest.mark.parametrize("name", ["constant", "roughness_gauge", "adaptive_rule", "full_state_rule", "mpc"])
+@pytest.mark.parametrize("name", ["constant", "constant_per_kind", "adaptive_rule", "full_state_rule", "mpc"])
 @pytest.mark.parametrize(
     ("change", "match"),
     [
@@ -191,9 +191,9 @@ def test_tuning_resumes_and_repeats(tmp_path):
     assert first["constant"].parameters == {"E": 9.0, "D": 1, "every": 1}
     kept = (tmp_path / "oracle6.toml").read_text(encoding="utf-8")
     both = tune(
-        find_problem("oracle6"), ["constant", "power_threshold", "size_threshold"], **settings | {"evaluations": 40}
+        find_problem("oracle6"), ["constant", "power_threshold", "constant_per_kind"], **settings | {"evaluations": 40}
     )
-    assert list(both) == ["constant", "size_threshold", "power_threshold"]
+    assert list(both) == ["constant", "constant_per_kind", "power_threshold"]
     assert both["power_threshold"] == first["power_threshold"]
     again = tune(
         find_problem("oracle6"),

@@ -256,6 +256,7 @@ def test_the_machine_grinds_the_program_of_an_episode_as_the_environment(name: s
     assert run.record().seconds == pytest.approx(played.outcomes.seconds.sum(), rel=1e-9)
 
 
+@pytest.mark.nightly
 @pytest.mark.bits
 def test_its_lanes_do_not_touch_each_other() -> None:
     simulation, n = simulation_of("power_limited"), 19

@@ -11,6 +11,7 @@ from grind_env.machine.grind import grind
 from grind_env.machine.job.file import load_job
 from grind_env.render.curves import MANY_PARTS, MOST_GROUPS, MOST_STROKES, Picture, behind, picture, sparks_out
 from grind_env.render.plots import plot_record
+from tests.examples import nightly
 from tests.machine.harness import DRESS
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
@@ -101,7 +102,7 @@ def test_many_strokes_of_one_part_are_bands_of_strokes() -> None:
     assert shown.axis == "stroke" and shown.banded and len(shown.at) <= MOST_GROUPS
 
 
-@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+@pytest.mark.parametrize("suffix", [".png", nightly(".svg"), nightly(".pdf")])
 def test_a_plot_takes_any_title(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"plate{suffix}"
     plot_record(example("keyway_g81")[0], path, JOB, "a $\\frac{b$ <&> \x1b[31m.nc")

@@ -13,6 +13,7 @@ from grind_env.render.canvas import Box, Canvas, text_width
 from grind_env.render.frames import TALL, WIDE
 from grind_env.render.layout import draw_tall, draw_wide
 from grind_env.render.view import View
+from tests.examples import nightly
 from tests.render.harness import VIEW, with_last
 
 DRAW = {WIDE: draw_wide, TALL: draw_tall}
@@ -37,7 +38,7 @@ def assert_legible(view: View, size: tuple[int, int]) -> None:
         assert apart, f"{first!r} runs into {second!r}"
 
 
-@pytest.mark.parametrize("size", [WIDE, TALL])
+@pytest.mark.parametrize("size", [WIDE, nightly(TALL)])
 @pytest.mark.parametrize("name", task_names())
 def test_no_text_runs_into_another_or_off_the_picture(name: str, size: tuple[int, int]) -> None:
     problem = find_problem(name)

@@ -19,6 +19,7 @@ from grind_env.errors import GrindError
 from grind_env.policies.evaluation import run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.sb3 import ModelPolicy, SB3VecEnv, load_zip, shown_view
+from tests.examples import nightly
 
 FLAGSHIP = "grind/PowerLimited-v0"
 SEEDS = range(2_000_000, 2_000_003)
@@ -44,10 +45,10 @@ def model_of(env, seed: int = 0) -> A2C:
     [
         ("bare", "box", True),
         ("belief", "multidiscrete", False),
-        ("belief", "box", True),
-        ("stack", "discrete", False),
-        ("learning", "multidiscrete", False),
-        ("stack of beliefs", "box", False),
+        nightly("belief", "box", True),
+        nightly("stack", "discrete", False),
+        nightly("learning", "multidiscrete", False),
+        nightly("stack of beliefs", "box", False),
     ],
 )
 def test_it_costs_what_the_model_costs_in_its_own_environment(wrap, action, scaled):
@@ -75,6 +76,7 @@ def test_a_model_that_has_diverged_is_refused_in_a_sentence(algorithm, action):
         grind_env.evaluate(ModelPolicy(model), FLAGSHIP, episodes=2)
 
 
+@pytest.mark.nightly
 def test_judging_a_model_leaves_its_training_as_it_was():
     ends = []
     for judged in (False, True):
@@ -103,7 +105,7 @@ def test_what_it_cannot_judge_is_refused():
         ModelPolicy(model_of(VecFrameStack(vec_env(), 2)))
 
 
-@pytest.mark.parametrize("wrap", ["bare", "belief", "stack of beliefs"])
+@pytest.mark.parametrize("wrap", ["bare", nightly("belief"), nightly("stack of beliefs")])
 def test_a_model_from_its_file_decides_as_the_one_that_was_saved(wrap, tmp_path):
     """In Python, and at the command line, where it acts without torch: what it saw is in the file."""
     simulation = find_problem(FLAGSHIP).simulation()
@@ -122,6 +124,7 @@ def test_a_model_from_its_file_decides_as_the_one_that_was_saved(wrap, tmp_path)
         assert np.array_equal(other.speeds, live.speeds) and np.array_equal(other.executions, live.executions)
 
 
+@pytest.mark.nightly
 def test_a_single_environment_says_what_it_shows_too(tmp_path):
     env = ForLearning(BeliefFilter(gym.make(FLAGSHIP, action="multidiscrete")))
     model_of(env).save(tmp_path / "agent")

@@ -8,6 +8,9 @@ EXAMPLES = Path(grind_env.__file__).parent / "examples"
 PLATE = (EXAMPLES / "plate_g82.nc").read_text(encoding="utf-8")
 JOB = (EXAMPLES / "plate_g82.toml").read_text(encoding="utf-8")
 
+TWO_PLATES = Path(__file__).with_name("two_plates.nc")
+"""The plate of the example at two stations, with its job beside it."""
+
 KNOWN = "\n[catalogue.uncertainty]\nnames = []\nspread = []\ncorrelation = []\n"
 """What a job says of a machine of which all is known: it is as the catalogue has it."""
 

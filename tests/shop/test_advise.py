@@ -21,6 +21,7 @@ from grind_env.shop.advise.forecast import Forecaster
 from grind_env.shop.advise.forecast import sentences as reasons
 from grind_env.shop.advise.readings import check_readings, readings_of
 from grind_env.shop.advise.values import write_values
+from tests.examples import nightly
 from tests.shop.advising import DRESS, EXECUTED, INCHES, PLATE, RAIL, SEED, batch, played, saved_agent, told
 
 RULE = {"E": (25.0, 18.0), "A_dress": (0.0098, 0.0102), "gA": -0.9, "gF": 0.1, "gH": 0.0, "wV": 0.3, "wH": 0.0}
@@ -35,7 +36,9 @@ POLICIES: dict[str, Callable[[Problem, Path], Policy]] = {
 }
 
 
-@pytest.mark.parametrize(("program", "parts", "names"), [(PLATE, 7, POLICIES), (RAIL, 4, ("look_ahead", "agent"))])
+@pytest.mark.parametrize(
+    ("program", "parts", "names"), [(RAIL, 4, ("look_ahead", "agent")), nightly(PLATE, 7, POLICIES)]
+)
 def test_the_same_measurements_give_the_advice_of_the_policy_in_the_environment(
     program: Path, parts: int, names: Iterable[str], tmp_path: Path
 ) -> None:

@@ -122,6 +122,7 @@ def test_under_compensation_there_is_no_script(tmp_path: Path) -> None:
     assert trials_of(read_file(path), job, RUNS, lots_of(1, LotUse.BASE, 1)).simulation.script is None
 
 
+@pytest.mark.nightly
 def test_too_many_blocks_for_the_control_are_refused_as_ever(tmp_path: Path) -> None:
     path = write(tmp_path, "plate")
     path.write_text(
@@ -149,6 +150,7 @@ PACE = 0.001
 """s that a program takes on a lot."""
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("seconds", [3.0, 6.0])
 def test_the_judgement_lies_within_the_budget(seconds: float, monkeypatch: pytest.MonkeyPatch) -> None:
     now, ground = [0.0], Trials._ground
@@ -204,6 +206,7 @@ def test_a_cycle_that_takes_e_from_f_and_then_from_a_cycle_is_refused_in_a_batch
         repeated(read(text), 2)
 
 
+@pytest.mark.nightly
 def test_a_sweep_tells_the_speeds_with_which_the_written_program_grinds(tmp_path: Path, grind: Grind) -> None:
     path, written = changed(tmp_path, ROUGH, UNSAID["E is F"]), tmp_path / "written.nc"
     found = grind("sweep", path, "--E", "12000..18000", "--parts", 3, "-o", written, "--json")

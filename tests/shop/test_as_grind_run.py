@@ -13,6 +13,7 @@ from grind_env.shop.optimise.judgement import QUANTITIES
 from grind_env.shop.optimise.table import NAMES
 from grind_env.shop.trials import trials_of
 from tests.command import Grind
+from tests.examples import nightly
 
 HEAD = "G71 G94 G90 G19\nG00 Y2. Z-2.5\nG00 X-30.\nG01 Y0 F500.\n"
 END = "G80\nG00 Y20.\nM30\n"
@@ -43,9 +44,10 @@ def job_text(*stages: str) -> str:
 
 
 @pytest.mark.usefixtures("few_lots")
+@pytest.mark.usefixtures("coarse_speeds")
 @pytest.mark.parametrize(
     ("text", "stages"),
-    [(REPLAYED, [STAGE]), (EXECUTED, [STAGE]), (INSIDE, [])],
+    [(REPLAYED, [STAGE]), nightly(EXECUTED, [STAGE]), (INSIDE, [])],
     ids=["replayed stages", "executed stages", "M00 in a cycle"],
 )
 def test_every_quantity_of_optimise_is_that_of_grind_run(
@@ -54,7 +56,7 @@ def test_every_quantity_of_optimise_is_that_of_grind_run(
     path = tmp_path / "part.nc"
     path.write_text(text)
     path.with_suffix(".toml").write_text(job_text(*stages))
-    options = ["--vary", "E", "--bounds", "E=8000..30000", "--round", "E=11000", "--parts", 1, "--budget", "1000s"]
+    options = ["--vary", "E", "--bounds", "E=8000..30000", "--parts", 1, "--budget", "1000s"]
     found = json.loads(grind("optimise", path, *options, "--json")[1])
     assert {each["name"] for each in found["quantities"]} == {*RUN} == {*QUANTITIES} == {*NAMES}
     for which, program in enumerate((text, found["text"])):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import read, read_file
@@ -19,6 +19,7 @@ from grind_env.shop.optimise.outcome import Optimised
 from grind_env.shop.optimise.variation import Variation, variation_of
 from grind_env.shop.optimise.wishes import WishError, wishes_of
 from grind_env.shop.trials import LotUse, lots_of, trials_of
+from tests.examples import examples
 from tests.shop.programs import DRESS, FEEDS, INCH, JOB, KNOWN, PLATE
 
 pytestmark = pytest.mark.usefixtures("few_lots")
@@ -53,6 +54,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.nightly
 def test_a_program_with_variables_is_made_as_good_as_its_twin_with_numbers(folder: Path) -> None:
     wishes = wishes_of(("E", "D", "J"), bounds={"D": (0, 1)})
     theirs, mine = (found_in(text, folder, wishes=wishes) for text in (PLATE, ASSIGNED))
@@ -104,6 +106,7 @@ def test_blocks_that_read_one_variable_are_varied_together(folder: Path) -> None
     assert [(word.name, word.place) for word in found.words] == [("E", "#101, line 7")]
 
 
+@pytest.mark.nightly
 def test_a_variable_assigned_anew_is_one_of_its_own(folder: Path) -> None:
     text = (
         PLATE.replace("N30", "#1=15000.\nN30", 1)
@@ -227,7 +230,8 @@ def with_variables(draw: st.DrawFn) -> str:
     return "\n".join([HEAD, *looped[:1], *lines, *looped[1:], TAIL])
 
 
-@settings(max_examples=15, deadline=None)
+@pytest.mark.nightly
+@examples(15)
 @given(text=with_variables(), data=st.data())
 def test_the_text_says_what_was_asked(text: str, data: st.DataObject) -> None:
     programs = read(text, "part.nc")

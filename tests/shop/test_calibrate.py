@@ -25,6 +25,7 @@ from grind_env.shop.calibrate.pattern import pattern_of
 from grind_env.shop.calibrate.result import write_catalogue
 from grind_env.shop.calibrate.table import calibrate_table
 from grind_env.validation.rig import Rig
+from tests.examples import nightly
 from tests.shop.blemished import TICK, Style, strokes_of, write_log
 from tests.shop.coverage import EXAMPLES, STYLES, trial
 
@@ -78,7 +79,7 @@ def test_the_limit_of_a_meter_in_per_cent_has_the_idling_spindle_in_it(plates, t
     assert machine.idle_power == pytest.approx(found.idle.mean, abs=1.0)
 
 
-@pytest.mark.parametrize("seed", [0, 4, 9])
+@pytest.mark.parametrize("seed", [nightly(0), 4, nightly(9)])
 def test_intervals_hold_what_they_promise(seed, tmp_path):
     """The whole trial is `python -m tests.shop.coverage`; misses of one log hang together, so that few tell little."""
     program = ("plate_g82", "rail_g83", "plate_g82")[seed % 3]
@@ -215,6 +216,7 @@ def test_a_setting_that_is_measured_often_takes_no_longer_to_fit(tmp_path: Path,
         ground.clear()
 
 
+@pytest.mark.nightly
 def test_forces_of_settings_that_follow_other_laws_leave_a_residual(tmp_path: Path) -> None:
     path, left = tmp_path / "forces.csv", []
     for off in (0.0, 0.2):

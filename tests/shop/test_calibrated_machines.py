@@ -21,6 +21,7 @@ from grind_env.shop.calibrate.errors import CalibrationError, WorseFit
 from grind_env.shop.calibrate.plan import plan_of
 from grind_env.shop.calibrate.result import HeldOut
 from grind_env.shop.calibrate.solver import Data, Solver
+from tests.examples import nightly
 from tests.shop.blemished import Style, write_log
 from tests.shop.coverage import EXAMPLES
 from tests.shop.machines import trial
@@ -42,12 +43,14 @@ def foreign(tmp_path_factory):
     return trial("foreign:1", "plate_g82", tmp_path_factory.mktemp("foreign"), 6, varies=True)
 
 
+@pytest.mark.nightly
 def test_where_the_machine_is_the_model_there_is_no_free_term_and_half_the_error_of_a_regression(model):
     found, errors = model
     assert found.fit.width == 0.0
     assert errors["error"] <= 0.5 * errors["regression"]
 
 
+@pytest.mark.nightly
 def test_what_the_model_does_not_follow_is_followed_by_the_free_term(foreign):
     """Its force grows with the table speed as with the depth; ours, where it rubs, with the depth alone."""
     found, errors = foreign
@@ -57,6 +60,7 @@ def test_what_the_model_does_not_follow_is_followed_by_the_free_term(foreign):
     assert found.fit.in_turn.gain < 0.5
 
 
+@pytest.mark.nightly
 def test_a_machine_with_other_laws_is_no_worse_predicted_than_by_a_regression(tmp_path):
     _, errors = trial("foreign:2", "keyway_g81", tmp_path, 3, varies=True)
     assert errors["error"] <= 0.5 * errors["regression"]
@@ -64,7 +68,7 @@ def test_a_machine_with_other_laws_is_no_worse_predicted_than_by_a_regression(tm
 
 @pytest.mark.parametrize(
     ("name", "program", "lag"),
-    [("table:1", "plate_g82", None), ("meter:4", "plate_g82", 1.51), ("meter:1", "keyway_g81", 0.32)],
+    [nightly("table:1", "plate_g82", None), nightly("meter:4", "plate_g82", 1.51), ("meter:1", "keyway_g81", 0.32)],
 )
 def test_slow_tables_and_lagging_meters_are_no_worse_predicted_than_by_a_regression(name, program, lag, tmp_path):
     found, errors = trial(name, program, tmp_path, 4)
@@ -107,7 +111,7 @@ def test_a_scale_of_amperes_without_volts_is_refused(tmp_path):
         calibrate(tmp_path / "log.csv", PROGRAM, JOB, map_file=tmp_path / "map.toml")
 
 
-@pytest.mark.parametrize("which", ["model", "foreign"])
+@pytest.mark.parametrize("which", ["model", nightly("foreign")])
 def test_what_is_left_open_stands_in_the_file(which, request, tmp_path):
     found, _ = request.getfixturevalue(which)
     found.write(tmp_path / "shop.toml", force=True)
@@ -126,6 +130,7 @@ def test_what_is_left_open_stands_in_the_file(which, request, tmp_path):
     assert load_catalogue(tmp_path / "shop.toml").machine("default").stiffness > 0.0
 
 
+@pytest.mark.nightly
 def test_more_is_left_open_where_the_model_is_not_followed(model, foreign):
     assert foreign[0].residual > 2.0 * model[0].residual
 
@@ -155,6 +160,7 @@ def test_parts_in_which_nobody_saw_burn_say_so_with_what_they_may_miss():
     np.testing.assert_allclose(0.5 * rest**2, [-math.log(each) for each in chances])
 
 
+@pytest.mark.nightly
 def test_parts_that_the_gauge_found_good_are_not_condemned(tmp_path):
     """A material that burns later than the catalogue says, ground hotter than that allows."""
     job, text = tmp_path / "plate.toml", JOB.read_text()

@@ -41,7 +41,6 @@ def test_a_range_may_be_a_list_as_well_as_a_tuple() -> None:
         ({"bounds": {"E": (5000, float("inf"))}}, "is no range of E"),
         ({"bounds": {"E": (float("nan"), 5000)}}, "is no range of E"),
         ({"bounds": {"E": (9000, 8000)}}, r"begins above its end; write 8000\.\.9000"),
-        ({"rounding": {"E": "100"}}, "--round: '100' is no value of E; write a number above 0"),
         ({"keep": ["N80"]}, "--keep: 'N80' is no N word; give its number"),
         ({"budget": "2min"}, "--budget: '2min' is no time; give the seconds"),
         ({"budget": -1}, "--budget: -1 is no time"),

@@ -24,7 +24,8 @@ from grind_env.shop.optimise.wishes import Wishes, wishes_of
 from grind_env.shop.sweep.study import LOTS
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 from tests.command import Grind
-from tests.shop.programs import KNOWN, known_job
+from tests.examples import nightly
+from tests.shop.programs import KNOWN, TWO_PLATES, known_job
 
 pytestmark = pytest.mark.usefixtures("few_lots")
 
@@ -66,7 +67,7 @@ def test_what_counts_runs_of_several_parts_says_so() -> None:
     assert several == ["every run", "every 2 blocks", "every 3 blocks", "every 2 runs", "every 4 blocks"]
 
 
-@pytest.mark.parametrize("path", [PLATE, RAIL])
+@pytest.mark.parametrize("path", [PLATE, nightly(RAIL)])
 def test_the_program_dresses_in_every_third_part_whatever_was_left_in_its_counter(path: Path) -> None:
     variation, point = written(path, 3)
     programs, job = variation.read(point), load_job(path.with_suffix(".toml"))
@@ -98,9 +99,10 @@ def test_the_cheapest_of_each_time() -> None:
     assert cheapest_by_time([]) == ()
 
 
-QUICK = ("--parts", "4", "--budget", "1000s", "--vary", "E", "--round", "E=3000")
+QUICK = ("--parts", "4", "--budget", "1000s", "--vary", "E")
 
 
+@pytest.mark.usefixtures("coarse_speeds")
 def test_a_part_takes_what_is_asked_of_it_at_most(tmp_path: Path, grind: Grind) -> None:
     known = *QUICK, "--job", known_job(tmp_path, "plate_g82")
     status, out, _ = grind("optimise", PLATE, *known, "--for", "time", "--within", "cost=2.3", "--json")
@@ -114,6 +116,7 @@ def test_a_part_takes_what_is_asked_of_it_at_most(tmp_path: Path, grind: Grind) 
     assert by_name["seconds"] <= within["seconds"]
 
 
+@pytest.mark.usefixtures("coarse_speeds")
 def test_what_no_program_keeps_is_said(grind: Grind) -> None:
     status, out, _ = grind("optimise", PLATE, *QUICK, "--within", "seconds=30")
     assert status == 4
@@ -129,7 +132,6 @@ def test_what_no_program_keeps_is_said(grind: Grind) -> None:
             ("--bounds", "interval=2..9"),
             "a dress every 2 to 9 parts; it may be from 1 to --parts, which is 4",
         ),
-        (("--round", "interval=2"), "--round: there is no 'interval'"),
         (("--within", "seconds=0"), "write a number above 0"),
     ],
 )
@@ -138,10 +140,8 @@ def test_wishes_that_are_none(options: tuple[str, ...], told: str, grind: Grind)
     assert status == 2 and told in err
 
 
-def test_parts_that_are_alike_keep_alike_words_unless_they_are_free(tmp_path: Path, grind: Grind) -> None:
-    assert grind("init", tmp_path / "shop", "--stations", "2")[0] == 0
-    program = tmp_path / "shop" / "part.nc"
-    alike, free = (varied(program, wishes_of(free=each), runs=3) for each in (False, True))
+def test_parts_that_are_alike_keep_alike_words_unless_they_are_free() -> None:
+    alike, free = (varied(TWO_PLATES, wishes_of(free=each), runs=3) for each in (False, True))
     assert [each.places for each in alike.choices.variables] == ["N150, N250", "N170, N270", "N150, N250"]
     assert [each.places for each in free.choices.variables] == ["N150", "N170", "N250", "N270", "N150", "N250"]
     text = alike.with_words((*(count - 1 for count in alike.counts[:-1]), 0)).text
@@ -166,6 +166,7 @@ def test_sweep_writes_nothing_where_nothing_is_cheaper(tmp_path: Path, grind: Gr
     assert "no point keeps the limits and costs less than the program" in err
 
 
+@pytest.mark.usefixtures("coarse_speeds")
 def test_a_program_that_counts_its_dresses_is_swept_and_kept_as_it_counts(tmp_path: Path, grind: Grind) -> None:
     """What optimise has written goes through it again: its D stands in a variable."""
     program = tmp_path / "part.nc"
@@ -173,6 +174,6 @@ def test_a_program_that_counts_its_dresses_is_swept_and_kept_as_it_counts(tmp_pa
     program.write_bytes(variation.with_words(point).bytes())
     known = PLATE.with_suffix(".toml").read_text(encoding="utf-8") + KNOWN
     program.with_suffix(".toml").write_text(known, encoding="utf-8")
-    once_more = find_words(program, parts=6, seconds=1000.0, wishes=wishes_of(steps={"E": 5000}))
+    once_more = find_words(program, parts=6, seconds=1000.0)
     assert once_more.verdict is Verdict.BETTER and "D#501" in once_more.after
     assert grind("sweep", program, "--dress-every", "1..3", "--parts", "6")[0] == 0

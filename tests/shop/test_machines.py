@@ -30,10 +30,10 @@ from grind_env.shop.trials import LotUse, Trials, lots_of, trials_of
 from tests.shop.programs import EXAMPLES, KNOWN, PLATE
 from tests.shop.promises import TABLE, Kept, said
 
-pytestmark = pytest.mark.usefixtures("few_lots")
+pytestmark = pytest.mark.usefixtures("few_lots", "coarse_speeds")
 
 LOTS = lots_of(5, LotUse.JUDGEMENT, 6)
-FEW = {"vary": ["E"], "parts": 2, "bounds": {"E": (9000, 11000)}, "rounding": {"E": 500}, "budget": 60.0}
+FEW = {"vary": ["E"], "parts": 2, "bounds": {"E": (9000, 11000)}, "budget": 60.0}
 
 
 def trials(name: str, job: Job, runs: int = 2) -> Trials:
@@ -230,7 +230,7 @@ def test_the_first_line_says_whether_the_machine_is_calibrated(
 ) -> None:
     job, report = tmp_path / "job.toml", tmp_path / "found.html"
     text = (EXAMPLES / "plate_g82.toml").read_text(encoding="utf-8")
-    words = ["--vary", "E", "--parts", "2", "--bounds", "E=9000..11000", "--round", "E=500", "--report", str(report)]
+    words = ["--vary", "E", "--parts", "2", "--bounds", "E=9000..11000", "--report", str(report)]
     for more, first in (("", "not calibrated"), (f"\n[catalogue.uncertainty]\n{TABLE}", "calibrated")):
         job.write_text(text + more)
         with pytest.raises(SystemExit):

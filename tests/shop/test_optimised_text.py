@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import read, read_file
@@ -20,6 +20,7 @@ from grind_env.shop.optimise.editing import like, text_of
 from grind_env.shop.optimise.unrolling import UnrollError, unrolled
 from grind_env.shop.optimise.variation import Variation, variation_of
 from grind_env.shop.optimise.wishes import WishError, wishes_of
+from tests.examples import examples
 from tests.shop.programs import EXAMPLES, PROGRAMS, write
 
 ALL = "E,D,J,L,lead,depth,passes"
@@ -43,7 +44,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("name", PROGRAMS)
-@settings(max_examples=15, deadline=None)
+@examples(15)
 @given(data=st.data())
 def test_only_the_intended_words_change_and_mean_what_was_asked(name: str, folder: Path, data: st.DataObject) -> None:
     asked = asked_for(name, folder, "E,D,J,L,lead,depth")

@@ -76,10 +76,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.usefixtures("coarse_speeds")
 @pytest.mark.parametrize(
     ("options", "expected"),
     [
-        (["--round", "E=2000"], 0),
+        ([], 0),
         (["--vary", "E", "--bounds", "E=8000..9000"], 3),
         (["--vary", "E", "--margin", "Ra=.2"], 4),
     ],

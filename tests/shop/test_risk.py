@@ -62,9 +62,7 @@ def test_a_row_of_a_sweep_and_the_same_words_of_a_search_risk_the_same() -> None
     trials = variation.fleet.under(variation.base, LotUse.SWEEP, lots_of(1, LotUse.SWEEP, LOTS))
     levels = [each.nearest(each.own * 3 / 2) for each in variation.choices.variables]
     old, measured = trials.measure(trials.own[None]), variation.measure(trials, [(*levels, variation.start[-1])])
-    assert found.speeds[0].risk == pytest.approx(
-        variation.risk(trials, measured, old)[0] / variation.most_risk, rel=1e-3
-    )
+    assert found.speeds[0].risk == pytest.approx(variation.risk(trials, measured, old)[0] / most_risk(job), rel=1e-3)
     assert found.own.risk == pytest.approx(1.0 / found.most_risk, rel=0.2)
 
 

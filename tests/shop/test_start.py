@@ -19,7 +19,6 @@ from grind_env.shop.start.folder import LOG, start_folder
 from grind_env.shop.start.sample import PRESSURE, sample_log
 from grind_env.shop.start.template import job_template
 from tests.command import Grind
-from tests.shop.programs import KNOWN
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
 FILES = {"part.nc", "part.toml", "shop.toml", "first_steps.ipynb", "log.csv"}
@@ -41,26 +40,6 @@ def test_what_grind_init_writes_runs_as_the_example(grind: Grind, tmp_path: Path
     found = json.loads(grind("run", folder / "part.nc", "--json")[1])
     wanted = json.loads(grind("run", EXAMPLES / "plate_g82.nc", "--json")[1])
     assert found["parts"] == wanted["parts"] and found["warnings"] == []
-
-
-@pytest.mark.usefixtures("few_lots", "clock_of_looks")
-def test_what_grind_init_writes_for_stations_runs_and_its_parts_are_good(grind: Grind, tmp_path: Path) -> None:
-    status, _, _ = grind("init", tmp_path, "--stations", "2")
-    assert status == 0 and {path.name for path in tmp_path.iterdir()} == {"part.nc", "part.toml", "shop.toml"}
-    assert grind("check", tmp_path / "part.nc", "--job", tmp_path / "part.toml")[0] == 0
-    found = json.loads(grind("run", tmp_path / "part.nc", "--json")[1])
-    single = json.loads(grind("run", EXAMPLES / "plate_g82.nc", "--json")[1])["parts"][0]
-    assert found["warnings"] == [] and [each["station"] for each in found["parts"]] == ["A", "B"]
-    assert [each["beyond"] for each in found["parts"]] == [[], []]
-    first = found["parts"][0]
-    assert {name: first[name] for name in ("strokes", "S", "Ra", "rise")} == pytest.approx(
-        {name: single[name] for name in ("strokes", "S", "Ra", "rise")}
-    )
-    job = tmp_path / "part.toml"
-    job.write_text(job.read_text(encoding="utf-8") + KNOWN, encoding="utf-8")
-    assert grind("optimise", tmp_path / "part.nc", "--budget", "10s", "--parts", "2")[0] == 0
-    status, _, err = grind("init", tmp_path / "many", "--stations", "7")
-    assert status == 2 and "choose 1 to 6, one for each of G54 to G59" in err
 
 
 def test_the_sample_log_is_what_its_command_makes_and_can_be_fitted(grind: Grind, tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
-"""The tools of the shop on the example for two stations."""
+"""The tools of the shop on a program for two stations."""
 
 import json
+import shutil
 from pathlib import Path
 
 import gymnasium as gym
@@ -8,17 +9,29 @@ import pytest
 
 from grind_env.control import read_file
 from grind_env.machine.job.file import load_job
-from grind_env.shop.start.folder import start_folder
 from grind_env.shop.start.sample import PRESSURE, sample_log
 from tests.command import Grind
-from tests.shop.programs import KNOWN
+from tests.shop.programs import EXAMPLES, KNOWN, TWO_PLATES
 
 
 @pytest.fixture
 def program(tmp_path: Path) -> Path:
-    path, job, *_ = start_folder(tmp_path, stations=2)
-    job.write_text(job.read_text().replace('name = "B"', 'name = "B"\nroughness_limit = 0.9'))
-    return path
+    job = TWO_PLATES.with_suffix(".toml").read_text(encoding="utf-8")
+    path = tmp_path / TWO_PLATES.with_suffix(".toml").name
+    path.write_text(job.replace('name = "B"', 'name = "B"\nroughness_limit = 0.9'), encoding="utf-8")
+    return Path(shutil.copy(TWO_PLATES, tmp_path))
+
+
+def test_parts_at_stations_are_good_and_the_first_is_that_of_a_single_part(grind: Grind) -> None:
+    assert grind("check", TWO_PLATES, "--job", TWO_PLATES.with_suffix(".toml"))[0] == 0
+    found = json.loads(grind("run", TWO_PLATES, "--json")[1])
+    single = json.loads(grind("run", EXAMPLES / "plate_g82.nc", "--json")[1])["parts"][0]
+    assert found["warnings"] == [] and [each["station"] for each in found["parts"]] == ["A", "B"]
+    assert [each["beyond"] for each in found["parts"]] == [[], []]
+    first = found["parts"][0]
+    assert {name: first[name] for name in ("strokes", "S", "Ra", "rise")} == pytest.approx(
+        {name: single[name] for name in ("strokes", "S", "Ra", "rise")}
+    )
 
 
 def test_a_log_of_stations_fits_the_constant_that_was_put_into_it(program: Path, grind: Grind) -> None:
@@ -30,11 +43,11 @@ def test_a_log_of_stations_fits_the_constant_that_was_put_into_it(program: Path,
     assert found["low"] < PRESSURE * found["was"] < found["high"] and found["low"] > found["was"]
 
 
-@pytest.mark.usefixtures("few_lots")
+@pytest.mark.usefixtures("few_lots", "coarse_speeds")
 def test_the_limits_of_each_station_are_shown(program: Path, grind: Grind) -> None:
     job = program.with_suffix(".toml")
     job.write_text(job.read_text() + KNOWN)
-    few = "--vary", "E", "--round", "E=3000", "--budget", "1000s", "--parts", "3"
+    few = "--vary", "E", "--budget", "1000s", "--parts", "3"
     status, out, _ = grind("optimise", program, *few)
     assert status == 0 and "A 0.5, B 0.9 um" in out
     found = json.loads(grind("optimise", program, *few, "--json")[1])

@@ -106,6 +106,7 @@ def test_what_cannot_be_swept_is_told(program: str, ranges: Ranges, told: str) -
         sweep(EXAMPLES / f"{program}.nc", None, ranges, parts=5)
 
 
+@pytest.mark.nightly
 def test_a_range_in_inches_a_minute_is_asked_about(tmp_path: Path) -> None:
     program, job = tmp_path / "inch.nc", EXAMPLES / "plate_g82.toml"
     program.write_text(INCH, encoding="utf-8")

@@ -9,7 +9,7 @@ from pathlib import Path
 import gymnasium as gym
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import Control, ControlError, CycleStart, execute, read
@@ -28,6 +28,7 @@ from grind_env.shop.optimise.variation import variation_of
 from grind_env.shop.optimise.wishes import wishes_of
 from grind_env.shop.sweep.study import Ranges, sweep
 from grind_env.shop.trials import LotUse, lots_of, trials_of
+from tests.examples import examples
 from tests.shop.programs import DRESS, EXAMPLES, JOB, PLATE
 from tests.shop.test_optimise import status
 
@@ -141,7 +142,7 @@ def jumping(draw: st.DrawFn) -> str:
     )
 
 
-@settings(max_examples=20, deadline=None)
+@examples(20)
 @given(text=jumping(), parts=st.integers(1, 5), start=st.integers(0, 3))
 def test_jumps_stay_in_their_run(text: str, parts: int, start: int) -> None:
     held = {500: float(start)}
@@ -151,7 +152,7 @@ def test_jumps_stay_in_their_run(text: str, parts: int, start: int) -> None:
     assert [(plan.feed, plan.dresses, plan.depth_target) for plan in plans] == list(by_hand(text, parts, held))
 
 
-@settings(max_examples=8, deadline=None)
+@examples(8)
 @given(text=jumping(), parts=st.integers(1, 5), start=st.integers(0, 3), data=st.data())
 def test_words_that_are_varied_are_said_in_every_run(text: str, parts: int, start: int, data: st.DataObject) -> None:
     shop, lots = replace(job({500: float(start)}), uncertainty=CERTAIN), lots_of(1, LotUse.SEARCH, 2)
@@ -164,6 +165,7 @@ def test_words_that_are_varied_are_said_in_every_run(text: str, parts: int, star
     assert theirs.cost == pytest.approx(mine.cost, rel=1e-9)
 
 
+@pytest.mark.nightly
 def test_a_program_that_jumps_is_swept_as_its_straight_twin(folder: Path) -> None:
     ranges = Ranges(E=(12_000.0, 18_000.0), every=(1, 2))
     jumping, straight = (sweep(folder / f"{name}.nc", None, ranges, parts=4) for name in ("steps", "straight"))
@@ -200,6 +202,7 @@ def test_words_of_a_program_that_counts_are_varied_on_all_parts() -> None:
     assert trials.measure(asked).cost.tolist() == faster.measure(faster.own[None]).cost.tolist()
 
 
+@pytest.mark.nightly
 def test_optimise_takes_a_program_that_counts(folder: Path) -> None:
     found = optimise(folder / "counting.nc", variables={500: 0.0}, parts=6, budget=1000, bounds={"E": (8000, 20_000)})
     record = grind(read(found.after), job({500: 0.0}))
@@ -220,6 +223,7 @@ def test_runs_of_other_blocks_than_the_first_are_dressed_in_every_nth(folder: Pa
     assert one > two
 
 
+@pytest.mark.nightly
 def test_a_variable_that_nothing_reads_is_told(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     plate = folder / "plate.nc"
     told = "#500 was given a value at the start, but nothing has read it; leave it out, or mend its number"

@@ -16,6 +16,7 @@ from agents.benchmark.results import PARQUET
 from grind_env.cli import main
 from grind_env.policies.naming import chosen_policy
 from grind_env.policies.problem import find_problem
+from tests.shop.programs import TWO_PLATES
 from tests.soak.hostile import mutated, named, tensors
 from tests.test_files import READERS
 
@@ -99,7 +100,6 @@ READS = (
     Read("shop.toml", "catalogue --file shop.toml", weight=2.0),
     Read("shop.toml", "catalogue wheel our_a60j --file shop.toml --json"),
     Read("shop.toml", f"run part.nc --job shop_job.toml {OUT}", weight=2.0),
-    Read("shop.toml", "init made --catalogue shop.toml --tolerance 20 --stock 0.05 --budget 0s", 60.0, weight=0.1),
     Read("entries.toml", "catalogue --file entries.toml", weight=2.0),
     Read("task.toml", "tasks task.toml", weight=2.0),
     Read("task.toml", "tasks task.toml --json"),
@@ -155,11 +155,9 @@ def _tuned(folder: Path) -> object:
 def good_files(folder: Path) -> None:
     """Write a good file of every kind."""
     os.chdir(folder)
-    for words in (f"init {folder}", f"init {folder / 'two'} --stations 2"):
-        call(words)
-    for name in ("part.nc", "part.toml"):
-        shutil.copy(folder / "two" / name, folder / name.replace("part", "stations"))
-    shutil.rmtree(folder / "two")
+    call(f"init {folder}")
+    for path in (TWO_PLATES, TWO_PLATES.with_suffix(".toml")):
+        shutil.copy(path, folder / f"stations{path.suffix}")
     part = (folder / "part.toml").read_text("utf-8")
     before, behind = part.split("[setup]")
     texts = {

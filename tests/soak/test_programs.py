@@ -65,6 +65,7 @@ ASKED = {
 }
 
 
+@pytest.mark.nightly
 def test_random_programs_come_to_the_same_on_all_their_ways() -> None:
     seen: Counter[str] = Counter()
     for seed in range(PROGRAMS):

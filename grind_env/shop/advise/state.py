@@ -19,10 +19,10 @@ from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.program_episode import Words
 from grind_env.errors import GrindError, reason
 from grind_env.files import FileError, csv_cell, is_file, read_bytes, read_text, shown, write_atomically
+from grind_env.json_form import formed
 from grind_env.lock import alone
 from grind_env.machine.part.feeds import speed_word
 from grind_env.policies.policy import Policy
-from grind_env.policies.rows.form import formed
 from grind_env.shop.advise.own import LOG_COLUMNS
 from grind_env.shop.advise.readings import NAMES, Readings
 

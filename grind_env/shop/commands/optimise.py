@@ -39,9 +39,6 @@ def optimise(
         list[str] | None,
         typer.Option(help="As E=5000..25000,interval=1..8, in units of the program; lead a turn."),
     ] = None,
-    rounding: Annotated[
-        list[str] | None, typer.Option("--round", help="Of what values are multiples: E=100,J=.001.")
-    ] = None,
     margin: Annotated[
         list[str] | None,
         typer.Option(help="Share of a limit that parts must keep: power=.85,temp=.8,Ra=.85,size=.7."),
@@ -106,10 +103,10 @@ def optimise(
     """
     from grind_env.control.options import variables_of
     from grind_env.machine.job.file import job_beside, load_job
-    from grind_env.render.figures import prepare_figure
+    from grind_env.render.figures import prepare_figure, write_figure
     from grind_env.shop import calls
     from grind_env.shop.commands import texts
-    from grind_env.shop.optimise.figure import plot_optimised
+    from grind_env.shop.optimise.figure import draw_optimised
     from grind_env.shop.optimise.outcome import Verdict
     from grind_env.shop.optimise.table import as_data, print_optimised
     from grind_env.shop.report.document import write_page
@@ -123,7 +120,6 @@ def optimise(
         job,
         vary=None if vary is None else texts.listed([vary]),
         bounds=texts.named("--bounds", bounds or (), texts.ends),
-        rounding=texts.named("--round", rounding or (), texts.number),
         margin=texts.named("--margin", margin or (), texts.number),
         keep=[texts.label(each) for each in texts.listed(keep or ())],
         within=texts.named("--within", within or (), texts.number),
@@ -140,7 +136,7 @@ def optimise(
     if found.verdict.is_written and output is not None:
         found.write(output)
     if plot is not None:
-        plot_optimised(found, plot)
+        write_figure(draw_optimised(found), plot)
     if as_json:
         print(json.dumps(as_data(found)))
     else:

@@ -55,10 +55,10 @@ def sweep(
     every n-th part alone is counted by a # variable. Exit status 3: there is none that costs less than the program.
     """
     from grind_env.control.options import variables_of
-    from grind_env.render.figures import prepare_figure
+    from grind_env.render.figures import prepare_figure, write_figure
     from grind_env.shop import calls
     from grind_env.shop.commands import texts
-    from grind_env.shop.sweep.figure import plot_sweep
+    from grind_env.shop.sweep.figure import draw_sweep
     from grind_env.shop.sweep.table import as_data, print_sweep
     from grind_env.shop.sweep.writing import recommended
 
@@ -77,7 +77,7 @@ def sweep(
         untried=untried,
     )
     if plot is not None:
-        plot_sweep(found, plot)
+        write_figure(draw_sweep(found), plot)
     if as_json:
         print(json.dumps(as_data(found)))
     else:

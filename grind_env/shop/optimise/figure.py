@@ -1,27 +1,14 @@
 """The graph of an optimisation: cost of a part over its time, with the program as it was and the one chosen."""
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from grind_env.render.curves import BLUE, GREEN, GREY
-from grind_env.render.figures import check_format, new_figure, write_figure
+from grind_env.render.figures import new_figure
 from grind_env.render.graphs import Graph, Rule, Series, draw_graph
 from grind_env.shop.optimise.outcome import Optimised
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-
-def plot_optimised(found: Optimised, path: Path) -> None:
-    """Draw an optimisation into a .png, .svg or .pdf file.
-
-    Raises:
-        PlotError: another suffix.
-        MissingExtra: matplotlib is not installed.
-        FileError: the folder does not exist or cannot be written to.
-    """
-    check_format(path)
-    write_figure(draw_optimised(found), path)
 
 
 def draw_optimised(found: Optimised) -> "Figure":

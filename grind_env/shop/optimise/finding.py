@@ -39,7 +39,7 @@ from grind_env.shop.optimise.judgement import (
 )
 from grind_env.shop.optimise.leaving import JUDGED, SEARCHED, following, judging
 from grind_env.shop.optimise.outcome import Optimised, Trade, Verdict, WishUse, cheapest_by_time
-from grind_env.shop.optimise.search import GENERATIONS, Point, Search
+from grind_env.shop.optimise.search import Point, Search
 from grind_env.shop.optimise.unrolling import unrolled
 from grind_env.shop.optimise.variation import (
     Pace,
@@ -50,6 +50,7 @@ from grind_env.shop.optimise.variation import (
     variation_of,
 )
 from grind_env.shop.optimise.wishes import Wishes
+from grind_env.shop.risk import most_risk
 from grind_env.shop.trials import LIMITS, SAME, LotUse, Measures, Trials, lots_said
 
 OVER = 1.2
@@ -211,15 +212,15 @@ class Searched(NamedTuple):
     """That a program took, s."""
 
 
-def searched(variation: Variation, progress: Progress, generations: int = GENERATIONS) -> Searched:
-    """Search better words, in an evolution of some generations at most and steps from there, and compare the best."""
+def searched(variation: Variation, progress: Progress) -> Searched:
+    """Search better words, and compare the best."""
     budget, compiled = variation.budget, variation.base.simulation.compiled
     tried: dict[Point, Trade] = {}
     pace = Pace()
     leaves = partial(following, variation, pace) if compiled else nothing_more
     search = variation.search(variation.trials(LotUse.SEARCH, SEARCHED), progress, "searching", tried, pace, leaves)
     known = budget.spent
-    search.run(variation.start, variation.seed, generations, variation.grid() if compiled else ())
+    search.run(variation.start, variation.seed, grid=variation.grid() if compiled else ())
     seconds = (budget.spent - known) / len(search.costs)
     points: Sequence[Point] = search.ranked[:1]
     if any(each.keeps for each in tried.values()):
@@ -268,7 +269,7 @@ def _judge(variation: Variation, before: Trials, old: Measures, point: Point, lo
     less = attrgetter(variation.wishes.quantity)
     difference = less(new)[0] - less(old)[0]
     risk = float(variation.risk(before, new, old)[0])
-    change = Change(before.of_one(difference), paired(difference), risk, variation.most_risk)
+    change = Change(before.of_one(difference), paired(difference), risk, most_risk(variation.job))
     return _Judged(point, text, programs, after, new, wishes_kept(variation.wishes, old, new), change)
 
 

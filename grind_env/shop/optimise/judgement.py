@@ -49,7 +49,7 @@ class Change(NamedTuple):
     risk: float
     """As of `Variation.risk`."""
     most_risk: float
-    """As of `Variation.most_risk`."""
+    """As of `risk.most_risk`."""
 
     @property
     def is_better(self) -> bool:

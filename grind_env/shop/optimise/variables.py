@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_UP, Decimal
+from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from typing import NamedTuple
 
 import numpy as np
@@ -65,7 +65,7 @@ class Variable:
     """Something that a search may change.
 
     Attributes:
-        name: one of `WORDS`.
+        name: one of `VARIED` but the interval.
         place: the block or the program in which it stands, as tables show it.
         blocks: numbers of the cycle blocks of one run that it holds for.
         own: what the program says, in its own units; of a lead the F of the passes.
@@ -359,15 +359,11 @@ def _levels(
     """Multiples of the step between the bounds, and the program's own value where it is legal."""
     inch = unit != MILLIMETRE
     turns = Decimal(str(round(60.0 * simulation.task.wheel_revolutions, 6))) if name == "lead" else ONE
-    step = wishes.steps.get(name, STEPS.get(name, (ONE, ONE))[inch])
-    if name == "lead" and name in wishes.steps:
-        step = (step * turns).quantize(STEPS[name][inch], ROUND_HALF_UP) or STEPS[name][inch]
+    step = STEPS.get(name, (ONE, ONE))[inch]
     low, high = _usual_bounds(name, own, unit, fastest)
     if name in wishes.bounds:
         low, high = (bound * turns for bound in wishes.bounds[name])
         _refuse_bounds(name, high, unit, simulation)
-    if name in ("D", "L", "passes"):
-        step = step.to_integral_value(ROUND_CEILING)
     first = (low / step).to_integral_value(ROUND_CEILING)
     last = (high / step).to_integral_value(ROUND_FLOOR)
     values = {k * step for k in map(Decimal, range(int(first), int(last) + 1))}

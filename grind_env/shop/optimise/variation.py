@@ -157,10 +157,6 @@ class Variation(NamedTuple):
         base = _base(self.programs, job, self.runs, self.seed, self.ranges)
         return self._replace(job=job, base=base, once=one_run(self.programs, job), fleet=None)
 
-    def around(self, programs: Programs) -> "Variation":
-        """The same around another text, whose first dress then makes the wheel that a batch begins with."""
-        return self._replace(programs=programs, base=_base(programs, self.job, self.runs, self.seed, self.ranges))
-
     @property
     def besides(self) -> bool:
         """Whether others than E and D are varied."""
@@ -268,15 +264,12 @@ class Variation(NamedTuple):
     def shares(self, trials: Trials, found: Measures, old: Measures) -> Array:
         """What C candidates come to, as shares of what is asked, shape (C, limits, wishes, and one).
 
-        The last one is that of `risk` in `most_risk`.
+        The last one is the share of `most_risk` that `risk` takes.
         """
         means = [getattr(found, name).mean(axis=1) / most for name, most in self.wishes.within.items()]
-        return np.column_stack([found.ratios / self.margins, *means, self.risk(trials, found, old) / self.most_risk])
-
-    @property
-    def most_risk(self) -> float:
-        """What may be risked; anything beside a program that is a first guess, for nobody has it to go back to."""
-        return math.inf if self.wishes.guess else most_risk(self.job)
+        return np.column_stack(
+            [found.ratios / self.margins, *means, self.risk(trials, found, old) / most_risk(self.job)]
+        )
 
     def risk(self, trials: Trials, found: Measures, old: Measures) -> Array:
         """As of `shop.risk`; 0 where the program as it is misses a wish, for which more may be paid."""

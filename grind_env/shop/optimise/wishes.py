@@ -12,9 +12,8 @@ from grind_env.shop.trials import CONFIDENCE
 
 INTERVAL = "interval"
 """Parts from dress to dress, or blocks."""
-WORDS = ("E", "D", "J", "L", "lead", "depth", "passes")
-"""What is varied where it stands: words of cycle blocks, then what the dress program says."""
-VARIED = (*WORDS, INTERVAL)
+VARIED = ("E", "D", "J", "L", "lead", "depth", "passes", INTERVAL)
+"""Words of cycle blocks, then what the dress program says, then how often it runs."""
 USUAL = ("E", "D", INTERVAL)
 LIMITS = ("power", "temp", "Ra", "size")
 OBJECTIVES = {"cost": "cost", "time": "seconds"}
@@ -40,13 +39,11 @@ class Wishes:
         words: of `VARIED`.
         add: whether words that a cycle block lacks may be added to it.
         bounds: lowest and highest value by word, in the units of the program; lead in mm or inches a revolution.
-        steps: of which values are multiples, likewise.
         kept: N words of the cycle blocks that stay as they are.
         margins: share of its limit that parts must keep, by name, 1 at most; 1 for those not named.
         confidence: probability with which a part keeps each, whatever its lot and machine are, and with which each end
             of an interval holds.
         untried: whether nothing is known of how the program grinds on the machine.
-        guess: whether the program is a first guess, beside which other words are no risk.
         objective: of `OBJECTIVES`, what is to become less.
         within: the most that a part may take in the mean, by the names cost and seconds.
         free: whether blocks of parts that are alike may have words of their own.
@@ -55,12 +52,10 @@ class Wishes:
     words: tuple[str, ...] = USUAL
     add: bool = False
     bounds: Mapping[str, tuple[Decimal, Decimal]] = field(default_factory=dict)
-    steps: Mapping[str, Decimal] = field(default_factory=dict)
     kept: frozenset[int] = frozenset()
     margins: Mapping[str, float] = field(default_factory=dict)
     confidence: float = CONFIDENCE
     untried: bool = False
-    guess: bool = False
     objective: str = "cost"
     within: Mapping[str, float] = field(default_factory=dict)
     free: bool = False
@@ -78,7 +73,6 @@ class Wishes:
 def wishes_of(
     words: Collection[str] | None = None,
     bounds: Mapping[str, Ends] = {},
-    steps: Mapping[str, Number] = {},
     kept: Collection[int] = (),
     margins: Mapping[str, Number] = {},
     objective: str = "cost",
@@ -95,7 +89,6 @@ def wishes_of(
     for option, names, known in (
         ("--vary", words or (), VARIED),
         ("--bounds", bounds, VARIED),
-        ("--round", steps, WORDS),
         ("--margin", margins, LIMITS),
         ("--for", (objective,), tuple(OBJECTIVES)),
         ("--within", within, tuple(OBJECTIVES.values())),
@@ -113,7 +106,6 @@ def wishes_of(
         words=USUAL if words is None else tuple(words),
         add=words is not None,
         bounds={name: ends_of("--bounds", name, ends) for name, ends in bounds.items()},
-        steps={name: _positive("--round", name, step) for name, step in steps.items()},
         kept=frozenset(kept),
         margins={name: _share("--margin", name, share) for name, share in margins.items()},
         confidence=confidence_of(confidence),

@@ -1,14 +1,13 @@
 """A folder to begin with: a program, its job, the shop's catalogue, a notebook, a sample log; all run as they are."""
 
 import tempfile
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
 from grind_env.errors import GrindError
 from grind_env.examples import FOLDER as EXAMPLES
 from grind_env.files import FileError, read_text, shown
-from grind_env.shop.start.stations import on_stations, stations_of
 from grind_env.shop.start.template import EXAMPLE, example_values, job_template
 
 HERE = Path(__file__).parent
@@ -21,34 +20,18 @@ class ExistsError(GrindError):
     """A file that would be overwritten."""
 
 
-def start_folder(folder: Path, stations: int = 1) -> list[Path]:
+def start_folder(folder: Path) -> list[Path]:
     """Write the files into a folder, which is made if need be; returns them, the program first.
 
-    Of a program for several `stations` there are no notebook and no log.
-
     Raises:
-        StationsError: there is no work offset for so many stations.
-        ExistsError: one of them is there already.
-        FileError: as of `write_folder`.
+        ExistsError: one of the files exists.
+        FileError: the folder cannot be made, or a file cannot be written; nothing new is left behind.
     """
-    example, program = example_values(), read_text(EXAMPLES / f"{EXAMPLE}.nc")
+    example = example_values()
     job = {**example, "setup": {**example["setup"], **OWN}, "catalogue": {"files": [CATALOGUE]}}
-    if stations != 1:
-        program, job["stations"] = on_stations(program, stations), stations_of(stations)
-    texts = {PROGRAM: program, JOB: job_template(job), CATALOGUE: read_text(HERE / CATALOGUE)}
-    if stations == 1:
-        texts |= {NOTEBOOK: read_text(HERE / NOTEBOOK), LOG: read_text(HERE / LOG)}
-    return write_folder(folder, texts)
-
-
-def write_folder(folder: Path, texts: Mapping[str, str]) -> list[Path]:
-    """Write files into a folder, which is made if need be; returns them.
-
-    Raises:
-        ExistsError: one of them is there already.
-        FileError: the folder cannot be made, or not all of them written; as before, nothing is then left of it.
-    """
-    paths = require_new(folder, texts)
+    texts = {PROGRAM: read_text(EXAMPLES / f"{EXAMPLE}.nc"), JOB: job_template(job)}
+    texts |= {name: read_text(HERE / name) for name in (CATALOGUE, NOTEBOOK, LOG)}
+    paths = _require_new(folder, texts)
     made = [each for each in (folder, *folder.parents) if not _is_there(each)]
     moved = list[Path]()
     try:
@@ -68,7 +51,7 @@ def write_folder(folder: Path, texts: Mapping[str, str]) -> list[Path]:
     return paths
 
 
-def require_new(folder: Path, names: Iterable[str]) -> list[Path]:
+def _require_new(folder: Path, names: Iterable[str]) -> list[Path]:
     """The files of some names in a folder that is there or can be made.
 
     Raises:

@@ -21,7 +21,7 @@ HEAD = """\
 # under the name part.toml. A key behind a # has the default that stands there; take the # away to change it."""
 
 Values = Mapping[str, Any]
-"""Keys that are given, by table; of `[[stations]]` a list of them."""
+"""Keys that are given, by table."""
 
 REPEATED = (STAGES, STATIONS)
 """Tables of which there may be several."""
@@ -36,9 +36,7 @@ def job_template(given: Values | None = None) -> str:
     values = example_values() if given is None else given
     blocks = [HEAD]
     for table, listed in groupby(job_rows(), key=lambda row: row.table):
-        first, *others = values.get(table) or [{}] if table in REPEATED else [values.get(table, {})]
-        blocks.append("\n".join(_table(table, list(listed), first)))
-        blocks += ["\n".join([f"[[{table}]]", *_keys(each)]) for each in others]
+        blocks.append("\n".join(_table(table, list(listed), values.get(table, {}))))
     return "\n\n".join(blocks) + "\n"
 
 
@@ -58,9 +56,3 @@ def _table(name: str, rows: Sequence[Row], given: Mapping[str, Any]) -> Iterator
             yield f"{row.key} = {json.dumps(given[row.key])}"
         else:
             yield f"#{row.key} = {'' if row.default is None else json.dumps(row.default)}".rstrip()
-    yield from _keys({key: value for key, value in given.items() if key not in {row.key for row in rows}})
-
-
-def _keys(given: Mapping[str, Any]) -> Iterator[str]:
-    for key, value in given.items():
-        yield f"{key} = {json.dumps(value)}"

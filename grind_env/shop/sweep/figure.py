@@ -1,12 +1,11 @@
 """The picture of a sweep: cost and limits over the dress interval, over E, and over lead and depth of the dress."""
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from grind_env.render.figures import check_format, new_figure, write_figure
+from grind_env.render.figures import new_figure
 from grind_env.render.plots import BLUE, GREEN, GREY, ORANGE, RED
 from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.sweep.study import RISK, Sweep, SweepPoint, cheapest
@@ -39,18 +38,6 @@ BEST = Look(GREEN)
 LOOKS = dict(zip((*LIMITS, RISK), LINES, strict=False))
 DEAREST = 4.0
 """Times the best cost above which a cost is drawn as that."""
-
-
-def plot_sweep(found: Sweep, path: Path) -> None:
-    """Draw a sweep into a .png, .svg or .pdf file.
-
-    Raises:
-        PlotError: another suffix.
-        MissingExtra: matplotlib is not installed.
-        FileError: the folder does not exist or cannot be written to.
-    """
-    check_format(path)
-    write_figure(draw_sweep(found), path)
 
 
 def draw_sweep(found: Sweep) -> "Figure":

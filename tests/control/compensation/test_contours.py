@@ -4,7 +4,7 @@ from collections.abc import Callable
 from itertools import pairwise
 
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from grind_env.control.compensation.corners import corner
@@ -21,6 +21,7 @@ from tests.control.compensation.chain import (
     samples,
     swept,
 )
+from tests.examples import examples
 
 STEPS = 400
 TOLERANCE = 1e-6
@@ -87,7 +88,7 @@ def sound(first: Element, second: Element, runs: list[Run], radius: float) -> No
             assert min(distance(sample, first), distance(sample, second)) > radius - TOLERANCE
 
 
-@settings(max_examples=600, deadline=None)
+@examples(600)
 @given(turned=turns, before=parts, after=parts, radius=st.floats(0.05, 5.0), side=sides, circular=st.booleans())
 def test_a_corner_is_not_gouged(
     turned: int, before: tuple[float, float], after: tuple[float, float], radius: float, side: int, circular: bool
@@ -121,7 +122,7 @@ def test_a_corner_is_not_gouged(
     assert len(runs) == 2 or not inside
 
 
-@settings(max_examples=300, deadline=None)
+@examples(300)
 @given(turned=st.integers(1, 179), radius=st.floats(0.01, 10.0), side=sides, circular=st.booleans())
 def test_lines_outside(turned: int, radius: float, side: int, circular: bool) -> None:
     """Any angle: never nearer than one radius to the corner, never further away than its diagonal."""
@@ -134,7 +135,7 @@ def test_lines_outside(turned: int, radius: float, side: int, circular: bool) ->
         assert farthest <= radius * (1.0 if circular else math.sqrt(2.0)) + TOLERANCE
 
 
-@settings(max_examples=300, deadline=None)
+@examples(300)
 @given(turned=st.integers(1, 179), radius=st.floats(0.01, 10.0), side=sides)
 def test_lines_inside(turned: int, radius: float, side: int) -> None:
     """Both paths end on the bisector, one radius from either line."""
@@ -149,7 +150,7 @@ def test_lines_inside(turned: int, radius: float, side: int) -> None:
     sound(first, second, contour([first, second], offset), radius)
 
 
-@settings(max_examples=300, deadline=None)
+@examples(300)
 @given(path=gentle, radius=st.floats(0.05, 2.5), side=sides, circular=st.booleans())
 def test_contours(path: list[tuple[float, float, float]], radius: float, side: int, circular: bool) -> None:
     """Every compensated element keeps one radius from its curve on its side; the pieces join."""
@@ -176,7 +177,7 @@ def test_contours(path: list[tuple[float, float, float]], radius: float, side: i
             assert abs(swept(run.path) - swept(element)) < 0.9 * math.pi
 
 
-@settings(max_examples=200, deadline=None)
+@examples(200)
 @given(
     path=gentle,
     radius=st.floats(0.05, 2.5),
@@ -225,7 +226,7 @@ def test_symmetry(
             assert one.rotation == other.rotation
 
 
-@settings(max_examples=200, deadline=None)
+@examples(200)
 @given(path=gentle, radius=st.floats(0.05, 2.5), side=sides, share=st.floats(0.4, 0.6), data=st.data())
 def test_splitting_an_element_changes_nothing(
     path: list[tuple[float, float, float]], radius: float, side: int, share: float, data: st.DataObject
@@ -253,7 +254,7 @@ def test_splitting_an_element_changes_nothing(
         assert min(math.dist(run.path.end, other.path.end) for other in split) < TOLERANCE
 
 
-@settings(max_examples=200, deadline=None)
+@examples(200)
 @given(path=gentle, side=sides, circular=st.booleans())
 def test_radius_0_gives_the_programmed_path(path: list[tuple[float, float, float]], side: int, circular: bool) -> None:
     elements = path_of(1 + 1j, 0.1, path)
@@ -265,7 +266,7 @@ def rounded(number: complex) -> complex:
     return complex(round(number.real, 3), round(number.imag, 3))
 
 
-@settings(max_examples=300, deadline=None)
+@examples(300)
 @given(
     before=parts,
     after=parts,

@@ -48,6 +48,7 @@ def events(text: str) -> list[str]:
     return found
 
 
+@pytest.mark.nightly
 def test_a_view_that_goes_on_sees_what_a_new_one_does(monkeypatch: pytest.MonkeyPatch) -> None:
     went_on, has_foreseen = [0], Lookout._has_foreseen
 

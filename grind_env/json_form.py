@@ -5,54 +5,48 @@ import sys
 from collections.abc import Mapping
 from dataclasses import MISSING, fields, is_dataclass
 from types import NoneType, UnionType
-from typing import Any, Literal, get_args, get_origin
+from typing import Any, get_args, get_origin
 
 from grind_env.errors import GrindError, quoted, reason, shortened
 
 
-class RowError(GrindError):
-    """A file that is no row, or whose texts, actions or policy cannot be run; the message names place and remedy."""
+class FormError(GrindError):
+    """A file that does not hold what it should; the message names place and remedy."""
 
 
 def parsed(text: str) -> Any:
-    """A text as JSON; a RowError if it is none, or nested too deeply."""
+    """A text as JSON; a FormError if it is none, or nested too deeply."""
     try:
         return json.loads(text)
     except RecursionError:
-        raise RowError("it is nested too deeply: a row is not") from None
+        raise FormError("it is nested too deeply: ask for it again") from None
     except ValueError as error:
-        raise RowError(f"it is no JSON ({reason(error)}): ask for it again") from None
+        raise FormError(f"it is no JSON ({reason(error)}): ask for it again") from None
 
 
 def formed(kind: Any, value: Any, place: str) -> Any:
-    """A value as an annotation has it: a dataclass, a tuple, a mapping, a choice of texts, a number or a text.
+    """Return a value as an annotation has it: a dataclass, a tuple of any length, a mapping, a number or a text.
 
     Raises:
-        RowError: it has another form, unknown keys or too few, or a number that is not finite.
+        FormError: it has another form, unknown keys or too few, or a number that is not finite.
     """
     origin, given = get_origin(kind), get_args(kind)
     if origin is UnionType:
         return formed(next((each for each in given if _fits(each, value)), given[0]), value, place)
     if not _fits(kind, value):
-        said = f"one of {', '.join(given)}" if origin is Literal else SAID.get(origin or kind, "an object")
-        raise RowError(f"{place} is {quoted(value)}, but must be {said}")
+        raise FormError(f"{place} is {quoted(value)}, but must be {SAID.get(origin or kind, 'an object')}")
     if is_dataclass(kind):
         known = {each.name: each for each in fields(kind)}
         needed = [name for name, each in known.items() if each.default is each.default_factory is MISSING]
         wrong = [f"has an unknown key {shortened(key)}" for key in value if key not in known]
         if wrong := [*wrong, *(f"lacks the key {key}" for key in needed if key not in value)]:
-            raise RowError(f"{place} {wrong[0]}: its keys are {', '.join(known)}")
+            raise FormError(f"{place} {wrong[0]}: its keys are {', '.join(known)}")
         made: Any = kind
         return made(**{key: formed(known[key].type, each, f"{place}.{key}") for key, each in value.items()})
     if origin is Mapping:
         return {key: formed(given[1], each, f"{place}.{shortened(key)}") for key, each in value.items()}
-    if origin is tuple and given == (float, ...) and all(_fits(float, each) for each in value):
-        return tuple(map(float, value))  # as below, of millions of numbers in a tenth of the time
     if origin is tuple:
-        kinds = [given[0]] * len(value) if given[-1] is Ellipsis else given
-        if len(kinds) != len(value):
-            raise RowError(f"{place} has {len(value)} numbers, but must have {len(kinds)}")
-        return tuple(formed(kinds[k], each, f"{place}[{k}]") for k, each in enumerate(value))
+        return tuple(formed(given[0], each, f"{place}[{k}]") for k, each in enumerate(value))
     return float(value) if kind is float else value
 
 
@@ -70,8 +64,6 @@ def _fits(kind: Any, value: Any) -> bool:
     """Whether a value has this form, as far as can be seen from outside."""
     if kind is float:  # a whole number may be as large as it likes, and comes as one
         return isinstance(value, int | float) and type(value) is not bool and abs(value) <= sys.float_info.max
-    if get_origin(kind) is Literal:
-        return isinstance(value, str) and value in get_args(kind)
     if kind in (int, bool, str, NoneType):
         return type(value) is kind
     return isinstance(value, list if get_origin(kind) is tuple else dict)

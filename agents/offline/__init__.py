@@ -1,1 +1,0 @@
-"""Datasets for offline reinforcement learning."""

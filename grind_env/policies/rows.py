@@ -1,0 +1,198 @@
+"""A row of a table of results as a JSON file, and its re-run on seeds that nobody knew when it was written."""
+
+import json
+import re
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from hashlib import sha256
+from importlib.machinery import PathFinder
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+
+from grind_env.arrays import Array
+from grind_env.envs.names import OTHERS, environment_id, task_names
+from grind_env.envs.splits import EVERY
+from grind_env.errors import quoted
+from grind_env.files import read_bytes, read_text, shown, write_atomically
+from grind_env.json_form import FormError, formed, parsed
+from grind_env.plants.names import modules_of
+from grind_env.policies.apart import apart
+from grind_env.policies.evaluation import run_seeds
+from grind_env.policies.guard import Guarded
+from grind_env.policies.held import on
+from grind_env.policies.judging import Judgement
+from grind_env.policies.learned.saved import SUFFIX
+from grind_env.policies.naming import OWN
+from grind_env.policies.problem import Problem, find_problem
+from grind_env.policies.statistics import prediction
+from grind_env.task_version import TASK_VERSION, of_version
+
+FORMAT = 2
+OF_PACKAGE = re.compile(r"(?:guarded:)?(?:\w+|E[\d.]+D\d+)", re.ASCII)
+"""Names of policies that are read from no file of a user."""
+MOST_EPISODES, MOST_SEED = 10_000, 1 << 63
+FRESH = 62
+"""Bit of all seeds that are drawn, and number of the bits below: no frozen seed has as many."""
+NEAR = 1e-3
+"""Share by which the mean of a re-run may be off: another processor may round what a policy computes differently."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Row:
+    """What a policy that sees measurements cost.
+
+    Attributes:
+        id: of the environment.
+        policy: as `named_policy` takes it; of a file the name without its folder.
+        sha256: of the policy file, hexadecimal digits; empty for a policy of the package.
+        plant: the machine, and `model`, what it was taken for, as `Judgement` has them.
+        split: that contexts were drawn from.
+        first_seed: of the episodes, whose seeds follow one another.
+        costs: of the episodes, $.
+        versions: of what it was made with.
+
+    Raises:
+        FormError: nobody can run such a row.
+    """
+
+    id: str
+    policy: str
+    sha256: str = ""
+    plant: str = ""
+    model: str = ""
+    split: str = EVERY
+    first_seed: int
+    costs: tuple[float, ...]
+    versions: Mapping[str, str] = field(default_factory=dict)
+    task_version: int = TASK_VERSION
+    format: int = FORMAT
+
+    def __post_init__(self) -> None:
+        if self.id not in map(environment_id, (*task_names(), *OTHERS)):
+            raise FormError(f"id is {quoted(self.id)}, but must be that of an environment of the package")
+        if not 2 <= len(self.costs) <= MOST_EPISODES or not 0 <= self.first_seed < MOST_SEED:
+            raise FormError(f"it must have 2 to {MOST_EPISODES} costs, and a first seed from 0 to 2^63 - 1")
+        if modules_of(self.plant) or modules_of(self.model) or bool(self.plant) != bool(self.model):
+            raise FormError(f"plant is {quoted(self.plant)}, but a row names machine and model of the package")
+        if not self.sha256 and not OF_PACKAGE.fullmatch(self.policy):
+            raise FormError(f"policy is {quoted(self.policy)}, but must be of the package, or have a sha256")
+
+
+def policy_file(text: str) -> Path | None:
+    """Return the file that a policy is read from; None for a policy of the package.
+
+    Raises:
+        FormError: its module is no single file.
+    """
+    name = text.removeprefix(Guarded.PREFIX)
+    if name.endswith(SUFFIX):
+        return Path(name)
+    if not (own := OWN.fullmatch(name)):
+        return None
+    found = PathFinder.find_spec(own[1], [str(Path.cwd()), *sys.path])
+    if found is None or not (found.origin or "").endswith(".py"):
+        raise FormError(f"{quoted(own[1])} is no module of one file: put the policy into one")
+    return Path(str(found.origin))
+
+
+def digest(path: Path) -> str:
+    """Return the SHA-256 of a file in hexadecimal digits."""
+    return sha256(read_bytes(path)).hexdigest()
+
+
+def row_of(found: Judgement, problem: Problem, text: str) -> Row:
+    """Return the row of an evaluation; `text` names the policy, as for `named_policy`.
+
+    Raises:
+        FormError: nobody else could run it again.
+    """
+    if found.sees != "measurements" or problem.arguments not in ((), (("parts", 1),)):
+        raise FormError("a row is of an environment of the package and a policy that sees measurements: submit none")
+    path = policy_file(text)
+    return Row(
+        id=problem.id,
+        policy=text if path is None else text.replace(str(path), path.name),
+        sha256="" if path is None else digest(path),
+        plant=found.plant,
+        model=found.model,
+        split=found.split,
+        first_seed=found.first_seed,
+        costs=tuple(found.evaluation.cost.tolist()),
+        versions={name: version(name) for name in ("grind_env", "numpy", "numba")},
+    )
+
+
+def write_row(path: Path, row: Row) -> None:
+    """Write a row as JSON, whole or not at all."""
+    write_atomically(path, lambda partial: partial.write_text(json.dumps(asdict(row), indent=1), encoding="utf-8"))
+
+
+def read_row(path: Path) -> Row:
+    """Return the row in a file of at most 64 MB; no name in it is opened, and no code of it is run.
+
+    Raises:
+        ReadError: the file cannot be read.
+        FormError: it is no row, or one of another version.
+    """
+    try:
+        document = parsed(read_text(path))
+        if not isinstance(document, dict) or document.get("format") != FORMAT:
+            raise FormError(f"it is no row of format {FORMAT}: name a file that `grind evaluate --submit` wrote")
+        if (found := document.get("task_version")) != TASK_VERSION:
+            raise FormError(f"it is {of_version(found)}: submit it anew")
+        row: Row = formed(Row, document, "row")
+    except FormError as error:
+        raise FormError(f"{shown(path)}: {error}") from None
+    return row
+
+
+def fresh_seeds(seed: int, count: int) -> list[int]:
+    """Return seeds drawn from a number: 2^62 and the first 62 bits of SHA-256 of `grind verify NUMBER K`, K from 0."""
+    digests = [sha256(f"grind verify {seed} {k}".encode()).digest() for k in range(count)]
+    return [(1 << FRESH) + (int.from_bytes(each[:8], "big") >> 64 - FRESH) for each in digests]
+
+
+def verify(
+    row: Row, policy: str | None = None, *, seed: int | None = None, episodes: int | None = None
+) -> tuple[bool, str]:
+    """Return whether a row holds, and what came of its policy on its own seeds and, with a number, on drawn ones.
+
+    Args:
+        row: may be of anybody.
+        policy: the policy file or `module:name`, if the row is not of a policy of the package; its code is run.
+        seed: from which `fresh_seeds` are drawn: one that nobody can have guessed, such as of 20 digits.
+        episodes: how many are drawn; by default as many as the row has.
+
+    Raises:
+        GrindError: the policy file is not that of the row, its policy fails, or there is no such split or machine.
+    """
+    name = row.policy
+    if row.sha256:
+        path = None if policy is None else policy_file(policy)
+        if policy is None or path is None or digest(path) != row.sha256:
+            said = f"{quoted(row.policy)} with the SHA-256 {quoted(row.sha256)}"
+            raise FormError(f"it is of the policy file {said}: ask for that file, and name it by --policy")
+        name = policy
+    elif policy is not None:
+        raise FormError(f"it is of {quoted(row.policy)}, a policy of the package: leave out --policy")
+    known = np.array(row.costs)
+    mean = float(_costs(row, name, range(row.first_seed, row.first_seed + len(known))).mean())
+    found = f"re-run: its {len(known)} episodes cost {mean:.5g} $ each, and it says {known.mean():.5g} $"
+    holds = bool(np.isclose(mean, known.mean(), rtol=NEAR, atol=0.0))
+    if seed is None or not holds:
+        return holds, found
+    seeds = fresh_seeds(seed, episodes or len(known))
+    mean = float(_costs(row, name, seeds).mean())
+    _, low, high = prediction(known, len(seeds))
+    drawn = f"{len(seeds)} drawn episodes cost {mean:.5g} $ each, and {low:.5g} to {high:.5g} $ are predicted"
+    return low <= mean <= high, f"{found}\n{drawn}"
+
+
+def _costs(row: Row, name: str, seeds: Sequence[int]) -> Array:
+    """Return the costs of episodes, $."""
+    problem = on(find_problem(row.id), row.plant) if row.plant else find_problem(row.id)
+    with apart(row.id, row.model, name) as policy:
+        return run_seeds(policy, problem.simulation(), seeds, row.split).cost

@@ -1,0 +1,18 @@
+"""How much of a test runs on a commit, and how much in the nightly job."""
+
+import pytest
+from _pytest.mark import ParameterSet
+from hypothesis import settings
+
+ALL = 100
+"""Examples of the profile `nightly`, of which a test takes as many as it states."""
+
+
+def examples(count: int) -> settings:
+    """Return settings with `count` examples in the nightly job, on a commit a share of them, at least 5."""
+    return settings(max_examples=max(5, count * settings().max_examples // ALL))
+
+
+def nightly(*values: object) -> ParameterSet:
+    """Return values of a parametrised test that only the nightly job takes."""
+    return pytest.param(*values, marks=pytest.mark.nightly)
