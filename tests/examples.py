@@ -1,5 +1,8 @@
 """How much of a test runs on a commit, and how much in the nightly job."""
 
+from collections.abc import Iterable
+from typing import Any
+
 import pytest
 from _pytest.mark import ParameterSet
 from hypothesis import settings
@@ -16,3 +19,9 @@ def examples(count: int) -> settings:
 def nightly(*values: object) -> ParameterSet:
     """Return values of a parametrised test that only the nightly job takes."""
     return pytest.param(*values, marks=pytest.mark.nightly)
+
+
+def few(values: Iterable[Any], count: int = 1) -> list[ParameterSet]:
+    """Return the values of a parametrised test; commits take the first `count`, the nightly job takes all."""
+    every = [value if isinstance(value, tuple) else (value,) for value in values]
+    return [pytest.param(*each, marks=() if k < count else pytest.mark.nightly) for k, each in enumerate(every)]

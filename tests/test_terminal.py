@@ -18,6 +18,7 @@ from agents.cells import RESULTS
 from grind_env.cli import main
 from grind_env.errors import GrindError, GrindWarning
 from grind_env.terminal import command, table_console
+from tests.examples import few
 
 ROOT = Path(grind_env.__file__).parents[1]
 PLATE = str(ROOT / "grind_env" / "examples" / "plate_g82.nc")
@@ -39,7 +40,7 @@ def without_notice(said: str) -> str:
     return "".join(line for line in said.splitlines(keepends=True) if not line.startswith("compiling "))
 
 
-@pytest.mark.parametrize("words", COMMANDS.values(), ids=COMMANDS)
+@pytest.mark.parametrize("words", few(COMMANDS.values(), 2), ids=COMMANDS)
 def test_a_full_disk_is_told_in_a_sentence(words: list[str]) -> None:
     with Path("/dev/full").open("w") as full:
         ended = subprocess.run(words, cwd=ROOT, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
@@ -48,7 +49,7 @@ def test_a_full_disk_is_told_in_a_sentence(words: list[str]) -> None:
     assert (ended.returncode, without_notice(ended.stderr)) == (2, told)
 
 
-@pytest.mark.parametrize("words", COMMANDS.values(), ids=COMMANDS)
+@pytest.mark.parametrize("words", few(COMMANDS.values(), 2), ids=COMMANDS)
 def test_nothing_is_said_where_nobody_reads_on(words: list[str]) -> None:
     started = subprocess.Popen(words, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     assert started.stdout is not None and started.stderr is not None
@@ -87,14 +88,16 @@ main()
 
 @pytest.mark.parametrize(
     ("entry", "module", "arguments"),
-    [
-        ("grind_env.__main__", "gymnasium", ["grind", "tasks"]),
-        ("grind_env.__main__", "numpy", ["grind", "run", PLATE]),
-        ("grind_env.__main__", "numba", ["grind", "run", PLATE]),
-        ("grind_env.__main__", "grind_env.control", ["grind", "check", PLATE]),
-        ("agents.__main__", "grind_env", ["agents", "--help"]),
-        ("grind_env.__main__", "safetensors", ["grind", "evaluate", "--policy", "a.safetensors"]),
-    ],
+    few(
+        [
+            ("grind_env.__main__", "gymnasium", ["grind", "tasks"]),
+            ("grind_env.__main__", "numpy", ["grind", "run", PLATE]),
+            ("grind_env.__main__", "numba", ["grind", "run", PLATE]),
+            ("grind_env.__main__", "grind_env.control", ["grind", "check", PLATE]),
+            ("agents.__main__", "grind_env", ["agents", "--help"]),
+            ("grind_env.__main__", "safetensors", ["grind", "evaluate", "--policy", "a.safetensors"]),
+        ]
+    ),
 )
 def test_an_interrupted_import_says_nothing(entry: str, module: str, arguments: list[str]) -> None:
     script = INTERRUPTED.format(entry=entry, module=module, arguments=arguments)
@@ -164,7 +167,7 @@ def sample(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.usefixtures("few_lots")
-@pytest.mark.parametrize("name", TABLES)
+@pytest.mark.parametrize("name", few(TABLES, 2))
 def test_tables_are_whole_in_a_pipe(name: str, sample: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(sample)
     narrow, wide = (printed(TABLES[name], columns, monkeypatch, io.StringIO()) for columns in ("40", "2000"))

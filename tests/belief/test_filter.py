@@ -242,6 +242,7 @@ def test_before_the_first_block_the_belief_is_what_the_task_says() -> None:
     assert (belief.burnt == 0.0).all()
 
 
+@pytest.mark.nightly
 def test_a_new_lot_makes_the_belief_of_the_lot_a_guess_again() -> None:
     found = run(PLATES, 64, 11)
     new = physical(found["observation"], BlockSimulation(PLATES, full=True, pre_dress=True).entries)["new_lot"] > 0.5

@@ -18,6 +18,7 @@ from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task, read_task
 from grind_env.process.state import WheelState
 from tests.envs.harness import every_id, start
+from tests.examples import few
 
 EXAMPLES = sorted((Path(grind_env.__file__).parent / "examples").glob("*.nc"))
 STEPS = 700
@@ -128,7 +129,7 @@ def test_what_is_left_out_follows_from_the_task() -> None:
     assert "roughness" in constant_readings(replace(task, blocks=4))
 
 
-@pytest.mark.parametrize("name", [*shipped_names(), *(each.name for each in EXAMPLES)])
+@pytest.mark.parametrize("name", few([*shipped_names(), *(each.name for each in EXAMPLES)], 3))
 def test_hidden_quantities_show_only_in_what_is_measured(name: str) -> None:
     """Episodes that differ in what is hidden look the same before their first step, and then in measurements only."""
     simulation = simulation_of(name)

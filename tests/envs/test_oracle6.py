@@ -75,6 +75,7 @@ def test_the_optimum_costs_in_the_environment_what_the_search_says() -> None:
     assert 1.0 / 3.0 < best.cost / 6.0 / env.unwrapped.task.reference_cost < 3.0
 
 
+@pytest.mark.nightly
 def test_no_change_of_one_block_improves_on_the_optimum() -> None:
     best = optimum()
     plans = [

@@ -15,6 +15,7 @@ from grind_env.envs.names import environment_id
 from grind_env.envs.tasks import Kind, Orders, Spread, Task, TaskError, load_task, read_task, task_names
 from grind_env.policies.evaluation import roll_out, start_episodes
 from grind_env.policies.scripted.rules import Fixed
+from tests.examples import few
 
 DUE = "[due]\nblocks = 6\nspeed = 12.0\nslack = [0.7, 1.3]\nlate = 1.0\n\n[spread]"
 TEXT = {name: (tasks.FOLDER / f"{name}.toml").read_text(encoding="utf-8") for name in task_names()}
@@ -262,7 +263,9 @@ def test_what_a_file_leaves_out_has_its_default(tmp_path: Path) -> None:
     assert task.reference_cost == 0.0  # it does not say
 
 
-@pytest.mark.parametrize("name", ["power_limited", "wide_rails", "slot", "reciprocation", "wide_plates", "rush", "CBN"])
+@pytest.mark.parametrize(
+    "name", few(("power_limited", "wide_rails", "slot", "reciprocation", "wide_plates", "rush", "CBN"))
+)
 def test_a_task_that_does_not_say_is_priced_near_what_was_measured(name: str) -> None:
     task = read_task(name)
     found = simulation_of(replace(task, reference_cost=0.0)).task

@@ -25,7 +25,7 @@ from grind_env.machine.grind import grind
 from grind_env.machine.job import WheelStart
 from grind_env.toml import tomllib
 from tests.envs.harness import assert_same, native, row_of, sync, whole_tape
-from tests.examples import examples
+from tests.examples import examples, few
 from tests.testing.conformance import check_vector_env
 
 ID = "grind/Task-v0"
@@ -57,7 +57,7 @@ CYCLES = {
     "G82": "blocks = 4\n" + OWN,
     "G83": "blocks = 4\ncross_pick = 12\n" + OWN.replace("width = 20", "width = 60"),
 }
-every_cycle = pytest.mark.parametrize("cycle", CYCLES)
+every_cycle = pytest.mark.parametrize("cycle", few(CYCLES))
 
 
 def written(folder: Path, text: str, name: str = "shop") -> str:

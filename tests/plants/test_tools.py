@@ -28,6 +28,7 @@ def jobs(tmp_path: Path) -> tuple[Path, Path]:
     return paths
 
 
+@pytest.mark.nightly
 def test_a_sweep_names_the_machine_that_it_grinds_on(jobs: tuple[Path, Path]) -> None:
     on_model, on_plant = (sweep(PLATE, job, Ranges(E=(14_000.0, 16_000.0)), parts=2) for job in jobs)
     said = f"ground on {PLANT}, a machine that is not the model"

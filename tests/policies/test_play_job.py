@@ -11,7 +11,7 @@ from grind_env.cli import main
 from grind_env.policies.play import play
 from grind_env.policies.problem import find_problem
 from grind_env.policies.scripted.rules import Fixed
-from tests.examples import nightly
+from tests.examples import few, nightly
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
 SEED = 2_000_004
@@ -35,7 +35,7 @@ def outcomes(problem, policy: str) -> list:
     return env.outcomes
 
 
-@pytest.mark.parametrize("name", ["power_limited", "wide_rails", "rush", "CBN", "wide_plates", "oracle6", "job"])
+@pytest.mark.parametrize("name", few(["power_limited", "wide_rails", "rush", "CBN", "wide_plates", "oracle6", "job"]))
 def test_grind_run_of_both_shows_the_numbers_of_the_episode(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -20,6 +20,7 @@ from grind_env.policies.problem import find_problem
 from grind_env.policies.rows import Row, digest, fresh_seeds, read_row, row_of, verify, write_row
 from grind_env.policies.statistics import prediction
 from tests.command import Grind
+from tests.examples import few
 
 SEED = 31415926535897932384
 PLATES = find_problem("power_limited")
@@ -44,7 +45,7 @@ def plates_row(policy: str, episodes: int = 3) -> Row:
     return row_of(grind_env.evaluate(policy, PLATES, episodes=episodes), PLATES, policy)
 
 
-@pytest.mark.parametrize("env", ["power_limited", "reciprocation", "wide_plates", "job_shop", "grind/Job-v0"])
+@pytest.mark.parametrize("env", few(["power_limited", "reciprocation", "wide_plates", "job_shop", "grind/Job-v0"]))
 def test_a_row_is_run_again_and_holds(env: str, submit: Submit, grind: Grind) -> None:
     path = submit("--env", env, "--policy", "E12D1")
     status, out, err = grind("verify", path)
@@ -67,13 +68,16 @@ AGENT = SHIPPED / "power_limited.safetensors"
 
 @pytest.mark.parametrize(
     ("says", "named"),
-    [
-        ("E7D1", "E7D1"),
-        ("look_ahead", "look_ahead"),
-        ("guarded:adaptive_rule", "guarded:adaptive_rule"),
-        (str(AGENT), "power_limited.safetensors"),
-        (None, "shipped"),
-    ],
+    few(
+        [
+            ("E7D1", "E7D1"),
+            ("look_ahead", "look_ahead"),
+            ("guarded:adaptive_rule", "guarded:adaptive_rule"),
+            (str(AGENT), "power_limited.safetensors"),
+            (None, "shipped"),
+        ],
+        2,
+    ),
 )
 def test_a_policy_is_run_on_other_episodes(says: str | None, named: str, submit: Submit, grind: Grind) -> None:
     path = submit(*(["--policy", says] if says else []), episodes=6)
@@ -89,6 +93,7 @@ def test_a_policy_is_run_on_other_episodes(says: str | None, named: str, submit:
     assert f"\n4 drawn episodes cost {mean:.5g} $ each" in out
 
 
+@pytest.mark.nightly
 def test_a_row_on_another_machine_is_run_again_there(submit: Submit, grind: Grind) -> None:
     path = submit("--policy", "belief_rule", "--plant", "meter:7", "--model", "soft:3", episodes=16)
     row = read_row(path)
@@ -234,7 +239,7 @@ class Cheat:
 """
 
 
-@pytest.mark.parametrize("way", ["argument", "simulation", "frames", "objects", "words"])
+@pytest.mark.parametrize("way", few(["argument", "simulation", "frames", "objects", "words"], 2))
 def test_nothing_but_measurements_comes_to_a_policy_that_looks_for_more(
     way: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -18,6 +18,7 @@ from grind_env.policies.judging import evaluate
 from grind_env.policies.problem import find_problem
 from grind_env.policies.rows import read_row, row_of, verify, write_row
 from tests.command import Grind
+from tests.examples import few
 
 Document = dict[str, Any]
 SEED = 31415926535897932384
@@ -211,17 +212,20 @@ class Talker:
 
 @pytest.mark.parametrize(
     ("what", "status", "said"),
-    [
-        ("pass", 0, "drawn episodes cost"),
-        ("import hidden", 2, r"its policy has ended \(ModuleNotFoundError: No module named 'hidden'\)"),
-        ("sys.exit('\\x1bgood bye')", 2, r"its policy has ended \(SystemExit: \\x1bgood bye\)"),
-        ("os._exit(3)", 2, "its policy has ended"),
-        ("raise ValueError('no\\nmore')", 2, r"its policy has ended \(ValueError: no\)"),
-        ("return Decision(np.zeros(3), np.zeros(1))", 2, "its policy has ended"),
-        ("return Decision(np.zeros(1), np.zeros(1))", 2, "E and D are of shape"),
-        ("return Decision(np.full(len(observation), np.nan), np.ones(len(observation)))", 2, "E is nan"),
-        ("return None", 2, "its policy has ended"),
-    ],
+    few(
+        [
+            ("pass", 0, "drawn episodes cost"),
+            ("import hidden", 2, r"its policy has ended \(ModuleNotFoundError: No module named 'hidden'\)"),
+            ("sys.exit('\\x1bgood bye')", 2, r"its policy has ended \(SystemExit: \\x1bgood bye\)"),
+            ("os._exit(3)", 2, "its policy has ended"),
+            ("raise ValueError('no\\nmore')", 2, r"its policy has ended \(ValueError: no\)"),
+            ("return Decision(np.zeros(3), np.zeros(1))", 2, "its policy has ended"),
+            ("return Decision(np.zeros(1), np.zeros(1))", 2, "E and D are of shape"),
+            ("return Decision(np.full(len(observation), np.nan), np.ones(len(observation)))", 2, "E is nan"),
+            ("return None", 2, "its policy has ended"),
+        ],
+        3,
+    ),
 )
 def test_whatever_its_policy_does_is_told(
     what: str, status: int, said: str, good: Document, tmp_path: Path, grind: Grind, monkeypatch: pytest.MonkeyPatch

@@ -47,7 +47,7 @@ def job_text(*stages: str) -> str:
 @pytest.mark.usefixtures("coarse_speeds")
 @pytest.mark.parametrize(
     ("text", "stages"),
-    [(REPLAYED, [STAGE]), nightly(EXECUTED, [STAGE]), (INSIDE, [])],
+    [(REPLAYED, [STAGE]), nightly(EXECUTED, [STAGE]), nightly(INSIDE, [])],
     ids=["replayed stages", "executed stages", "M00 in a cycle"],
 )
 def test_every_quantity_of_optimise_is_that_of_grind_run(

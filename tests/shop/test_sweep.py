@@ -16,6 +16,7 @@ from grind_env.shop.sweep.study import LOTS, Ranges, Sweep, SweepError, cheapest
 from grind_env.shop.sweep.table import sentences, tables_of
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 from tests.command import Grind
+from tests.examples import few
 from tests.shop.programs import EXAMPLES, INCH, PLATE, known_job
 
 PARTS = 6
@@ -94,12 +95,15 @@ def test_the_command_prints_draws_and_tells(tmp_path: Path, capsys: pytest.Captu
 
 @pytest.mark.parametrize(
     "program, ranges, told",
-    [
-        ("keyway_g81", Ranges(every=(1, 5)), "no block that takes a D word"),
-        ("keyway_g81", Ranges(lead=(0.1, 0.2)), "no dress program"),
-        ("plate_g82", Ranges(every=(0, 5)), "from 1 to --parts"),
-        ("plate_g82", Ranges(E=(9e3, 9e4)), "the table makes 40000"),
-    ],
+    few(
+        [
+            ("keyway_g81", Ranges(every=(1, 5)), "no block that takes a D word"),
+            ("keyway_g81", Ranges(lead=(0.1, 0.2)), "no dress program"),
+            ("plate_g82", Ranges(every=(0, 5)), "from 1 to --parts"),
+            ("plate_g82", Ranges(E=(9e3, 9e4)), "the table makes 40000"),
+        ],
+        2,
+    ),
 )
 def test_what_cannot_be_swept_is_told(program: str, ranges: Ranges, told: str) -> None:
     with pytest.raises(SweepError, match=told):
