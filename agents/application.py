@@ -4,16 +4,10 @@ from agents.commands import (
     benchmark,
     dataset,
     dress_study,
-    figure,
-    gaps,
     plants,
-    recipe,
     replicate,
-    safety,
-    scores,
-    splits,
+    studies,
     track,
-    train,
     tune,
     video,
 )
@@ -28,8 +22,8 @@ app = Application(
 )
 
 COMMANDS = (
-    *(tune, train, recipe, safety, benchmark, replicate, scores, gaps, dress_study, plants, track, splits),
-    *(figure, video, dataset),
+    *(tune, studies, benchmark, replicate, dress_study, plants, track),
+    *(video, dataset),
 )
 for command in COMMANDS:
     command.register(app)

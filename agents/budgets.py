@@ -10,11 +10,6 @@ TUNING_EVALUATIONS = 700
 TUNING_STARTS = 4
 """CMA-ES runs of a rule."""
 
-TRIALS = 12
-"""Trainings that tune the settings of a kind of learned agent."""
-TRIAL_STEPS = 300_000
-"""Environment steps of the training of a trial."""
-
 SCORE_EPISODES = 256
 """Evaluation episodes of the reference scores."""
 GAP_EPISODES = 256

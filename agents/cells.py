@@ -8,7 +8,6 @@ import hashlib
 import os
 import sys
 import zipfile
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict, fields
 from functools import cache
@@ -51,8 +50,6 @@ UNPROBED = (
 DECIDING = ("agents.", "grind_env.policies.", *UNPROBED)
 """Where the code of policies lies, and of what trains them."""
 
-Advance = Callable[[int], object]
-
 
 def kept_evaluation(
     policy: Policy,
@@ -62,7 +59,6 @@ def kept_evaluation(
     *,
     split: str = EVERY,
     fresh: bool = False,
-    advance: Advance = lambda episodes: None,
 ) -> Evaluation:
     """The evaluation of the seeds: every chunk that is kept of the same policy, code and problem, the others anew.
 
@@ -77,26 +73,32 @@ def kept_evaluation(
             in `<policy>/<split>/`.
         split: that contexts are drawn from.
         fresh: run also what is kept.
-        advance: called with the number of episodes of each chunk that is done.
     """
     simulation = problem.simulation()
-    model = model_beside(problem) if policy.sees == "measurements" else None
-    place = folder / problem.name / "cells" / policy.name
-    code = fingerprint_of(policy, simulation) + ("" if model is None else behaviour(model))
-    drawn_from = find_split(split)
-    of_split = "" if drawn_from == SPLITS[EVERY] else f" {drawn_from}"
-    place = place / split if of_split else place
+    model, code = model_beside(problem) if policy.sees == "measurements" else None, code_of(policy, problem)
     chunks = []
     for first in range(0, len(seeds), CHUNK):
         part = seeds[first : first + CHUNK]
-        path, fingerprint = place / f"{part.start}.npz", f"{code} {part}{of_split}"
+        path, fingerprint = place_of(policy.name, code, problem, part, split, folder)
         result = None if fresh else kept(path, fingerprint)
         if result is None:
             result = run_seeds(policy, simulation, part, split, model)
             keep(path, fingerprint, result)
         chunks.append(result)
-        advance(len(part))
     return Evaluation.joined(chunks)
+
+
+def code_of(policy: Policy, problem: Problem) -> str:
+    """Stands for a policy on a problem, and for the model that it holds."""
+    model = model_beside(problem) if policy.sees == "measurements" else None
+    return fingerprint_of(policy, problem.simulation()) + ("" if model is None else behaviour(model))
+
+
+def place_of(name: str, code: str, problem: Problem, seeds: range, split: str, folder: Path) -> tuple[Path, str]:
+    """The file of a chunk of episodes of a policy, and what stands for all that decides it."""
+    place, drawn_from = folder / problem.name / "cells" / name, find_split(split)
+    of_split = "" if drawn_from == SPLITS[EVERY] else f" {drawn_from}"
+    return (place / split if of_split else place) / f"{seeds.start}.npz", f"{code} {seeds}{of_split}"
 
 
 def fingerprint_of(policy: Policy, simulation: Simulation) -> str:

@@ -1,23 +1,21 @@
 """The training recipe of `docs/howto/train.md`, run as printed, with other seeds, without belief, on other tasks."""
 
-import hashlib
-import json
 import os
 import re
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields
 from itertools import product
 from pathlib import Path
 from statistics import mean
-from typing import Any, NamedTuple, get_type_hints
+from tempfile import TemporaryDirectory
+from typing import Any, get_type_hints
 
-from rich.console import Console
-
-from agents.cells import RESULTS, RUNS, behaviour, sources
-from agents.pool import find_all
-from agents.provenance import ROOT, installed, provenance
-from agents.tables import check_tables, csv_of, csv_rows
+from agents.cells import sources
+from agents.commands.asked import Asked
+from agents.provenance import ROOT, provenance
+from agents.study import Found, Study
+from agents.tables import csv_of, csv_rows
 from grind_env.envs import wrappers
 from grind_env.errors import GrindError
 from grind_env.files import read_text
@@ -34,41 +32,22 @@ BELIEF = re.compile(r"^envs = VectorBeliefFilter\(.*\n", re.MULTILINE)
 SEED, STEPS, TASK = "seed=0", "1_000_000", '"grind/PowerLimited-v0"'
 WAYS = {"measurements": "measurements alone", "belief": "with the belief"}
 EPISODES = 128
-LIBRARIES = ("gymnasium", "numpy", "stable_baselines3", "torch")
 CSV, PAGE = "recipe.csv", "recipe.md"
 TITLE = "# The training recipe"
-BEGINS = {CSV: "task,sees,seed,steps,", PAGE: TITLE}
 
 
-class Cell(NamedTuple):
-    """A training: of which task, what it sees, and its seed."""
+@dataclass(frozen=True)
+class Trial:
+    """A training: of which task, what it sees, its seed, and its lines."""
 
     problem: Problem
     way: str
     seed: int
+    steps: int | None = None
+    text: str = field(default="", repr=False)
 
     def __str__(self) -> str:
         return f"{self.problem.name}, {WAYS[self.way]}, seed {self.seed}"
-
-
-@dataclass(frozen=True, slots=True)
-class Request:
-    """How the recipe is run.
-
-    Attributes:
-        text: the Python block of the page.
-        steps: of a training.
-        folder: of what is kept.
-    """
-
-    text: str
-    steps: int
-    folder: Path
-
-    @property
-    def size(self) -> int:
-        """A training tells nothing on the way."""
-        return 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,26 +83,26 @@ def recipe(page: str) -> str:
     return str(found[0])
 
 
-def variant(text: str, cell: Cell, steps: int | None = None) -> str:
+def variant(text: str, trial: Trial) -> str:
     """The recipe for another task, with another seed or other steps, or without the belief, and else as it stands.
 
     Raises:
         GrindError: what is to be changed does not stand in it just once, or the task is a file, which no id names.
     """
-    if cell.problem.arguments:
+    if trial.problem.arguments:
         raise GrindError(
-            f"{cell.problem.name} is a file, and the recipe names its task by an id: choose a registered one"
+            f"{trial.problem.name} is a file, and the recipe names its task by an id: choose a registered one"
         )
     if TASK not in text:
         raise GrindError(f"the recipe of train.md does not train on {TASK}, so that it cannot be run on another task")
-    changes = [(re.escape(SEED), f"seed={cell.seed}")]
-    changes += [] if cell.way == "belief" else [(BELIEF.pattern, "")]
-    changes += [] if steps is None else [(STEPS, str(steps))]
+    changes = [(re.escape(SEED), f"seed={trial.seed}")]
+    changes += [] if trial.way == "belief" else [(BELIEF.pattern, "")]
+    changes += [] if trial.steps is None else [(STEPS, str(trial.steps))]
     for pattern, new in changes:
         text, count = re.subn(pattern, new, text, flags=re.MULTILINE)
         if count != 1:
             raise GrindError(f"the recipe of train.md has {pattern!r} {count} times, but must have it once")
-    return text.replace(TASK, f'"{cell.problem.id}"')
+    return text.replace(TASK, f'"{trial.problem.id}"')
 
 
 def run(text: str) -> dict[str, Any]:
@@ -134,76 +113,54 @@ def run(text: str) -> dict[str, Any]:
     return {**names, "cpu_seconds": time.process_time() - cpu, "wall_seconds": time.perf_counter() - wall}
 
 
-def train(cell: Cell, request: Request, tell: Callable[[int], object]) -> Trained:
-    """What the recipe comes to in a cell, which is kept as soon as it is known; its model lies beside it.
+def train(trial: Trial) -> dict[str, Any]:
+    """Return what the recipe comes to in a trial: the fields of `Trained`.
 
     Raises:
         GrindError: as `variant`.
     """
-    text = variant(request.text, cell, request.steps)
-    path = request.folder / f"{cell.problem.name}-{cell.way}-{cell.seed}-{fingerprint(text, cell.problem)}.json"
-    if path.exists():
-        return Trained(**json.loads(read_text(path)))
-    place = path.with_suffix("")
-    place.mkdir(parents=True, exist_ok=True)
-    before = Path.cwd()
-    os.chdir(place)
-    try:
-        named = run(text)
-    finally:
-        os.chdir(before)
+    text, before = variant(trial.text, trial), Path.cwd()
+    with TemporaryDirectory() as folder:
+        os.chdir(folder)
+        try:
+            named = run(text)
+        finally:
+            os.chdir(before)
     found = named["judged"].numbers() | named
-    numbers = {each.name: found[each.name] for each in fields(Trained) if each.name in found}
-    asked = {"task": cell.problem.name, "sees": cell.way, "seed": cell.seed, "steps": request.steps}
-    done = Trained(**{**numbers, **asked})
-    write_whole(path, json.dumps(asdict(done)))
-    tell(1)
-    return done
+    asked = {"task": trial.problem.name, "sees": trial.way, "seed": trial.seed, "steps": trial.steps}
+    return {name: asked.get(name, found.get(name)) for name in COLUMNS}
 
 
-def fingerprint(text: str, problem: Problem) -> str:
-    """Stands for all that decides what a training ends in."""
-    simulation, versions = problem.simulation(), [installed(library) for library in LIBRARIES]
-    parts = [text, sources(wrappers.__name__), sources("grind_env.sb3.adapter"), behaviour(simulation), versions]
-    return hashlib.sha256("\0".join(map(str, parts)).encode()).hexdigest()[:12]
+def study(asked: Asked) -> Study:
+    """Return the study: the recipe both ways."""
+    text = recipe(read_text(SOURCE))
+    trials = [
+        Trial(problem, way, seed, asked.steps, text)
+        for problem in asked.problems
+        for way in WAYS
+        for seed in range(asked.seeds)
+    ]
+
+    def publish(found: Found, folder: Path) -> str:
+        return write([Trained(**each) for each in found.values()], folder)
+
+    def decides(trial: Trial) -> object:
+        return variant(text, trial), sources(wrappers.__name__), sources("grind_env.sb3.adapter")
+
+    return Study(
+        name="recipe",
+        title="The training recipe",
+        trials=trials,
+        run=train,
+        decides=decides,
+        columns=COLUMNS[:4],
+        publish=publish,
+        seconds=lambda trial: 1e-4 * trial.steps,
+    )
 
 
-def run_recipe(
-    problems: Sequence[Problem],
-    seeds: int,
-    steps: int,
-    *,
-    jobs: int,
-    console: Console,
-    runs: Path = RUNS,
-    results: Path = RESULTS,
-) -> list[Trained]:
-    """Run the recipe both ways; what was trained before by the same lines and code is taken up again.
-
-    Args:
-        problems: registered environments.
-        seeds: of each way, from 0.
-        steps: of a training.
-        jobs: processes.
-        console: shows how far it is.
-        runs: folder of what is kept, in its sub-folder `recipe`.
-        results: folder of the table.
-
-    Raises:
-        FileError: another table has the name of one that is to be written.
-        GrindError: the page has no recipe, or a training failed.
-    """
-    request = Request(recipe(read_text(SOURCE)), steps, runs.absolute() / "recipe")
-    results.mkdir(parents=True, exist_ok=True)
-    check_tables(results, "recipe", BEGINS)
-    cells = [Cell(problem, way, seed) for problem in problems for way in WAYS for seed in range(seeds)]
-    found = find_all(cells, request, jobs, console, train)
-    write(found, results)
-    return found
-
-
-def write(found: Sequence[Trained], results: Path) -> None:
-    """Write the table as CSV and as a page; what it has of other tasks of this version and of as many steps stays."""
+def write(found: Sequence[Trained], results: Path) -> str:
+    """Write table and page; what they have of other tasks of this version and of as many steps stays."""
     made_with = provenance(episode_seeds("evaluation", EPISODES))
     new = [{name: str(value) for name, value in (asdict(each) | made_with).items()} for each in found]
     tasks = {row["task"] for row in new}
@@ -211,8 +168,10 @@ def write(found: Sequence[Trained], results: Path) -> None:
     kept = [row for row in before if row["task"] not in tasks and _alike(row, new[0])]
     rows = sorted(kept + new, key=lambda row: row["task"])
     text = csv_of(list(rows[0]), [list(row.values()) for row in rows])
-    for name, content in ((CSV, text), (PAGE, page([_trained(row) for row in rows]))):
-        write_whole(results / name, content)
+    shown = page([_trained(row) for row in rows])
+    write_whole(results / CSV, text)
+    write_whole(results / PAGE, shown)
+    return shown
 
 
 def _alike(one: Mapping[str, str], other: Mapping[str, str]) -> bool:
@@ -227,6 +186,7 @@ def _trained(row: Mapping[str, str]) -> Trained:
     return Trained(**{name: kind(row[name]) for name, kind in kinds.items()})
 
 
+COLUMNS = tuple(each.name for each in fields(Trained))
 HEADINGS = (
     "task",
     "what it sees",

@@ -1,69 +1,26 @@
 """Policies on contexts that the task does not draw, beside those that it does."""
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from glob import escape
-from pathlib import Path
 from typing import NamedTuple
 
-from rich.console import Console
-
-from agents.cells import RESULTS, RUNS, kept_evaluation
-from agents.pool import find_all
-from agents.provenance import provenance
+from agents.commands.asked import Asked
+from agents.evaluations import Evaluations, chunks, joined, run_chunk
 from agents.reference.table import best_plan
-from agents.tables import check_tables, csv_of
+from agents.study import Found, Study
 from grind_env.envs.splits import EVERY
 from grind_env.errors import GrindError
 from grind_env.pages.markdown import table
-from grind_env.policies.evaluation import Evaluation, episode_seeds
+from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.naming import named_policy
 from grind_env.policies.problem import Problem
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE, policy_names
-from grind_env.policies.tuned import write_whole
 
 SHOWN = (EVERY, "interpolation", "extrapolation")
 MEASURED = ("empirical_rule", "look_ahead", "belief_planner", "shipped", "robust")
 WHO = (*MEASURED, "mpc")
-CSV, PAGE, TITLE = "splits.csv", "splits.md", "# Contexts that were held out, and some beyond the task"
 COLUMNS = ("task", "split", "who", "score", "score_low", "score_high", "cost", "cost_low", "cost_high", "scrap")
-BEGINS = {CSV: ",".join(COLUMNS), PAGE: TITLE}
-
-
-class Cell(NamedTuple):
-    """A policy on the contexts of a split."""
-
-    problem: Problem
-    split: str
-    who: str
-
-    def __str__(self) -> str:
-        return f"{self.problem.name}, {self.split}: {self.who}"
-
-    @property
-    def files(self) -> tuple[str, ...]:
-        """Pattern of what is kept of it."""
-        return (f"{escape(self.problem.name)}/cells/**/*.npz",)
-
-    @property
-    def trains(self) -> bool:
-        """No agent is trained."""
-        return False
-
-
-class Request(NamedTuple):
-    """How cells are worked on."""
-
-    episodes: int
-    """Evaluation episodes."""
-    runs: Path
-    """Folder of what is kept."""
-
-    @property
-    def size(self) -> int:
-        """Of the bar of a cell."""
-        return self.episodes
 
 
 class Line(NamedTuple):
@@ -80,53 +37,31 @@ class Line(NamedTuple):
     """Share of the parts."""
 
 
-def work(cell: Cell, request: Request, tell: Callable[[int], object]) -> Evaluation:
-    """The evaluation of a cell, kept by its policy and code."""
-    policy = named_policy(cell.who, cell.problem.simulation())
-    seeds = episode_seeds("evaluation", request.episodes)
-    return kept_evaluation(policy, cell.problem, seeds, request.runs, split=cell.split, advance=tell)
-
-
-def run_splits(
-    problems: Sequence[Problem],
-    episodes: int,
-    *,
-    jobs: int,
-    console: Console,
-    runs: Path = RUNS,
-    results: Path = RESULTS,
-) -> list[Line]:
-    """Run every policy on every split, and write the table.
-
-    Args:
-        problems: environments whose steps are blocks.
-        episodes: evaluation episodes.
-        jobs: processes.
-        console: shows how far it is.
-        runs: folder of what is kept.
-        results: folder of the table.
-
-    Raises:
-        FileError: another table has the name of one that is to be written.
-        GrindError: a cell failed.
-    """
-    results.mkdir(parents=True, exist_ok=True)
-    check_tables(results, "splits", BEGINS)
-    cells = [
-        Cell(problem, split, who)
-        for problem in problems
+def study(asked: Asked) -> Study:
+    """Return the study."""
+    trials = [
+        chunk
+        for problem in asked.problems
         for who in (*plans_of(problem), *judged(problem), REFERENCE)
         for split in SHOWN
+        for chunk in chunks(problem, who, asked.episodes, split, asked.configs)
     ]
-    found = dict(zip(cells, find_all(cells, Request(episodes, runs), jobs, console, work), strict=True))
-    lines = [line for problem in problems for line in lines_of(problem, found)]
-    made_with = provenance(episode_seeds("evaluation", episodes))
-    rows = [
-        (each.task, each.split, each.who, *each.score, *each.cost, each.scrap, *made_with.values()) for each in lines
-    ]
-    for name, content in ((CSV, csv_of([*COLUMNS, *made_with], rows)), (PAGE, page(lines, episodes))):
-        write_whole(results / name, content)
-    return lines
+    return Evaluations(
+        name="splits",
+        title="Contexts that were held out, and some beyond the task",
+        trials=trials,
+        run=run_chunk,
+        columns=COLUMNS,
+        rows=lambda found: [(*each[:3], *each.score, *each.cost, each.scrap) for each in all_lines(found)],
+        page=lambda found: page(all_lines(found), asked.episodes),
+        episodes=asked.episodes,
+    )
+
+
+def all_lines(found: Found) -> list[Line]:
+    """Return what every policy comes to in the splits of all tasks."""
+    runs = joined(found)
+    return [line for problem in dict.fromkeys(key[0] for key in runs) for line in lines_of(problem, runs)]
 
 
 def plans_of(problem: Problem) -> list[str]:
@@ -144,10 +79,10 @@ def judged(problem: Problem) -> list[str]:
     return found
 
 
-def lines_of(problem: Problem, found: Mapping[Cell, Evaluation]) -> list[Line]:
-    """What every policy comes to in the splits of a task."""
+def lines_of(problem: Problem, found: Mapping[tuple[Problem, str, str], Evaluation]) -> list[Line]:
+    """Return what every policy comes to in the splits of a task."""
     by_split = {
-        split: {cell.who: run for cell, run in found.items() if (cell.problem, cell.split) == (problem, split)}
+        split: {who: run for (of, drawn, who), run in found.items() if (of, drawn) == (problem, split)}
         for split in SHOWN
     }
     plan = best_plan(by_split[EVERY])
@@ -169,7 +104,7 @@ def page(lines: Sequence[Line], episodes: int) -> str:
         scores.append((task, split, *(_score(of.get(who)) for who in WHO)))
         costs.append((task, split, plan, *(_cost(of.get(who)) for who in (plan, *WHO, REFERENCE))))
     return (
-        f"{TITLE}\n\n`python -m agents splits`: {episodes} evaluation episodes, the same seeds in every split. `all` is"
+        f"`python -m agents splits`: {episodes} evaluation episodes, the same seeds in every split. `all` is"
         " what a task draws, and what rules are tuned on; `interpolation` are contexts that no agent was trained on;"
         " `extrapolation` has wear and pressure beyond all that a task draws, another wheel and another material, half"
         " as much stock again and readings that are three times as noisy. Score (95 % over episodes): 0 is the fixed"
@@ -179,7 +114,6 @@ def page(lines: Sequence[Line], episodes: int) -> str:
         + table(("task", "split", *WHO), scores)
         + "\n\n$ per good part, and scrap:\n\n"
         + table(("task", "split", "fixed plan", "of it", *WHO, REFERENCE), costs)
-        + "\n"
     )
 
 

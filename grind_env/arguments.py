@@ -222,17 +222,9 @@ def _named(text: str) -> Iterator[Path]:
     return (Path(piece) for piece in pieces if is_file(Path(piece)))
 
 
-def curve_files(text: str) -> Iterator[Path]:
-    """A learning curve, or a trained agent with the one beside it."""
-    yield Path(text)
-    if Path(text).suffix:
-        yield Path(text).with_suffix(".csv")
-
-
 PROGRAM = Reads(programs=lambda text: [Path(text)])
 JOB = Reads(files=job_files)
 PROBLEM = Reads(files=task_files, programs=task_programs)
 FILE = Reads(files=lambda text: [Path(text)])
-CURVE = Reads(files=curve_files)
 CONFIGS = Reads(files=lambda text: Path(text).glob("*.toml"))
 """A folder of tuned parameters."""

@@ -15,8 +15,6 @@ import pytest
 from agents.benchmark.results import PARQUET, read_results
 from agents.benchmark.trained import from_file
 from agents.dressing.table import read_study
-from agents.learning.curve import read_curve
-from agents.learning.settings import settings_for
 from grind_env import files
 from grind_env.control import read_file
 from grind_env.control.reader import called_files
@@ -47,10 +45,8 @@ READERS: dict[str, Callable[[Path], object]] = {
     "called.toml": catalogue_of_a_job,
     "scores.toml": read_references,
     "tuned.toml": lambda path: read_tuned("tuned", path.parent),
-    "oracle6.toml": lambda path: settings_for("ppo", "oracle6", path.parent),
     "policy.safetensors": load_policy,
     "measured.safetensors": lambda path: from_file(path, SIMULATION, "ppo"),
-    "curve.csv": read_curve,
     "study.csv": read_study,
     PARQUET: lambda path: read_results(path.parent),
 }

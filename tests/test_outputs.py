@@ -12,7 +12,7 @@ import pytest
 import typer.main
 
 from agents.application import app as agents
-from grind_env.arguments import CONFIGS, CURVE, FILE, JOB, PROBLEM, PROGRAM, Reads, Writes, checked, roles_of
+from grind_env.arguments import CONFIGS, FILE, JOB, PROBLEM, PROGRAM, Reads, Writes, checked, roles_of
 from grind_env.cli import app as grind
 from grind_env.terminal import command
 
@@ -56,10 +56,8 @@ WRITING = [name for name, leaf in TREE.items() if any(isinstance(r, Writes) for 
 
 
 def test_the_tree_has_all_commands() -> None:
-    assert {"grind run", "grind advise", "grind figure dress", "agents video", "agents figure learning-curves"} <= {
-        *TREE
-    }
-    assert {"grind run", "grind report", "grind play", "grind advise", "agents scores"} <= {*WRITING}
+    assert {"grind run", "grind advise", "grind figure dress", "agents video"} <= {*TREE}
+    assert {"grind run", "grind report", "grind play", "grind advise", "agents benchmark"} <= {*WRITING}
 
 
 @pytest.mark.parametrize("name", TREE)
@@ -101,9 +99,9 @@ def situations(leaf: Leaf) -> Iterator[tuple[dict[str, str], dict[str, str]]]:
         if role is CONFIGS:
             given[name], read["tuned/part.toml"] = "tuned", "# tuned\n"
         elif name not in programs + jobs:
-            assert role in (FILE, CURVE), f"{role}: say here what is read with it"
+            assert role is FILE, f"{role}: say here what is read with it"
             given[name] = f"{name}.safetensors"
-            read |= {given[name]: f"# {name}\n"} | ({f"{name}.csv": "# curve\n"} if role is CURVE else {})
+            read |= {given[name]: f"# {name}\n"}
     own_job = dict.fromkeys(jobs, "job.toml")
     if not programs:
         yield given | own_job, read | (JOBS if jobs else {})

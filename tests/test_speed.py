@@ -1,14 +1,12 @@
 """The measurements of speed run to their end, with next to nothing measured."""
 
 from collections.abc import Callable
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from agents.learning.curve import Point
 from tests import speed_base, speed_control, speed_envs, speed_public, speed_training
 from tests.speed import __main__ as speed
 from tests.speed import kernel, others, ratios, starts
@@ -37,7 +35,7 @@ def brief(monkeypatch: pytest.MonkeyPatch) -> None:
             "OVER_KERNEL_OF": (2,),
         },
         speed_control: {"PARTS": 4, "seconds_of_run": lambda program: 1.0},
-        speed_training: {"native": lambda: Point(**{each.name: 1.0 for each in fields(Point)} | {"aside": 0.0})},
+        speed_training: {"native": lambda: speed_training.Spent(1.0, 0.5)},
     }
     for module, values in least.items():
         for name, value in values.items():

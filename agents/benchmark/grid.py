@@ -2,10 +2,22 @@
 
 from collections.abc import Sequence
 
-from agents.benchmark.plan import AT, FLAGSHIP, LIMIT, LIMITED, LONG, PLAIN, SWEEPS, Cell, Request, named, planned
+from agents.benchmark.plan import (
+    AT,
+    FLAGSHIP,
+    KINDS,
+    LIMIT,
+    LIMITED,
+    LONG,
+    PLAIN,
+    SWEEPS,
+    Cell,
+    Request,
+    named,
+    planned,
+)
 from agents.benchmark.price import EXACT, tuned_on
 from agents.cells import CHUNK
-from agents.learning.settings import settings_of
 from grind_env.policies.planners import hindsight
 from grind_env.policies.problem import Problem
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE
@@ -13,12 +25,9 @@ from grind_env.policies.registry import FIXED_PLANS, REFERENCE
 EPISODES, INTERPOLATION_EPISODES, PLANTS_EPISODES = 512, 256, 256
 SEEDS, FLAGSHIP_SEEDS = 5, 10
 """Trainings of every kind, and of every plain one on the flagship task."""
-OTHERS = ("ppo", "bc")
-"""Kinds beside the plain ones."""
 TRAINING = {"none": 28.0, "stack": 33.0, "gru": 80.0, "belief": 55.0, "state": 28.0}
-"""CPU-seconds of a plain training of a million steps, by measurement, as the numbers that follow."""
-STEP, USUAL_STEP = {"bc": 4e-3}, 1e-4
-"""Seconds of a step of the other trainings, validation with it."""
+RECIPE_TRAINING = 100.0
+"""CPU-seconds of a plain training of a million steps, and of one by the recipe, by measurement, as what follows."""
 DECISION = {"hindsight": 6e-3, "belief_planner": 2.6e-3, "mpc": 1.1e-3, "look_ahead": 6e-4}
 USUAL_DECISION, TUNING_BLOCK = 6e-5, 2e-5
 """Seconds of a decision, and of a block on which a rule is tuned."""
@@ -32,10 +41,10 @@ def grid(
     Args:
         problems: what is ground.
         policies: names; all of a problem by default, and then the variants, too.
-        kinds: of learned agents; by default all plain ones, and `OTHERS`.
+        kinds: of learned agents; by default all of them.
         seeds: trainings of each; by default `SEEDS` or `FLAGSHIP_SEEDS`.
     """
-    chosen = [*PLAIN, *OTHERS] if kinds is None else kinds
+    chosen = KINDS if kinds is None else kinds
     cells = dict.fromkeys(planned(problems, policies, [], 0))
     for problem in problems:
         for kind in chosen:
@@ -50,22 +59,14 @@ def grid(
     return sorted(cells, key=lambda cell: -DECISION.get(cell.base, 0.0) - cell.trains)
 
 
-def hours(cells: Sequence[Cell], request: Request) -> tuple[float, float]:
-    """Core-hours of all cells, about, and of those of which no evaluation of the first seeds is kept."""
-    all_of = [(making(cell, request) + running(cell, request)) / 3600.0 for cell in cells]
-    waiting = [each for cell, each in zip(cells, all_of, strict=True) if not begun(cell, request)]
-    return sum(all_of), sum(waiting)
-
-
 def making(cell: Cell, request: Request) -> float:
     """CPU-seconds in which the policy of a cell is tuned or trained."""
     if cell.variant == LIMITED:
         return LIMIT * TUNING_BLOCK
-    if cell.policy in PLAIN:
-        return TRAINING[PLAIN[cell.policy]] * (request.steps or 1_000_000) / 1_000_000
-    if cell.trains:
-        return settings_of(cell.problem, cell.policy, request.steps).steps * STEP.get(cell.policy, USUAL_STEP)
-    return 0.0
+    if not cell.trains:
+        return 0.0
+    million = TRAINING[PLAIN[cell.policy]] if cell.policy in PLAIN else RECIPE_TRAINING
+    return million * (request.steps or 1_000_000) / 1_000_000
 
 
 def running(cell: Cell, request: Request) -> float:
@@ -77,8 +78,3 @@ def running(cell: Cell, request: Request) -> float:
     # what knows the machine is not judged on others
     episodes = request.size - request.plants_episodes * (cell.base in EXACT)
     return episodes * steps * DECISION.get(cell.policy, USUAL_DECISION)
-
-
-def begun(cell: Cell, request: Request) -> bool:
-    """Whether an evaluation of a cell on the first seeds is kept, of whatever code."""
-    return any(request.runs.glob(cell.files[-1].replace("**/*", f"{request.first}.npz")))

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from itertools import groupby
 from typing import Any
 
@@ -43,13 +44,9 @@ class Sampled:
     """
 
     def __init__(self, results: Iterable[Result], prefix: str = "") -> None:
-        self.results = list(results)
-        self._costs, self._goods = (
-            [np.asarray(getattr(each, f"{prefix}{name}"), float) for each in self.results] for name in ("cost", "good")
-        )
-        self.lengths = np.array([len(values) for values in self._costs])
+        self.results, self.prefix = list(results), prefix
+        self.lengths = np.array([len(getattr(each, f"{prefix}cost")) for each in self.results])
         self.index = {(each.policy, each.seed): i for i, each in enumerate(self.results)}
-        self._drawn: dict[int, tuple[Draws, Draws]] = {}
 
     def of_first(self, n: int) -> tuple[Draws, Draws]:
         """Means over the first n episodes, NaN of results that have fewer.
@@ -57,13 +54,7 @@ class Sampled:
         Returns:
             Mean cost of an episode, $, shape (k,), and of each resample, shape (resamples, k); the same of good parts.
         """
-        if n not in self._drawn:
-            k = len(self.results)
-            short = np.full(n, np.nan)
-            values = np.array([each[:n] if len(each) >= n else short for each in (*self._costs, *self._goods)])
-            means, draws = values.mean(axis=-1), resampled_means(values)
-            self._drawn[n] = (means[:k], draws[:, :k]), (means[k:], draws[:, k:])
-        return self._drawn[n]
+        return _of_first(tuple(self.results), self.prefix, n)
 
     def fixed(self) -> int | None:
         """Number of the fixed plan of least mean cost; None if one that every task has was not run."""
@@ -128,6 +119,15 @@ class Sampled:
             (cost, costs), (good, goods) = self.of_first(int(n))
             mean[of], draws[:, of] = number(cost, good, of), number(costs, goods, of)
         return mean, draws
+
+
+# the tables of a page ask for the same resamples again and again
+@lru_cache(maxsize=32)
+def _of_first(results: tuple[Result, ...], prefix: str, n: int) -> tuple[Draws, Draws]:
+    found = [np.asarray(getattr(each, f"{prefix}{name}"), float) for name in ("cost", "good") for each in results]
+    values, k = np.array([each[:n] if len(each) >= n else np.full(n, np.nan) for each in found]), len(results)
+    means, draws = values.mean(axis=-1), resampled_means(values)
+    return (means[:k], draws[:, :k]), (means[k:], draws[:, k:])
 
 
 def sampled(results: Iterable[Result], prefix: str) -> Sampled | None:

@@ -4,12 +4,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from agents.benchmark.plan import AT, HELD_OUT, LIMIT, LIMITED, PLAIN, PUBLIC, ROBUST, Cell, Request
-from agents.benchmark.price import Price, model_of, price_of, taught_with, tuned_on
+from agents.benchmark.price import Price, model_of, price_of, tuned_on
 from agents.benchmark.trained import from_file
 from agents.budgets import TUNING_EPISODES
-from agents.cells import CHUNK, Advance, kept_evaluation
-from agents.learning.curve import Point, curve_path, read_curve, seconds_to
-from agents.learning.settings import settings_of
+from agents.cells import CHUNK, kept_evaluation
 from grind_env.envs.splits import EVERY
 from grind_env.policies.evaluation import SEEDS, Evaluation
 from grind_env.policies.held import on
@@ -28,21 +26,17 @@ class Made:
 
     Attributes:
         model: what of the simulator's equations it holds when it decides; see `price.model_of`.
-        blocks: of interaction, tuning and that of its teacher included.
-        calls: blocks that were simulated beside these.
+        blocks: of interaction, tuning included.
         trained_on: split that the contexts of the training were drawn from; None of a policy that is not trained.
         steps: of the training.
-        seconds: of the training: CPU time, or of what has a curve wall time of its one thread.
-        curve: learning curve of the agent; empty of a policy that has none.
+        seconds: CPU time of the training.
     """
 
     model: str | None = None
     blocks: int | None = None
-    calls: int = 0
     trained_on: str | None = None
     steps: int | None = None
     seconds: float | None = None
-    curve: tuple[Point, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,24 +63,18 @@ class Measured:
     price: Price | None = None
     first: int = SEEDS["evaluation"]
 
-    @property
-    def seconds_to_95(self) -> float | None:
-        """Wall time after which the validation score stays above 95 % of the final one."""
-        return seconds_to(self.made.curve) if self.made.curve else None
 
-
-def measure(cell: Cell, request: Request, advance: Advance = lambda episodes: None) -> Measured:
+def measure(cell: Cell, request: Request) -> Measured:
     """Measure a cell; what is kept of the same code, parameters and seeds is not run again.
 
     Args:
         cell: what to measure.
         request: how.
-        advance: called with the number of episodes of each chunk that is done.
 
     Raises:
         GrindError: if the policy has not been tuned, cannot be trained or does not fit the problem.
     """
-    make = plain if cell.policy in PLAIN else trained if cell.trains else scripted
+    make = trained if cell.trains else scripted
     policy, problem, made = make(cell, request)
     runs, episodes, between = request.runs / cell.apart, request.episodes, request.interpolation_episodes
     plants = request.plants_episodes if policy.sees == "measurements" else 0
@@ -97,7 +85,7 @@ def measure(cell: Cell, request: Request, advance: Advance = lambda episodes: No
     def run(count: int, split: str = EVERY, on_plants: bool = False) -> Evaluation:
         seeds, what = range(request.first, request.first + count), on(problem, HELD_OUT) if on_plants else problem
         place = request.runs / f"{AT}{HELD_OUT}" / cell.apart if on_plants else runs
-        return kept_evaluation(policy, what, seeds, place, split=split, fresh=request.fresh, advance=advance)
+        return kept_evaluation(policy, what, seeds, place, split=split, fresh=request.fresh)
 
     return Measured(
         cell=cell,
@@ -107,7 +95,7 @@ def measure(cell: Cell, request: Request, advance: Advance = lambda episodes: No
         plants=run(plants, on_plants=True) if plants else None,
         made=made,
         # behind the evaluation, which has compiled what it needs; in a simulation for which no table has been made
-        price=price_of(policy, replace(problem).simulation(), runs / cell.task / "cells" / policy.name / "price.json"),
+        price=price_of(policy, replace(problem).simulation()),
         first=request.first,
     )
 
@@ -123,55 +111,35 @@ def scripted(cell: Cell, request: Request) -> tuple[Policy, Problem, Made]:
         # a search ends with a generation
         configs, evaluations = runs / "parameters", LIMIT // (TUNING_EPISODES * simulation.most_steps) - GENERATION
         tune(cell.problem, [base], evaluations=evaluations, starts=1, folder=configs, runs=runs, fresh=request.fresh)
-    made = Made(model=model_of(cell, None), blocks=tuned_on(base, simulation, configs))
+    made = Made(model=model_of(cell), blocks=tuned_on(base, simulation, configs))
     policy = make_policy(base, simulation, configs)
     if cell.variant and isinstance(policy, Hindsight):
         policy = Hindsight(int(cell.variant))
     return policy, cell.problem, made
 
 
-def plain(cell: Cell, request: Request) -> tuple[Policy, Problem, Made]:
-    """An agent of `gru_ppo`, and the problem as it is shown it."""
+def trained(cell: Cell, request: Request) -> tuple[Policy, Problem, Made]:
+    """An agent, and the problem as it is shown it."""
     # torch takes seconds to import
-    from agents.learning.plain import plain_agent, training_of
+    from agents.benchmark.agents import plain_agent, recipe_agent, training_of
     from grind_env.training.gru_ppo import shown
 
     assert cell.seed is not None
-    memory: Any = PLAIN[cell.policy]
-    problem = shown(cell.problem, memory)
-    ground = on(problem, PUBLIC) if cell.policy == ROBUST else problem
-    path = plain_agent(ground, cell.policy, memory, cell.seed, request.steps, request.runs, fresh=request.fresh)
+    problem = cell.problem
+    if cell.policy in PLAIN:
+        memory: Any = PLAIN[cell.policy]
+        problem = shown(problem, memory)
+        ground = on(problem, PUBLIC) if cell.policy == ROBUST else problem
+        path = plain_agent(ground, cell.policy, memory, cell.seed, request.steps, request.runs, fresh=request.fresh)
+    else:
+        path = recipe_agent(problem, cell.seed, request.steps, request.runs, fresh=request.fresh)
     policy, found = from_file(path, problem.simulation(), cell.name), training_of(path)
-    policy.sees = "state" if memory == "state" else "measurements"
-    return (
-        policy,
-        problem,
-        Made(
-            model=model_of(cell, None),
-            blocks=found.steps,
-            trained_on=found.split,
-            steps=found.steps,
-            seconds=found.cpu_seconds,
-        ),
-    )
-
-
-def trained(cell: Cell, request: Request) -> tuple[Policy, Problem, Made]:
-    """An agent of one of the other kinds, and its problem."""
-    from agents.learning.train import trained_agent
-
-    assert cell.seed is not None
-    problem, simulation, settings = cell.problem, cell.problem.simulation(), settings_of(cell.problem, cell.policy)
-    path = trained_agent(problem, cell.policy, cell.seed, request.steps, request.runs, request.fresh, quiet=True)
-    curve = tuple(read_curve(curve_path(path))) if curve_path(path).exists() else ()
-    steps, (taught, calls) = curve[-1].steps if curve else None, taught_with(settings, simulation)
+    policy.sees = "state" if PLAIN.get(cell.policy) == "state" else "measurements"
     made = Made(
-        model=model_of(cell, settings),
-        blocks=None if steps is None else steps + taught,
-        calls=calls,
-        trained_on=settings.split,
-        steps=steps,
-        seconds=curve[-1].seconds if curve else None,
-        curve=curve,
+        model=model_of(cell),
+        blocks=found.steps,
+        trained_on=found.split,
+        steps=found.steps,
+        seconds=found.cpu_seconds,
     )
-    return from_file(path, simulation, cell.name), problem, made
+    return policy, problem, made

@@ -63,9 +63,10 @@ simulator's equations a policy holds when it decides; none, those with nominal c
 measurements; policies hold the model. *Interpolation*: score on contexts that training left out. *Blocks*: ground to
 make it, tuning and teacher included, validation left out; `{AT}{LIMITED}` is a rule that was tuned on {LIMIT:,} at
 most, its other row has no limit. *Simulated*: blocks that it tries for a decision, or that were tried to make it.
-*Making*: CPU time (of `ppo` and `bc` wall time of one thread; of a rule that of its blocks). *Decision*: CPU time.
-{NONE}: not known, or none. Agents `plain_*` are PPO of `grind_env/training/gru_ppo.py`, by what they remember or are
-shown; `robust` is the GRU of it trained on public plants."""
+*Making*: CPU time (of `ppo` and `bc`, whose kinds of training are gone, wall time of one thread; of a rule that of its
+blocks). *Decision*: CPU time. {NONE}: not known, or none. Agents `plain_*` are PPO of
+`grind_env/training/gru_ppo.py`, by what they remember or are shown; `robust` is the GRU of it trained on public
+plants."""
 
 
 def page(results: Sequence[Result]) -> str:

@@ -1,15 +1,13 @@
 """What a benchmark measures: a cell for each task, policy and training seed."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from glob import escape
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
 from agents.cells import RUNS
-from agents.learning.settings import LAST_SEED, settings_of
 from grind_env.envs.names import task_names
-from grind_env.errors import quoted
+from grind_env.errors import did_you_mean, quoted
 from grind_env.policies.evaluation import SEEDS
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE, fitting, policy_names
@@ -26,6 +24,11 @@ ROBUST = "robust"
 PLAIN = {f"plain_{memory}": memory for memory in ("none", "stack", "gru", "belief", "state")} | {ROBUST: "gru"}
 """Kinds of agents of `grind_env/training/gru_ppo.py`, with what they remember or are shown; `robust` is trained on
 public plants."""
+RECIPE = "ppo"
+"""The kind of agent that the recipe of `docs/howto/train.md` trains, with Stable-Baselines3."""
+KINDS, USUAL_KINDS = (*PLAIN, RECIPE), (RECIPE, "plain_gru")
+LAST_SEED = 398
+"""Of trainings: episodes of more would reach the validation seeds (`gru_ppo.LAST_SEED`)."""
 PUBLIC, HELD_OUT = "public", "held-out"
 """Machines that are not the model, one in every episode: to train on, and to judge on."""
 AT = "@"
@@ -72,17 +75,6 @@ class Cell(NamedTuple):
         return f"{AT}{self.variant}/" if self.variant else ""
 
     @property
-    def files(self) -> tuple[str, ...]:
-        """Patterns of what is kept of it: evaluations, and the agent with its checkpoint."""
-        task, made = escape(self.task), []
-        if self.trains:
-            made = [f"{task}/{self.name}-*"]
-        elif self.variant == LIMITED:
-            made = [f"{self.apart}{self.base}/{task}/**/*", f"{self.apart}{self.base}/parameters/{task}.toml"]
-        cells = f"{self.apart}{task}/cells/{self.name.partition(AT)[0]}/**/*"
-        return *made, f"{AT}{HELD_OUT}/{cells}", cells
-
-    @property
     def trains(self) -> bool:
         """Whether its policy is trained."""
         return self.seed is not None
@@ -108,9 +100,9 @@ class Request:
     interpolation_episodes: int = INTERPOLATION_EPISODES
     plants_episodes: int = PLANTS_EPISODES
     steps: int | None = None
-    runs: Path = RUNS
+    runs: Path = field(default=RUNS, repr=False)
     configs: Path | None = None
-    fresh: bool = False
+    fresh: bool = field(default=False, repr=False)
 
     @property
     def size(self) -> int:
@@ -159,13 +151,15 @@ def planned(
         raise ConfigError(f"there is no policy {quoted(min(unknown))}: choose from {', '.join(known)}")
     if not 0 <= seeds <= LAST_SEED + 1:
         raise ConfigError(f"{seeds} training seeds are asked for, but there are 0 to {LAST_SEED + 1}")
+    for kind in kinds:
+        if kind not in KINDS:
+            raise ConfigError(
+                f"there is no kind of agent {quoted(kind)}{did_you_mean(kind, KINDS)}: choose from {', '.join(KINDS)}"
+            )
     wanted = {*(known if policies is None else policies), *FIXED_PLANS, REFERENCE}
     cells = []
     for problem in problems:
-        for kind in kinds:
-            if kind not in PLAIN:
-                settings_of(problem, kind)
-            cells += [Cell(problem, kind, seed) for seed in range(seeds)]
+        cells += [Cell(problem, kind, seed) for kind in kinds for seed in range(seeds)]
         cells += [Cell(problem, name) for name in names[problem] if name in wanted]
         cells += [Cell(problem, name) for name in variants if name.partition(AT)[0] in names[problem]]
     return sorted(cells, key=lambda cell: (cell.policy not in LONG, cell.seed is None))

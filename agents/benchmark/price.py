@@ -10,9 +10,6 @@ from unittest.mock import patch
 import numpy as np
 
 from agents.benchmark.plan import ON_BELIEF, PLAIN, Cell
-from agents.cells import fingerprint_of
-from agents.findings import keep, kept
-from agents.learning.settings import Settings
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
@@ -27,12 +24,10 @@ NOMINAL = ("adaptive_rule", "belief_rule", "look_ahead", ON_BELIEF)
 """They hold the equations with nominal constants, by which they read or follow the wheel."""
 EXACT = ("mpc", REFERENCE)
 """They hold the simulator, with the true lot and wheel of the episode."""
-WITHOUT = ("none", "stack", "state")
-"""Memories and views without an equation; the estimates that others begin with are of the nominal ones."""
+WITHOUT = ("none", "stack", "gru", "state")
+"""Memories and views without an equation; a belief holds the nominal ones."""
 RULE = {"mpc": "full_state_rule"}
 """What is tuned of a policy, if it is another one."""
-HORIZON = 10
-"""Of the planner that labels for `bc`, where its settings say nothing."""
 
 
 class Price(NamedTuple):
@@ -49,11 +44,10 @@ class Price(NamedTuple):
     ms: float
 
 
-def model_of(cell: Cell, settings: Settings | None) -> str:
+def model_of(cell: Cell) -> str:
     """What of the simulator's equations a policy holds when it decides: `none`, `nominal` or `exact`."""
     if cell.trains:
-        memory = PLAIN.get(cell.policy) or (settings.memory if settings else "")
-        return "none" if memory in (*WITHOUT, "gru") else "nominal"
+        return "none" if PLAIN.get(cell.policy) in WITHOUT else "nominal"
     return "nominal" if cell.base in NOMINAL else "exact" if cell.base in EXACT else "none"
 
 
@@ -63,25 +57,8 @@ def tuned_on(policy: str, simulation: Simulation, configs: Path | None = None) -
     return 0 if tuned is None else tuned.evaluations * tuned.training_seeds[1] * simulation.most_steps
 
 
-def taught_with(settings: Settings, simulation: Simulation) -> tuple[int, int]:
-    """Blocks that the rule of a teacher was tuned on, and blocks that it simulates for its labels, at most."""
-    if settings.algorithm != "cloned_ppo":
-        return 0, 0
-    codec, hyper = ActionCodec(simulation.task, "multidiscrete"), settings.hyper
-    choices = len(codec.levels) * (codec.executions + 1)
-    calls = hyper["labels"] * choices * (hyper.get("horizon", HORIZON) + 1)
-    return tuned_on("full_state_rule", simulation), int(calls) if hyper.get("horizon", HORIZON) else 0
-
-
-def price_of(policy: Policy, simulation: Simulation, path: Path) -> Price:
-    """What decisions of a policy cost; what is kept in the file of the same policy and code is not measured again."""
-    code = fingerprint_of(policy, simulation)
-    held = kept(path, code)
-    return Price(*(keep(path, code, measured(policy, simulation)) if held is None else held))
-
-
-def measured(policy: Policy, simulation: Simulation) -> Price:
-    """The same, measured."""
+def price_of(policy: Policy, simulation: Simulation) -> Price:
+    """What decisions of a policy cost."""
     episodes = start_episodes(simulation, episode_seeds("validation", EPISODES))
     codec, decisions, seconds = ActionCodec(simulation.task), 0, 0.0
     with counted(type(simulation)) as count:

@@ -1,21 +1,21 @@
 """Published results on seeds that nothing was chosen by: do their means lie where the rows say that they will?"""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from rich.console import Console
 
-from agents.benchmark import grid
 from agents.benchmark.judge import Sampled, judged
-from agents.benchmark.measure import measure
 from agents.benchmark.page import Verdict, verdict
-from agents.benchmark.plan import AT, Cell, Request
-from agents.benchmark.results import PLANTS, Result, result_of
+from agents.benchmark.plan import AT, KINDS, Cell, Request
+from agents.benchmark.results import PLANTS, Result
 from agents.benchmark.summary import shown, tasks_of
-from agents.pool import find_all
+from agents.benchmark.trials import result, study
 from agents.provenance import provenance
+from agents.study import Found, Options, Study
 from agents.tables import csv_of
 from grind_env.files import csv_cell
 from grind_env.pages.markdown import table
@@ -71,31 +71,22 @@ def replicate(
     problems: Sequence[Problem],
     firsts: Sequence[int],
     episodes: int,
-    *,
-    jobs: int,
-    console: Console,
-    runs: Path,
-    configs: Path | None = None,
-) -> dict[int, list[Result]]:
-    """Run all policies of published results, variants left out, on other seeds.
+    configs: Path | None,
+    options: Options,
+) -> Study:
+    """Return the study that runs all policies of published results, variants left out, on other seeds.
 
     Args:
         published: the results.
         problems: of which tasks.
         firsts: of each set of seeds.
         episodes: of each set, on the model and on machines that are not.
-        jobs: processes.
-        console: shows how far it is.
-        runs: folder of what is kept: evaluations, and agents of the benchmark. Without an agent its result is left out;
-            one that other code has trained is trained anew.
         configs: folder of the tuned parameters; by default that of `tuned_folder`.
-
-    Returns:
-        The results of every set, by its first seed.
+        options: their folder of the cache has agents of the benchmark. Without an agent its result is left out; one
+            that other code has trained is trained anew.
 
     Raises:
         ConfigError: there are no such results, or a set has seeds of another one or of `SEEDS`.
-        GrindError: a cell failed.
     """
     check_sets(firsts, episodes)
     cells = [
@@ -105,29 +96,29 @@ def replicate(
         if each.task == problem.name and AT not in each.policy
     ]
     # agents that were trained anew would be others
-    gone = [cell for cell in cells if cell.trains and not any(runs.glob(cell.files[0]))]
+    gone = [cell for cell in cells if cell.trains and not _agents_of(cell, options.runs)]
     if gone:
         names = dict.fromkeys(f"{cell.task} {cell.policy}" for cell in gone)
-        console.print(f"left out, because no agent of theirs is kept: {', '.join(names)}", markup=False)
+        options.console.print(f"left out, because no agent of theirs is kept: {', '.join(names)}", markup=False)
     cells = [cell for cell in cells if cell not in gone]
     if not cells:
         raise ConfigError("there are no such results to be replicated: run `python -m agents benchmark` first")
-    requests = {
-        first: Request(
-            first=first,
-            episodes=episodes,
-            interpolation_episodes=0,
-            plants_episodes=episodes,
-            runs=runs,
-            configs=configs,
-        )
-        for first in firsts
-    }
-    hours = sum(grid.running(cell, request) for request in requests.values() for cell in cells) / 3600.0
-    console.print(f"{len(cells)} policies, {len(firsts)} times: at most {hours:.1f} core-hours")
+    request = Request(
+        episodes=episodes, interpolation_episodes=0, plants_episodes=episodes, runs=options.runs, configs=configs
+    )
+    requests = [replace(request, first=first) for first in firsts]
+    return study("replicate", cells, *requests, files=BEGINS, publish=partial(write, published))
+
+
+def _agents_of(cell: Cell, runs: Path) -> list[Path]:
+    return list((runs / cell.task).glob(f"{cell.name}-*")) if cell.policy in KINDS else []
+
+
+def by_first(found: Found) -> Mapping[int, Sequence[Result]]:
+    """Return the results of every set, by its first seed."""
+    firsts = dict.fromkeys(trial.request.first for trial in found)
     return {
-        first: judged([result_of(each) for each in find_all(cells, request, jobs, console, measure)])
-        for first, request in requests.items()
+        first: judged([result(row) for trial, row in found.items() if trial.request.first == first]) for first in firsts
     }
 
 
@@ -213,8 +204,9 @@ def _share(replications: Sequence[Replication], on: str, task: str | None = None
     return f"{held} of {len(of)}" + (f" ({100.0 * held / len(of):.1f} %)" if of and task is None else "")
 
 
-def write(published: Sequence[Result], found: Mapping[int, Sequence[Result]], folder: Path) -> str:
+def write(published: Sequence[Result], trials: Found, folder: Path) -> str:
     """Write both files; the page comes back."""
+    found = by_first(trials)
     replications = compared(published, found)
     facts = {first: provenance(range(first, first + results[0].episodes)) for first, results in found.items()}
     rows = [

@@ -88,9 +88,9 @@ class Result:
     steps: int | None
     """Of the training."""
     train_seconds: float | None
-    """CPU time, or of what has a learning curve wall time of its one thread."""
-    seconds_to_95: float | None
-    """Seconds after which the validation score stays above 95 % of the final one."""
+    """CPU time; of `bc` and of `ppo` before its recipe was that of the docs, wall time of one thread."""
+    seconds_to_95: float | None = None
+    """Of agents that had a learning curve: s after which the validation score stayed above 95 % of the final one."""
     model: str | None = None
     """What of the simulator's equations it holds when it decides: `none`, `nominal` or `exact`."""
     blocks: int | None = None
@@ -185,10 +185,9 @@ def result_of(measured: Measured) -> Result:
         trained_on=made.trained_on,
         steps=made.steps,
         train_seconds=made.seconds,
-        seconds_to_95=measured.seconds_to_95,
         model=made.model,
         blocks=made.blocks,
-        making_calls=None if price is None else float(made.calls + price.begun),
+        making_calls=None if price is None else float(price.begun),
         decision_calls=None if price is None else price.calls,
         decision_ms=None if price is None else price.ms,
         **facts,

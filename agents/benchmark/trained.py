@@ -14,6 +14,8 @@ from grind_env.policies.choices import Decision
 from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.policy import Policy, Sees
 
+ZIP = ".zip"
+
 
 @dataclass
 class Trained:
@@ -37,7 +39,11 @@ class Trained:
 
 
 def from_file(path: Path, simulation: Simulation, name: str) -> Trained:
-    """The trained agent in a file."""
-    return Trained(
-        name, hashlib.sha256(read_bytes(path)).hexdigest(), load_policy(path, simulation=simulation, name=name)
-    )
+    """The trained agent in a file, which may be a .zip of Stable-Baselines3 that was made here."""
+    digest = hashlib.sha256(read_bytes(path)).hexdigest()
+    if path.suffix == ZIP:
+        # it takes seconds to import
+        from grind_env.sb3 import load_zip
+
+        return Trained(name, digest, load_zip(path, simulation))
+    return Trained(name, digest, load_policy(path, simulation=simulation, name=name))

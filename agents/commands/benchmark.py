@@ -13,14 +13,16 @@ from agents.benchmark.plan import (
     FLAGSHIP,
     INTERPOLATION_EPISODES,
     PLANTS_EPISODES,
+    USUAL_KINDS,
     Request,
     chosen_problems,
     planned,
 )
 from agents.cells import RESULTS, RUNS
 from agents.commands.interrupted import going_on
-from agents.commands.options import Ray, Tasks
-from grind_env.arguments import Keeps, Writes
+from agents.commands.options import Tasks
+from agents.study import Fresh, Jobs, Options, Ray, Results, Runs
+from grind_env.arguments import Writes
 from grind_env.commands import Configs, JobFile, Parts
 from grind_env.errors import printable
 from grind_env.policies.tuned import ConfigError
@@ -48,7 +50,8 @@ def benchmark(
         typer.Option(help="Names of policies, or RULE@1M and hindsight@SWEEPS, separated by commas; all by default."),
     ] = None,
     kinds: Annotated[
-        str | None, typer.Option(help="Kinds of learned agents, separated by commas; may be empty; ppo by default.")
+        str | None,
+        typer.Option(help="Kinds of learned agents, separated by commas; may be empty; ppo and plain_gru by default."),
     ] = None,
     seeds: Annotated[int | None, typer.Option(min=0, help="Agents to train of each kind; 1 by default.")] = None,
     steps: Annotated[int | None, typer.Option(min=1, help="Training steps; by default those of the kind.")] = None,
@@ -69,13 +72,11 @@ def benchmark(
             f" 0 for none; {PLANTS_EPISODES} by default.",
         ),
     ] = None,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
+    jobs: Jobs = 2,
     ray: Ray = None,
-    runs: Annotated[Path, typer.Option(help="Folder of what is kept."), Keeps()] = RUNS,
+    runs: Runs = RUNS,
     configs: Configs = None,
-    results: Annotated[
-        Path | None, typer.Option(help="Folder of the tables; by default that of what is kept."), Keeps()
-    ] = None,
+    results: Results = None,
     whole: Annotated[
         bool,
         typer.Option(
@@ -85,7 +86,7 @@ def benchmark(
             " episodes; and their page.",
         ),
     ] = False,
-    fresh: Annotated[bool, typer.Option("--fresh", help="Do again what is already done.")] = False,
+    fresh: Fresh = False,
     html: Annotated[Path | None, typer.Option(help="Write the tables to this .html file, too."), Writes()] = None,
     report: Annotated[
         bool, typer.Option("--report", help="Run nothing: write figures and README anew from the checked-in results.")
@@ -98,10 +99,9 @@ def benchmark(
     """
     from agents.benchmark import grid, plan
     from agents.benchmark.judge import judged
-    from agents.benchmark.measure import measure
-    from agents.benchmark.results import CSV, TABLE, merged, read_results, result_of, write_results
+    from agents.benchmark.results import CSV, TABLE, merged, read_results, write_results
     from agents.benchmark.summary import rich_table
-    from agents.pool import work_on_all
+    from agents.benchmark.trials import result, study
 
     console = table_console()
     if report:
@@ -115,7 +115,7 @@ def benchmark(
     if whole:
         cells = grid.grid(chosen, listed(policies), listed(kinds), seeds)
     else:
-        trained = ["ppo"] if kinds is None else listed(kinds) or []
+        trained = list(USUAL_KINDS) if kinds is None else listed(kinds) or []
         cells = planned(chosen, listed(policies), trained, 1 if seeds is None else seeds)
     usual = grid if whole else plan
     episodes = episodes or usual.EPISODES
@@ -132,15 +132,11 @@ def benchmark(
         configs=configs,
         fresh=fresh,
     )
-    taken, waiting = grid.hours(cells, request)
-    console.print(
-        f"{len(cells)} cells: about {taken:.1f} core-hours, {waiting:.1f} of them for what is not kept yet; what other"
-        " code has made is made anew"
-    )
+    made = study("benchmark", cells, request, files={})
     with going_on(fresh):
-        found, failed = work_on_all(cells, request, jobs, console, measure, ray)
+        found, failed = made.find(Options(jobs=jobs, ray=ray, runs=runs, fresh=fresh, console=console))
     before = read_results(folder)
-    table = judged(merged(before, [result_of(each) for each in found]))
+    table = judged(merged(before, [result(each) for each in found.values()]))
     write_results(table, folder)
     for problem in chosen:
         if any(each.task == problem.name for each in table):

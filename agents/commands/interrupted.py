@@ -10,16 +10,15 @@ from grind_env.terminal import INTERRUPTED
 
 
 @contextmanager
-def going_on(fresh: bool = False, place: str = "where it was") -> Iterator[None]:
+def going_on(fresh: bool = False) -> Iterator[None]:
     """Work that Ctrl-C may end.
 
     Args:
         fresh: the command throws away what is kept; without that it goes on.
-        place: where the command goes on.
     """
     try:
         yield
     except KeyboardInterrupt:
         again = "the same command without --fresh" if fresh else "the same command"
-        print(f"agents: interrupted; {again} goes on {place}", file=sys.stderr)
+        print(f"agents: interrupted; {again} goes on where it was", file=sys.stderr)
         raise typer.Exit(INTERRUPTED) from None

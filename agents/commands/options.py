@@ -18,12 +18,3 @@ Tasks = Annotated[
     PROBLEM,
 ]
 """What each command has by default, its own help says."""
-
-Ray = Annotated[
-    str | None,
-    typer.Option(
-        "--ray",
-        metavar="local|ADDRESS",
-        help="Work on the nodes of a Ray cluster, whose head has this host:port, or with its workers on this machine.",
-    ),
-]

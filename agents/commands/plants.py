@@ -8,7 +8,9 @@ import typer
 
 from agents.budgets import STUDY_MACHINES
 from agents.cells import RESULTS, RUNS
-from grind_env.arguments import JOB, Keeps, Reads, task_programs
+from agents.commands.interrupted import going_on
+from agents.study import Fresh, Jobs, Options, Ray, Results, Runs
+from grind_env.arguments import JOB, Reads, task_programs
 from grind_env.errors import GrindError, did_you_mean, quoted
 from grind_env.terminal import table_console
 
@@ -40,39 +42,30 @@ def plants(
         list[str] | None,
         typer.Option("--question", help="calibrate, optimise, advise or robust; may be repeated; all by default."),
     ] = None,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
-    runs: Annotated[Path, typer.Option(help="Folder of what is kept."), Keeps()] = RUNS,
-    results: Annotated[
-        Path | None,
-        typer.Option(
-            help="Folder of plants.csv and plants.md, in which other questions stay; of some cells alone, by default "
-            "that of what is kept."
-        ),
-        Keeps(),
-    ] = None,
+    jobs: Jobs = 2,
+    ray: Ray = None,
+    runs: Runs = RUNS,
+    results: Results = None,
+    fresh: Fresh = False,
 ) -> None:
     """How calibration, search and adviser hold on machines that are not the model: how far off, at what cost.
 
-    The two families `bursts` and `graded` were kept out of all tuning of calibration and adviser. What the same code
-    has found before is kept: interrupted, the same command goes on.
+    The two families `bursts` and `graded` were kept out of all tuning of calibration and adviser. The tables keep the
+    answers to other questions.
     """
     from agents.plants.asked import programs_of
     from agents.plants.machines import FAMILY_NAMES, machines
-    from agents.plants.page import BEGINS, rich_tables, write
-    from agents.plants.study import QUESTIONS, run_study
-    from agents.tables import check_tables
+    from agents.plants.page import study
+    from agents.plants.study import QUESTIONS
 
-    console = table_console()
     families, questions = _chosen("--family", family, FAMILY_NAMES), _chosen("--question", question, tuple(QUESTIONS))
     programs = programs_of(program, job)
     whole = not (family or program or question) and seeds == STUDY_MACHINES
-    folder = results or (RESULTS if whole else runs)
-    check_tables(folder, "plants", BEGINS)
-    found = run_study(machines(families, seeds, programs), questions, jobs=jobs, console=console, runs=runs)
-    for each in rich_tables(found):
-        console.print(each)
-    write(found, folder)
-    console.print(f"written to {folder}: plants.csv and plants.md", highlight=False)
+    options = Options(jobs=jobs, ray=ray, runs=runs, fresh=fresh, console=table_console())
+    with going_on(fresh):
+        study(machines(families, seeds, programs), questions, runs).publish_to(
+            results or (RESULTS if whole else runs), options
+        )
 
 
 def _chosen(option: str, names: list[str] | None, known: Sequence[str]) -> Sequence[str]:

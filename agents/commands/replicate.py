@@ -7,8 +7,11 @@ import typer
 
 from agents.benchmark.plan import EPISODES, chosen_problems
 from agents.cells import RESULTS, RUNS
+from agents.commands.interrupted import going_on
 from agents.commands.options import Tasks
-from grind_env.arguments import Keeps, Reads
+from agents.study import Fresh, Jobs, Options, Ray, Results, Runs
+from agents.tables import check_tables
+from grind_env.arguments import Reads
 from grind_env.commands import Configs, JobFile, Parts
 from grind_env.terminal import table_console
 
@@ -26,42 +29,36 @@ def replicate(
         list[int] | None,
         typer.Option("--first", min=0, help="First seed of a set; may be repeated; three sets by default."),
     ] = None,
-    episodes: Annotated[
-        int, typer.Option(min=2, help="Episodes of a set, on the model and on machines that are not.")
-    ] = EPISODES,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
-    runs: Annotated[Path, typer.Option(help="Folder of what is kept."), Keeps()] = RUNS,
-    configs: Configs = None,
     published: Annotated[
         Path,
         typer.Option(help="Folder of benchmark.parquet, the results that are replicated."),
         Reads(files=lambda text: [Path(text) / "benchmark.parquet"]),
     ] = RESULTS,
-    results: Annotated[
-        Path | None,
-        typer.Option(
-            help="Folder of replications.csv and .md; of what is chosen here, by default that of what is kept."
-        ),
-        Keeps(),
-    ] = None,
+    episodes: Annotated[
+        int, typer.Option(min=2, help="Episodes of a set, on the model and on machines that are not.")
+    ] = EPISODES,
+    jobs: Jobs = 2,
+    ray: Ray = None,
+    runs: Runs = RUNS,
+    configs: Configs = None,
+    results: Results = None,
+    fresh: Fresh = False,
 ) -> None:
-    """Whether published results of the benchmark hold on seeds that nothing was chosen by.
+    """Re-run published results of the benchmark on new seeds, by which nothing was chosen.
 
     Policies of the results, by default of all tasks that have some, are run on other episodes, whose mean costs are to
-    lie where the published rows have them with 95 %. What the same code has found before is kept: interrupted, the same
-    command goes on.
+    lie where the published rows have them with 95 %.
     """
-    from agents.benchmark.replications import BEGINS, FIRSTS, write
-    from agents.benchmark.replications import replicate as run
+    from agents.benchmark.replications import BEGINS, FIRSTS
+    from agents.benchmark.replications import replicate as study
     from agents.benchmark.results import read_results
     from agents.benchmark.summary import tasks_of
-    from agents.tables import check_tables
 
-    console, known = table_console(), read_results(published)
+    known = read_results(published)
     folder = results or (runs if tasks or first or published != RESULTS else RESULTS)
     check_tables(folder, "replicate", BEGINS)
     problems = chosen_problems(tasks or ",".join(tasks_of(known)), job, parts) if known else []
-    sets = list(dict.fromkeys(first or FIRSTS))
-    found = run(known, problems, sets, episodes, jobs=jobs, console=console, runs=runs, configs=configs)
-    console.print(write(known, found, folder), soft_wrap=True, highlight=False, markup=False)
-    console.print(f"written to {folder}: replications.csv and replications.md", highlight=False)
+    options = Options(jobs=jobs, ray=ray, runs=runs, fresh=fresh, console=table_console())
+    made = study(known, problems, list(dict.fromkeys(first or FIRSTS)), episodes, configs, options)
+    with going_on(fresh):
+        made.publish_to(folder, options)

@@ -1,12 +1,13 @@
 """`python -m agents track`."""
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from agents.cells import RESULTS, RUNS
-from grind_env.arguments import FILE, Keeps
+from agents.commands.interrupted import going_on
+from agents.study import Fresh, Jobs, Options, Ray, Results, Runs
+from grind_env.arguments import FILE
 from grind_env.commands import NamedProblem
 from grind_env.terminal import table_console
 
@@ -37,31 +38,24 @@ def track(
     ] = None,
     seeds: Annotated[int, typer.Option(min=1, help="Runs of each adapter on each machine.")] = 3,
     wide: Annotated[bool, typer.Option("--wide", help="More adapters, and WideRails, too, on 8 machines.")] = False,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
-    runs: Annotated[Path, typer.Option(help="Folder of what is kept."), Keeps()] = RUNS,
-    results: Annotated[
-        Path | None,
-        typer.Option(help="Folder of track.csv and track.md; of some cells alone, by default that of what is kept."),
-        Keeps(),
-    ] = None,
+    jobs: Jobs = 2,
+    ray: Ray = None,
+    runs: Runs = RUNS,
+    results: Results = None,
+    fresh: Fresh = False,
 ) -> None:
     """How fast, how safely and how well policies adapt to machines that are not the model, from measurements alone.
 
     An adapter grinds shift after shift on a machine that is held out, is told what was measured, and may change its
-    policy after each. What the machine remembers goes from one to the next; on the way 64 episodes judge it. What the
-    same code has found before is kept: interrupted, the same command goes on.
+    policy after each. What the machine remembers goes from one to the next; on the way 64 episodes judge it.
     """
-    from agents.commands.interrupted import going_on
-    from agents.tables import check_tables
-    from agents.track.page import BEGINS, write
-    from agents.track.running import Request
-    from agents.track.study import TASK, asked_for, run_track
+    from agents.track.study import TASK, asked_for, tunings
+    from agents.track.study import track as study
 
-    console = table_console()
     folder = results or (runs if task != TASK or machines or adapters or blocks else RESULTS)
-    check_tables(folder, "track", BEGINS)
+    options = Options(jobs=jobs, ray=ray, runs=runs, fresh=fresh, console=table_console())
     cells = asked_for(task, machines or [], adapters or [], blocks, seeds, wide=wide)
-    with going_on():
-        found = run_track(cells, jobs=jobs, console=console, request=Request(runs=runs))
-    console.print(write(found, folder), soft_wrap=True, highlight=False, markup=False)
-    console.print(f"written to {folder}: track.csv and track.md", highlight=False)
+    with going_on(fresh):
+        before = tunings(cells)
+        before.check(folder)
+        study(cells, before.found(options)).publish_to(folder, options)

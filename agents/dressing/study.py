@@ -4,37 +4,26 @@ Four questions of a grinding engineer for each task. All E and all intervals are
 costs that are told come from evaluation episodes.
 """
 
-import hashlib
-import inspect
-import json
 import re
-from collections.abc import Callable, Sequence
-from contextlib import suppress
-from csv import DictWriter
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields, replace
-from functools import partial
-from io import StringIO
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 
-from agents.budgets import STUDY_EPISODES
-from agents.cells import RUNS, bare, behaviour, kept_evaluation, sources
 from agents.provenance import provenance
+from agents.tables import csv_of
 from agents.tuning.search import Found, refine
 from grind_env.arrays import Array
-from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Dress
 from grind_env.policies.choices import speed_bounds, speed_grid
-from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds, start_episodes
+from grind_env.policies.evaluation import Evaluation, episode_seeds, start_episodes
 from grind_env.policies.planners.hindsight import plan_cost
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import JOB, Problem
 from grind_env.policies.scripted.rules import Fixed
-from grind_env.policies.tuned import write_whole
 from grind_env.process.equations import dress_width, overlap_ratio
 from grind_env.targets import Own
 
@@ -56,8 +45,6 @@ DEPTH_DIGITS = 3
 """mm; a control reads no finer depth."""
 
 TABLE = Own("table of `python -m agents dress-study`", re.compile(b"task,question,policy,").match)
-
-Advance = Callable[[], object]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,38 +77,6 @@ class Finding:
     """Share of the parts."""
 
 
-def dress_study(
-    problem: Problem, deciders: Sequence[Policy], *, episodes: int = STUDY_EPISODES, runs: Path = RUNS, advance: Advance
-) -> list[Finding]:
-    """Answer the four questions for a problem; those of the dresser only if a task says how it is set.
-
-    Args:
-        problem: what is ground.
-        deciders: policies that decide when to dress, for the last question.
-        episodes: evaluation episodes.
-        runs: what is found is kept below, in `<problem>/dress_study/`, and used again while the problem is the same.
-        advance: called after every finding; there are `count(problem, deciders)`.
-    """
-    found = []
-    for question in questions(problem, deciders, episode_seeds("evaluation", episodes), runs):
-        found.append(question())
-        advance()
-    return found
-
-
-def questions(problem: Problem, deciders: Sequence[Policy], seeds: range, runs: Path) -> list[Callable[[], Finding]]:
-    """What makes each of the findings of `dress_study`, in their order."""
-    simulation = problem.simulation()
-    kept = partial(kept_finding, runs, problem.name)
-    asked = [partial(kept, simulation, "interval", seeds, (every,)) for every in intervals(simulation)]
-    asked.append(partial(kept, simulation, "plan", seeds, intervals(simulation)))
-    for question, dress in dressers(problem):
-        assert isinstance(simulation, BlockSimulation)
-        other = type(simulation)(replace(simulation.task, dress=dress), plants=simulation.plants)
-        asked.append(partial(kept, other, question, seeds, PLANS))
-    return [*asked, *(partial(decision, problem, policy, seeds, runs) for policy in deciders)]
-
-
 def intervals(simulation: Simulation) -> list[int]:
     """The intervals that fit in an episode."""
     return [every for every in INTERVALS if every <= simulation.most_steps]
@@ -137,11 +92,6 @@ def dressers(problem: Problem) -> list[tuple[str, Dress]]:
         for lead, depth in product(LEADS, DEPTHS)
     ]
     return [*tried, *(("passes", replace(own, passes=passes)) for passes in PASSES)]
-
-
-def count(problem: Problem, deciders: Sequence[Policy]) -> int:
-    """Number of findings of a study."""
-    return len(intervals(problem.simulation())) + 1 + len(dressers(problem)) + len(deciders)
 
 
 def best_plan(simulation: Simulation, every: Sequence[int]) -> Fixed:
@@ -179,32 +129,6 @@ def mean_costs(plans: Sequence[Fixed], simulation: Simulation, episodes: Episode
     speeds, executions = np.broadcast_to(table, (2, len(plans), n, steps))
     costs: Array = plan_cost(simulation, episodes, speeds, executions).mean(axis=1)
     return costs
-
-
-def kept_finding(
-    runs: Path, name: str, simulation: Simulation, question: str, seeds: range, every: Sequence[int]
-) -> Finding:
-    """The best fixed plan with these intervals on the evaluation episodes, kept or new."""
-    code = f"{bare(inspect.getsource(best_plan))} {bare(inspect.getsource(mean_costs))} {sources(Fixed.__module__)}"
-    made_by = f"{code} {behaviour(simulation)} {question} {seeds} {every} {SPEEDS} {TRAINING} {SCREENING}"
-    path = runs / name / "dress_study" / f"{hashlib.sha256(made_by.encode()).hexdigest()[:16]}.json"
-    # a file that is missing or damaged is made anew
-    with suppress(OSError, ValueError, TypeError):
-        return Finding(**json.loads(path.read_text(encoding="utf-8")))
-    plan = best_plan(simulation, [interval for interval in every if interval <= simulation.most_steps])
-    result = finding(name, simulation, question, plan, run_seeds(plan, simulation, seeds), plan.every)
-    write_whole(path, json.dumps(asdict(result)))
-    return result
-
-
-def decision(problem: Problem, policy: Policy, seeds: range, runs: Path) -> Finding:
-    """What a policy that decides comes to on the evaluation episodes, kept or new.
-
-    On a machine that is not the model one that sees measurements holds the model, and one that sees more the machine.
-    """
-    return finding(
-        problem.name, problem.simulation(), "decision", policy, kept_evaluation(policy, problem, seeds, runs)
-    )
 
 
 def finding(
@@ -245,8 +169,5 @@ def about(found: Sequence[Finding], question: str) -> list[Finding]:
 def csv_text(found: Sequence[Finding], seeds: range) -> str:
     """The findings, with seeds and versions in every row."""
     facts = {key: value for key, value in provenance(seeds).items() if key not in ("stable_baselines3", "torch")}
-    text = StringIO()
-    lines = DictWriter(text, [*(each.name for each in fields(Finding)), *facts], lineterminator="\n")
-    lines.writeheader()
-    lines.writerows({**asdict(each), **facts} for each in found)
-    return text.getvalue()
+    names = [each.name for each in fields(Finding)]
+    return csv_of([*names, *facts], [(*asdict(each).values(), *facts.values()) for each in found])

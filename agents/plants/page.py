@@ -1,16 +1,15 @@
-"""The tables of the study: on the screen, as a page, and every number as CSV."""
+"""The study, and its tables: as a page, and every number as CSV."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-
-from rich.table import Table
 
 from agents.benchmark.figures import write_figure
 from agents.plants.figure import plants_figure
 from agents.plants.machines import PROGRAMS, Machine
-from agents.plants.study import QUESTIONS, Cell, Found
+from agents.plants.study import HOURS, QUESTIONS, Cell, Found, answer, code
 from agents.plants.verdicts import COLUMNS, Asked, family_rows, promises
 from agents.provenance import commit
+from agents.study import Study
 from agents.tables import csv_of, csv_rows
 from grind_env.pages.markdown import table
 from grind_env.policies.tuned import write_whole
@@ -29,35 +28,34 @@ SHOWN = "What parts cost on each machine with each program, a dot each"
 ASKED = ("question", "what", "found", "asked", "kept")
 
 
-def rich_tables(found: Mapping[Cell, Found]) -> list[Table]:
-    """A table of each question, with a line a family, and what is asked."""
-    tables = []
-    for question in dict.fromkeys(cell.question for cell in found):
-        shown = Table("family", "machines", *COLUMNS[question], title=question)
-        for row in family_rows(found, question):
-            shown.add_row(*row)
-        tables.append(shown)
-    shown = Table(*ASKED)
-    for question, each in promises(found):
-        shown.add_row(question, *_cells(each))
-    return [*tables, shown]
+def study(machines: Sequence[Machine], questions: Sequence[str], runs: Path) -> Study:
+    """Return the study that asks every question of every machine."""
+    return Study(
+        name="plants",
+        title="",
+        trials=[Cell(question, machine, runs.absolute()) for question in questions for machine in machines],
+        run=answer,
+        decides=code,
+        seconds=lambda cell: 3600.0 * HOURS[cell.question],
+        publish=write,
+        files=BEGINS,
+    )
 
 
-def write(found: Mapping[Cell, Found], folder: Path) -> None:
-    """Write plants.csv and plants.md, in which answers to other questions stay; errors as of `write_whole`."""
+def write(found: Mapping[Cell, Found], folder: Path) -> str:
+    """Write plants.csv and plants.md, in which answers to other questions stay; the page comes back."""
     questions, made_with = {cell.question for cell in found}, dict.fromkeys(found, commit())
     others, commits = read_csv(folder / CSV)
     answers = {cell: numbers for cell, numbers in others.items() if cell.question not in questions} | {**found}
     found = {cell: answers[cell] for cell in sorted(answers, key=lambda cell: [*QUESTIONS].index(cell.question))}
     drawn = plants_figure(found)
-    for name, content in (
-        (CSV, csv_text(found, commits | made_with)),
-        (PAGE, page(found, drawn=drawn is not None)),
-    ):
-        write_whole(folder / name, content)
+    text = page(found, drawn=drawn is not None)
+    write_whole(folder / CSV, csv_text(found, commits | made_with))
+    write_whole(folder / PAGE, text)
     if drawn is not None:
         (folder / PICTURE).parent.mkdir(exist_ok=True)
         write_figure(drawn, folder / PICTURE)
+    return text
 
 
 def read_csv(path: Path) -> tuple[dict[Cell, Found], dict[Cell, str]]:

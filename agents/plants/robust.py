@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
+from agents.benchmark.agents import plain_agent
 from agents.benchmark.plan import PUBLIC, ROBUST
-from agents.learning.plain import plain_agent
 from agents.plants.advising import advised
 from agents.plants.machines import Machine
 from agents.plants.plans import plans

@@ -1,25 +1,20 @@
-"""The study: its cells, what is kept of them, and the table that they make."""
+"""The cells of the study, and what decides what is found in one."""
 
 import ast
 import hashlib
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
-
-from rich.console import Console
 
 from agents.cells import RUNS, bare
-from agents.findings import keep, kept
 from agents.plants.machines import Machine
-from agents.pool import find_all
 from agents.provenance import ROOT
 
 QUESTIONS = {"calibrate": "calibrating", "optimise": "optimising", "advise": "advising", "robust": "robust"}
 """With the module of `agents.plants` that answers it."""
-DECIDING, DATA = ("agents.learning.", "agents.plants.", "grind_env."), ROOT / "grind_env" / "process"
+DECIDING, DATA = ("agents.benchmark.agents", "agents.plants.", "grind_env."), ROOT / "grind_env" / "process"
 """Where the code lies that decides what is found, of all that such a module stands on; folder of the catalogue."""
 HOURS = {"calibrate": 0.005, "optimise": 0.027, "advise": 0.001, "robust": 0.002}
 """That a cell of a question takes on one core, by measurement; trainings, of minutes, come to those of robust."""
@@ -27,55 +22,25 @@ HOURS = {"calibrate": 0.005, "optimise": 0.027, "advise": 0.001, "robust": 0.002
 Found = Mapping[str, float]
 
 
-class Cell(NamedTuple):
-    """A question about a machine."""
+@dataclass(frozen=True)
+class Cell:
+    """A question about a machine, and the folder of the agents of `robust`."""
 
     question: str
     machine: Machine
+    runs: Path = field(default=RUNS, repr=False, compare=False)
 
     def __str__(self) -> str:
         return f"{self.question}: {self.machine}"
 
-    @property
-    def files(self) -> tuple[str, ...]:
-        """Pattern of what is kept of it."""
-        return (f"plants/{self.question}/{self.machine.program.name}-{self.machine.plant.replace(':', '-')}.json",)
 
-    @property
-    def trains(self) -> bool:
-        """No agent is trained."""
-        return False
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Request:
-    """How cells are worked on.
-
-    Attributes:
-        runs: folder of what is kept.
-    """
-
-    runs: Path = RUNS
-
-    @property
-    def size(self) -> int:
-        """A cell tells nothing on the way."""
-        return 1
-
-
-def find(cell: Cell, request: Request, advance: Callable[[int], object]) -> Found:
-    """What is found in a cell, which is kept with the code that found it."""
-    path = request.runs / cell.files[0]
-    if (held := kept(path, code(cell))) is not None:
-        return dict(held)
+def answer(cell: Cell) -> Found:
+    """Return what is found in a cell."""
     before = time.process_time()
-    found = dict(_answer(cell, request)) | {"cpu_seconds": time.process_time() - before}
-    keep(path, code(cell), found)
-    advance(1)
-    return found
+    return dict(_answer(cell)) | {"cpu_seconds": time.process_time() - before}
 
 
-def _answer(cell: Cell, request: Request) -> Found:
+def _answer(cell: Cell) -> Found:
     if cell.question == "calibrate":
         from agents.plants.calibrating import calibrate_on
 
@@ -87,7 +52,7 @@ def _answer(cell: Cell, request: Request) -> Found:
     if cell.question == "robust":
         from agents.plants.robust import robust_on
 
-        shifts = robust_on(cell.machine, request.runs)
+        shifts = robust_on(cell.machine, cell.runs)
     else:
         from agents.plants.advising import advise_on
 
@@ -130,30 +95,3 @@ def _file_of(module: str) -> Path | None:
     """File of a module; None of a name in one."""
     path = ROOT.joinpath(*module.split("."))
     return next((file for file in (path.with_suffix(".py"), path / "__init__.py") if file.exists()), None)
-
-
-def run_study(
-    machines: Sequence[Machine],
-    questions: Sequence[str],
-    *,
-    jobs: int,
-    console: Console,
-    runs: Path = RUNS,
-) -> dict[Cell, Found]:
-    """Ask every question of every machine; what the same code has found before is taken up again.
-
-    Args:
-        machines: of the study.
-        questions: among `QUESTIONS`.
-        jobs: processes.
-        console: shows how far it is.
-        runs: folder of what is kept, in its sub-folder `plants`.
-
-    Raises:
-        GrindError: a cell failed.
-    """
-    cells = [Cell(question, machine) for question in questions for machine in machines]
-    waiting = [cell for cell in cells if kept(runs / cell.files[0], code(cell)) is None]
-    hours = sum(HOURS[cell.question] for cell in waiting)
-    console.print(f"{len(cells)} cells, {len(waiting)} of them to be worked on: about {hours:.1f} core-hours")
-    return dict(zip(cells, find_all(cells, Request(runs=runs), jobs, console, find), strict=True))

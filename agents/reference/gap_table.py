@@ -1,55 +1,62 @@
 """The tables of gaps: for a terminal, as a page, and as a CSV file."""
 
-import io
 from collections.abc import Callable, Sequence
-from csv import writer
 from dataclasses import fields
-from pathlib import Path
-
-from rich.table import Table
 
 from agents.benchmark.page import table
 from agents.benchmark.summary import NONE
-from agents.provenance import provenance
-from agents.reference.gaps import ADAPTING_D, ADAPTING_E, BEST, FIXED, KNOWN, PLANNER, ROLES, Gap, TaskGaps
+from agents.commands.asked import Asked
+from agents.evaluations import Evaluations, by_problem, chunks, run_chunk
+from agents.reference.gaps import ADAPTING_D, ADAPTING_E, BEST, FIXED, KNOWN, PLANNER, ROLES, Gap, TaskGaps, task_gaps
 from agents.reference.promises import PROMISES
+from agents.reference.scores import tune_missing
 from agents.reference.table import flat, spread_names
-from grind_env.policies.evaluation import episode_seeds
+from agents.study import Found, Study
+from agents.tuning.rules import tunable
+from grind_env.policies.registry import ABLATIONS, policy_names
 from grind_env.policies.statistics import Interval
-from grind_env.policies.tuned import write_whole
 
-TABLE, PAGE = "gaps.csv", "gaps.md"
-BEGINS = {TABLE: "task,what,policy,", PAGE: "# Gaps"}
 VERDICTS = ("promise", "held", "by", "not by")
 
 
-def write_gaps(tasks: Sequence[TaskGaps], episodes: int, folder: Path) -> None:
-    """Write `gaps.csv` and `gaps.md`, each whole or not at all."""
-    write_whole(folder / TABLE, csv_text(tasks, episodes))
-    write_whole(folder / PAGE, page(tasks, episodes))
+def study(asked: Asked) -> Study:
+    """Tune what has not been tuned, and return the study."""
 
+    def gaps(found: Found) -> list[TaskGaps]:
+        return [task_gaps(problem, runs, asked.configs) for problem, runs in by_problem(found).items()]
 
-def rich_tables(tasks: Sequence[TaskGaps]) -> list[Table]:
-    """The tables for a terminal."""
-    found = [*tables(tasks), ("What the tasks are to hold", VERDICTS, verdicts(tasks))]
-    return [rich_table(*each) for each in found]
+    def prepare() -> None:
+        for problem in asked.problems:
+            tune_missing(problem, [*tunable(problem.simulation()), *ABLATIONS], asked.configs, asked.options)
 
-
-def rich_table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
-    """One of them."""
-    made = Table(title=title)
-    for heading in headings:
-        made.add_column(heading)
-    for row in rows:
-        made.add_row(*row)
-    return made
+    return Evaluations(
+        name="gaps",
+        title="Gaps",
+        trials=[
+            chunk
+            for problem in asked.problems
+            for name in (*ABLATIONS, *policy_names(problem.simulation()))
+            for chunk in chunks(problem, name, asked.episodes, configs=asked.configs)
+        ],
+        run=run_chunk,
+        prepare=prepare,
+        columns=[
+            "task",
+            *(n for f in fields(Gap) for n in (spread_names(f.name) if f.type is Interval else [f.name])),
+            "reference_cost",
+        ],
+        rows=lambda found: [
+            (each.task, *flat(gap), each.reference_cost) for each in gaps(found) for gap in each.gaps.values()
+        ],
+        page=lambda found: page(gaps(found), asked.episodes),
+        episodes=asked.episodes,
+        trains=False,
+    )
 
 
 def page(tasks: Sequence[TaskGaps], episodes: int) -> str:
     """The tables and the promises as Markdown."""
     lines = [
-        "# Gaps",
-        "",
         "Written by `python -m agents gaps`: what it is worth to adapt E (the reciprocation feedrate), D (the dress"
         f" executions) or both, on {episodes} evaluation episodes, the same for all policies; ± is half a 95 % interval"
         " of a paired bootstrap over episodes.",
@@ -57,7 +64,7 @@ def page(tasks: Sequence[TaskGaps], episodes: int) -> str:
     for title, headings, rows in tables(tasks):
         lines += ["", f"{title}:", "", table(headings, rows)]
     lines += ["", "What the tasks are to hold:", "", table(VERDICTS, verdicts(tasks), left=len(VERDICTS))]
-    return "\n".join([*lines, ""])
+    return "\n".join(lines)
 
 
 def verdicts(tasks: Sequence[TaskGaps]) -> list[list[str]]:
@@ -121,19 +128,3 @@ def tables(tasks: Sequence[TaskGaps]) -> list[tuple[str, Sequence[str], list[lis
 def spread(value: Interval, digits: int) -> str:
     """A value and half its interval."""
     return f"{value.value:.{digits}f} ± {value.half_width:.{digits}f}"
-
-
-def csv_text(tasks: Sequence[TaskGaps], episodes: int) -> str:
-    """All numbers in full, with seeds and versions in every row."""
-    facts = provenance(episode_seeds("evaluation", episodes))
-    kept = [name for name in facts if name not in ("stable_baselines3", "torch")]
-    columns = [
-        name for each in fields(Gap) for name in (spread_names(each.name) if each.type is Interval else [each.name])
-    ]
-    text = io.StringIO()
-    lines = writer(text, lineterminator="\n")
-    lines.writerow(["task", *columns, "reference_cost", *kept])
-    for each in tasks:
-        for gap in each.gaps.values():
-            lines.writerow([each.task, *flat(gap), each.reference_cost, *(facts[name] for name in kept)])
-    return text.getvalue()

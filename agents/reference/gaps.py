@@ -1,23 +1,17 @@
 """What it is worth to adapt E, D or both in a task, and what is left to be had."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
 
-from agents.budgets import GAP_EPISODES
-from agents.cells import RUNS
-from agents.reference.measuring import Places, measure_all
-from agents.reference.scores import tune_missing
 from agents.reference.table import best_plan
-from agents.tuning.rules import tunable
 from grind_env.arrays import Array
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.policy import Sees
 from grind_env.policies.problem import Problem
-from grind_env.policies.registry import ABLATIONS, REFERENCE, make_policy, policy_names
+from grind_env.policies.registry import REFERENCE, make_policy
 from grind_env.policies.statistics import Interval, bootstrap
 
 FIXED, SPEED, DRESS, BOTH, BEST, PLANNER, HINDSIGHT = ROLES = (
@@ -71,34 +65,6 @@ class TaskGaps:
     def off(self) -> float:
         """Reference cost over the measured cost of the best fixed plan, less one, %."""
         return 100.0 * (self.reference_cost / self.gaps[FIXED].cost.value - 1.0)
-
-
-def measure_gaps(
-    problems: Sequence[Problem],
-    *,
-    episodes: int = GAP_EPISODES,
-    runs: Path = RUNS,
-    configs: Path | None = None,
-    jobs: int = 1,
-    console: Console,
-) -> list[TaskGaps]:
-    """Tune what has not been tuned, and run every policy.
-
-    What a policy did is kept below `runs`; see `agents.cells`.
-
-    Args:
-        problems: registered environments.
-        episodes: evaluation episodes.
-        runs: folder of what is kept.
-        configs: folder of the tuned parameters; by default that of `tuned_folder`.
-        jobs: processes.
-        console: shows how far it is.
-    """
-    names = {problem: [*ABLATIONS, *policy_names(problem.simulation())] for problem in problems}
-    for problem in problems:
-        tune_missing(problem, [*tunable(problem.simulation()), *ABLATIONS], runs=runs, configs=configs, jobs=jobs)
-    found = measure_all(names, episodes, Places(runs=runs, configs=configs), jobs, console)
-    return [task_gaps(problem, found[problem], configs) for problem in problems]
 
 
 def task_gaps(problem: Problem, found: Mapping[str, Evaluation], configs: Path | None = None) -> TaskGaps:

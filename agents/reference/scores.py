@@ -1,30 +1,27 @@
 """Reference scores of a task: every policy on the evaluation episodes, `results/<task>.csv` and `scores.toml`."""
 
-import io
-import re
 from collections.abc import Mapping, Sequence
-from csv import writer
 from functools import partial
 from pathlib import Path
 
-from rich.console import Console
-
-from agents.budgets import SCORE_EPISODES
-from agents.cells import RESULTS, RUNS
+from agents.cells import RESULTS
+from agents.commands.asked import Asked
+from agents.evaluations import Evaluations, by_problem, chunks, run_chunk
 from agents.provenance import provenance
-from agents.reference.measuring import Places, measure_all
-from agents.reference.table import Row, best_plan, flat, rich_table, spread_names, table_rows
+from agents.reference.table import HEADINGS, Row, best_plan, flat, spread_names, table_rows
+from agents.study import Found, Options, Study
+from agents.tables import csv_of
 from agents.tuning.rules import tunable, tune
 from grind_env.envs.names import OTHERS, task_names
 from grind_env.envs.tasks import Task
+from grind_env.errors import GrindError
+from grind_env.pages.markdown import table as markdown
 from grind_env.policies.evaluation import Evaluation, episode_seeds
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.registry import REFERENCE, make_policy, policy_names
-from grind_env.policies.tuned import CONFIGS, write_whole
-from grind_env.scores import FILE, Mean, Reference, read_references, write_text
-from grind_env.targets import Own, check_own
-from grind_env.terminal import table_console
+from grind_env.policies.tuned import write_whole
+from grind_env.scores import FILE, HEADING, Mean, Reference, read_references, write_text
 
 EVALUATIONS = 300
 """Evaluations of each CMA-ES run of a policy that has not been tuned yet."""
@@ -33,66 +30,57 @@ SLOW = ("look_ahead",)
 SLOW_EVALUATIONS, SLOW_STARTS = 40, 2
 """Evaluations of each CMA-ES run of these, and their runs."""
 
-TABLE = Own("table of `python -m agents scores`", re.compile(b"task,policy,sees,").match)
 NEARLY = 0.02
 """Share of the return of the fixed plan; where the planner earns no more than it beyond, a score would be noise."""
 
 
-def score(
-    problem: Problem,
-    *,
-    episodes: int = SCORE_EPISODES,
-    results: Path = RESULTS,
-    runs: Path = RUNS,
-    configs: Path = CONFIGS,
-    data: Path = FILE,
-    console: Console | None = None,
-    jobs: int = 1,
-    cluster: str | None = None,
-) -> list[Row]:
-    """Tune what has not been tuned, run every policy, print the table and write it and the reference scores.
+def study(asked: Asked) -> Study:
+    """Return the study of registered environments; reference scores of other results lie beside these."""
+    data = FILE if asked.results == RESULTS else asked.results / FILE.name
+    for problem in asked.problems:
+        if file := problem.simulation().task.file:
+            raise GrindError(
+                f"{problem.name} has no reference scores, which registered environments have: "
+                f"run `python -m agents gaps --task {file}`"
+            )
 
-    What a policy did is kept below `runs`; see `agents.cells`.
+    def prepare() -> None:
+        for problem in asked.problems:
+            tune_missing(problem, tunable(problem.simulation()), asked.configs, asked.options)
 
-    Args:
-        problem: a registered environment.
-        episodes: evaluation episodes.
-        results: folder of the tables.
-        runs: folder of what is kept.
-        configs: folder of the tuned parameters.
-        data: file of the reference scores.
-        console: where to print.
-        jobs: processes.
-        cluster: of Ray that works in place of processes of our own; see `agents.cluster`.
-    """
-    console = console or table_console()
-    name, simulation = problem.name, problem.simulation()
-    check_own(results / f"{name}.csv", TABLE, "--results")
-    tune_missing(problem, tunable(simulation), runs=runs, configs=configs, jobs=jobs, cluster=cluster)
-    names = policy_names(simulation)
-    policies = [make_policy(each, simulation, configs) for each in names]
-    places = Places(runs=runs, configs=configs)
-    found = measure_all({problem: names}, episodes, places, jobs, console, cluster)[problem]
-    rows = table_rows(policies, found)
-    console.print(rich_table(rows, f"{simulation.task.title}: {episodes} evaluation episodes"))
-    write_whole(results / f"{name}.csv", csv_text(simulation.task, rows, found))
-    references = {**read_references(data), problem.id: reference_of(simulation.task, policies, found)}
-    write_whole(data, write_text(references))
-    return rows
+    def publish(found: Found, folder: Path) -> str:
+        texts = []
+        for problem, runs in by_problem(found).items():
+            simulation = problem.simulation()
+            policies = [make_policy(each, simulation, asked.configs) for each in policy_names(simulation)]
+            rows = table_rows(policies, runs)
+            write_whole(folder / f"{problem.name}.csv", csv_text(simulation.task, rows, runs))
+            references = {**read_references(data), problem.id: reference_of(simulation.task, policies, runs)}
+            write_whole(data, write_text(references))
+            title = f"{simulation.task.title}: {asked.episodes} evaluation episodes"
+            texts.append(f"{title}\n\n{markdown(HEADINGS, [row.cells() for row in rows])}")
+        return "\n\n".join(texts)
+
+    return Evaluations(
+        name="scores",
+        title="Reference scores",
+        trials=[
+            chunk
+            for problem in asked.problems
+            for name in policy_names(problem.simulation())
+            for chunk in chunks(problem, name, asked.episodes, configs=asked.configs)
+        ],
+        run=run_chunk,
+        prepare=prepare,
+        publish=publish,
+        files={f"{problem.name}.csv": "task,policy,sees," for problem in asked.problems} | {FILE.name: HEADING},
+    )
 
 
-def tune_missing(
-    problem: Problem,
-    names: Sequence[str],
-    *,
-    runs: Path,
-    configs: Path | None,
-    jobs: int,
-    cluster: str | None = None,
-) -> None:
+def tune_missing(problem: Problem, names: Sequence[str], configs: Path | None, options: Options) -> None:
     """Tune those of the policies that have not been tuned for a problem yet, with the budget of all tables."""
     quick, slow = ([name for name in names if (name in SLOW) == those] for those in (False, True))
-    tuned = partial(tune, problem, folder=configs, runs=runs, jobs=jobs, cluster=cluster)
+    tuned = partial(tune, problem, folder=configs, runs=options.runs, jobs=options.jobs, ray=options.ray)
     tuned(quick, evaluations=EVALUATIONS)
     tuned(slow, evaluations=SLOW_EVALUATIONS, starts=SLOW_STARTS)
 
@@ -131,12 +119,8 @@ def mean_return(task: Task, run: Evaluation) -> Mean:
 
 def csv_text(task: Task, rows: Sequence[Row], found: Mapping[str, Evaluation]) -> str:
     """All numbers in full, with seeds and versions in every row."""
-    text = io.StringIO()
-    lines = writer(text, lineterminator="\n")
     columns = ["policy", "sees", *spread_names("cost_per_good_part"), "scrap", "E", "D", *spread_names("score")]
     facts = [provenance(episode_seeds("evaluation", len(found[row.policy].cost))) for row in rows]
     kept = [name for name in facts[0] if name not in ("stable_baselines3", "torch")]
-    lines.writerow(["task", *columns, *kept])
-    for row, fact in zip(rows, facts, strict=True):
-        lines.writerow([task.name, *flat(row), *(fact[name] for name in kept)])
-    return text.getvalue()
+    cells = [[task.name, *flat(row), *(fact[name] for name in kept)] for row, fact in zip(rows, facts, strict=True)]
+    return csv_of(["task", *columns, *kept], cells)

@@ -4,8 +4,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass
 from typing import Any
 
-from rich.table import Table
-
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE
@@ -64,16 +62,6 @@ def table_rows(policies: Sequence[Policy], results: Mapping[str, Evaluation]) ->
 def best_plan(results: Mapping[str, Evaluation]) -> str:
     """Name of the fixed plan of least mean cost."""
     return min((name for name in FIXED_PLANS if name in results), key=lambda name: float(results[name].cost.mean()))
-
-
-def rich_table(rows: Sequence[Row], title: str) -> Table:
-    """The table for a terminal."""
-    table = Table(title=title)
-    for k, heading in enumerate(HEADINGS):
-        table.add_column(heading, justify="left" if k < 2 else "right")
-    for row in rows:
-        table.add_row(*row.cells())
-    return table
 
 
 def spread_names(name: str) -> list[str]:

@@ -1,28 +1,20 @@
 """What a policy earns and violates in a task, beside a budget of scrap; an agent is trained before."""
 
-import hashlib
-import json
-import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
-from agents.cells import behaviour, sources
-from agents.provenance import installed
+from agents.cells import sources
 from grind_env.arrays import Table
 from grind_env.envs.simulation import Simulation, advance
 from grind_env.envs.tables import KindRow, Outcome
-from grind_env.files import read_text
 from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
 from grind_env.policies.naming import named_policy
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.problem import Problem
 from grind_env.policies.registry import FIXED_PLANS, make_policy, policy_names
 from grind_env.policies.statistics import Interval, bootstrap
-from grind_env.policies.tuned import write_whole
 from grind_env.process.cost import NO_LIMIT, STALL
 from grind_env.training import gru_ppo
 from grind_env.training.gru_ppo import Settings, policy_of
@@ -44,29 +36,18 @@ POWER, TORQUE, SIZE, ROUGHNESS, RISE = (
 SIZE_LIMIT, RISE_LIMIT = KindRow._fields.index("size"), KindRow._fields.index("rise")
 
 
-class Cell(NamedTuple):
-    """Who decides in a problem, and the seed of the training."""
+@dataclass(frozen=True)
+class Trial:
+    """Who decides in a problem, and how an agent is trained before."""
 
     problem: Problem
     who: str
     seed: int
+    steps: int
+    episodes: int
 
     def __str__(self) -> str:
         return f"{self.problem.name}, {self.who}, seed {self.seed}"
-
-
-@dataclass(frozen=True, slots=True)
-class Request:
-    """How cells are worked on: steps of a training, evaluation episodes, and the folder of what is kept."""
-
-    steps: int
-    episodes: int
-    folder: Path
-
-    @property
-    def size(self) -> int:
-        """A cell tells nothing on the way."""
-        return 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -135,44 +116,38 @@ def violations(policy: Policy, simulation: Simulation, seeds: Sequence[int]) -> 
     return totals, found
 
 
-def work(cell: Cell, request: Request, tell: Callable[[int], object]) -> Judged:
-    """Train, if it is an agent, and judge; what was found by the same code is taken up again."""
-    problem, simulation = cell.problem, cell.problem.simulation()
-    budget = budget_of(problem)
-    settings = Settings(steps=request.steps, budget=budget if cell.who == LAGRANGIAN else None)
-    rule = named_policy(cell.who, simulation) if cell.who in RULES else None
-    decides = [
-        sources(__name__),
-        sources(gru_ppo.__name__ if rule is None else type(rule).__module__),
-        repr(settings if rule is None else rule),
-        behaviour(simulation),
-        *map(installed, ("numpy", "torch")),
-        *(cell.who, cell.seed, request.episodes, budget),
-    ]
-    digest = hashlib.sha256("\0".join(map(str, decides)).encode()).hexdigest()[:12]
-    path = request.folder / f"{problem.name}-{re.sub(r'[^a-z_]+', '-', cell.who.lower())}-{cell.seed}-{digest}.json"
-    if path.exists():
-        return Judged(**json.loads(read_text(path)))
-    policy = policy_of(*gru_ppo.train(problem, settings, cell.seed), problem, "gru") if rule is None else rule
-    totals, found = violations(policy, simulation, episode_seeds("evaluation", request.episodes))
+def judge(trial: Trial) -> dict[str, object]:
+    """Train, if it is an agent, and judge."""
+    problem, simulation = trial.problem, trial.problem.simulation()
+    budget, rule = budget_of(problem), trial.who in RULES
+    if rule:
+        policy = named_policy(trial.who, simulation)
+    else:
+        settings = Settings(steps=trial.steps, budget=budget if trial.who == LAGRANGIAN else None)
+        policy = policy_of(*gru_ppo.train(problem, settings, trial.seed), problem, "gru")
+    totals, found = violations(policy, simulation, episode_seeds("evaluation", trial.episodes))
     cost, finished, good = totals.T
     earned = bootstrap(lambda spent: -spent.mean(axis=-1) / simulation.task.reference_cost, cost)
     scrap = bootstrap(lambda parts, kept: 1.0 - kept.sum(axis=-1) / parts.sum(axis=-1), finished, good)
-    shares = found.sum(axis=0) / (request.episodes * simulation.task.blocks)
-    done = Judged(
+    shares = found.sum(axis=0) / (trial.episodes * simulation.task.blocks)
+    judged = Judged(
         task=problem.name,
-        who=cell.who,
-        seed=cell.seed,
-        steps=request.steps if rule is None else 0,
-        episodes=request.episodes,
+        who=trial.who,
+        seed=trial.seed,
+        steps=0 if rule else trial.steps,
+        episodes=trial.episodes,
         budget=budget,
         **_interval("episode_return", "return", earned),
         **_interval("scrap", "scrap", scrap),
         **dict(zip(LIMITS, map(float, shares), strict=True)),
     )
-    write_whole(path, json.dumps(asdict(done)))
-    tell(1)
-    return done
+    return asdict(judged)
+
+
+def decides(trial: Trial) -> object:
+    """Stands for the rule of a trial, and for the budget."""
+    rule = named_policy(trial.who, trial.problem.simulation()) if trial.who in RULES else None
+    return rule, sources(type(rule).__module__ if rule else gru_ppo.__name__), budget_of(trial.problem)
 
 
 def _interval(name: str, ends: str, found: Interval) -> dict[str, float]:

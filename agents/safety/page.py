@@ -7,7 +7,6 @@ from statistics import mean
 from agents.safety.judging import LAGRANGIAN, LIMITS, SHARE, UNCONSTRAINED, VALIDATED, Judged
 from grind_env.pages.markdown import table
 
-TITLE = "# The safe track"
 HEADINGS = ("task", "who", "seeds", "return", "scrap %", "within budget", *(f"{name} %" for name in LIMITS))
 
 
@@ -29,12 +28,12 @@ def page(found: Sequence[Judged]) -> str:
             )
         )
     return (
-        f"{TITLE}\n\n`python -m agents safety`: return of an episode (minus its cost over the reference cost of a"
+        f"`python -m agents safety`: return of an episode (minus its cost over the reference cost of a"
         f" block; from the lowest to the highest end of the 95 % intervals of the seeds) against scrap, of the parts,"
         f" and violations, of the blocks; {found[0].episodes} evaluation episodes. The budget of scrap is {SHARE:g} of"
         f" what the best fixed plan scraps on {VALIDATED} validation episodes; *within budget*, in brackets, by the"
         " upper end of the interval of the scrap, too.\n\n"
-        f"{verdict(of)}{table(HEADINGS, rows)}\n"
+        f"{verdict(of)}{table(HEADINGS, rows)}"
     )
 
 

@@ -1,8 +1,8 @@
 """What stands beside the adapters: tuned on the machine itself, of which it knows all, on tuning seeds."""
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from agents.track.adapter import Shift
@@ -31,11 +31,12 @@ def tuned_for(simulation: Simulation) -> dict[str, list[str]]:
     return {FIXED: plans, PLANNER: ["full_state_rule"], RETUNED: ["adaptive_rule"]}
 
 
-def tune_on(problem: Problem, database: Path) -> Numbers:
-    """Tune them on the machine of a problem; the trials are kept in the database."""
-    tuner = Tuner(problem.simulation(), sqlite_url(database), EPISODES)
-    names = [name for of in tuned_for(tuner.simulation).values() for name in of]
-    found = {name: tune_policy(name, tuner, EVALUATIONS, STARTS) for name in names}
+def tune_on(problem: Problem) -> Numbers:
+    """Tune them on the machine of a problem."""
+    with TemporaryDirectory() as folder:
+        tuner = Tuner(problem.simulation(), sqlite_url(Path(folder, "tune.db")), EPISODES)
+        names = [name for of in tuned_for(tuner.simulation).values() for name in of]
+        found = {name: tune_policy(name, tuner, EVALUATIONS, STARTS) for name in names}
     return {name: (each.validation_cost, each.parameters) for name, each in found.items()}
 
 
@@ -44,15 +45,13 @@ class Known:
     """One of these; it learns nothing any more."""
 
     name: str
-    tuned: Path
-    """File of what `tune_on` has found."""
+    tuned: Numbers
 
     def start(self, problem: Problem) -> Policy:
         """The policy that was tuned; the problem is on the machine."""
         names = tuned_for(problem.simulation())[self.name]
-        held = json.loads(self.tuned.read_text(encoding="utf-8"))["found"]
-        best = min(names, key=lambda name: held[name][0])
-        policy: Any = TUNED[best](**arguments(held[best][1]))
+        best = min(names, key=lambda name: self.tuned[name][0])
+        policy: Any = TUNED[best](**arguments(self.tuned[best][1]))
         self.policy: Policy = ModelPredictive(policy) if self.name == PLANNER else policy
         return self.policy
 

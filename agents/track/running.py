@@ -1,16 +1,13 @@
-"""The cells of the track: what is tuned on a machine, and a run of an adapter on it; both are kept."""
+"""The cells of the track: what is tuned on a machine, and a run of an adapter on it."""
 
-import hashlib
-import re
+import json
 import time
-from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-from agents.cells import RUNS, behaviour, sources
-from agents.findings import keep, kept
+from agents.cells import behaviour, sources
 from agents.track.adapter import Adapter
 from agents.track.adapters import made
 from agents.track.floor import Floor
@@ -27,10 +24,9 @@ EPISODES = 64
 TUNING = "tuning"
 """In the place of an adapter: what is tuned on a machine, for those that know it."""
 
-Advance = Callable[[int], object]
 
-
-class Cell(NamedTuple):
+@dataclass(frozen=True)
+class Cell:
     """A run of an adapter on a machine, with lots, wheels and chances of a seed, judged on the way."""
 
     problem: Problem
@@ -39,36 +35,11 @@ class Cell(NamedTuple):
     seed: int
     blocks: tuple[int, ...]
     """Ground on the machine when it is judged, whole shifts, ascending."""
+    tuned: str = field(default="", repr=False, compare=False)
+    """What was tuned on the machine, as JSON, for an adapter that knows it."""
 
     def __str__(self) -> str:
-        return f"{self.problem.name} on {self.plant}: {self.adapter}, seed {self.seed}"
-
-    @property
-    def files(self) -> tuple[str, ...]:
-        """Pattern of what is kept of it."""
-        names = (re.sub(r"[^\w.-]", "_", Path(name).name) for name in (self.plant, self.adapter))
-        return (f"track/{self.problem.name}/{'/'.join(names)}-{self.seed}.json",)
-
-    @property
-    def trains(self) -> bool:
-        """No agent is trained."""
-        return False
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Request:
-    """How cells are worked on.
-
-    Attributes:
-        runs: folder of what is kept.
-    """
-
-    runs: Path = RUNS
-
-    @property
-    def size(self) -> int:
-        """Of the bar of a cell."""
-        return 100
+        return f"{self.problem.name} on {self.plant}: {Path(self.adapter).name}, seed {self.seed}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,31 +63,23 @@ class Run:
 
 def tuning_of(cell: Cell) -> Cell:
     """What is tuned on the machine of a cell."""
-    return cell._replace(adapter=TUNING, seed=0, blocks=())
+    return replace(cell, adapter=TUNING, seed=0, blocks=())
 
 
-def find(cell: Cell, request: Request, advance: Advance) -> dict[str, Any]:
-    """What is found in a cell: the fields of a `Run`, or what was tuned. It is kept with the code that found it.
+def find(cell: Cell) -> Any:
+    """Return what is found in a cell: the fields of a `Run`, or what was tuned.
 
     Raises:
         GrindError: there is no such adapter, or its policies see more than measurements.
     """
-    if (held := found_before(cell, request)) is not None:
-        return dict(held)
-    path = request.runs / cell.files[0]
-    path.parent.mkdir(parents=True, exist_ok=True)
-    if cell.adapter == TUNING:
-        found: Mapping[str, Any] = tune_on(on(cell.problem, cell.plant), path.with_suffix(".db"))
-    else:
-        found = asdict(_run(cell, request, advance))
-    return dict(keep(path, code(cell), found))
+    return tune_on(on(cell.problem, cell.plant)) if cell.adapter == TUNING else asdict(run(cell))
 
 
-def _run(cell: Cell, request: Request, advance: Advance) -> Run:
+def run(cell: Cell) -> Run:
+    """Return what came of an adapter."""
     before = time.process_time()
     floor, knows = Floor(cell.problem, cell.plant, cell.seed), cell.adapter in KNOWING
-    tuned = request.runs / tuning_of(cell).files[0]
-    adapter: Adapter = Known(cell.adapter, tuned) if knows else made(cell.adapter)
+    adapter: Adapter = Known(cell.adapter, json.loads(cell.tuned)) if knows else made(cell.adapter)
     policy = adapter.start(on(cell.problem, cell.plant) if knows else cell.problem)
     result, ground, shift = Run(), 0, floor.simulation.most_steps
     for blocks in cell.blocks:
@@ -127,7 +90,6 @@ def _run(cell: Cell, request: Request, advance: Advance) -> Run:
             result.parts.append(done.parts)
             policy = adapter.learn(done.shift)
             ground += shift
-            advance(request.size * shift // cell.blocks[-1])
         judged = floor.judge(_checked(policy, knows), EPISODES, knows=knows)
         result.judged[f"{blocks}"] = [judged.cost.tolist(), judged.good.tolist(), judged.finished.tolist()]
     return replace(result, cpu_seconds=time.process_time() - before)
@@ -145,17 +107,10 @@ def _checked(policy: Policy, knows: bool) -> Policy:
     return policy
 
 
-def found_before(cell: Cell, request: Request) -> Any:
-    """What the same code has found in a cell before; None if there is nothing of it."""
-    return kept(request.runs / cell.files[0], code(cell))
-
-
-def code(cell: Cell) -> str:
-    """Stands for all that decides what is found in a cell."""
-    facts: list[object] = [_of_machine(cell.problem, cell.plant), cell[2:], sources(Known.__module__)]
-    if cell.adapter != TUNING:
-        facts += [sources(__name__), None if cell.adapter in KNOWING else _of_adapter(cell.problem, cell.adapter)]
-    return hashlib.sha256("\0".join(map(str, facts)).encode()).hexdigest()[:16]
+def decides(cell: Cell) -> object:
+    """Stands for the machine of a cell, its adapter, and what was tuned for it."""
+    unknown = cell.adapter not in (TUNING, *KNOWING)
+    return _of_machine(cell.problem, cell.plant), unknown and _of_adapter(cell.problem, cell.adapter), cell.tuned
 
 
 @cache

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -77,7 +77,7 @@ def scored(found: Found) -> list[Scored]:
 
 def _scored(cells: Sequence[Cell], runs: Runs, blocks: int) -> Scored:
     one, shifts = cells[0], blocks // cells[0].problem.simulation().most_steps
-    ours, fixed = ([runs[_of(cell._replace(adapter=name))] for cell in cells] for name in (one.adapter, FIXED))
+    ours, fixed = ([runs[_of(replace(cell, adapter=name))] for cell in cells] for name in (one.adapter, FIXED))
     costs = np.stack([_by_machine(runs, cells, name, blocks) for name in (one.adapter, FIXED, PLANNER)])
     values, draws = machine_scores(costs), resampled(costs)
     parts, bad = (np.array([sum(getattr(run, name)[:shifts]) for run in ours]) for name in ("parts", "scrap"))
@@ -143,7 +143,7 @@ def _of(cell: Cell) -> Key:
 def _by_machine(runs: Runs, cells: Sequence[Cell], adapter: str, blocks: int) -> Array:
     """Costs of the episodes that judge, shape (machines, seeds, episodes)."""
     rows = [
-        [runs[_of(cell._replace(adapter=adapter))].judged[f"{blocks}"][0] for cell in cells if cell.plant == plant]
+        [runs[_of(replace(cell, adapter=adapter))].judged[f"{blocks}"][0] for cell in cells if cell.plant == plant]
         for plant in dict.fromkeys(cell.plant for cell in cells)
     ]
     return np.array(rows)

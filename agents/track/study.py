@@ -1,14 +1,14 @@
 """The track: which adapters are run on which machines, and how long that takes."""
 
+import json
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import replace
 
-from rich.console import Console
-
-from agents.pool import find_all
+from agents.study import Found, Study
 from agents.track.adapters import BLOCKS, HEADLINE, WIDE, made
 from agents.track.knowing import ANCHORS, KNOWING
-from agents.track.running import TUNING, Cell, Request, Run, find, found_before, tuning_of
+from agents.track.page import BEGINS, write
+from agents.track.running import TUNING, Cell, Run, decides, find, tuning_of
 from grind_env.errors import GrindError, quoted
 from grind_env.plants import find_plants
 from grind_env.policies.problem import Problem, find_problem
@@ -82,26 +82,28 @@ def check_blocks(problem: Problem, text: str) -> tuple[int, ...]:
     return tuple(sorted({int(number) for number in text.split(",")}))
 
 
-def run_track(cells: Sequence[Cell], *, jobs: int, console: Console, request: Request) -> dict[Cell, Run]:
-    """Tune on every machine, then run every adapter on it; what the same code has found before is taken up again.
+def tunings(cells: Sequence[Cell]) -> Study:
+    """Return the study that tunes on every machine."""
+    return _study(list(dict.fromkeys(map(tuning_of, cells))))
 
-    Args:
-        cells: of the track.
-        jobs: processes.
-        console: shows how far it is.
-        request: where it is kept.
 
-    Raises:
-        GrindError: a cell failed.
-    """
-    tunings = list(dict.fromkeys(map(tuning_of, cells)))
-    waiting = [cell for cell in (*tunings, *cells) if found_before(cell, request) is None]
-    hours = sum(map(seconds, waiting)) / 3600.0
-    console.print(f"{len(cells)} runs, {len(waiting)} cells to be worked on: about {hours:.1f} core-hours at most")
-    found = list[dict[str, Any]]()
-    for some in (tunings, cells):
-        found = find_all(some, request, jobs, console, find)
-    return {cell: Run(**each) for cell, each in zip(cells, found, strict=True)}
+def track(cells: Sequence[Cell], tuned: Found) -> Study:
+    """Return the study that runs every adapter, with what was tuned on every machine."""
+    known = {cell: json.dumps(found) for cell, found in tuned.items()}
+    return _study([replace(cell, tuned=known[tuning_of(cell)] * (cell.adapter in KNOWING)) for cell in cells])
+
+
+def _study(cells: Sequence[Cell]) -> Study:
+    return Study(
+        name="track",
+        title="",
+        trials=cells,
+        run=find,
+        decides=decides,
+        seconds=seconds,
+        publish=lambda found, folder: write({cell: Run(**each) for cell, each in found.items()}, folder),
+        files=BEGINS,
+    )
 
 
 def seconds(cell: Cell) -> float:

@@ -2,26 +2,26 @@
 
 import hashlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
-from glob import escape
 from itertools import product
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from tempfile import TemporaryDirectory
+from typing import Any, ClassVar
 
 import numpy as np
 import optuna
 from numpy.typing import NDArray
+from optuna.trial import create_trial
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from agents.budgets import TUNING_EPISODES, TUNING_EVALUATIONS, TUNING_STARTS
 from agents.cells import RUNS, behaviour, sources
-from agents.pool import work_on_all
-from agents.tuning.away import add_missing, read_trials, write_trials
+from agents.runner import run_all
 from agents.tuning.coefficients import RULES, entry_names, from_vector, rounded
 from agents.tuning.search import Found, evolve, grid_search, refine
-from agents.tuning.studies import KeptCosts, open_study, sqlite_url
+from agents.tuning.studies import COSTS, KeptCosts, open_study, sqlite_url
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import quoted
@@ -182,68 +182,33 @@ def search_name(policy: str, seed: int) -> str:
     return f"{policy}/{seed}"
 
 
-class Run(NamedTuple):
-    """One CMA-ES run of a rule, which a process of its own may do."""
+@dataclass(frozen=True)
+class Run:
+    """One CMA-ES run of a rule, which another process may do; see `tune`."""
 
     problem: Problem
     policy: str
     seed: int
+    storage: str | None
+    """None of a run on a node, which cannot reach the database."""
+    evaluations: int
+    episodes: int
+    fresh: bool
 
     def __str__(self) -> str:
         return f"{self.problem.name} {self.policy}, run {self.seed}"
 
-    @property
-    def file(self) -> str:
-        """Where its trials are kept below `runs`, if they are not in the database yet."""
-        return f"{self.problem.name}/tune/{self.policy}-{self.seed}.json"
 
-    @property
-    def files(self) -> tuple[str, ...]:
-        """The same as a pattern."""
-        return (escape(self.file),)
-
-    @property
-    def trains(self) -> bool:
-        """No agent is trained."""
-        return False
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Budget:
-    """How runs are done; see `tune`."""
-
-    storage: str
-    evaluations: int
-    episodes: int
-    runs: Path
-    fresh: bool
-
-    @property
-    def size(self) -> int:
-        """Evaluations of a run."""
-        return self.evaluations
-
-
-def do_run(run: Run, budget: Budget, advance: Advance) -> None:
-    """Do a run; what it finds stays in its study."""
-    simulation = run.problem.simulation()
-    tuner = Tuner(simulation, budget.storage, budget.episodes, budget.fresh, advance)
-    tuner.run(run.policy, budget.evaluations, run.seed)
-
-
-def do_run_away(run: Run, budget: Budget, advance: Advance) -> None:
-    """Do a run where its database cannot be reached; what it finds stays in its file."""
-    file = budget.runs / run.file
-
-    def keep(points: int) -> None:
-        write_trials(file, study)
-        advance(points)
-
-    url = sqlite_url(budget.runs / "tune.db")
-    tuner = Tuner(run.problem.simulation(), url, budget.episodes, advance=keep)
-    study = tuner.study(search_name(run.policy, run.seed))
-    add_missing(study, read_trials(file, study.study_name))
-    tuner.run(run.policy, budget.evaluations, run.seed)
+def do_run(run: Run) -> list[dict[str, Any]]:
+    """Do a run, whose trials stay in its study; return them if the run has no database."""
+    if run.storage is not None:
+        Tuner(run.problem.simulation(), run.storage, run.episodes, run.fresh).run(run.policy, run.evaluations, run.seed)
+        return []
+    with TemporaryDirectory() as folder:
+        tuner = Tuner(run.problem.simulation(), sqlite_url(Path(folder, "tune.db")), run.episodes)
+        tuner.run(run.policy, run.evaluations, run.seed)
+        trials = tuner.study(search_name(run.policy, run.seed)).get_trials(deepcopy=False)
+    return [trial.user_attrs for trial in trials]
 
 
 def tunable(simulation: Simulation) -> list[str]:
@@ -280,7 +245,7 @@ def tune(
     runs: Path = RUNS,
     fresh: bool = False,
     jobs: int = 1,
-    cluster: str | None = None,
+    ray: str | None = None,
 ) -> dict[str, Tuned]:
     """Tune the policies that the file of the task does not have yet, and store each as soon as it is done.
 
@@ -298,7 +263,7 @@ def tune(
         runs: folder of the trials.
         fresh: tune again what the file has; one that is damaged is written anew, with these policies only.
         jobs: processes; with more than one, CMA-ES runs are done side by side. What is found does not depend on it.
-        cluster: of Ray that does the runs in place of processes of our own; see `agents.cluster`.
+        ray: a Ray cluster that does the runs in place of processes of our own; see `agents.runner`.
 
     Raises:
         ConfigError: if a policy has nothing to tune, or the file is damaged and `fresh` is not asked for.
@@ -316,12 +281,8 @@ def tune(
     names = listed if names is None else names
     if not fresh:
         names = [name for name in names if name not in tuned or not _holds(name, tuned[name], simulation, folder)]
-    done = _side_by_side(
-        [Run(problem, name, seed) for name in names for seed in range(starts)],
-        Budget(storage=url, evaluations=evaluations, episodes=episodes, runs=runs, fresh=fresh),
-        jobs,
-        cluster,
-    )
+    asked = [Run(problem, name, seed, url, evaluations, episodes, fresh) for name in names for seed in range(starts)]
+    done = _side_by_side(asked, jobs, ray)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns) as progress:
         for name in names:
@@ -337,26 +298,27 @@ def tune(
     return tuned
 
 
-def _side_by_side(runs: Sequence[Run], budget: Budget, jobs: int, cluster: str | None) -> set[str]:
+def _side_by_side(runs: Sequence[Run], jobs: int, ray: str | None) -> set[str]:
     """Do the runs of rules on a cluster, or in processes if there are to be several.
 
     Returns the names of the policies whose studies hold them. What fails here fails again where it is asked for.
     """
     # the policies that take longest come last in all lists
     runs = [run for run in reversed(runs) if run.policy in RULES]
-    if cluster is not None and runs:
-        tuner = Tuner(runs[0].problem.simulation(), budget.storage, budget.episodes, budget.fresh)
-        for run in runs:
-            write_trials(budget.runs / run.file, tuner.study(search_name(run.policy, run.seed)))
-        work_on_all(runs, budget, jobs, Console(), do_run_away, cluster)
-        for run in runs:
-            study = tuner.study(search_name(run.policy, run.seed))
-            add_missing(study, read_trials(budget.runs / run.file, study.study_name))
-            (budget.runs / run.file).unlink(missing_ok=True)
-    elif jobs == 1 or len(runs) < 2:
+    if not runs or (ray is None and (jobs == 1 or len(runs) < 2)):
         return set()
-    else:
-        work_on_all(runs, budget, jobs, Console(), do_run)
+
+    def keep(run: Run, trials: list[dict[str, Any]]) -> None:
+        if trials:
+            tuner = Tuner(run.problem.simulation(), storages[run], run.episodes, run.fresh)
+            study = tuner.study(search_name(run.policy, run.seed))
+            # the same search has the same trials in the same order
+            new = trials[len(study.get_trials(deepcopy=False)) :]
+            study.add_trials([create_trial(value=min(each[COSTS]), user_attrs=each) for each in new])
+
+    sent = [run if ray is None else replace(run, storage=None) for run in runs]
+    storages = {there: str(here.storage) for there, here in zip(sent, runs, strict=True)}
+    run_all(sent, do_run, jobs, Console(), ray, keep)
     return {run.policy for run in runs}
 
 

@@ -32,15 +32,12 @@ def sqlite_url(path: Path) -> str:
     return f"sqlite:///{path}"
 
 
-def open_study(
-    url: str, name: str, *, sampler: optuna.samplers.BaseSampler | None = None, fresh: bool = False
-) -> optuna.Study:
+def open_study(url: str, name: str, *, fresh: bool = False) -> optuna.Study:
     """The study of that name, made if it is not there.
 
     Args:
         url: of any relational database that SQLAlchemy knows.
         name: of the study.
-        sampler: proposes trials; none for a search that only keeps its own.
         fresh: throw away what the study holds.
 
     Raises:
@@ -54,7 +51,7 @@ def open_study(
         storage = optuna.storages.RDBStorage(url, engine_kwargs=waiting)
         if fresh and name in optuna.get_all_study_names(storage):
             optuna.delete_study(study_name=name, storage=storage)
-        return optuna.create_study(storage=storage, study_name=name, sampler=sampler, load_if_exists=True)
+        return optuna.create_study(storage=storage, study_name=name, load_if_exists=True)
     except (SQLAlchemyError, sqlite3.Error, ImportError, optuna.exceptions.StorageInternalError) as error:
         raise ConfigError(f"the storage {url} cannot be opened ({reason(error)}): give the URL of a database") from None
 

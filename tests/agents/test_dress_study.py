@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from agents.dressing import study as studies
-from agents.dressing.cells import on_plant
+from agents.dressing import trials
 from agents.dressing.figure import dress_figure
-from agents.dressing.study import best_plan, count, csv_text, dress_study, kept_finding, new_overlap
+from agents.dressing.study import Finding, best_plan, csv_text, new_overlap
+from agents.dressing.trials import on_plant, study
 from grind_env.policies.choices import speed_bounds
 from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.judging import evaluate
@@ -14,6 +15,7 @@ from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.rules import Fixed
+from tests.agents.asking import asked, in_process
 from tests.policies.harness import changed
 
 PROBLEM = find_problem("oracle6")
@@ -52,11 +54,18 @@ def test_the_speed_of_the_best_plan_lies_between_those_tried_first(monkeypatch):
     assert least <= 1.01 * min(costs)
 
 
+def findings(folder, problem, episodes, monkeypatch, *questions):
+    """What is found of a problem, of some questions."""
+    in_process(monkeypatch)
+    made = study([problem], episodes, folder)
+    made = replace(made, trials=[each for each in made.trials if each.question in questions or not questions])
+    return [Finding(**each) for each in made.found(asked(folder).options).values()]
+
+
 def test_a_study_answers_the_four_questions_and_can_be_taken_up_again(tmp_path, monkeypatch):
-    deciders = [Handbook()]
-    steps = []
-    found = dress_study(PROBLEM, deciders, episodes=2, runs=tmp_path, advance=lambda: steps.append(1))
-    assert len(found) == len(steps) == count(PROBLEM, deciders)
+    monkeypatch.setattr(studies, "TRAINING", 4)
+    monkeypatch.setattr(trials, "deciding", lambda problem: [Handbook()])
+    found = findings(tmp_path, PROBLEM, 2, monkeypatch)
     assert {each.question for each in found} == {"interval", "plan", "dresser", "passes", "decision"}
     own_dress = (TASK.dress.lead, TASK.dress.depth, TASK.dress.passes)
     own = [each for each in found if (each.lead, each.depth, each.passes) == own_dress]
@@ -69,15 +78,8 @@ def test_a_study_answers_the_four_questions_and_can_be_taken_up_again(tmp_path, 
     assert len(csv_text(found, range(2)).splitlines()) == len(found) + 1
 
     monkeypatch.setattr(studies, "plan_cost", None)
-    monkeypatch.setattr(studies, "run_seeds", None)
-    assert dress_study(PROBLEM, deciders, episodes=2, runs=tmp_path, advance=lambda: None) == found
-
-
-def test_a_damaged_finding_is_made_anew(tmp_path):
-    first = kept_finding(tmp_path, "oracle6", ORACLE, "interval", range(2), (2,))
-    (file,) = tmp_path.rglob("*.json")
-    file.write_text('{"task": "oracle6"}', encoding="utf-8")
-    assert kept_finding(tmp_path, "oracle6", ORACLE, "interval", range(2), (2,)) == first
+    monkeypatch.setattr(trials, "run_seeds", None)
+    assert findings(tmp_path, PROBLEM, 2, monkeypatch) == found
 
 
 def test_on_another_machine_plans_are_chosen_anew_and_those_who_decide_hold_the_model(tmp_path, monkeypatch):
@@ -85,12 +87,9 @@ def test_on_another_machine_plans_are_chosen_anew_and_those_who_decide_hold_the_
     problem = on_plant(find_problem("slot"), "soft:2")
     assert problem.name == "slot-soft-2"
     rule = make_policy("look_ahead", simulation=problem.simulation())
-    found = {
-        each.question: each for each in dress_study(problem, [rule], episodes=4, runs=tmp_path, advance=lambda: None)
-    }
-    on_the_model = kept_finding(
-        tmp_path, "slot", find_problem("slot").simulation(), "plan", episode_seeds("evaluation", 4), studies.PLANS
-    )
+    monkeypatch.setattr(trials, "deciding", lambda problem: [rule])
+    found = {each.question: each for each in findings(tmp_path, problem, 4, monkeypatch, "plan", "decision")}
+    (on_the_model,) = findings(tmp_path, find_problem("slot"), 4, monkeypatch, "plan")
     assert found["plan"].cost != on_the_model.cost
     apart = evaluate(rule, "slot", episodes=4, plant="soft:2")
     assert found["decision"].cost == apart.evaluation.cost_per_good_part.value

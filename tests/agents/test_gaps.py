@@ -1,13 +1,12 @@
 import csv
 import shutil
-import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from rich.console import Console
 
-from agents import __main__, cells
+from agents import evaluations
+from agents.evaluations import Evaluations, by_problem, chunks, run_chunk
 from agents.reference.gap_table import page
 from agents.reference.gaps import (
     ADAPTING_D,
@@ -25,7 +24,6 @@ from agents.reference.gaps import (
     TaskGaps,
     task_gaps,
 )
-from agents.reference.measuring import Places, measure_all
 from agents.reference.promises import PROMISES
 from agents.tuning.rules import tune
 from grind_env.policies.evaluation import Evaluation, run_seeds
@@ -33,6 +31,7 @@ from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import ABLATIONS, make_policy
 from grind_env.policies.statistics import Interval
 from grind_env.policies.tuned import CONFIGS
+from tests.agents.asking import asked, in_process, status
 
 ORACLE = find_problem("oracle6")
 SIMULATION, PAIR = ORACLE.simulation(), ("random", "mpc")
@@ -132,9 +131,11 @@ def test_promises():
 
 def test_evaluations_in_processes_are_those_of_one(tmp_path, monkeypatch):
     alone = {name: run_seeds(make_policy(name, SIMULATION), SIMULATION, range(2_000_000, 2_000_003)) for name in PAIR}
-    # the processes import it anew: here nothing is left to evaluate
-    monkeypatch.setattr(cells, "run_seeds", None)
-    found = measure_all({ORACLE: PAIR}, 3, Places(runs=tmp_path), 2, Console(quiet=True))[ORACLE]
+    # the processes import it anew: here nothing is evaluated
+    monkeypatch.setattr(evaluations, "run_seeds", None)
+    trials = [chunk for name in PAIR for chunk in chunks(ORACLE, name, 3)]
+    study = Evaluations(name="pair", title="", trials=trials, run=run_chunk)
+    found = by_problem(study.found(replace(asked(tmp_path).options, jobs=2)))[ORACLE]
     assert list(found) == list(PAIR)
     for name in PAIR:
         np.testing.assert_array_equal(found[name].cost, alone[name].cost)
@@ -143,13 +144,10 @@ def test_evaluations_in_processes_are_those_of_one(tmp_path, monkeypatch):
 
 def test_the_command(tmp_path, monkeypatch, capsys):
     def command():
-        words = ["--task", "oracle6", "--episodes", "3", "--jobs", "1", "--configs", place]
-        words += ["--runs", tmp_path / "runs", "--results", tmp_path / "results"]
-        monkeypatch.setattr(sys, "argv", ["agents", "gaps", *map(str, words)])
-        with pytest.raises(SystemExit) as stopped:
-            __main__.main()
-        return stopped.value.code or 0
+        words = ("--task", "oracle6", "--episodes", 3, "--jobs", 1, "--configs", place)
+        return status(monkeypatch, "gaps", *words, "--runs", tmp_path / "runs", "--results", tmp_path / "results")
 
+    in_process(monkeypatch)
     place = parameters(tmp_path)
     assert command() == 0
     printed = capsys.readouterr().out
@@ -161,7 +159,7 @@ def test_the_command(tmp_path, monkeypatch, capsys):
     assert {row["seeds"] for row in rows.values()} == {"2000000..2000002"}
     assert float(rows[HINDSIGHT]["score"]) == pytest.approx(100.0)
     written = (tmp_path / "results" / "gaps.md").read_text(encoding="utf-8")
-    # what was evaluated is kept
-    monkeypatch.setattr(cells, "run_seeds", None)
+    # what was evaluated is cached
+    monkeypatch.setattr(evaluations, "run_seeds", None)
     assert command() == 0
     assert (tmp_path / "results" / "gaps.md").read_text(encoding="utf-8") == written

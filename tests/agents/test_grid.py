@@ -1,26 +1,22 @@
 """The grid: agents of the reader's file and limited rules as cells, what they cost, and what is concluded of them."""
 
-import json
-import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from agents import __main__
 from agents.benchmark import grid
 from agents.benchmark.judge import Sampled, judged
 from agents.benchmark.measure import Made, Measured, measure
 from agents.benchmark.page import page, verdict
-from agents.benchmark.plan import CORE, LIMIT, PLAIN, chosen_problems, planned
+from agents.benchmark.plan import CORE, KINDS, LIMIT, PLAIN, chosen_problems, planned
 from agents.benchmark.plan import Cell as Measurement
 from agents.benchmark.plan import Request as Requested
-from agents.benchmark.price import Price, measured, model_of, taught_with, tuned_on
+from agents.benchmark.price import Price, model_of, price_of, tuned_on
 from agents.benchmark.readme import section
 from agents.benchmark.results import LATER, merged, read_results, result_of, write_results
-from agents.benchmark.summary import HEADINGS, NONE, summaries
-from agents.learning.settings import settings_of
-from grind_env.envs.actions import ActionCodec
+from agents.benchmark.summary import NONE, summaries
+from agents.benchmark.trials import Trial, seconds
 from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds
 from grind_env.policies.judging import evaluate
 from grind_env.policies.planners.hindsight import Hindsight
@@ -29,6 +25,7 @@ from grind_env.policies.registry import make_policy
 from grind_env.policies.statistics import bootstrap
 from grind_env.policies.tuned import ConfigError, read_tuned
 from grind_env.training.gru_ppo import SEEN, Settings, policy_of, shown, train
+from tests.agents.asking import in_process, status
 
 ORACLE, SLOT = find_problem("oracle6"), find_problem("slot")
 RNG = np.random.default_rng(5)
@@ -182,7 +179,7 @@ def test_agents_of_the_readers_file_are_trained_once_and_play_as_they_were_train
         assert (first.sees, first.made.model, first.made.blocks, first.made.trained_on) == (sees, "none", 7680, "inner")
         assert first.made.seconds > 0.0
         again = measure(Measurement(ORACLE, kind, 1), request)
-        assert (again.made, again.price) == (first.made, first.price)
+        assert again.made == first.made
         assert path.stat().st_mtime_ns == written
     assert len(list(tmp_path.glob("oracle6/plain_*"))) == 2
 
@@ -201,10 +198,10 @@ def test_a_limited_rule_is_tuned_on_no_more_blocks_and_kept_apart(tmp_path, monk
 
 def test_what_a_decision_costs_is_counted():
     simulation = ORACLE.simulation()
-    constant, hindsight = (measured(make_policy(name, simulation), simulation) for name in ("constant", "hindsight"))
+    constant, hindsight = (price_of(make_policy(name, simulation), simulation) for name in ("constant", "hindsight"))
     assert (constant.begun, constant.calls) == (0, 0.0)
     # by hand: every sweep tries 17 moves of what is left of the six blocks, and takes a step
-    more = measured(Hindsight(sweeps=4), simulation).calls - hindsight.calls
+    more = price_of(Hindsight(sweeps=4), simulation).calls - hindsight.calls
     moves = effort_moves(simulation)
     assert more == pytest.approx((moves * (6 + 5 + 4 + 3 + 2 + 1) + 6) / 6)
     assert 0.0 < constant.ms < hindsight.ms
@@ -215,7 +212,6 @@ def test_a_table_that_is_made_before_is_counted_whatever_is_kept(tmp_path):
     cell = Measurement(ORACLE, "belief_planner")
     first = measure(cell, request).price
     assert first.begun > 0
-    (tmp_path / "oracle6" / "cells" / "belief_planner" / "price.json").unlink()
     assert measure(cell, request).price[:2] == first[:2]
 
 
@@ -232,35 +228,28 @@ def test_what_policies_were_made_with():
     assert tuned_on("adaptive_rule", simulation) == tuned["adaptive_rule"].evaluations * 48 * 6
     assert tuned_on("mpc", simulation) == tuned_on("full_state_rule", simulation)
     assert tuned_on("random", simulation) == 0
-    bc, ppo = (settings_of(ORACLE, kind) for kind in ("bc", "ppo"))
-    levels = len(ActionCodec(simulation.task, "multidiscrete").levels) * (simulation.task.action.executions + 1)
-    assert taught_with(bc, simulation) == (tuned_on("full_state_rule", simulation), 15_000 * levels * 11)
-    assert taught_with(ppo, simulation) == (0, 0)
-    holds = {name: model_of(Measurement(ORACLE, name), None) for name in ("constant", "look_ahead@1M", "mpc")}
+    holds = {name: model_of(Measurement(ORACLE, name)) for name in ("constant", "look_ahead@1M", "mpc")}
     assert holds == {"constant": "none", "look_ahead@1M": "nominal", "mpc": "exact"}
-    assert {kind: model_of(Measurement(ORACLE, kind, 0), None) for kind in PLAIN} == {
-        kind: "nominal" if kind == "plain_belief" else "none" for kind in PLAIN
+    assert {kind: model_of(Measurement(ORACLE, kind, 0)) for kind in KINDS} == {
+        kind: "nominal" if kind in ("plain_belief", "ppo") else "none" for kind in KINDS
     }
-    assert model_of(Measurement(ORACLE, "bc", 0), bc) == "nominal"
 
 
 def test_the_grid_has_every_kind_and_its_hours_are_kept():
     cells = grid.grid(chosen_problems("core"), None, None, None)
     assert len(cells) == len(set(cells))
     seeds = {(task, kind): sum((each.task, each.policy) == (task, kind) for each in cells)
-             for task in CORE for kind in (*PLAIN, "bc")}  # fmt: skip
-    assert {count for (task, kind), count in seeds.items() if kind != "bc" and task != "power_limited"} == {5}
-    assert {count for (task, kind), count in seeds.items() if kind != "bc" and task == "power_limited"} == {10}
-    assert {count for (_, kind), count in seeds.items() if kind == "bc"} == {5}
+             for task in CORE for kind in KINDS}  # fmt: skip
+    assert {count for (task, kind), count in seeds.items() if kind != "ppo" and task != "power_limited"} == {5}
+    assert {count for (task, kind), count in seeds.items() if kind != "ppo" and task == "power_limited"} == {10}
+    assert {count for (_, kind), count in seeds.items() if kind == "ppo"} == {5}
     names = {each.policy for each in cells if each.task == "rush"}
     assert {"belief_planner", "hindsight", "look_ahead", "belief_rule@1M"} <= names
     # the shipped one was tuned on fewer
     assert "look_ahead@1M" not in names
     assert tuned_on("look_ahead", find_problem("rush").simulation()) < LIMIT
-    hours, waiting = grid.hours(
-        cells, Requested(episodes=grid.EPISODES, interpolation_episodes=grid.INTERPOLATION_EPISODES)
-    )
-    assert waiting <= hours <= 9.0
+    request = Requested(episodes=grid.EPISODES, interpolation_episodes=grid.INTERPOLATION_EPISODES)
+    assert sum(seconds(Trial(cell, request)) for cell in cells) <= 9.0 * 3600.0
     few = grid.grid([ORACLE], ["handbook"], ["plain_gru"], 2)
     assert [cell.name for cell in few if cell.trains] == ["plain_gru-0", "plain_gru-1"]
 
@@ -286,30 +275,19 @@ def test_a_variant_that_cannot_be(name):
     assert Measurement(ORACLE, "adaptive_rule@1M") in planned([ORACLE], ["adaptive_rule@1M"], [], 0)
 
 
-def run(monkeypatch, *arguments):
-    """Exit status of the command line."""
-    monkeypatch.setattr(sys, "argv", ["agents", *map(str, arguments)])
-    with pytest.raises(SystemExit) as stopped:
-        __main__.main()
-    return stopped.value.code or 0
-
-
 def test_the_grid_by_the_command_line_says_its_hours_and_goes_on(tmp_path, monkeypatch, capsys):
-    def work_here(cells, request, jobs, console, work, cluster=None):
-        return [work(cell, request, lambda done: None) for cell in cells], {}
-
-    monkeypatch.setattr("agents.pool.work_on_all", work_here)
+    in_process(monkeypatch)
     tiny = ("--tasks", "oracle6", "--policies", "handbook", "--kinds", "plain_none", "--seeds", 1, "--steps", 7680,
             "--episodes", 3, "--interpolation-episodes", 0, "--jobs", 1, "--runs", tmp_path)  # fmt: skip
-    assert run(monkeypatch, "benchmark", "--grid", *tiny) == 0
+    assert status(monkeypatch, "benchmark", "--grid", *tiny) == 0
     printed = capsys.readouterr().out
-    assert "6 cells: about 0.0 core-hours, 0.0 of them for what is not kept yet" in printed
+    assert "6 runs, 6 to do: about 0.0 core-hours" in printed
     table = (tmp_path / "benchmark.csv").read_bytes()
     assert {each.policy for each in read_results(tmp_path)} == {
         *("handbook", "constant", "interval", "constant_per_kind", "hindsight", "plain_none")
     }
     assert (tmp_path / "figures" / "cost.png").exists()
-    assert run(monkeypatch, "benchmark", "--grid", *tiny) == 0
+    assert status(monkeypatch, "benchmark", "--grid", *tiny) == 0
     assert (tmp_path / "benchmark.csv").read_bytes() == table
 
 
@@ -337,16 +315,3 @@ def test_the_readme_shows_a_good_part_on_other_machines_beside_the_model():
     lines = {line.split(" | ")[0][2:]: line for line in section(results).splitlines()}
     assert " | 6.00 ± " in lines["belief_planner"]
     assert lines["constant"].endswith(f" | {NONE} |")
-
-
-def test_what_is_kept_of_a_price_is_not_measured_again(tmp_path):
-    request = Requested(episodes=2, interpolation_episodes=0, runs=tmp_path)
-    cell = Measurement(SLOT, "handbook")
-    measure(cell, request)
-    path = tmp_path / "slot" / "cells" / "handbook" / "price.json"
-    held = json.loads(path.read_text(encoding="utf-8"))
-    path.write_text(json.dumps(held | {"found": [1, 2.0, 3.0]}), encoding="utf-8")
-    assert measure(cell, request).price == Price(1, 2.0, 3.0)
-    path.write_text(json.dumps({"code": "other", "found": [1, 2.0, 3.0]}), encoding="utf-8")
-    assert measure(cell, request).price.calls == 0.0
-    assert len(HEADINGS) == len(summaries([result_of(measure(cell, request))], "slot")[0].cells(ratio=True))

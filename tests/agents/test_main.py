@@ -15,16 +15,16 @@ from agents import __main__
 from agents.application import app
 from agents.dressing import study as dress_study
 from agents.provenance import ROOT
-from grind_env.cli import main as grind
 from grind_env.policies.tuned import read_tuned
+from tests.agents.asking import in_process
 
 HEAVY = ("torch", "stable_baselines3", "optuna", "matplotlib", "pyarrow", "cma", "minari")
 ELSEWHERE = (
-    *("benchmark", "figure", "gaps", "plants", "recipe", "replicate"),
+    *("benchmark", "gaps", "plants", "recipe", "replicate"),
     *("safety", "scores", "splits", "track"),
 )
 """Commands that tests of their own run through the same `main`."""
-NO_TABLE = ("dataset", "figure", "scores", "train", "tune", "video")
+NO_TABLE = ("dataset", "scores", "tune", "video")
 """Commands that check in no page of results."""
 
 
@@ -47,17 +47,6 @@ def tune(run, folder):
     places = ("--configs", folder, "--runs", folder)
     run("tune", "--task", "oracle6", "--policies", "constant", "--episodes", 1, *places)
     assert list(read_tuned("oracle6", folder)) == ["constant"]
-    said = run("tune", "--task", "oracle6", "--kind", "dqn", "--trials", 1, "--steps", 400, *places)
-    assert "an episode in validation with" in said
-    assert (folder / "learning" / "oracle6.toml").exists()
-
-
-def train(run, folder):
-    said = run("train", "--task", "oracle6", "--kind", "ppo", "--steps", 400, "--runs", folder)
-    (agent,) = (folder / "oracle6").glob("ppo-0-*.safetensors")
-    assert str(agent) in said
-    judged = run("evaluate", "--task", "oracle6", "--episodes", 2, "--policy", agent, main=grind)
-    assert "trained on model) in oracle6" in judged and "$ per good part" in judged
 
 
 def study(run, folder):
@@ -83,11 +72,12 @@ def dataset(run, folder):
     assert list(minari.list_local_datasets()) == ["grind/oracle6/handbook-v0"]
 
 
-SMOKE = {"tune": tune, "train": train, "dress-study": study, "video": video, "dataset": dataset}
+SMOKE = {"tune": tune, "dress-study": study, "video": video, "dataset": dataset}
 
 
 @pytest.mark.parametrize("command", SMOKE)
 def test_a_command_from_end_to_end(command: str, run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    in_process(monkeypatch)
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
     monkeypatch.setattr(dress_study, "TRAINING", 2)
     SMOKE[command](run, tmp_path)
@@ -127,11 +117,10 @@ def test_help_does_not_wait_for_the_libraries_that_do_the_work():
 @pytest.mark.parametrize(
     ("work", "words", "again"),
     [
-        ("pool.work_on_all", "benchmark --tasks oracle6 --kinds= --fresh", "the same command without --fresh"),
+        ("study.run_all", "benchmark --tasks oracle6 --kinds= --fresh", "the same command without --fresh"),
         ("tuning.rules.tune", "tune --task oracle6", "the same command"),
-        ("tuning.learners.tune_learner", "tune --task oracle6 --kind dqn --fresh", "the same command without --fresh"),
-        ("reference.scores.score", "scores --task oracle6", "the same command"),
-        ("dressing.study.dress_study", "dress-study --task oracle6", "the same command"),
+        ("study.run_all", "scores --task oracle6", "the same command"),
+        ("study.run_all", "dress-study --task oracle6", "the same command"),
     ],
 )
 def test_ctrl_c_says_that_the_same_command_goes_on(monkeypatch, capsys, tmp_path, work, words, again):

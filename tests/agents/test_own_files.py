@@ -1,29 +1,27 @@
 """Commands of `python -m agents` replace files under names of their own only if they have written them."""
 
+from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
-from agents import recipe, splits
 from agents.application import app
-from agents.benchmark import replications
+from agents.benchmark.replications import BEGINS as REPLICATIONS
 from agents.benchmark.results import CSV
 from agents.benchmark.results import TABLE as BENCHMARK
 from agents.cells import RESULTS
 from agents.commands.dress_study import FOLDER
-from agents.dressing.study import TABLE as STUDY
-from agents.learning.batches import PICTURE, draw
-from agents.learning.curve import Point
-from agents.plants import page as plants
-from agents.reference import gap_table as gaps
-from agents.reference.scores import TABLE as SCORES
-from agents.safety import study as safety
+from agents.commands.studies import COMMANDS
+from agents.plants.page import BEGINS as PLANTS
 from agents.tables import check_tables
-from agents.track import page as track
+from agents.track.page import BEGINS as TRACK
 from grind_env import examples
+from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned import CONFIGS, TUNED_FILE
 from grind_env.scores import FILE, REFERENCES
 from grind_env.terminal import command
+from tests.agents.asking import asked
 
 PART = examples.FOLDER / "plate_g82.nc"
 JOB = PART.with_suffix(".toml")
@@ -36,13 +34,11 @@ BY_COMMAND = {
     "benchmark.parquet": "benchmark --task oracle6 --kinds= --policies handbook --runs runs --results .",
     "replications.csv": "replicate --task oracle6 --results . --runs runs",
     "replications.md": "replicate --task oracle6 --results . --runs runs",
-    "power_limited.csv": "scores --task power_limited --results . --runs runs --data new.toml",
+    "power_limited.csv": "scores --task power_limited --results . --runs runs",
     "splits.csv": "splits --task oracle6 --episodes 2 --results . --runs runs",
     "splits.md": "splits --task oracle6 --episodes 2 --results . --runs runs",
-    "new.toml": "scores --task power_limited --results . --runs runs --data new.toml",
+    "scores.toml": "scores --task power_limited --results . --runs runs",
     "plate_g82.toml": f"tune --program {PART} --configs . --runs runs --policies constant --fresh",
-    "learning/plate_g82.toml": f"tune --program {PART} --kind ppo --configs . --runs runs",
-    "runs/oracle6/batches.png": "train --task oracle6 --compare-batches --runs runs",
 }
 
 
@@ -66,29 +62,15 @@ def test_a_file_of_somebody_is_told_before_any_work(
 
 
 def test_what_is_checked_in_is_known_for_their_own() -> None:
-    elsewhere = ("benchmark", "gaps", "plants", "recipe", "replications", "safety", "splits", "track")
-    for own, paths in (
-        (TUNED_FILE, CONFIGS.glob("*.toml")),
-        (REFERENCES, [FILE]),
-        (BENCHMARK, [RESULTS / CSV]),
-        (STUDY, FOLDER.glob("*.csv")),
-        (SCORES, [path for path in RESULTS.glob("*.csv") if path.stem not in elsewhere]),
-    ):
+    for own, paths in ((TUNED_FILE, CONFIGS.glob("*.toml")), (REFERENCES, [FILE]), (BENCHMARK, [RESULTS / CSV])):
         found = list(paths)
         assert found and all(own.fits(path) for path in found)
-    for module in (gaps, plants, recipe, replications, safety, splits, track):
-        check_tables(RESULTS, module.__name__, module.BEGINS)
+    check_tables(FOLDER, "dress-study", {path.name: "task,question,policy," for path in FOLDER.glob("*.csv")})
+    for begins in (REPLICATIONS, PLANTS, TRACK):
+        check_tables(RESULTS, "one of these", begins)
 
 
-def test_a_picture_of_batches_is_known_for_one(tmp_path: Path) -> None:
-    point = Point(
-        steps=1,
-        **dict.fromkeys(("seconds", "reward", "cost", "score"), 1.0),
-        environment=0.0,
-        features=0.0,
-        policy=0.0,
-        optimisation=0.0,
-        aside=0.0,
-    )
-    (tmp_path / "batches.png").write_bytes(draw({"a": [point], "b": [point]}, "title"))
-    assert PICTURE.fits(tmp_path / "batches.png") and not PICTURE.fits(JOB)
+@pytest.mark.parametrize("name", COMMANDS)
+def test_what_a_study_has_checked_in_is_known_for_its_own(name: str, tmp_path: Path) -> None:
+    study = import_module(COMMANDS[name].module).study(replace(asked(tmp_path, find_problem("rush")), results=RESULTS))
+    study.check(RESULTS)

@@ -8,9 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import tomllib
-from rich.console import Console
 
-from agents.__main__ import main
 from agents.plants import study
 from agents.plants.advising import advised, trusting
 from agents.plants.asked import programs_of
@@ -23,13 +21,14 @@ from agents.plants.page import page, write
 from agents.plants.plans import plans
 from agents.plants.regression import Cuts, fitted, predicted
 from agents.plants.shift import Choice, ground
-from agents.plants.study import Cell, Request, find, run_study
+from agents.plants.study import Cell
 from agents.plants.variants import batch, scaled, with_catalogue
 from agents.plants.verdicts import promises
 from grind_env.control import read, read_file
 from grind_env.errors import GrindError
 from grind_env.machine.grind import grind
 from grind_env.shop.advise.adviser import policy_for
+from tests.agents.asking import in_process, status
 
 PLATE = Machine("model", PROGRAMS["plate"])
 
@@ -118,23 +117,6 @@ def test_plans_dress_as_often_as_they_say() -> None:
     simulation = PLATE.simulation(8)
     dresses = [ground(simulation, plan).executions.sum() for plan in plans(simulation)]
     assert dresses == [8.0, 4.0, 2.0] * 5
-
-
-def test_what_is_found_is_kept_with_the_code_that_found_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    calls: list[Cell] = []
-
-    def answer(cell: Cell, request: Request) -> dict[str, float]:
-        calls.append(cell)
-        return {"adviser_cost": 1.0}
-
-    monkeypatch.setattr(study, "_answer", answer)
-    cell, request = Cell("advise", PLATE), Request(runs=tmp_path)
-    first = find(cell, request, lambda done: None)
-    assert find(cell, request, lambda done: None) == first and len(calls) == 1
-    path = tmp_path / cell.files[0]
-    path.write_text(json.dumps(json.loads(path.read_text()) | {"code": "another"}))
-    find(cell, request, lambda done: None)
-    assert len(calls) == 2
 
 
 def test_the_tables_tell_what_is_asked_and_whether_it_holds(tmp_path: Path) -> None:
@@ -286,15 +268,16 @@ def test_a_job_may_have_a_catalogue_of_its_own(tmp_path: Path) -> None:
 def test_what_is_no_study_is_answered_by_one_sentence(
     arguments: list[str], said: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sys.argv", ["agents", "plants", *arguments])
-    with pytest.raises(SystemExit) as ended:
-        main()
+    ended = status(monkeypatch, "plants", *arguments)
     error = capsys.readouterr().err
-    assert ended.value.code not in (0, None) and said in error and "Traceback" not in error
+    assert ended != 0 and said in error and "Traceback" not in error
 
 
-def test_a_study_in_processes_is_kept(tmp_path: Path) -> None:
-    cells = run_study([PLATE], ["advise"], jobs=1, console=Console(quiet=True), runs=tmp_path)
-    (found,) = cells.values()
+def test_a_study_is_cached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    in_process(monkeypatch)
+    words = ("plants", "--family", "model", "--program", "plate", "--question", "advise", "--runs", tmp_path)
+    assert status(monkeypatch, *words) == 0
+    (cached,) = (tmp_path / "plants").glob("advise-plate-on-model-*.json")
+    found = json.loads(cached.read_text())
     assert found["adviser_cost"] < found["program_cost"]
-    assert (tmp_path / "plants/advise/plate-model.json").exists()
+    assert "## advise" in (tmp_path / "plants.md").read_text()

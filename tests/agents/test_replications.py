@@ -9,15 +9,16 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from agents.__main__ import main
 from agents.benchmark.measure import Measured
 from agents.benchmark.plan import Cell
 from agents.benchmark.replications import check_sets, compared, page, replicate, verdicts_of
 from agents.benchmark.results import Result, read_results, result_of
+from agents.study import Options
 from grind_env.policies.evaluation import Evaluation, run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.tuned import ConfigError
+from tests.agents.asking import in_process, status
 
 ORACLE, RUSH = find_problem("oracle6"), find_problem("rush")
 FIRST = 7_000_000
@@ -62,17 +63,14 @@ def test_agent_and_rule_are_those_that_were_best_in_what_is_published() -> None:
     assert "in 1 of 1 tasks" in text and "| rush | the model | 5 of 7 |" in text
 
 
-def test_policies_of_a_table_are_run_on_other_seeds_and_kept(
+def test_policies_of_a_table_are_run_on_other_seeds_and_cached(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def agents(*words: object) -> str:
-        monkeypatch.setattr("sys.argv", ["agents", *map(str, words)])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        said = capsys.readouterr()
-        assert ended.value.code in (0, None), said.err
-        return said.out
+        assert status(monkeypatch, *words) == 0
+        return capsys.readouterr().out
 
+    in_process(monkeypatch)
     few = ("--kinds", "", "--policies", "handbook", "--episodes", 8, "--interpolation-episodes", 0)
     agents("benchmark", "--task", "oracle6", *few, "--plants-episodes", 4, "--jobs", 1, "--runs", tmp_path)
     words = ("replicate", "--published", tmp_path, "--first", FIRST, "--episodes", 4, "--jobs", 1, "--runs", tmp_path)
@@ -96,9 +94,9 @@ def test_policies_of_a_table_are_run_on_other_seeds_and_kept(
 def test_agents_that_are_no_longer_kept_are_left_out_and_not_trained(tmp_path: Path) -> None:
     out, cost = io.StringIO(), np.full(4, 5.0)
     published = [replace(row(policy, cost, seed), task="oracle6") for policy, seed in (("handbook", None), ("bc", 0))]
-    console = Console(file=out, width=200)
-    found = replicate(published, [ORACLE], [FIRST], 2, jobs=1, console=console, runs=tmp_path)
-    assert [each.policy for each in found[FIRST]] == ["handbook"]
+    options = Options(runs=tmp_path, console=Console(file=out, width=200))
+    study = replicate(published, [ORACLE], [FIRST], 2, None, options)
+    assert [trial.cell.policy for trial in study.trials] == ["handbook"]
     assert "left out, because no agent of theirs is kept: oracle6 bc" in out.getvalue()
     assert not list(tmp_path.rglob("*.safetensors"))
 
@@ -121,9 +119,7 @@ def test_seeds_that_something_was_chosen_by_or_that_are_drawn_twice_are_refused(
 def test_of_no_results_it_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("sys.argv", ["agents", "replicate", "--published", str(tmp_path), "--runs", str(tmp_path)])
-    with pytest.raises(SystemExit) as ended:
-        main()
+    ended = status(monkeypatch, "replicate", "--published", tmp_path, "--runs", tmp_path)
     said = capsys.readouterr().err
-    assert (ended.value.code, said.count("\n")) == (2, 1) and "run `python -m agents benchmark` first" in said
+    assert (ended, said.count("\n")) == (2, 1) and "run `python -m agents benchmark` first" in said
     assert not list(tmp_path.iterdir())

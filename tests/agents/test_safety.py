@@ -4,18 +4,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rich.console import Console
 
-from agents.__main__ import main
-from agents.safety import judging
-from agents.safety.judging import LAGRANGIAN, UNCONSTRAINED, Cell, Judged, Request, budget_of, violations, work
+from agents.safety.judging import LAGRANGIAN, UNCONSTRAINED, Judged, Trial, budget_of, judge, violations
 from agents.safety.page import page
-from agents.safety.study import run_safety
-from grind_env.errors import GrindError
 from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
 from grind_env.policies.scripted.rules import Fixed
+from tests.agents.asking import in_process, status
 
 PLATES = find_problem("power_limited")
 
@@ -51,13 +47,9 @@ def test_the_budget_is_half_of_what_the_best_fixed_plan_scraps():
     assert budget_of(PLATES) == pytest.approx(0.5 * run.scrap, abs=5e-5)
 
 
-def test_what_was_found_is_kept_and_a_constraint_is_another_training(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    request = Request(8000, 2, tmp_path)
-    found = {who: work(Cell(PLATES, who, 0), request, lambda done: None) for who in (UNCONSTRAINED, LAGRANGIAN)}
+def test_a_constraint_is_another_training(tmp_path: Path):
+    found = {who: Judged(**judge(Trial(PLATES, who, 0, 8000, 2))) for who in (UNCONSTRAINED, LAGRANGIAN)}
     assert found[UNCONSTRAINED].scrap != found[LAGRANGIAN].scrap
-    assert len(list(tmp_path.iterdir())) == 2
-    monkeypatch.setattr(judging, "violations", lambda *arguments: pytest.fail("it was kept"))
-    assert work(Cell(PLATES, LAGRANGIAN, 0), request, lambda done: None) == found[LAGRANGIAN]
     assert "| power_limited, budget 0." in page(list(found.values()))
 
 
@@ -80,15 +72,9 @@ def test_the_page_counts_who_keeps_the_budgets_and_says_what_that_costs():
     assert "of all tasks" not in page(found[:4])
 
 
-def test_the_command_writes_its_table_and_replaces_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    words = ["agents", "safety", "--task", "power_limited", "--seeds", "1", "--steps", "1", "--episodes", "2"]
-    words += ["--jobs", "1", "--runs", str(tmp_path), "--results", str(tmp_path / "results")]
-    monkeypatch.setattr("sys.argv", words)
-    with pytest.raises(SystemExit) as ended:
-        main()
-    assert ended.value.code == 0
+def test_the_command_writes_its_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    in_process(monkeypatch)
+    words = ("safety", "--task", "power_limited", "--seeds", 1, "--steps", 1, "--episodes", 2)
+    assert status(monkeypatch, *words, "--runs", tmp_path, "--results", tmp_path / "results") == 0
     rows = list(csv.DictReader((tmp_path / "results" / "safety.csv").open()))
     assert [row["who"] for row in rows] == ["ppo_gru", "ppo_gru, Lagrangian", "look_ahead", "guarded:look_ahead"]
-    (tmp_path / "results" / "safety.md").write_text("mine")
-    with pytest.raises(GrindError, match=r"safety\.md"):
-        run_safety([PLATES], 1, 1, 2, jobs=1, console=Console(), runs=tmp_path, results=tmp_path / "results")

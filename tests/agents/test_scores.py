@@ -1,27 +1,23 @@
 import csv
 import shutil
-import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from rich.console import Console
 
-from agents import __main__, cells
+from agents import evaluations
 from agents.cells import RESULTS
 from agents.reference import scores
-from agents.reference.compare import PUBLISHED, Comparison, compare, compared
 from agents.reference.scores import mean_return, reference_of
-from grind_env.policies.evaluation import Evaluation
+from grind_env.policies.evaluation import Evaluation, run_seeds
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy, policy_names
 from grind_env.policies.tuned import CONFIGS, ConfigError
 from grind_env.scores import read_references, reference
-from grind_env.task_version import TASK_VERSION
+from tests.agents.asking import asked, in_process, status
 
 PROBLEM = find_problem("oracle6")
 ORACLE = PROBLEM.simulation()
-ROW = {"cost_per_good_part": "4.4", "cost_per_good_part_low": "4.204", "cost_per_good_part_high": "4.596"}
 
 
 def evaluation(*cost):
@@ -35,25 +31,20 @@ def copied_parameters(folder):
 
 
 def run(folder):
-    return scores.score(
-        PROBLEM,
-        episodes=4,
-        configs=copied_parameters(folder),
-        results=folder / "results",
-        runs=folder / "runs",
-        data=folder / "scores.toml",
-        console=Console(quiet=True),
-    )
+    made = asked(folder / "results", PROBLEM, episodes=4)
+    made = replace(made, configs=copied_parameters(folder), options=replace(made.options, runs=folder / "runs"))
+    scores.study(made).publish_to(folder / "results", made.options)
 
 
-def test_a_score_run_writes_the_table_and_the_reference_scores(tmp_path):
+def test_a_score_run_writes_the_table_and_the_reference_scores(tmp_path, monkeypatch):
+    in_process(monkeypatch)
     run(tmp_path)
     with (tmp_path / "results/oracle6.csv").open(encoding="utf-8") as file:
         rows = {row["policy"]: row for row in csv.DictReader(file)}
     assert list(rows) == policy_names(ORACLE)
     assert {row["task"] for row in rows.values()} == {"oracle6"}
     assert (rows["random"]["seeds"], rows["hindsight"]["seeds"]) == ("2000000..2000003", "2000000..2000003")
-    scale = read_references(tmp_path / "scores.toml")["grind/Oracle6-v0"]
+    scale = read_references(tmp_path / "results" / "scores.toml")["grind/Oracle6-v0"]
     # the exact optimum of six parts
     assert scale.J_plan == pytest.approx(13.4211, rel=1e-3)
     assert scale.hundred == pytest.approx(-13.4211 / ORACLE.task.reference_cost, rel=1e-3)
@@ -79,13 +70,13 @@ def test_what_is_tuned_on_the_way_is_kept_below_the_folder_of_runs(tmp_path, mon
 
 def test_finished_policies_are_taken_up_again(tmp_path, monkeypatch):
     evaluated = []
-    run_seeds = cells.run_seeds
 
     def counted(policy, *arguments):
         evaluated.append(policy.name)
         return run_seeds(policy, *arguments)
 
-    monkeypatch.setattr(cells, "run_seeds", counted)
+    in_process(monkeypatch)
+    monkeypatch.setattr(evaluations, "run_seeds", counted)
     run(tmp_path)
     assert evaluated == policy_names(ORACLE)
     (tmp_path / "runs/oracle6/cells/handbook/2000000.npz").unlink()
@@ -148,61 +139,20 @@ def test_policies_that_see_measurements_may_cost_less_than_a_rule_that_sees_the_
         assert costs["look_ahead"] < costs["full_state_rule"]
 
 
-def test_a_comparison_by_hand():
-    # 4.21 to the last digit: 0.01/sqrt(12); ours 4.4 +- 0.1; 0.19/sqrt(2 * 0.01 + 0.0029^2) = 1.343
-    found = compared("power_limited", "interval", "4.21", ROW)
-    assert found.rounding == pytest.approx(0.0028868, rel=1e-4)
-    assert found.error == pytest.approx(0.1, rel=1e-4)
-    assert found.difference == pytest.approx(4.5131, rel=1e-4)
-    assert found.errors == pytest.approx(1.3433, rel=1e-3)
-    assert compared("slot", "random", "31", ROW).rounding == pytest.approx(1.0 / 12.0**0.5)
-
-
-def test_tasks_that_were_not_measured_are_left_out_of_a_comparison(tmp_path):
-    assert compare(["slot"], tmp_path, PUBLISHED) == []
-    (tmp_path / "slot.csv").write_text("policy\nrandom\n", encoding="utf-8")
-    with pytest.raises(ConfigError, match=r"slot\.csv is damaged .*: run `python -m agents scores --task slot`"):
-        compare(["slot"], tmp_path, PUBLISHED)
-
-
-@pytest.mark.parametrize(("version", "count"), [(str(TASK_VERSION), 1), (str(TASK_VERSION - 1), 0), (None, 0)])
-def test_a_table_of_another_task_version_is_left_out_of_a_comparison(version, count, tmp_path):
-    (tmp_path / "published.toml").write_text('[slot]\nrandom = "31"\n', encoding="utf-8")
-    row = {"policy": "random", **ROW, **({} if version is None else {"task_version": version})}
-    (tmp_path / "slot.csv").write_text(f"{','.join(row)}\n{','.join(row.values())}\n", encoding="utf-8")
-    assert len(compare(["slot"], tmp_path, tmp_path / "published.toml")) == count
-
-
-def test_a_number_far_off_is_marked():
-    near = Comparison("slot", "constant", 6.17, 0.003, 6.2, 0.05)
-    assert abs(near.errors) < 1.0
-    assert near._replace(ours=6.5).errors == pytest.approx(0.33 / (2.0 * 0.0025 + 0.003**2) ** 0.5)
-
-
 def test_command_line_of_scores(tmp_path, monkeypatch, capsys):
     def command(*arguments):
-        monkeypatch.setattr(sys, "argv", ["agents", "scores", *map(str, arguments)])
-        with pytest.raises(SystemExit) as stopped:
-            __main__.main()
-        return stopped.value.code or 0
+        return status(monkeypatch, "scores", *arguments, "--results", tmp_path, "--runs", tmp_path / "runs", *configs)
 
-    data = ("--data", tmp_path / "scores.toml", "--results", tmp_path, "--runs", tmp_path / "runs")
-    data += ("--configs", copied_parameters(tmp_path))
-    assert command("--task", "oracle6", "--episodes", 2, *data) == 0
+    in_process(monkeypatch)
+    configs = ("--configs", copied_parameters(tmp_path))
+    assert command("--task", "oracle6", "--episodes", 2) == 0
     assert set(read_references(tmp_path / "scores.toml")) == {"grind/Oracle6-v0"}
-    row = f"slot,{{}},6.2,6.1,6.3,{TASK_VERSION}\n"
-    policies = [name for name in policy_names(find_problem("slot").simulation()) if name != "power_threshold"]
-    header = "task,policy,cost_per_good_part,cost_per_good_part_low,cost_per_good_part_high,task_version\n"
-    (tmp_path / "slot.csv").write_text(header + "".join(row.format(name) for name in policies), encoding="utf-8")
     capsys.readouterr()
-    assert command("--compare", *data) == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert [("differs" in line) for line in lines if "constant" in line or "random" in line] == [True, False]
-    assert command("--task", "no_such", *data) == 2
+    assert command("--task", "no_such") == 2
     assert "there is no problem 'no_such'" in capsys.readouterr().err
     # a file of one's own has no place among the scores of the package
     shop = tmp_path / "shop.toml"
     shop.write_text('base = "oracle6"\n', encoding="utf-8")
-    assert command("--task", shop, *data) == 2
+    assert command("--task", shop) == 2
     assert "shop has no reference scores" in capsys.readouterr().err
     assert set(read_references(tmp_path / "scores.toml")) == {"grind/Oracle6-v0"}

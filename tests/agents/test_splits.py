@@ -2,16 +2,17 @@
 
 import csv
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from rich.console import Console
 
-from agents.__main__ import main
-from agents.splits import EVERY, SHOWN, Cell, Line, judged, leading, lines_of, page, plans_of, run_splits
+from agents import splits
+from agents.splits import EVERY, SHOWN, Line, judged, leading, lines_of, page, plans_of
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import REFERENCE
+from tests.agents.asking import asked, in_process, status
 
 ORACLE, PLATES = find_problem("oracle6"), find_problem("power_limited")
 
@@ -29,9 +30,7 @@ def test_each_split_is_scored_between_its_own_hindsight_and_the_plan_that_is_bes
 
     costs = {EVERY: (4.0, 5.0, 2.0, 1.0), "interpolation": (8.0, 2.0, 5.0, 2.0), "extrapolation": (9.0, 9.0, 9.0, 1.0)}
     names = ("constant", "interval", "mpc", REFERENCE)
-    found = {
-        Cell(PLATES, split, who): run(cost) for split in SHOWN for who, cost in zip(names, costs[split], strict=True)
-    }
+    found = {(PLATES, split, who): run(cost) for split in SHOWN for who, cost in zip(names, costs[split], strict=True)}
     lines = lines_of(PLATES, found)
     assert [(each.split, each.who) for each in lines] == [
         (split, who) for split in SHOWN for who in ("constant", "mpc", REFERENCE)
@@ -51,19 +50,24 @@ def test_who_leads_is_counted_over_tasks_and_said_to_be_clear_only_if_no_interva
     assert other == "`shipped` leads in 1 of 3 tasks (1 clear of all others)"
 
 
-def test_what_was_run_is_kept_and_written(
+def test_what_was_run_is_cached_and_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    run_splits([ORACLE], 2, jobs=1, console=Console(quiet=True), runs=tmp_path / "runs", results=tmp_path)
+    in_process(monkeypatch)
+    splits.study(asked(tmp_path, ORACLE)).publish_to(tmp_path, asked(tmp_path).options)
     written = {path: path.stat().st_mtime_ns for path in (tmp_path / "runs").rglob("*.npz")}
-    words = ["splits", "--task", "oracle6", "--episodes", "2", "--jobs", "1", "--runs", str(tmp_path / "runs")]
-    monkeypatch.setattr("sys.argv", ["agents", *words, "--results", str(tmp_path)])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    assert ended.value.code in (0, None) and "| oracle6 | extrapolation |" in capsys.readouterr().out
+    words = ("splits", "--task", "oracle6", "--episodes", 2, "--jobs", 1, "--runs", tmp_path / "runs")
+    assert status(monkeypatch, *words, "--results", tmp_path) == 0
+    said = capsys.readouterr().out
+    assert "| oracle6 | extrapolation |" in said and " 0 to do" in said
     assert all(path.stat().st_mtime_ns == time for path, time in written.items())
     assert len(written) == (len(plans_of(ORACLE)) + len(judged(ORACLE)) + 1) * len(SHOWN)
     with (tmp_path / "splits.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     assert {row["split"] for row in rows} == set(SHOWN)
     assert all(float(row["score"]) == pytest.approx(100.0) for row in rows if row["who"] == REFERENCE)
+
+
+def test_a_study_without_trainings_refuses_their_options(monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    assert status(monkeypatch, "splits", "--seeds", 2) == 2
+    assert "splits trains nothing: leave out --seeds and --steps" in capsys.readouterr().err

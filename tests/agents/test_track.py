@@ -1,21 +1,20 @@
 """The track of machines that are not the model: what is carried, what is shown, what is counted, what it is worth."""
 
-import json
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from agents.__main__ import main
-from agents.track import knowing, study
+from agents.track import knowing
 from agents.track.adapters import made
 from agents.track.floor import Floor, found
 from agents.track.knowing import FIXED, PLANNER
 from agents.track.page import page, tables_of
-from agents.track.running import Cell, Request, Run, find
+from agents.track.running import Cell, Run, run
 from agents.track.scores import beaten, machine_scores, resampled, scored, worst_of
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
@@ -29,6 +28,7 @@ from grind_env.plants.drift import MOST_DULLING
 from grind_env.policies.choices import Decision
 from grind_env.policies.naming import named_policy
 from grind_env.policies.problem import find_problem
+from tests.agents.asking import in_process, status
 
 PLATES = find_problem("power_limited")
 DRIFTING = "public:4"
@@ -168,29 +168,21 @@ def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     return "my_adapters"
 
 
-def test_an_adapter_that_would_see_more_is_refused(module: str, tmp_path: Path) -> None:
+def test_an_adapter_that_would_see_more_is_refused(module: str) -> None:
     cell = Cell(PLATES, DRIFTING, f"{module}:Cheat", 0, (0, 60))
     with pytest.raises(GrindError, match="sees the state, but on the track there are measurements alone"):
-        find(cell, Request(runs=tmp_path), lambda done: None)
-    cell = cell._replace(adapter="full_state_rule")
+        run(cell)
     with pytest.raises(GrindError, match="full_state_rule sees the state"):
-        find(cell, Request(runs=tmp_path), lambda done: None)
+        run(replace(cell, adapter="full_state_rule"))
 
 
-def test_a_run_is_judged_with_what_was_learned_and_kept(module: str, tmp_path: Path) -> None:
-    cell, request = Cell(PLATES, DRIFTING, f"{module}:Mine", 0, (0, 60, 120)), Request(runs=tmp_path)
-    done = Run(**find(cell, request, lambda done: None))
+def test_a_run_is_judged_with_what_was_learned(module: str) -> None:
+    done = run(Cell(PLATES, DRIFTING, f"{module}:Mine", 0, (0, 60, 120)))
     assert len(done.costs) == 2 and [*done.judged] == ["0", "60", "120"]
     floor = Floor(PLATES, DRIFTING, 0)
     for E in (7, 6.5):
         floor.grind(named_policy(f"E{E}D1", floor.model))
     assert done.judged["120"][0] == floor.judge(named_policy("E6D1", floor.model), 64).cost.tolist()
-    path = tmp_path / cell.files[0]
-    path.write_text(path.read_text().replace(str(done.costs[0]), "1.0"))
-    assert Run(**find(cell, request, lambda done: None)).costs[0] == 1.0
-    held = json.loads(path.read_text())
-    path.write_text(json.dumps(held | {"code": "another"}))
-    assert Run(**find(cell, request, lambda done: None)).costs == done.costs
 
 
 def test_scores_are_between_the_anchors_and_intervals_over_machines() -> None:
@@ -242,21 +234,15 @@ def test_by_hand() -> None:
     assert 0.5 < draws.std() / (100.0 / 20.0 * 1.2 / math.sqrt(600.0)) < 2.0
 
 
-def in_process(cells: Sequence[Any], request: Any, jobs: int, console: Any, work: Any) -> list[Any]:
-    return [work(cell, request, lambda done: None) for cell in cells]
-
-
 def test_the_command_runs_the_track(module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
     for name, number in (("EVALUATIONS", 4), ("STARTS", 1), ("EPISODES", 2)):
         monkeypatch.setattr(knowing, name, number)
-    monkeypatch.setattr(study, "find_all", in_process)
+    in_process(monkeypatch)
     monkeypatch.setattr("agents.track.running.EPISODES", 2)
     words = ["track", "--machines", "public:1", "--adapters", "E7D1", "--adapters", f"{module}:Mine", "--seeds", "1"]
-    monkeypatch.setattr("sys.argv", ["agents", *words, "--blocks", "60,0", "--runs", str(tmp_path)])
-    with pytest.raises(SystemExit) as ended:
-        main()
+    assert status(monkeypatch, *words, "--blocks", "60,0", "--runs", tmp_path) == 0
     said = capsys.readouterr().out
-    assert not ended.value.code and "4 runs, 5 cells to be worked on: about 0.0 core-hours at most" in said
+    assert "1 runs, 1 to do: about 0.0 core-hours" in said and "4 runs, 4 to do: about 0.0 core-hours" in said
     rows = (tmp_path / "track.csv").read_text().splitlines()
     assert len(rows) == 1 + 4 * 2 and rows[0].startswith("task,plant,adapter,seed,blocks,cost")
     assert f"| {FIXED} | 0 | 0 (0 to 0) |" in (tmp_path / "track.md").read_text()
@@ -274,10 +260,7 @@ def test_the_command_runs_the_track(module: str, tmp_path: Path, monkeypatch: py
 def test_what_the_track_does_not_have_is_told(
     words: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
 ) -> None:
-    monkeypatch.setattr("sys.argv", ["agents", "track", "--runs", str(tmp_path), *words])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    assert ended.value.code == 2 and said in capsys.readouterr().err
+    assert status(monkeypatch, "track", "--runs", tmp_path, *words) == 2 and said in capsys.readouterr().err
 
 
 def test_adapters_by_name(module: str) -> None:

@@ -1,62 +1,53 @@
 import hashlib
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import torch
-from stable_baselines3.common.base_class import BaseAlgorithm
 
-from agents.learning.algorithms import build
-from agents.learning.saving import save_policy
-from agents.learning.settings import Settings, settings_for
-from agents.learning.training_env import LearnerVecEnv
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
 from grind_env.policies.learned.network import Actor, LearnedPolicy, Network
 from grind_env.policies.learned.saved import load_policy
-from grind_env.policies.learned.view import LearnerView
 from grind_env.policies.naming import SHIPPED
 from grind_env.policies.problem import find_problem
 from tests.examples import few
+from tests.policies.untrained import KINDS, save
+from tests.policies.untrained import untrained as built
 
 pytestmark = pytest.mark.bits
 
 PROBLEM = find_problem("power_limited")
 SIMULATION = PROBLEM.simulation()
-KINDS = ("ppo", "ppo_stack", "recurrent_ppo", "dqn", "sac", "tqc")
 SPREAD = 2.0
 """Factor on the weights, so that the decisions of an untrained network differ."""
 
 
 @cache
-def untrained(kind: str, task: str = "power_limited") -> tuple[BaseAlgorithm, Settings]:
-    settings = settings_for(kind, task, Path("no folder"))
-    settings = replace(settings, hyper={**settings.hyper, "batch_size": 60})
-    env = LearnerVecEnv(find_problem(task), 2, settings.memory, settings.actions)
-    model = build(settings, env, 3)
+def untrained(kind: str, task: str = "power_limited") -> Any:
+    model = built(find_problem(task), kind)
     with torch.no_grad():
         for name, values in model.policy.named_parameters():
             values *= 100.0 if name.startswith("action_net") else SPREAD
-    return model, settings
+    return model
 
 
 def saved(folder: Path, kind: str, task: str = "power_limited") -> LearnedPolicy:
-    model, settings = untrained(kind, task)
     path = folder / f"{kind}.safetensors"
-    save_policy(path, model, find_problem(task).simulation(), kind, settings)
+    save(path, untrained(kind, task), find_problem(task).simulation(), kind)
     return load_policy(path)
 
 
 @pytest.mark.parametrize("kind", few(KINDS, 2))
 def test_it_acts_as_stable_baselines_does(kind: str, tmp_path: Path):
-    model, settings = untrained(kind)
+    model, form = untrained(kind), KINDS[kind][1]
     policy = saved(tmp_path, kind)
     assert (policy.name, policy.sees) == (kind, "measurements")
     n = 8
     policy.begin(SIMULATION, n)
-    view = LearnerView(SIMULATION, settings.memory, settings.actions)
+    view = form.view(SIMULATION)
     view.begin(n)
     episodes = start_episodes(SIMULATION, episode_seeds("validation", n))
     state, starts, decided = None, np.ones(n, bool), []
@@ -66,7 +57,7 @@ def test_it_acts_as_stable_baselines_does(kind: str, tmp_path: Path):
         actions, state = model.predict(view.features(observation), state, starts, deterministic=True)
         theirs = view.decide(np.asarray(actions))
         # a Box is rounded to whole mm/min
-        assert decision.speeds == pytest.approx(theirs.speeds, abs=1.01 if settings.actions == "box" else 0.0)
+        assert decision.speeds == pytest.approx(theirs.speeds, abs=1.01 if form.actions == "box" else 0.0)
         assert np.array_equal(decision.executions, theirs.executions)
         SIMULATION.step(episodes, *decision)
         starts = np.zeros(n, bool)

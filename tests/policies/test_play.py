@@ -5,10 +5,6 @@ from pathlib import Path
 import pytest
 
 from agents.benchmark.plan import CORE
-from agents.learning.algorithms import build
-from agents.learning.saving import save_policy
-from agents.learning.settings import settings_for
-from agents.learning.training_env import LearnerVecEnv
 from agents.video import watch
 from grind_env.cli import main
 from grind_env.envs.names import OTHERS, task_names
@@ -22,6 +18,7 @@ from grind_env.policies.play import play
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import TRAINED, make_policy
 from grind_env.sb3 import load_zip
+from tests.policies.untrained import save, untrained
 
 PROBLEM, PLATES, SLOT = (find_problem(name) for name in ("oracle6", "power_limited", "slot"))
 SIMULATION = PROBLEM.simulation()
@@ -31,10 +28,9 @@ CYCLE = re.compile(r"^G82 .*E(\d+)\. P\d+ D(\d+)$", re.MULTILINE)
 
 @pytest.fixture
 def agent(tmp_path: Path) -> Path:
-    settings = settings_for("ppo", PROBLEM.name, tmp_path)
-    model = build(settings, LearnerVecEnv(PROBLEM, 64), 0)
+    model = untrained(PROBLEM)
     path = tmp_path / "oracle6.safetensors"
-    save_policy(path, model, SIMULATION, "ppo", settings)
+    save(path, model, SIMULATION)
     model.save(tmp_path / "oracle6.zip")
     return path
 

@@ -6,7 +6,6 @@ import pickle
 import struct
 import zipfile
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +13,10 @@ import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
-from safetensors.numpy import load, save
+from safetensors.numpy import load
+from safetensors.numpy import save as tensors_with
 from stable_baselines3.common.save_util import save_to_zip_file
 
-from agents.learning.algorithms import build
-from agents.learning.saving import save_policy
-from agents.learning.settings import settings_for
-from agents.learning.training_env import LearnerVecEnv
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.learned import saved
@@ -31,22 +27,21 @@ from grind_env.policies.problem import find_problem
 from grind_env.sb3 import load_zip
 from grind_env.task_version import TASK_VERSION
 from tests.examples import examples
+from tests.policies.untrained import save, untrained
 
 PROBLEM = find_problem("oracle6")
 SIMULATION = PROBLEM.simulation()
-DEFAULT = settings_for("ppo", PROBLEM.name, Path("no folder"))
-SETTINGS = replace(DEFAULT, hyper={**DEFAULT.hyper, "batch_size": 60})
 
 
 @pytest.fixture(scope="module")
 def model() -> Any:
-    return build(SETTINGS, LearnerVecEnv(PROBLEM, 2), 3)
+    return untrained(PROBLEM)
 
 
 @pytest.fixture(scope="module")
 def good(model: Any, tmp_path_factory: pytest.TempPathFactory) -> bytes:
     path = tmp_path_factory.mktemp("good") / "new" / "agent.safetensors"
-    save_policy(path, model, SIMULATION, "ppo", SETTINGS)
+    save(path, model, SIMULATION)
     assert [each.name for each in path.parent.iterdir()] == ["agent.safetensors"]
     return path.read_bytes()
 
@@ -60,7 +55,7 @@ def document_of(data: bytes) -> dict[str, Any]:
 def with_document(data: bytes, change: Callable[[dict[str, Any]], object]) -> bytes:
     document = document_of(data)
     change(document)
-    return save(load(data), {ENTRY: json.dumps(document)})
+    return tensors_with(load(data), {ENTRY: json.dumps(document)})
 
 
 def written(folder: Path, data: bytes) -> Path:
@@ -80,10 +75,8 @@ def refused(folder: Path, data: bytes, match: str, **arguments: Any) -> None:
 def test_a_file_holds_the_actor_and_says_where_it_comes_from(good: bytes, model: Any):
     assert len(good) < 300_000
     document = document_of(good)
-    assert document["settings"]["hyper"] == dict(SETTINGS.hyper)
     assert document["settings"]["split"] == "inner"
     assert {"task": "oracle6", "kind": "ppo", "memory": "belief", "actions": "grid"}.items() <= document.items()
-    assert set(document["versions"]) == {"grind_env", "numpy", "stable_baselines3", "sb3_contrib", "torch"}
     state = model.policy.state_dict()
     tensors = load(good)
     assert not any("value" in name for name in tensors)
@@ -96,10 +89,10 @@ def test_what_is_no_file_of_ours_is_refused(good: bytes, tmp_path: Path):
     refused(tmp_path, b"", "holds no agent")
     refused(tmp_path, good[:-1], "holds no agent")
     refused(tmp_path, struct.pack("<Q", 1 << 62) + b"{}", "holds no agent")
-    refused(tmp_path, save({"a": np.zeros(3, np.float32)}), "it has no description")
-    refused(tmp_path, save(load(good), {ENTRY: "{"}), "description is damaged")
-    refused(tmp_path, save(load(good), {ENTRY: "[" * 100_000}), "description is damaged")
-    refused(tmp_path, save(load(good), {ENTRY: '{"format": ' + "9" * 5000 + "}"}), "description is damaged")
+    refused(tmp_path, tensors_with({"a": np.zeros(3, np.float32)}), "it has no description")
+    refused(tmp_path, tensors_with(load(good), {ENTRY: "{"}), "description is damaged")
+    refused(tmp_path, tensors_with(load(good), {ENTRY: "[" * 100_000}), "description is damaged")
+    refused(tmp_path, tensors_with(load(good), {ENTRY: '{"format": ' + "9" * 5000 + "}"}), "description is damaged")
     refused(tmp_path, good, "was trained for oracle6, not for slot", simulation=find_problem("slot").simulation())
 
 
@@ -117,7 +110,7 @@ def test_an_agent_of_another_task_version_is_refused(version: Any, said: str, go
     assert document_of(good)["task_version"] == TASK_VERSION
     old = with_document(good, lambda document: document.update(task_version=version))
     now = f"and the tasks are now of version {TASK_VERSION}"
-    remedy = "train it anew for oracle6 with `grind train` or `python -m agents train`"
+    remedy = "train it anew for oracle6 with `grind train`"
     refused(tmp_path, old, f"agent.safetensors is of task version {said}.*{now}: {remedy}")
     unnumbered = with_document(good, lambda document: document.pop("task_version"))
     refused(tmp_path, unnumbered, f"is of task version 1, {now}: {remedy}", simulation=SIMULATION)
@@ -251,18 +244,18 @@ def test_wrong_tensors_are_refused(good: bytes, tmp_path: Path):
     ):
         tensors = load(good)
         tensors["action_net.bias"] = change(tensors["action_net.bias"])
-        refused(tmp_path, save(tensors, metadata), match)
+        refused(tmp_path, tensors_with(tensors, metadata), match)
     tensors = load(good)
-    refused(tmp_path, save({**tensors, "more": np.zeros(1, np.float32)}, metadata), "its tensors are not those")
+    refused(tmp_path, tensors_with({**tensors, "more": np.zeros(1, np.float32)}, metadata), "its tensors are not those")
     del tensors["action_net.bias"]
-    refused(tmp_path, save(tensors, metadata), "its tensors are not those")
+    refused(tmp_path, tensors_with(tensors, metadata), "its tensors are not those")
 
 
 def test_a_network_with_bad_weights_is_not_saved(tmp_path: Path):
-    model = build(SETTINGS, LearnerVecEnv(PROBLEM, 2), 3)
+    model = untrained(PROBLEM)
     model.policy.action_net.bias.data[0] = float("nan")
     with pytest.raises(GrindError, match="no finite number"):
-        save_policy(tmp_path / "agent.safetensors", model, SIMULATION, "ppo", SETTINGS)
+        save(tmp_path / "agent.safetensors", model, SIMULATION)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -274,7 +267,7 @@ def with_factors(data: bytes, factors: dict[str, float]) -> bytes:
     for name, factor in factors.items():
         with np.errstate(over="ignore"):
             tensors[name] = (tensors[name].astype(np.float64) * factor).astype(np.float32)
-    return save(tensors, {ENTRY: json.dumps(document_of(data))})
+    return tensors_with(tensors, {ENTRY: json.dumps(document_of(data))})
 
 
 @pytest.mark.parametrize("layer", LAYERS)
@@ -286,9 +279,7 @@ def test_finite_weights_that_overflow_are_refused(layer: str, good: bytes, tmp_p
 
 
 def test_an_lstm_that_overflows_is_refused(tmp_path: Path):
-    chosen = settings_for("recurrent_ppo", PROBLEM.name, Path("no folder"))
-    model = build(chosen, LearnerVecEnv(PROBLEM, 2, chosen.memory, chosen.actions), 3)
-    save_policy(tmp_path / "agent.safetensors", model, SIMULATION, "recurrent_ppo", chosen)
+    save(tmp_path / "agent.safetensors", untrained(PROBLEM, "recurrent_ppo"), SIMULATION, "recurrent_ppo")
     data = (tmp_path / "agent.safetensors").read_bytes()
     for part in ("ih", "hh"):
         refused(
@@ -330,10 +321,10 @@ def test_the_policies_that_are_shipped_are_accepted(path: Path):
 
 
 def test_a_network_that_overflows_is_neither_saved_nor_taken_from_a_zip(tmp_path: Path):
-    model = build(SETTINGS, LearnerVecEnv(PROBLEM, 2), 3)
+    model = untrained(PROBLEM)
     model.policy.action_net.weight.data[:] = 3e38
     with pytest.raises(GrindError, match="the weights of action_net are so large"):
-        save_policy(tmp_path / "agent.safetensors", model, SIMULATION, "ppo", SETTINGS)
+        save(tmp_path / "agent.safetensors", model, SIMULATION)
     model.save(tmp_path / "agent.zip")
     with pytest.raises(GrindError, match="the weights of action_net are so large"):
         load_zip(tmp_path / "agent.zip", SIMULATION)

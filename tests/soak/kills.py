@@ -43,7 +43,6 @@ COMMANDS = (
     "calibrate log.csv --job part.toml --program part.nc -o out.toml --report out.html",
     "figure policy-map --episodes 2 -o out.pdf",
     "figure dress --every 2 -o out.svg",
-    "agents figure learning-curves read/curve.csv -o out.svg",
     "train oracle6 --plant model --steps 10000 --episodes 2 -o out.safetensors",
 )
 STATUSES = (0, 3)

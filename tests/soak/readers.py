@@ -7,13 +7,12 @@ import shutil
 import sys
 from collections.abc import Callable, Mapping
 from contextlib import redirect_stderr, redirect_stdout
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from unittest.mock import patch
 
 import grind_env
 from agents.benchmark.results import PARQUET
-from agents.learning.curve import Point, write_curve
 from grind_env.cli import main
 from grind_env.policies.naming import chosen_policy
 from grind_env.policies.problem import find_problem
@@ -65,7 +64,6 @@ class Read:
     typed: str = "readings.jsonl"
 
 
-CURVES = [each.name for each in fields(Point) if each.name != "steps"]
 ADVISE = "advise part.nc --parts 2 --policy handbook --json"
 LOOKING_ON = "advise part.nc --parts 2 --policy guarded:handbook --json --shadow"
 CALIBRATE = "calibrate log.csv --program part.nc --job part.toml"
@@ -196,7 +194,7 @@ def good_files(folder: Path) -> None:
 
 
 def _files_of_readers(place: Path, folder: Path, agent: Path) -> None:
-    results, configs = PACKAGE.parent / "agents" / "results", PACKAGE.parent / "agents" / "configs"
+    results = PACKAGE.parent / "agents" / "results"
     copies = {
         "part.nc": folder / "part.nc",
         "part.toml": folder / "part.toml",
@@ -207,12 +205,10 @@ def _files_of_readers(place: Path, folder: Path, agent: Path) -> None:
         "policy.safetensors": agent,
         "measured.safetensors": agent,
         "study.csv": results / "dress_study" / "oracle6.csv",
-        "oracle6.toml": configs / "learning" / "oracle6.toml",
         PARQUET: results / PARQUET,
     }
     for name, path in copies.items():
         shutil.copy(path, place / name)
-    write_curve(place / "curve.csv", [Point(steps=k, **dict.fromkeys(CURVES, 1.5)) for k in range(5)])
 
 
 @dataclass(frozen=True, slots=True)

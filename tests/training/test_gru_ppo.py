@@ -11,7 +11,7 @@ import pytest
 import torch
 from safetensors.numpy import load, save
 
-from agents.learning.plain import plain_agent
+from agents.benchmark.agents import plain_agent
 from grind_env.envs.shown import CLIP, Standard
 from grind_env.errors import GrindError, GrindWarning
 from grind_env.policies.evaluation import episode_seeds, run_seeds

@@ -51,7 +51,7 @@ VERSION = "task_version"
 """Entry of the description: the version of the tasks that an agent was trained on."""
 MOST_UNITS, MOST_LAYERS = 65_536, 16
 
-NO_AGENT = "holds no agent that `grind train` or `python -m agents train` saved"
+NO_AGENT = "holds no agent that `grind train` saved"
 
 
 class PolicyFileError(GrindError):
@@ -84,7 +84,7 @@ def load_policy(
     """The agent in a file.
 
     Args:
-        path: file that `grind train` or `python -m agents train` wrote.
+        path: file that `grind train` wrote.
         simulation: what it must have been trained for; by default the task that the file names.
         name: name in tables; by default the kind of agent.
         other_part: accept an agent that was trained for another part, if it sees and acts alike; its `remark` says so.
@@ -277,8 +277,7 @@ def read_description(path: Path, text: str | None) -> Description:
         task, kind = _word(document["task"]), _word(document["kind"])
         if document.get(VERSION) != TASK_VERSION:
             raise PolicyFileError(
-                f"{path} is {of_version(document.get(VERSION))}: train it anew for {task} with `grind train` or "
-                "`python -m agents train`"
+                f"{path} is {of_version(document.get(VERSION))}: train it anew for {task} with `grind train`"
             )
         network = document["network"]
         if network["lstm"] and not FAMILIES[_one_of(tuple(FAMILIES), network["family"])].recurrent:

@@ -1,4 +1,4 @@
-"""The agents of `gru_ppo` as kinds of a benchmark: trained once, and kept."""
+"""The agents of a benchmark, trained once and cached: those of `gru_ppo`, and that of the training recipe."""
 
 import hashlib
 import inspect
@@ -10,14 +10,19 @@ from typing import NamedTuple
 
 from safetensors import safe_open
 
+from agents import train_sb3
+from agents.benchmark.plan import RECIPE
+from agents.benchmark.trained import ZIP
 from agents.cells import RUNS, bare, behaviour, sources
 from agents.provenance import commit, installed
+from grind_env.envs.splits import EVERY
 from grind_env.policies.held import machines_name, model_of
 from grind_env.policies.learned.saved import ENTRY, SUFFIX, write_policy
 from grind_env.policies.problem import Problem
 from grind_env.training import gru_ppo
 from grind_env.training.gru_ppo import Memory, Settings, form_of, policy_of, shown
 
+RECIPE_STEPS = 1_000_000
 LIBRARIES = ("torch", "numpy")
 BESIDE = ("grind_env.envs.learning", "grind_env.policies.learned.view")
 """Where else lies what decides a training; what `gru_ppo` prints with does not."""
@@ -72,8 +77,28 @@ def plain_agent(
     return path
 
 
+def recipe_agent(problem: Problem, seed: int, steps: int | None, folder: Path, *, fresh: bool) -> Path:
+    """Return the .zip of an agent that the recipe of `docs/howto/train.md` trains; arguments as of `plain_agent`."""
+    steps = steps or RECIPE_STEPS
+    decides = [
+        *map(sources, (train_sb3.__name__, "grind_env.envs.wrappers", "grind_env.sb3.adapter")),
+        behaviour(problem.simulation()),
+        problem.simulation().task.reference_cost,
+        *map(installed, (*LIBRARIES, "gymnasium", "stable_baselines3")),
+        *(seed, steps),
+    ]
+    digest = hashlib.sha256("\0".join(map(str, decides)).encode()).hexdigest()[:12]
+    path = folder / problem.name / f"{RECIPE}-{seed}-{digest}.zip"
+    if fresh or not path.exists():
+        train_sb3.train(problem, RECIPE, seed, steps, path)
+    return path
+
+
 def training_of(path: Path) -> Training:
-    """The training of an agent that `plain_agent` wrote."""
+    """Return the training of an agent that `plain_agent` or `recipe_agent` wrote."""
+    if path.suffix == ZIP:
+        steps, cpu_seconds = train_sb3.trained(path)
+        return Training(steps, EVERY, cpu_seconds)
     with safe_open(path, "numpy") as file:
         return Training(**json.loads(file.metadata()[ENTRY])["training"])
 

@@ -1,0 +1,119 @@
+"""The dress study as trials: a finding each, and their tables and pictures."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from agents.benchmark.trained import from_file
+from agents.cells import RUNS, code_of, kept_evaluation
+from agents.dressing.figure import dress_figure
+from agents.dressing.study import PLANS, Finding, best_plan, csv_text, dressers, finding, intervals
+from agents.study import Study
+from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.tasks import Dress
+from grind_env.files import write_atomically
+from grind_env.policies.evaluation import episode_seeds, run_seeds
+from grind_env.policies.held import on
+from grind_env.policies.learned.saved import SUFFIX
+from grind_env.policies.naming import SHIPPED
+from grind_env.policies.policy import Policy
+from grind_env.policies.problem import Problem
+from grind_env.policies.registry import make_policy, policy_names
+from grind_env.policies.tuned import write_whole
+
+BASELINES = ("random", "handbook", "constant", "constant_per_kind")
+"""Policies that do not decide when to dress."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A question about a way to dress.
+
+    Attributes:
+        problem: what is ground.
+        question: as of a `Finding`.
+        what: the intervals that are tried, or who decides.
+        episodes: evaluation episodes.
+        dress: settings of the dresser, if not the task's own.
+        runs: folder in which evaluations of who decides are cached.
+    """
+
+    problem: Problem
+    question: str
+    what: tuple[int, ...] | str
+    episodes: int
+    dress: Dress | None = None
+    runs: Path = field(default=RUNS, repr=False, compare=False)
+
+    def __str__(self) -> str:
+        what = self.what if isinstance(self.what, str) or len(self.what) == 1 else "best plan"
+        return f"{self.problem.name}, {self.question}: {what}"
+
+
+def study(problems: Sequence[Problem], episodes: int, runs: Path) -> Study:
+    """Return the study: four questions on each problem; those of the dresser only if a task says how it is set."""
+    trials = list[Trial]()
+    for problem in problems:
+        every = tuple(intervals(problem.simulation()))
+        trials += [Trial(problem, "interval", (each,), episodes) for each in every]
+        trials.append(Trial(problem, "plan", every, episodes))
+        trials += [Trial(problem, question, PLANS, episodes, dress) for question, dress in dressers(problem)]
+        trials += [Trial(problem, "decision", each.name, episodes, runs=runs) for each in deciding(problem)]
+    return Study(
+        name="dress-study",
+        title="",
+        trials=trials,
+        run=find,
+        decides=lambda trial: isinstance(trial.what, str) and code_of(decider(trial), trial.problem),
+        files={f"{problem.name}.csv": "task,question,policy," for problem in problems},
+        publish=partial(write, episodes),
+    )
+
+
+def find(trial: Trial) -> dict[str, object]:
+    """Return the finding of a trial."""
+    problem, simulation, seeds = trial.problem, trial.problem.simulation(), episode_seeds("evaluation", trial.episodes)
+    if isinstance(trial.what, str):
+        policy = decider(trial)
+        run = kept_evaluation(policy, problem, seeds, trial.runs)
+        return asdict(finding(problem.name, simulation, "decision", policy, run))
+    if trial.dress is not None:
+        assert isinstance(simulation, BlockSimulation)
+        simulation = type(simulation)(replace(simulation.task, dress=trial.dress), plants=simulation.plants)
+    plan = best_plan(simulation, [interval for interval in trial.what if interval <= simulation.most_steps])
+    run = run_seeds(plan, simulation, seeds)
+    return asdict(finding(problem.name, simulation, trial.question, plan, run, plan.every))
+
+
+def decider(trial: Trial) -> Policy:
+    """Return the policy that decides in a trial."""
+    return next(each for each in deciding(trial.problem) if each.name == trial.what)
+
+
+def deciding(problem: Problem) -> list[Policy]:
+    """The policies of a problem that decide when to dress: scripted ones, planners, and the learned one shipped."""
+    simulation = problem.simulation()
+    scripted = [make_policy(name, simulation) for name in policy_names(simulation) if name not in BASELINES]
+    shipped = SHIPPED / f"{simulation.task.name}{SUFFIX}"
+    return [*scripted, *([from_file(shipped, simulation, "learned")] if shipped.exists() else [])]
+
+
+def on_plant(problem: Problem, plant: str) -> Problem:
+    """The problem on a machine, with a name of its own for what is cached and told."""
+    machine = re.sub(r"[^\w.+]+", "-", plant)
+    return replace(on(problem, plant), name=f"{problem.name}-{machine}")
+
+
+def write(episodes: int, found: Mapping[Trial, Mapping[str, Any]], folder: Path) -> str:
+    """Write the table and the picture of each problem."""
+    for problem in dict.fromkeys(trial.problem for trial in found):
+        findings = [Finding(**each) for trial, each in found.items() if trial.problem == problem]
+        plant = dict(problem.arguments).get("plant")
+        title = problem.simulation().task.title + (f", on {plant}" if plant else "")
+        write_whole(folder / f"{problem.name}.csv", csv_text(findings, episode_seeds("evaluation", episodes)))
+        picture = dress_figure(findings, title)
+        write_atomically(folder / f"{problem.name}.png", lambda unfinished: unfinished.write_bytes(picture))  # noqa: B023
+    return f"tables and pictures: {folder}"

@@ -1,0 +1,85 @@
+"""Evaluations of named policies as trials: chunks of episodes, cached for every study that asks for them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from agents.cells import CHUNK, code_of, keep, kept, place_of
+from agents.study import Found, Study
+from grind_env.envs.splits import EVERY
+from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds
+from grind_env.policies.held import model_beside
+from grind_env.policies.naming import named_policy
+from grind_env.policies.policy import Policy
+from grind_env.policies.problem import Problem
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Some evaluation episodes of a policy."""
+
+    problem: Problem
+    who: str
+    seeds: range
+    split: str = EVERY
+    configs: Path | None = None
+
+    def __str__(self) -> str:
+        return f"{self.problem.name}, {self.split}: {self.who}, seeds {self.seeds.start} to {self.seeds.stop - 1}"
+
+    def policy(self) -> Policy:
+        """Return who acts."""
+        return named_policy(self.who, self.problem.simulation(), self.configs)
+
+
+def run_chunk(chunk: Chunk) -> Evaluation:
+    """Return the evaluation of a chunk; on a machine that is not the model, the policy holds the model."""
+    policy = chunk.policy()
+    model = model_beside(chunk.problem) if policy.sees == "measurements" else None
+    return run_seeds(policy, chunk.problem.simulation(), chunk.seeds, chunk.split, model)
+
+
+@cache
+def _code(problem: Problem, who: str, configs: Path | None) -> tuple[str, str]:
+    policy = named_policy(who, problem.simulation(), configs)
+    return policy.name, code_of(policy, problem)
+
+
+class Evaluations(Study):
+    """A study whose trials are chunks."""
+
+    def cached(self, trial: Chunk, runs: Path) -> Evaluation | None:
+        """Return the evaluation of a chunk; None if it is not cached."""
+        return kept(*self._place(trial, runs))
+
+    def cache(self, trial: Chunk, found: Evaluation, runs: Path) -> None:
+        """Keep the evaluation of a chunk."""
+        keep(*self._place(trial, runs), found)
+
+    def _place(self, trial: Chunk, runs: Path) -> tuple[Path, str]:
+        name, code = _code(trial.problem, trial.who, trial.configs)
+        return place_of(name, code, trial.problem, trial.seeds, trial.split, runs)
+
+
+def chunks(problem: Problem, who: str, episodes: int, split: str = EVERY, configs: Path | None = None) -> list[Chunk]:
+    """Return the first evaluation episodes of a policy as chunks."""
+    seeds = episode_seeds("evaluation", episodes)
+    return [Chunk(problem, who, seeds[first : first + CHUNK], split, configs) for first in range(0, episodes, CHUNK)]
+
+
+def joined(found: Found) -> Mapping[tuple[Problem, str, str], Evaluation]:
+    """Return whole evaluations by problem, split and policy."""
+    parts: dict[tuple[Problem, str, str], list[Any]] = {}
+    for chunk, evaluation in found.items():
+        parts.setdefault((chunk.problem, chunk.split, chunk.who), []).append(evaluation)
+    return {key: Evaluation.joined(each) for key, each in parts.items()}
+
+
+def by_problem(found: Found) -> Mapping[Problem, Mapping[str, Evaluation]]:
+    """Return whole evaluations by problem and policy, of one split."""
+    of: dict[Problem, dict[str, Evaluation]] = {}
+    for (problem, _, who), evaluation in joined(found).items():
+        of.setdefault(problem, {})[who] = evaluation
+    return of

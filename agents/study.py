@@ -1,0 +1,211 @@
+"""A study as data: its trials run once, are cached by all that decides them, and become a table and a page."""
+
+import hashlib
+import json
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, fields
+from functools import cache, partial
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+
+from agents.cells import RUNS, behaviour, sources
+from agents.provenance import installed, provenance
+from agents.runner import run_all
+from agents.tables import check_tables, csv_of
+from grind_env.arguments import Application, Keeps
+from grind_env.errors import GrindError
+from grind_env.files import ReadError, read_text
+from grind_env.policies.evaluation import episode_seeds
+from grind_env.policies.problem import Problem, find_problem
+from grind_env.policies.tuned import write_whole
+from grind_env.terminal import command, table_console
+
+Found = Mapping[Any, Any]
+"""What was found, by trial."""
+LIBRARIES = ("numpy", "numba", "gymnasium", "stable_baselines3", "torch")
+TRAINING = ("stable_baselines3", "torch")
+
+Jobs = Annotated[int, typer.Option(min=1, help="Processes.")]
+Ray = Annotated[
+    str | None,
+    typer.Option(
+        "--ray",
+        metavar="local|ADDRESS",
+        help="Run on the nodes of a Ray cluster, whose head has this host:port, or with its workers on this machine.",
+    ),
+]
+Runs = Annotated[Path, typer.Option(help="Folder of the cache."), Keeps()]
+Results = Annotated[
+    Path | None,
+    typer.Option(help="Folder of the tables; of a choice of trials, by default the folder of the cache."),
+    Keeps(),
+]
+Fresh = Annotated[bool, typer.Option("--fresh", help="Run again what is cached.")]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """How trials are run."""
+
+    jobs: int = 1
+    ray: str | None = None
+    runs: Path = RUNS
+    fresh: bool = False
+    console: Console
+
+
+@dataclass(frozen=True, kw_only=True)
+class Study:
+    """A study as data.
+
+    Attributes:
+        name: of its command and its files.
+        title: of its page.
+        trials: frozen dataclasses; a field `problem` or `task` says what is ground.
+        run: `run(trial)`: what is found in one, as JSON has it. A function of a module, which processes import.
+        columns: of the table; by default the fields of trials and what is found in one.
+        page: `page(found)`: Markdown below the title.
+        rows: `rows(found)`: rows of the table under `columns`.
+        episodes: evaluation episodes, whose seeds stand in every row.
+        decides: `decides(trial)`: what else decides what is found, beside the code of `run`, the trial and its task.
+        seconds: `seconds(trial)`: CPU-seconds that it takes, about.
+        trains: versions of Stable-Baselines3 and torch stand in every row, too.
+        prepare: what is done before the first trial.
+        publish: `publish(found, folder)`: writes other files than these two, and gives what is printed.
+        files: how the files begin that it writes, by their names, if there are others.
+    """
+
+    name: str
+    title: str
+    trials: Sequence[Any]
+    run: Callable[[Any], Any]
+    columns: Sequence[str] = ()
+    page: Callable[[Found], str] = lambda found: ""
+    rows: Callable[[Found], Iterable[Sequence[object]]] | None = None
+    episodes: int = 1
+    decides: Callable[[Any], object] = lambda trial: None
+    seconds: Callable[[Any], float] = lambda trial: 0.0
+    trains: bool = True
+    prepare: Callable[[], object] = lambda: None
+    publish: Callable[[Found, Path], str] | None = None
+    files: Mapping[str, str] | None = None
+
+    def check(self, folder: Path) -> None:
+        """Find out whether a folder has files of somebody else under the names of this study's.
+
+        Raises:
+            FileError: it has.
+        """
+        check_tables(folder, self.name, self.written)
+
+    @property
+    def heading(self) -> str:
+        """First line of the page."""
+        return f"# {self.title}"
+
+    @property
+    def written(self) -> Mapping[str, str]:
+        """How the files that it writes begin, by their names."""
+        own = {f"{self.name}.csv": ",".join(self.columns), f"{self.name}.md": self.heading}
+        return own if self.files is None else self.files
+
+    def path(self, trial: Any, runs: Path) -> Path:
+        """Return the file in which a trial is cached: its name has a hash of all that decides it."""
+        name = getattr(trial, "problem", None) or getattr(trial, "task", None)
+        problem = find_problem(name) if isinstance(name, str) else name
+        decides = [
+            sources(self.run.__module__),
+            repr(trial),
+            None if problem is None else of_problem(problem),
+            self.decides(trial),
+            *map(installed, LIBRARIES),
+        ]
+        digest = hashlib.sha256("\0".join(map(str, decides)).encode()).hexdigest()[:16]
+        return runs / self.name / f"{re.sub(r'[^A-Za-z0-9_.]+', '-', str(trial))[:80]}-{digest}.json"
+
+    def cached(self, trial: Any, runs: Path) -> Any:
+        """Return what was found in a trial; None if nothing was."""
+        with suppress(ReadError, ValueError):  # a file that is missing or damaged is written anew
+            return json.loads(read_text(self.path(trial, runs)))
+        return None
+
+    def cache(self, trial: Any, found: Any, runs: Path) -> None:
+        """Keep what was found in a trial."""
+        write_whole(self.path(trial, runs), json.dumps(found, default=lambda array: array.tolist()))
+
+    def find(self, options: Options) -> tuple[Found, Mapping[Any, str]]:
+        """Run the trials that are not cached; return what was found in all, and a sentence of each that failed."""
+        runs = options.runs.absolute()
+        waiting = [trial for trial in self.trials if options.fresh or self.cached(trial, runs) is None]
+        hours = sum(map(self.seconds, waiting)) / 3600.0
+        options.console.print(f"{len(self.trials)} runs, {len(waiting)} to do: about {hours:.1f} core-hours")
+        keep = partial(self._keep, runs)
+        failed = run_all(waiting, self.run, options.jobs, options.console, options.ray, keep)
+        return {trial: self.cached(trial, runs) for trial in self.trials if trial not in failed}, failed
+
+    def _keep(self, runs: Path, trial: Any, found: Any) -> None:
+        self.cache(trial, found, runs)
+
+    def found(self, options: Options) -> Found:
+        """Return what was found in all trials.
+
+        Raises:
+            GrindError: a trial failed.
+        """
+        found, failed = self.find(options)
+        if failed:
+            trial, why = next(iter(failed.items()))
+            raise GrindError(f"{len(failed)} of {len(self.trials)} trials failed: {trial}: {why}")
+        return found
+
+    def write(self, found: Found, folder: Path) -> str:
+        """Write the table and the page; the page comes back."""
+        if self.publish is not None:
+            return self.publish(found, folder)
+        made = provenance(episode_seeds("evaluation", self.episodes))
+        if not self.trains:
+            made = {name: value for name, value in made.items() if name not in TRAINING}
+        rows = [(*row, *made.values()) for row in (self.rows or _plain)(found)]
+        text = f"{self.heading}\n\n{self.page(found)}\n"
+        write_whole(folder / f"{self.name}.csv", csv_of([*self.columns, *made], rows))
+        write_whole(folder / f"{self.name}.md", text)
+        return text
+
+    def publish_to(self, folder: Path, options: Options) -> None:
+        """Run the study and write its files."""
+        folder.mkdir(parents=True, exist_ok=True)
+        self.check(folder)
+        self.prepare()
+        text = self.write(self.found(options), folder)
+        options.console.print(text, soft_wrap=True, highlight=False, markup=False)
+        options.console.print(f"written to {folder}: {', '.join(self.written)}", highlight=False)
+
+
+@cache
+def of_problem(problem: Problem) -> tuple[str, float]:
+    """Stands for what a problem does, and for its prices."""
+    return behaviour(problem.simulation()), problem.simulation().task.reference_cost
+
+
+def _plain(found: Found) -> list[tuple[object, ...]]:
+    return [(*(getattr(trial, f.name) for f in fields(trial)), *each.values()) for trial, each in found.items()]
+
+
+def main(study: Study) -> None:
+    """Run a study by the command line of its file; the cache and the tables are below the working folder."""
+    app = Application(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
+
+    @app.command(help=study.title)
+    def run(
+        jobs: Jobs = 2, ray: Ray = None, runs: Runs = Path("runs"), results: Results = Path(), fresh: Fresh = False
+    ) -> None:
+        options = Options(jobs=jobs, ray=ray, runs=runs, fresh=fresh, console=table_console())
+        study.publish_to(results or runs, options)
+
+    with command(study.name):
+        app()

@@ -1,0 +1,43 @@
+"""Runs commands of `python -m agents`, and trials in this process."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rich.console import Console
+
+from agents import __main__, study
+from agents.commands.asked import Asked
+from agents.study import Options
+from grind_env.policies.problem import Problem
+
+
+def run_here(
+    trials: Any, run: Callable[[Any], Any], jobs: int, console: Any, ray: Any, done: Callable[[Any, Any], Any]
+) -> dict[Any, str]:
+    """As `runner.run_all`, in this process; a trial that fails ends all."""
+    for trial in trials:
+        done(trial, run(trial))
+    return {}
+
+
+def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let studies run their trials in this process."""
+    monkeypatch.setattr(study, "run_all", run_here)
+
+
+def asked(folder: Path, *problems: Problem, episodes: int = 2, seeds: int = 1, steps: int = 1) -> Asked:
+    """What a study is asked, with its cache and results below a folder."""
+    options = Options(runs=folder / "runs", console=Console(quiet=True))
+    return Asked(
+        problems=problems, episodes=episodes, seeds=seeds, steps=steps, configs=None, results=folder, options=options
+    )
+
+
+def status(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:
+    """Exit status of a command."""
+    monkeypatch.setattr("sys.argv", ["agents", *map(str, words)])
+    with pytest.raises(SystemExit) as ended:
+        __main__.main()
+    return int(ended.value.code or 0)

@@ -1,0 +1,199 @@
+"""Trials in processes and as tasks of Ray: one that fails stops no other, and workers end with their parent."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from rich.console import Console
+
+from agents import runner
+from agents.provenance import ROOT
+from agents.runner import KILLED, LOST, RETRIES, Failed, attempt, run_all
+from grind_env.errors import GrindError
+from grind_env.extras import MissingExtra
+from tests.patience import PATIENCE, wait_until
+
+TRIALS = ["mistake", "good", "killed", "defect", "fine"]
+FOUND = {"good": ["good"], "fine": ["fine"]}
+FAILED = {"mistake": "this is a mistake", "defect": "ValueError: this is a defect", "killed": KILLED}
+QUIET = Console(quiet=True)
+
+
+def eventful(trial):
+    """What may happen in a trial."""
+    if trial == "mistake":
+        raise GrindError("this is\na mistake")
+    if trial == "defect":
+        raise ValueError("this is a defect")
+    if trial == "killed":
+        os.kill(os.getpid(), signal.SIGKILL)
+    print("a worker prints nothing")
+    return [trial]
+
+
+def test_one_trial_that_fails_does_not_stop_the_others(capsys):
+    found = {}
+    failed = run_all(TRIALS, eventful, 2, Console(width=100), None, found.__setitem__)
+    assert (found, failed) == (FOUND, FAILED)
+    printed = capsys.readouterr().out
+    assert "mistake: this is a mistake\n" in printed and "a worker prints nothing" not in printed
+
+
+def lasting(file):
+    """Work that lasts; it says who does it."""
+    Path(file).write_text(str(os.getpid()), encoding="utf-8")
+    time.sleep(600.0)
+
+
+def interrupt(folder, name):
+    """Send a signal to a run of two trials that last; its exit status, when all of its workers have ended."""
+    program = (
+        "import signal, sys; from rich.console import Console\n"
+        "from agents.runner import run_all; from tests.agents.test_runner import lasting\n"
+        "if __name__ == '__main__':\n"
+        "    signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "    signal.signal(signal.SIGHUP, signal.SIG_DFL)\n"  # nohup leaves it ignored
+        "    try:\n"
+        "        run_all(sys.argv[1:], lasting, 2, Console(quiet=True), None, print)\n"
+        "    except KeyboardInterrupt:\n"
+        "        raise SystemExit(130) from None\n"
+    )
+    (folder / "script.py").write_text(program, encoding="utf-8")
+    files, said = [folder / "one", folder / "other"], folder / "said"
+    with said.open("w", encoding="utf-8") as out:
+        parent = subprocess.Popen(
+            [sys.executable, folder / "script.py", *files],
+            cwd=ROOT,
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+            stdout=out,
+            stderr=out,
+            start_new_session=True,
+        )
+        wait_until(lambda: parent.poll() is not None or all(file.exists() and file.read_text() for file in files))
+        workers = [int(file.read_text(encoding="utf-8")) for file in files]
+        # a kill reaches the parent alone; a terminal that is closed and Ctrl-C reach its workers, too
+        (os.kill if name == "SIGKILL" else os.killpg)(parent.pid, getattr(signal, name))
+        status = parent.wait(PATIENCE)
+    wait_until(lambda: not any(Path(f"/proc/{worker}/cmdline").exists() for worker in workers))
+    assert said.read_text() == ""
+    return status
+
+
+@pytest.mark.parametrize(
+    ("name", "status"),
+    [
+        ("SIGINT", 130),
+        pytest.param("SIGKILL", -signal.SIGKILL, marks=pytest.mark.nightly),
+        pytest.param("SIGHUP", -signal.SIGHUP, marks=pytest.mark.nightly),
+    ],
+)
+def test_workers_end_with_their_parent_and_say_nothing(tmp_path, name, status):
+    assert interrupt(tmp_path, name) == status
+
+
+class FakeRay:
+    """What the runner asks of Ray, in this process; tasks of `lost` trials end as those of a node that has died."""
+
+    class RayError(Exception):
+        pass
+
+    class RayTaskError(RayError):
+        cause = ImportError("no such module")
+
+    def __init__(self, **raises):
+        self.raises, self.joined, self.options, self.cancelled = raises, [], {}, []
+        self.exceptions = SimpleNamespace(RayError=self.RayError, RayTaskError=self.RayTaskError)
+        self._private = SimpleNamespace(worker=SimpleNamespace())
+        self.shutdown = lambda: None
+
+    def is_initialized(self):
+        return False
+
+    def init(self, address, **options):
+        self.joined.append(address)
+
+    def remote(self, **options):
+        self.options = options
+        return lambda run: SimpleNamespace(remote=lambda *given: (run, given))
+
+    def wait(self, tasks, timeout):
+        return tasks[:1], tasks[1:]
+
+    def get(self, task):
+        run, (work, trial, commit) = task
+        if trial in self.raises:
+            raise self.raises[trial]
+        return run(work, trial, commit)
+
+    def cancel(self, task, force):
+        self.cancelled.append(task[1][1])
+
+
+@pytest.fixture
+def ray(monkeypatch):
+    """A Ray that is installed."""
+    fake = FakeRay(killed=FakeRay.RayError(), strange=FakeRay.RayTaskError())
+    monkeypatch.setitem(sys.modules, "ray", fake)
+    monkeypatch.setattr(runner, "ANSWER_SECONDS", 0.2)
+    return fake
+
+
+def test_a_cluster_finds_what_processes_find_and_gives_lost_trials_up(ray):
+    found = {}
+    failed = run_all([*TRIALS, "strange"], eventful, 2, QUIET, "local", found.__setitem__)
+    assert found == FOUND and ray.options == {"num_cpus": 1, "max_retries": RETRIES}
+    assert "a node cannot run it: it must have commit" in failed.pop("strange")
+    assert failed == FAILED | {"killed": LOST}
+
+
+def test_an_interrupted_run_cancels_its_tasks(ray):
+    def stop(trial, found):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_all(["good", "fine"], eventful, 2, QUIET, "local", stop)
+    assert ray.cancelled == ["fine"]
+
+
+def test_a_node_with_another_commit_is_told():
+    answer = attempt(eventful, "good", "0000000")
+    assert isinstance(answer, Failed) and "and not 0000000: check out the same" in answer
+
+
+@pytest.mark.parametrize("address", ["nowhere", "10.0.0.1", ":6379", "host:", "host:six", "host:-1"])
+def test_an_address_without_host_or_port(ray, address):
+    with pytest.raises(GrindError, match=f"^'{address}' is no address of a Ray cluster: give host:port as `ray start"):
+        run_all(["good"], eventful, 1, QUIET, address, print)
+
+
+@pytest.mark.parametrize("address", ["127.0.0.1:1", "127.0.0.1:99999999"])
+def test_an_address_at_which_nobody_answers(ray, address):
+    with pytest.raises(GrindError, match=f"^no Ray cluster answers at '{address}' .*: give host:port as `ray start"):
+        run_all(["good"], eventful, 1, QUIET, address, print)
+    assert ray.joined == []
+
+
+def test_a_server_that_answers_is_joined(ray):
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        address = f"127.0.0.1:{listening.getsockname()[1]}"
+        assert run_all(["good"], eventful, 1, QUIET, address, {}.__setitem__) == {}
+    assert ray.joined == [address]
+
+
+def test_without_ray_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "ray", None)
+    with pytest.raises(MissingExtra, match=r"--ray needs Ray: pip install '\.\[ray\]' in the checkout of grind_env"):
+        run_all(["good"], eventful, 1, QUIET, "local", print)
+
+
+@pytest.mark.nightly
+def test_a_benchmark_goes_on_when_a_node_is_killed():
+    pytest.importorskip("ray")
+    # a process of its own: what it starts ends with it
+    subprocess.run([sys.executable, "-m", "tests.soak.nodes"], cwd=ROOT, check=True)
