@@ -90,6 +90,7 @@ def test_no_change_of_one_block_improves_on_the_optimum() -> None:
     assert costs(speeds, executions).min() > best.cost
 
 
+@pytest.mark.nightly
 def test_simple_plans_are_dearer_than_the_optimum() -> None:
     constant = costs(np.repeat(CHOICES[:1], 6, axis=0), np.repeat(CHOICES[1:], 6, axis=0)).min()
     pairs = np.array(list(itertools.product(CHOICES.T, CHOICES.T)))  # (64, plate or gauge, E or D)

@@ -13,6 +13,7 @@ from gymnasium.wrappers.vector import RecordEpisodeStatistics
 from grind_env import examples
 from grind_env.envs.tasks import TaskError
 from tests.envs.harness import BLOCKS, MODES, accepts, assert_same, every_id, native, quiet, sampled, sync
+from tests.examples import few
 from tests.testing.conformance import check_vector_env
 
 STEPS = {
@@ -105,7 +106,7 @@ def lengths(env: gym.Env[Any, Any]) -> tuple[int, bool, bool]:
             return step, terminated, truncated
 
 
-@pytest.mark.parametrize(("env_id", "arguments", "steps"), LENGTHS, ids=[row[0] for row in LENGTHS])
+@pytest.mark.parametrize(("env_id", "arguments", "steps"), few(LENGTHS), ids=[row[0] for row in LENGTHS])
 def test_a_wrapper_that_asks_for_the_length_finds_it_and_no_episode_is_cut(
     env_id: str, arguments: dict[str, Any], steps: int
 ) -> None:
@@ -128,7 +129,7 @@ def test_a_wrapper_that_asks_for_the_length_finds_it_and_no_episode_is_cut(
         del gym.registry[name]
 
 
-@pytest.mark.parametrize(("env_id", "arguments", "steps"), LENGTHS, ids=[row[0] for row in LENGTHS])
+@pytest.mark.parametrize(("env_id", "arguments", "steps"), few(LENGTHS), ids=[row[0] for row in LENGTHS])
 @pytest.mark.parametrize("mode", MODES)
 def test_vector_envs_tell_the_length_and_cut_no_episode(
     env_id: str, arguments: dict[str, Any], steps: int, mode: Any

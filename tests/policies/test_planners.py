@@ -68,6 +68,7 @@ def test_more_knowledge_costs_less(runs):
     assert cost["hindsight"] < cost["full_state_rule"] < cost["adaptive_rule"]
 
 
+@pytest.mark.nightly
 def test_hindsight_is_the_cheapest_in_every_episode(runs):
     for name, run in runs.items():
         assert (runs["hindsight"].cost <= run.cost).all(), name

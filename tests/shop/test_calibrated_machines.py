@@ -135,6 +135,7 @@ def test_more_is_left_open_where_the_model_is_not_followed(model, foreign):
     assert foreign[0].residual > 2.0 * model[0].residual
 
 
+@pytest.mark.nightly
 def test_a_fit_worse_than_the_catalogue_is_written_with_force_only(model, tmp_path, monkeypatch):
     worse = dataclasses.replace(model[0], held_out=HeldOut("the last part", {"power": (9, 0.02, 0.03)}))
     path = tmp_path / "shop.toml"
@@ -177,6 +178,7 @@ def test_parts_that_the_gauge_found_good_are_not_condemned(tmp_path):
     assert good[0] < 0.2 < 0.5 < good[1]
 
 
+@pytest.mark.nightly
 def test_a_plan_is_safe_varies_what_must_be_and_tells_more(model, tmp_path):
     programs, job = read_file(PROGRAM), load_job(JOB)
     plan = plan_of(programs, job)

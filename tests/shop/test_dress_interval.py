@@ -77,6 +77,7 @@ def test_the_program_dresses_in_every_third_part_whatever_was_left_in_its_counte
         assert len(found.dresses) == dresses
 
 
+@pytest.mark.nightly
 def test_every_second_block_that_dresses_is_counted_across_parts() -> None:
     """The rail dresses in N50 and in N80: with every third block due, in N80 of the second run and N50 of the third."""
     variation = varied(RAIL, wishes_of(("D", "interval"), {"interval": (1, 3), "D": (1, 1)}), runs=6)
@@ -140,6 +141,7 @@ def test_wishes_that_are_none(options: tuple[str, ...], told: str, grind: Grind)
     assert status == 2 and told in err
 
 
+@pytest.mark.nightly
 def test_parts_that_are_alike_keep_alike_words_unless_they_are_free() -> None:
     alike, free = (varied(TWO_PLATES, wishes_of(free=each), runs=3) for each in (False, True))
     assert [each.places for each in alike.choices.variables] == ["N150, N250", "N170, N270", "N150, N250"]
@@ -166,6 +168,7 @@ def test_sweep_writes_nothing_where_nothing_is_cheaper(tmp_path: Path, grind: Gr
     assert "no point keeps the limits and costs less than the program" in err
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("coarse_speeds")
 def test_a_program_that_counts_its_dresses_is_swept_and_kept_as_it_counts(tmp_path: Path, grind: Grind) -> None:
     """What optimise has written goes through it again: its D stands in a variable."""

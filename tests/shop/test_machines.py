@@ -27,6 +27,7 @@ from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.variation import variation_of
 from grind_env.shop.optimise.wishes import WishError, wishes_of
 from grind_env.shop.trials import LotUse, Trials, lots_of, trials_of
+from tests.examples import few
 from tests.shop.programs import EXAMPLES, KNOWN, PLATE
 from tests.shop.promises import TABLE, Kept, said
 
@@ -41,7 +42,7 @@ def trials(name: str, job: Job, runs: int = 2) -> Trials:
 
 
 @pytest.mark.parametrize("laws", ["of the model", "public"])
-@pytest.mark.parametrize("name", ["plate_g82", "rail_g83", "keyway_g81"])
+@pytest.mark.parametrize("name", few(("keyway_g81", "plate_g82", "rail_g83")))
 def test_machines_side_by_side_are_ground_as_each_alone(name: str, laws: str) -> None:
     """Their parameters, laws, first wheels and limits of temperature, to the bit."""
     job = load_job(EXAMPLES / f"{name}.toml")
@@ -152,6 +153,7 @@ def test_machines_are_those_on_which_the_program_grinds_good_parts() -> None:
     assert scrap[0] < 0.01 < 0.03 < scrap[1]
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("listed", [(), (PartConditions(), PartConditions())])
 def test_how_many_lots_there_are_is_known_before_machines_are_drawn(listed: tuple[PartConditions, ...]) -> None:
     path = EXAMPLES / "plate_g82.nc"
@@ -182,6 +184,7 @@ def test_other_laws_are_drawn_of_a_machine_that_is_neither_calibrated_nor_of_one
         assert len({machine.own for machine in machines}) == (len(LOTS) if each is job else 1)
 
 
+@pytest.mark.nightly
 def test_the_clock_of_a_search_begins_when_what_other_laws_take_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
     ground, before = list[bool](), list[bool]()
     step = JobSimulation.step
@@ -200,6 +203,7 @@ def test_the_clock_of_a_search_begins_when_what_other_laws_take_is_compiled(monk
     assert {*before} == {*ground} == {False, True}
 
 
+@pytest.mark.nightly
 def test_what_is_dear_on_a_machine_of_other_laws_is_a_risk_without_a_calibration() -> None:
     """On foreign:2, which is none of the public ones, what is a risk is dearer, and what is none is cheaper."""
     path = EXAMPLES / "plate_g82.nc"
@@ -225,6 +229,7 @@ def test_a_known_machine_is_the_only_one() -> None:
     assert (on.measure(on.own[None]).cost == alone.measure(alone.own[None]).cost).all()
 
 
+@pytest.mark.nightly
 def test_the_first_line_says_whether_the_machine_is_calibrated(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -34,6 +34,7 @@ def test_parts_at_stations_are_good_and_the_first_is_that_of_a_single_part(grind
     )
 
 
+@pytest.mark.nightly
 def test_a_log_of_stations_fits_the_constant_that_was_put_into_it(program: Path, grind: Grind) -> None:
     log = program.with_name("log.csv")
     log.write_text(sample_log(read_file(program), load_job(program.with_suffix(".toml"))))
@@ -56,6 +57,7 @@ def test_the_limits_of_each_station_are_shown(program: Path, grind: Grind) -> No
     assert limits["size"]["stations"] == []
 
 
+@pytest.mark.nightly
 def test_the_other_tools_take_stations(program: Path, grind: Grind, tmp_path: Path) -> None:
     status, _, err = grind("sweep", program, "--E", "9000..12000", "--dress-every", "1..2", "--parts", "2", "--json")
     assert (status, err) == (0, "")

@@ -80,6 +80,7 @@ def test_parts_are_those_of_advice(grind: Grind, part: Path):
     assert load_policy(part.with_suffix(".safetensors"), simulation=model).name == "ppo_gru"
 
 
+@pytest.mark.nightly
 def test_a_task_has_its_agent_in_the_current_folder(grind: Grind, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
     status, said, _ = grind("train", "oracle6", "--plant", "model", *QUICK)
@@ -92,6 +93,7 @@ def test_a_task_has_its_agent_in_the_current_folder(grind: Grind, tmp_path: Path
     assert (tmp_path / "oracle6.safetensors").read_text() == "mine"
 
 
+@pytest.mark.nightly
 def test_a_program_that_only_the_control_can_execute_is_trained_on_and_said_to_be_slow(
     grind: Grind, part: Path, monkeypatch: pytest.MonkeyPatch
 ):
@@ -146,6 +148,7 @@ def test_better_is_what_is_better_on_the_same_episodes_beyond_chance():
     assert "100 % less" in _verdict(judged(easy), spoilt)
 
 
+@pytest.mark.nightly
 def test_the_same_command_goes_on_with_a_training_that_was_stopped(
     grind: Grind, part: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):

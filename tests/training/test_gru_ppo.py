@@ -34,6 +34,7 @@ from grind_env.training.gru_ppo import (
     shown,
     train,
 )
+from tests.examples import few
 
 PROBLEM = find_problem("oracle6")
 SMALL = Settings(steps=96, envs=4, rollout=8, minibatches=2, epochs=1, units=5, hidden=(7, 6))
@@ -212,7 +213,7 @@ def weights(agent: Agent) -> list[np.ndarray]:
     return [values.numpy() for values in agent.state_dict().values()]
 
 
-@pytest.mark.parametrize("budget", [None, 0.01])
+@pytest.mark.parametrize("budget", few((0.01, None)))
 def test_a_killed_training_goes_on_as_if_nothing_had_been(tmp_path: Path, budget: float | None):
     problem, settings = shown(on(PROBLEM, "public"), "gru"), replace(SMALL, steps=320, budget=budget)
     whole, _ = train(problem, settings, 1)

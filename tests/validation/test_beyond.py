@@ -37,6 +37,7 @@ def test_what_lies_beyond(setup, found):
     assert [str(each) for each in taken(lambda rig: rig.fresh(**setup).wheel.A).outside] == found
 
 
+@pytest.mark.nightly
 def test_the_speed_of_a_spindle_follows_from_the_wheel():
     (row,) = (row for row in validate() if row.check.name == "valve cBN 80 Ra on removal rate")
     (only,) = row.outside
