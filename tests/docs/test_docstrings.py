@@ -1,6 +1,7 @@
 """What the API pages of the site promise: every public name says shapes, units, errors and sources."""
 
 import ast
+import functools
 import inspect
 import itertools
 import re
@@ -119,6 +120,7 @@ def quantities_of(table: type) -> list[str]:
     ]
 
 
+@functools.cache
 def own_texts(table: type) -> dict[str, str]:
     """What stands below the fields of a table."""
     body = ast.parse(textwrap.dedent(inspect.getsource(table))).body[0].body
