@@ -82,6 +82,7 @@ def test_a_study_answers_the_four_questions_and_can_be_taken_up_again(tmp_path, 
     assert findings(tmp_path, PROBLEM, 2, monkeypatch) == found
 
 
+@pytest.mark.nightly
 def test_on_another_machine_plans_are_chosen_anew_and_those_who_decide_hold_the_model(tmp_path, monkeypatch):
     monkeypatch.setattr(studies, "TRAINING", 4)
     problem = on_plant(find_problem("slot"), "soft:2")

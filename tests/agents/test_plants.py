@@ -91,6 +91,7 @@ def test_strokes_are_those_of_the_program() -> None:
     np.testing.assert_array_equal(strokes_of(PLATE.simulation(2)), [*counts, *counts])
 
 
+@pytest.mark.nightly
 def test_the_adviser_scraps_few_parts_on_a_machine_that_gives_more() -> None:
     rail = Machine("soft:1", PROGRAMS["rail"])
     model, simulation = Machine("model", rail.program).simulation(40), rail.simulation(40)

@@ -234,6 +234,7 @@ def test_by_hand() -> None:
     assert 0.5 < draws.std() / (100.0 / 20.0 * 1.2 / math.sqrt(600.0)) < 2.0
 
 
+@pytest.mark.nightly
 def test_the_command_runs_the_track(module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
     for name, number in (("EVALUATIONS", 4), ("STARTS", 1), ("EPISODES", 2)):
         monkeypatch.setattr(knowing, name, number)

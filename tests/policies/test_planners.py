@@ -74,6 +74,7 @@ def test_hindsight_is_the_cheapest_in_every_episode(runs):
         assert (runs["hindsight"].cost <= run.cost).all(), name
 
 
+@pytest.mark.nightly
 def test_never_dressing_costs_eight_times_the_best_fixed_plan(runs):
     best = min(runs[name].cost.mean() for name in ("constant", "interval"))
     for E in (3.0, 5.0, 8.0, 12.0, 20.0, 30.0):
