@@ -55,6 +55,7 @@ def test_a_changed_model_differs_in_what_is_changed() -> None:
     assert own == (0.0, 0.0, 0.0, 0.1)  # the warmth of the part, and the exponents
 
 
+@pytest.mark.nightly
 def test_what_a_machine_differs_by_is_found_in_its_log() -> None:
     model, truth = model_of(PLATES), np.zeros(len(CONSTANTS))
     truth[ROUGH] = 2.0

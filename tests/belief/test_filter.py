@@ -26,7 +26,6 @@ from grind_env.policies.problem import find_problem
 from grind_env.policies.scripted.estimator import SharpnessEstimator
 from grind_env.process.state import WheelState
 from tests.envs.harness import Array, assert_same, start
-from tests.examples import nightly
 
 PLATES, RAILS, BLADES = (load_task(name) for name in ("power_limited", "wide_rails", "blades"))
 RISE, TORQUE = (Outcome._fields.index(name) for name in ("rise", "peak_torque"))
@@ -193,7 +192,8 @@ def test_a_task_without_chance_is_followed_exactly(name: str) -> None:
     assert found["A"].max() > LEAST_DULLED.get(name, 1.2) * found["A"].min()
 
 
-@pytest.mark.parametrize("name", ["reciprocation", nightly("wide_plates")])
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", ["reciprocation", "wide_plates"])
 def test_another_cycle_without_chance_is_followed_exactly(name: str) -> None:
     simulation = find_problem(name).simulation()
     found = run(dataclasses.replace(simulation.task, spread=Spread()), 8, 3, make=type(simulation))

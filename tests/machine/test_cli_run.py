@@ -18,7 +18,6 @@ from grind_env.machine.part.rows import STROKE_ROW
 from grind_env.machine.part.unjudged import runs
 from grind_env.render.reasons import shares
 from grind_env.render.tables import COLUMNS, print_record
-from tests.examples import nightly
 from tests.machine import harness
 from tests.machine.harness import DRESS
 from tests.speed_control import write_parts
@@ -307,7 +306,8 @@ def test_a_program_without_a_job_beside_it(tmp_path: Path, capsys: pytest.Captur
     assert "lonely.toml" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("command", [nightly("run"), "check", nightly("trace")])
+@pytest.mark.nightly
+@pytest.mark.parametrize("command", ["run", "check", "trace"])
 def test_a_command_leaves_no_more_garbage_the_longer_it_runs(command: str, tmp_path: Path) -> None:
     """For it looks for none: what refers to itself would stay in memory until the end."""
 

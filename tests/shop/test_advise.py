@@ -21,7 +21,6 @@ from grind_env.shop.advise.forecast import Forecaster
 from grind_env.shop.advise.forecast import sentences as reasons
 from grind_env.shop.advise.readings import check_readings, readings_of
 from grind_env.shop.advise.values import write_values
-from tests.examples import nightly
 from tests.shop.advising import DRESS, EXECUTED, INCHES, PLATE, RAIL, SEED, batch, played, saved_agent, told
 
 RULE = {"E": (25.0, 18.0), "A_dress": (0.0098, 0.0102), "gA": -0.9, "gF": 0.1, "gH": 0.0, "wV": 0.3, "wH": 0.0}
@@ -36,9 +35,8 @@ POLICIES: dict[str, Callable[[Problem, Path], Policy]] = {
 }
 
 
-@pytest.mark.parametrize(
-    ("program", "parts", "names"), [(RAIL, 4, ("look_ahead", "agent")), nightly(PLATE, 7, POLICIES)]
-)
+@pytest.mark.nightly
+@pytest.mark.parametrize(("program", "parts", "names"), [(RAIL, 4, ("look_ahead", "agent")), (PLATE, 7, POLICIES)])
 def test_the_same_measurements_give_the_advice_of_the_policy_in_the_environment(
     program: Path, parts: int, names: Iterable[str], tmp_path: Path
 ) -> None:

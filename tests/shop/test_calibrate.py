@@ -25,7 +25,6 @@ from grind_env.shop.calibrate.pattern import pattern_of
 from grind_env.shop.calibrate.result import write_catalogue
 from grind_env.shop.calibrate.table import calibrate_table
 from grind_env.validation.rig import Rig
-from tests.examples import nightly
 from tests.shop.blemished import TICK, Style, strokes_of, write_log
 from tests.shop.coverage import EXAMPLES, STYLES, trial
 
@@ -79,7 +78,8 @@ def test_the_limit_of_a_meter_in_per_cent_has_the_idling_spindle_in_it(plates, t
     assert machine.idle_power == pytest.approx(found.idle.mean, abs=1.0)
 
 
-@pytest.mark.parametrize("seed", [nightly(0), 4, nightly(9)])
+@pytest.mark.nightly
+@pytest.mark.parametrize("seed", [0, 4, 9])
 def test_intervals_hold_what_they_promise(seed, tmp_path):
     """The whole trial is `python -m tests.shop.coverage`; misses of one log hang together, so that few tell little."""
     program = ("plate_g82", "rail_g83", "plate_g82")[seed % 3]
