@@ -192,6 +192,7 @@ def test_tables_fit_a_terminal(name: str, monkeypatch: pytest.MonkeyPatch) -> No
     assert max(len(text.sub("", line)) for line in lines if "::" not in line) <= 60
 
 
+@pytest.mark.nightly
 def test_tables_of_agents_are_whole_in_a_pipe(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

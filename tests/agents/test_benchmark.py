@@ -105,6 +105,7 @@ def test_a_cell_is_what_an_evaluation_says(tmp_path):
     )
 
 
+@pytest.mark.nightly
 def test_a_trained_cell_is_trained_once_and_is_measured_anew_with_other_weights(tmp_path, monkeypatch):
     cell, request = Cell(PROBLEM, "ppo", 1), replace(TINY, runs=tmp_path, steps=7680)
     first = measure(cell, request)

@@ -24,6 +24,7 @@ from grind_env.policies.scripted import belief_rule, estimator, handbook, rules
 from grind_env.policies.scripted.belief_rule import BeliefRule
 from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.rules import Fixed
+from tests.examples import few
 from tests.policies.harness import changed
 
 PROBLEM = find_problem("oracle6")
@@ -113,7 +114,7 @@ DECIDING = [
 ]
 
 
-@pytest.mark.parametrize(("policy", "edited"), DECIDING, ids=lambda each: getattr(each, "__name__", None))
+@pytest.mark.parametrize(("policy", "edited"), few(DECIDING, 3), ids=lambda each: getattr(each, "__name__", None))
 def test_an_edit_of_what_decides_is_another_evaluation_and_a_comment_is_not(
     policy: Policy, edited: ModuleType, tmp_path: Path, evaluated: list[range], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -17,6 +17,7 @@ from agents.dressing import study as dress_study
 from agents.provenance import ROOT
 from grind_env.policies.tuned import read_tuned
 from tests.agents.asking import in_process
+from tests.examples import few
 
 HEAVY = ("torch", "stable_baselines3", "optuna", "matplotlib", "pyarrow", "cma", "minari")
 ELSEWHERE = (
@@ -75,7 +76,7 @@ def dataset(run, folder):
 SMOKE = {"tune": tune, "dress-study": study, "video": video, "dataset": dataset}
 
 
-@pytest.mark.parametrize("command", SMOKE)
+@pytest.mark.parametrize("command", few(SMOKE, 2))
 def test_a_command_from_end_to_end(command: str, run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     in_process(monkeypatch)
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))

@@ -30,6 +30,7 @@ def row(policy: str, cost: np.ndarray, seed: int | None = None) -> Result:
     return result_of(Measured(cell=Cell(RUSH, policy, seed), sees="measurements", evaluation=run))
 
 
+@pytest.mark.nightly
 def test_the_mean_of_as_many_others_is_held_as_often_as_is_said() -> None:
     """Episodes of one law, drawn again and again: the interval has to hold 95 % of their means, and none of another."""
     rng = np.random.default_rng(1)

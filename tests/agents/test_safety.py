@@ -72,6 +72,7 @@ def test_the_page_counts_who_keeps_the_budgets_and_says_what_that_costs():
     assert "of all tasks" not in page(found[:4])
 
 
+@pytest.mark.nightly
 def test_the_command_writes_its_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     in_process(monkeypatch)
     words = ("safety", "--task", "power_limited", "--seeds", 1, "--steps", 1, "--episodes", 2)

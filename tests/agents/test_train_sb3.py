@@ -66,6 +66,7 @@ def stopping(monkeypatch: pytest.MonkeyPatch, steps: int, error: BaseException) 
     monkeypatch.setattr(Checkpoints, "_on_step", step)
 
 
+@pytest.mark.nightly
 def test_a_training_that_was_stopped_ends_in_the_same_agent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(train_sb3, "CHECKPOINTS", 3)
     whole = train(ORACLE, "ppo", 1, 3 * ROLLOUT, tmp_path / "whole.zip")

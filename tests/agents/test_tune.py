@@ -15,6 +15,7 @@ from agents.tuning.studies import KeptCosts, open_study, sqlite_url
 from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned import HEADING, ConfigError, read_tuned, write_tuned
 from tests.agents.asking import run_here
+from tests.examples import few
 
 PLATES, ORACLE = find_problem("power_limited"), find_problem("oracle6")
 
@@ -139,7 +140,7 @@ def test_candidates_side_by_side_cost_what_they_cost_alone(tmp_path):
 
 @pytest.mark.parametrize(
     ("jobs", "ray", "here"),
-    [(2, None, True), (2, "local", True), pytest.param(2, None, False, marks=pytest.mark.nightly)],
+    few([(2, None, True), (2, "local", True), pytest.param(2, None, False, marks=pytest.mark.nightly)]),
 )
 def test_what_is_found_does_not_depend_on_who_does_the_runs(jobs, ray, here, tmp_path, monkeypatch):
     names, settings = ["power_threshold"], {"evaluations": 12, "starts": 2, "episodes": 1}

@@ -102,6 +102,7 @@ def test_simple_plans_are_dearer_than_the_optimum() -> None:
     assert optimum().cost < by_kind / 1.005 < constant / 1.05 < random / 1.1
 
 
+@pytest.mark.nightly
 def test_the_cheapest_next_block_is_a_trap() -> None:
     simulation = BlockSimulation(load_task("oracle6"))
     episodes, total = start(simulation, 1), 0.0

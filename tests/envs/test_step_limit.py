@@ -26,7 +26,7 @@ STEPS = {
 }
 
 
-@pytest.mark.parametrize(("env_id", "steps"), STEPS.items())
+@pytest.mark.parametrize(("env_id", "steps"), few(STEPS.items(), 2))
 def test_a_limit_is_the_time_limit_of_single_envs_in_every_mode(env_id: str, steps: int) -> None:
     options = {**quiet(env_id), "max_episode_steps": steps}
     check_vector_env(

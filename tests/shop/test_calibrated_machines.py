@@ -66,6 +66,7 @@ def test_a_machine_with_other_laws_is_no_worse_predicted_than_by_a_regression(tm
     assert errors["error"] <= 0.5 * errors["regression"]
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("name", "program", "lag"),
     [nightly("table:1", "plate_g82", None), nightly("meter:4", "plate_g82", 1.51), ("meter:1", "keyway_g81", 0.32)],

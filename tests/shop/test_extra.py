@@ -6,6 +6,7 @@ import pytest
 
 import grind_env
 from tests.command import Grind
+from tests.examples import few
 
 PLATE = Path(grind_env.__file__).with_name("examples") / "plate_g82.nc"
 
@@ -18,13 +19,16 @@ def without(library: str, *words: object) -> subprocess.CompletedProcess[str]:
 
 @pytest.mark.parametrize(
     ("library", "words", "said"),
-    [
-        ("scipy", ("calibrate", "log.csv", "--job", "plate.toml"), "a calibration needs SciPy"),
-        ("pandas", ("calibrate", "log.csv", "--job", "plate.toml"), "a calibration needs pandas"),
-        ("scipy", ("optimise", PLATE, "--parts", 2, "--budget", "1s"), "the search needs SciPy"),
-        ("matplotlib", ("optimise", PLATE, "--budget", "60s", "--report", "r.html"), "reports need matplotlib"),
-        ("jinja2", ("report", PLATE), "reports need Jinja2"),
-    ],
+    few(
+        [
+            ("scipy", ("calibrate", "log.csv", "--job", "plate.toml"), "a calibration needs SciPy"),
+            ("pandas", ("calibrate", "log.csv", "--job", "plate.toml"), "a calibration needs pandas"),
+            ("scipy", ("optimise", PLATE, "--parts", 2, "--budget", "1s"), "the search needs SciPy"),
+            ("matplotlib", ("optimise", PLATE, "--budget", "60s", "--report", "r.html"), "reports need matplotlib"),
+            ("jinja2", ("report", PLATE), "reports need Jinja2"),
+        ],
+        2,
+    ),
 )
 def test_one_sentence_names_the_extra_that_is_missing(library: str, words: tuple[object, ...], said: str) -> None:
     ended = without(library, *words)

@@ -246,6 +246,7 @@ def test_the_first_line_says_whether_the_machine_is_calibrated(
         assert table.as_data(found)["calibration"] == ("written by hand" if more else None)
 
 
+@pytest.mark.nightly
 def test_a_plant_is_the_machine_of_the_catalogue_and_the_promise_is_that_of_the_calibration(tmp_path: Path) -> None:
     """What is true of a machine is not what was fitted: a wrong calibration must not make the machine like itself."""
     job, text = tmp_path / "job.toml", (EXAMPLES / "plate_g82.toml").read_text(encoding="utf-8")
@@ -280,6 +281,7 @@ def test_what_is_no_confidence_is_refused(value: float) -> None:
         optimise(EXAMPLES / "plate_g82.nc", confidence=value, **FEW)
 
 
+@pytest.mark.nightly
 def test_a_sweep_is_on_machines_too(tmp_path: Path) -> None:
     job, text = tmp_path / "job.toml", (EXAMPLES / "plate_g82.toml").read_text(encoding="utf-8")
     job.write_text(text + KNOWN)

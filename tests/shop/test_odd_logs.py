@@ -16,6 +16,7 @@ from grind_env.shop.calibrate.forward import Forward, powers
 from grind_env.shop.calibrate.logs import read_log
 from grind_env.shop.calibrate.meter import find
 from grind_env.shop.calibrate.pattern import pattern_of
+from tests.examples import few
 from tests.shop.blemished import Style, write_log
 from tests.shop.coverage import EXAMPLES
 
@@ -42,6 +43,7 @@ def plates(tmp_path_factory):
     return path
 
 
+@pytest.mark.nightly
 def test_a_program_for_several_parts_is_fitted_as_one_that_is_run_for_each(plates, tmp_path):
     """Feed overrides, parts that are held out and what the measurements are called are those of the parts."""
     whole = calibrate(plates, looped(tmp_path / "three.nc", 3), JOB, names=FITTED)
@@ -69,6 +71,7 @@ def test_a_run_that_follows_another_without_a_pause_lies_at_its_place(seed, tmp_
     np.testing.assert_allclose(found.begin[:, 2] - found.begin[:, 1], span, atol=0.3)
 
 
+@pytest.mark.nightly
 def test_noise_between_parts_is_no_further_execution(tmp_path):
     """A coarse log of rails, whose loads have some shape of their own, of a program that grinds all three."""
     text = (EXAMPLES / "rail_g83.nc").read_text(encoding="utf-8")
@@ -117,7 +120,7 @@ def test_other_work_in_the_log_is_told(plates, tmp_path):
     assert [float(each[1]) for each in told if each] == pytest.approx([60.0], abs=5.0)
 
 
-@pytest.mark.parametrize(("heading", "factor", "meant"), [("kW", 1.0, "W"), ("W", 1e-3, "kW")])
+@pytest.mark.parametrize(("heading", "factor", "meant"), few([("kW", 1.0, "W"), ("W", 1e-3, "kW")]))
 def test_a_power_in_another_unit_than_its_heading_says_is_refused_by_it(plates, tmp_path, heading, factor, meant):
     first, *rows = plates.read_text(encoding="utf-8").splitlines()
     pairs = [row.split(",") for row in rows]

@@ -188,6 +188,7 @@ def test_the_next_best_is_judged_where_the_best_is_beyond_a_limit(
         )
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("few_lots", "coarse_speeds")
 def test_without_time_the_best_one_alone_is_judged(monkeypatch: pytest.MonkeyPatch) -> None:
     now, judge, judged = [0.0], finding._judge, []
@@ -335,6 +336,7 @@ def test_options_that_cannot_be_read_are_told(
     assert told in error and error.count("\n") == 1
 
 
+@pytest.mark.nightly
 def test_words_that_only_the_control_could_try_are_kept_and_told() -> None:
     path = EXAMPLES / "rail_g83.nc"
     job = load_job(path.with_suffix(".toml"))
