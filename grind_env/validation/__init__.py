@@ -19,7 +19,6 @@ from grind_env.validation import (
     heat,
     part_heat,
     published,
-    rotary,
     roughness,
     spark_out,
     spindle,
@@ -48,7 +47,7 @@ __all__ = [
 CHECKS: tuple[Check, ...] = tuple(
     check
     for module in (
-        *(dressing, rotary, grit, grade, fluid, spark_out, roughness, wear, heat, part_heat, spindle),
+        *(dressing, grit, grade, fluid, spark_out, roughness, wear, heat, part_heat, spindle),
         *(published, valve_alloys),
     )
     for check in module.CHECKS

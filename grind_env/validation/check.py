@@ -97,6 +97,38 @@ class Check:
 
 
 @dataclass(frozen=True, slots=True)
+class Question:
+    """A number that is asked of the model; `within` makes it a `Check`, whose attributes these are."""
+
+    group: int
+    name: str
+    what: str
+    at: str = "usual"
+
+    def within(
+        self,
+        band: Band,
+        measure: Callable[[Rig], float],
+        basis: Basis = TREND,
+        *,
+        unit: str = "",
+        reference: float | None = None,
+    ) -> Check:
+        """Return the check that the number lies within a band."""
+        return Check(
+            name=self.name,
+            group=self.group,
+            what=self.what,
+            at=self.at,
+            band=band,
+            measure=measure,
+            unit=unit,
+            reference=reference,
+            basis=basis,
+        )
+
+
+@dataclass(frozen=True, slots=True)
 class Row:
     """A check with its number.
 

@@ -6,6 +6,7 @@ from typing import Any
 from grind_env.evidence import Basis, Evidence
 from grind_env.validation import data
 from grind_env.validation.check import Band, Check, around, at_most
+from grind_env.validation.measures import dull, value
 from grind_env.validation.rig import NO_GROWTH, USUAL, Grinder, Rig, dress_width
 from grind_env.validation.spark_out import after_passes
 
@@ -331,7 +332,7 @@ CHECKS = (
         what="normal force after ten passes over the threshold's",
         at=f"{USUAL}; A 4 %; 10 strokes before",
         band=around(1.0, 0.1),
-        measure=lambda rig: after_passes(rig.dulled(DULL, changes=NO_GROWTH), lambda done: done.Fn),
+        measure=value(after_passes("Fn"), dull(DULL), changes=NO_GROWTH),
         basis=Basis(Evidence.OWN, "the band of a sharp wheel (group 5), asked of a dull one"),
     ),
 )
