@@ -14,7 +14,6 @@ from grind_env.toml import read_toml
 from grind_env.validation import (
     dressing,
     fluid,
-    grade,
     grit,
     heat,
     part_heat,
@@ -47,7 +46,7 @@ __all__ = [
 CHECKS: tuple[Check, ...] = tuple(
     check
     for module in (
-        *(dressing, grit, grade, fluid, spark_out, roughness, wear, heat, part_heat, spindle),
+        *(dressing, grit, fluid, spark_out, roughness, wear, heat, part_heat, spindle),
         *(published, valve_alloys),
     )
     for check in module.CHECKS

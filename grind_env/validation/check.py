@@ -24,6 +24,7 @@ GROUPS = {
 """What the checks are about, by number of the group. Groups 1 to 9 are trends that the model has to show."""
 
 
+Measure = Callable[[Rig], float]
 TREND = Basis(Evidence.OWN, "expected of the trend")
 """Of a band that is the judgement of this project alone."""
 
@@ -69,7 +70,7 @@ RISES = at_least(1.001)
 """Of the smallest such ratio, where they shall rise."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Check:
     """What is asked of the model.
 
@@ -90,7 +91,7 @@ class Check:
     what: str
     at: str
     band: Band
-    measure: Callable[[Rig], float]
+    measure: Measure
     unit: str = ""
     reference: float | None = None
     basis: Basis = TREND
@@ -106,26 +107,10 @@ class Question:
     at: str = "usual"
 
     def within(
-        self,
-        band: Band,
-        measure: Callable[[Rig], float],
-        basis: Basis = TREND,
-        *,
-        unit: str = "",
-        reference: float | None = None,
+        self, band: Band, measure: Measure, basis: Basis = TREND, unit: str = "", reference: float | None = None
     ) -> Check:
         """Return the check that the number lies within a band."""
-        return Check(
-            name=self.name,
-            group=self.group,
-            what=self.what,
-            at=self.at,
-            band=band,
-            measure=measure,
-            unit=unit,
-            reference=reference,
-            basis=basis,
-        )
+        return Check(self.name, self.group, self.what, self.at, band, measure, unit, reference, basis)
 
 
 @dataclass(frozen=True, slots=True)

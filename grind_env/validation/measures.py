@@ -78,6 +78,16 @@ def flats(grinder: Grinder) -> float:
     return grinder.wheel.A
 
 
+def flats_after(volume: float) -> Quantity:
+    """Return the quantity wear-flat area, after `volume` mm3/mm more."""
+
+    def later(grinder: Grinder) -> float:
+        grinder.grind_volume(volume)
+        return flats(grinder)
+
+    return later
+
+
 def g_over(volume: float) -> Quantity:
     """Return the quantity G-ratio over the next `volume` mm3/mm."""
 
