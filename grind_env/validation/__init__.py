@@ -16,7 +16,6 @@ from grind_env.validation import (
     fluid,
     grit,
     heat,
-    part_heat,
     published,
     roughness,
     spark_out,
@@ -46,7 +45,7 @@ __all__ = [
 CHECKS: tuple[Check, ...] = tuple(
     check
     for module in (
-        *(dressing, grit, fluid, spark_out, roughness, wear, heat, part_heat, spindle),
+        *(dressing, grit, fluid, spark_out, roughness, wear, heat, spindle),
         *(published, valve_alloys),
     )
     for check in module.CHECKS

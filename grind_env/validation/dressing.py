@@ -60,9 +60,9 @@ def dressed_often(rig: Rig, dresses: int) -> Grinder:
     return grinder
 
 
-further_passes = partial(Sweep, setups=over("passes", (16.0, 8.0)), reduce=quotient, wheel=dull_then_dressed)
+further_passes = partial(Sweep, setups=over("passes", (16.0, 8.0)), reduce=quotient, make=dull_then_dressed)
 worn_diamond = partial(Sweep, setups=over("diamond_flat", (0.3, 0.0)), reduce=quotient)
-later_dress = partial(Sweep, setups=over("dresses", (300, 0)), reduce=quotient, wheel=dressed_often)
+later_dress = partial(Sweep, setups=over("dresses", (300, 0)), reduce=quotient, make=dressed_often)
 
 STATIONARY = (
     ask("flats on depth", "wear-flat area after a deeper dress, largest step", DEEPER).within(
@@ -116,7 +116,7 @@ STATIONARY = (
 )
 
 ask_rotary = partial(Question, 2)
-rotary = partial(Sweep, wheel=partial(Rig.fresh, dresser="rotary"))
+rotary = partial(Sweep, make=partial(Rig.fresh, dresser="rotary"))
 AT = "usual; dresser rotary"
 CRUSHING, QD = (changed_over("dresser", "speed_ratio", ratios) for ratios in ((0.9, 0.3), SPEED_RATIOS))
 

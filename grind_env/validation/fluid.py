@@ -31,7 +31,7 @@ CHECKS = (
             f"force ratio {wheel} {fluid}",
             f"Ft/Fn, {WHEELS[wheel]}, {fluid}",
             f"usual; {wheel}, {fluid}; sharp",
-        ).within(band, value(force_ratio, wheel=partial(Rig.sharp, wheel=wheel), fluid=fluid))
+        ).within(band, value(force_ratio, wheel=wheel, fluid=fluid))
         for wheel in WHEELS
         for fluid, band in FORCE_RATIOS.items()
     ),

@@ -31,31 +31,31 @@ class Sweep:
 
     Attributes:
         quantity: what a wheel shows.
-        setups: arguments of `SetUp`, or of `wheel`, for each wheel.
+        setups: arguments of `SetUp`, or of `make`, for each wheel.
         reduce: gives the number from the values of all wheels.
-        wheel: makes a wheel from the rig and a set-up.
+        make: makes a wheel from the rig and a set-up.
     """
 
     quantity: Quantity
     setups: SetUps
     reduce: Callable[[list[float]], float]
-    wheel: MakeWheel = Rig.fresh
+    make: MakeWheel = Rig.fresh
 
     def __call__(self, rig: Rig) -> float:
         """Take the number on a rig."""
-        return self.reduce([self.quantity(self.wheel(rig, **setup)) for setup in self.setups])
+        return self.reduce([self.quantity(self.make(rig, **setup)) for setup in self.setups])
 
 
-def value(quantity: Quantity, wheel: MakeWheel = Rig.sharp, **setup: Any) -> Sweep:
+def value(quantity: Quantity, make: MakeWheel = Rig.sharp, **setup: Any) -> Sweep:
     """Measure a quantity in one set-up."""
-    return Sweep(quantity, (setup,), single, wheel)
+    return Sweep(quantity, (setup,), single, make)
 
 
 def exponent_on(
-    name: str, values: Sequence[float], quantity: Quantity, wheel: MakeWheel = Rig.fresh, **setup: Any
+    name: str, values: Sequence[float], quantity: Quantity, make: MakeWheel = Rig.fresh, **setup: Any
 ) -> Sweep:
     """Measure the exponent of a quantity on an argument of `SetUp`."""
-    return Sweep(quantity, over(name, values, **setup), partial(exponent, values), wheel)
+    return Sweep(quantity, over(name, values, **setup), partial(exponent, values), make)
 
 
 def over(name: str, values: Sequence[Any], **setup: Any) -> SetUps:
