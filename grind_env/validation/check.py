@@ -3,11 +3,11 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 from grind_env.errors import GrindError
 from grind_env.evidence import Basis, Evidence
-from grind_env.validation.beyond import Beyond
-from grind_env.validation.rig import Rig
+from grind_env.validation.rig import Beyond, Rig
 
 GROUPS = {
     1: "Dress depth and lead",
@@ -24,8 +24,11 @@ GROUPS = {
 """What the checks are about, by number of the group. Groups 1 to 9 are trends that the model has to show."""
 
 
+own, drawn, remembered, measured = (
+    partial(Basis, kind) for kind in (Evidence.OWN, Evidence.DRAWN, Evidence.REMEMBERED, Evidence.MEASURED)
+)
 Measure = Callable[[Rig], float]
-TREND = Basis(Evidence.OWN, "expected of the trend")
+TREND = own("expected of the trend")
 """Of a band that is the judgement of this project alone."""
 
 

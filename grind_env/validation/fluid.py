@@ -28,9 +28,7 @@ def steady(wheel: str) -> partial[Grinder]:
 CHECKS = (
     *(
         ask(
-            f"force ratio {wheel} {fluid}",
-            f"Ft/Fn, {WHEELS[wheel]}, {fluid}",
-            f"usual; {wheel}, {fluid}; sharp",
+            f"force ratio {wheel} {fluid}", f"Ft/Fn, {WHEELS[wheel]}, {fluid}", f"usual; {wheel}, {fluid}; sharp"
         ).within(band, value(force_ratio, wheel=wheel, fluid=fluid))
         for wheel in WHEELS
         for fluid, band in FORCE_RATIOS.items()

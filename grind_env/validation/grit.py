@@ -3,10 +3,9 @@
 from collections.abc import Mapping
 from functools import partial
 
-from grind_env.evidence import Basis, Evidence
 from grind_env.process.corrected import EXPONENTS
 from grind_env.process.entries import Entry, quantities
-from grind_env.validation.check import FALLS, RISES, Check, Question, at_least, at_most
+from grind_env.validation.check import FALLS, RISES, Check, Question, at_least, at_most, own
 from grind_env.validation.measures import (
     Quantity,
     SetUps,
@@ -130,7 +129,7 @@ WAYS: dict[str, tuple[str, str, SetUps]] = {
 
 GRADES = {"H": 0.8, "J": 1.2, "L": 2.0, "M": 2.5}
 """Force per grain that breaks grain or bond, N, at the reference grit."""
-MALKIN_COOK = Basis(Evidence.OWN, "the way of the trend: Malkin & Cook, J. Eng. Ind. 93 (1971) (from memory)")
+MALKIN_COOK = own("the way of the trend: Malkin & Cook, J. Eng. Ind. 93 (1971) (from memory)")
 
 ask = partial(Question, 3)
 

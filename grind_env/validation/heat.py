@@ -6,10 +6,9 @@ from math import log
 
 import numpy as np
 
-from grind_env.evidence import Basis, Evidence
 from grind_env.process.equations import part_growth
 from grind_env.process.state import StrokeResult
-from grind_env.validation.check import Band, Question, around, at_least, at_most
+from grind_env.validation.check import Band, Question, around, at_least, at_most, measured, own, remembered
 from grind_env.validation.data import MAGNITUDES
 from grind_env.validation.measures import Sweep, dull, over, quotient, stroke, value
 from grind_env.validation.rig import NO_GROWTH, Grinder, Rig
@@ -17,9 +16,7 @@ from grind_env.validation.rig import NO_GROWTH, Grinder, Rig
 IRON = "grey_cast_iron"
 HALF_DULL = 0.03
 """Wear-flat area, share of the wheel face: between a sharp wheel, .009, and 4 %, where burn is expected."""
-SHEN = Basis(
-    Evidence.MEASURED, "page_numbers.csv: Shen, Xiao, Guo, Malkin & Shih, ASME JMSE 130 (2008) 051014 (abstract)"
-)
+SHEN = measured("page_numbers.csv: Shen, Xiao, Guo, Malkin & Shih, ASME JMSE 130 (2008) 051014 (abstract)")
 BURNING_SPEEDS = (75.0, 100.0, 150.0, 200.0, 300.0)
 """Table speeds at which a wheel is dulled until it burns, mm/s: 4.5 to 18 m/min."""
 FLATS = tuple(np.geomspace(0.004, 0.145, 181).tolist())
@@ -135,34 +132,28 @@ CHECKS = (
     ).within(
         at_most(1.3),
         Sweep(burning, over("table_speed", BURNING_SPEEDS), lambda rises: max(rises) / min(rises), Rig.sharp),
-        Basis(Evidence.OWN, "the burn threshold of Malkin 1978 is that of one temperature"),
+        own("the burn threshold of Malkin 1978 is that of one temperature"),
     ),
     ask("temperature sharp", "temperature rise", "usual; sharp").within(
         Band(60.0, 250.0),
         value(stroke("T")),
-        Basis(Evidence.REMEMBERED, f"{MAGNITUDES}; 100 to 250 K excludes a partition of .24 and was not chosen"),
+        remembered(f"{MAGNITUDES}; 100 to 250 K excludes a partition of .24 and was not chosen"),
         "K",
     ),
     ask("temperature dull", "temperature rise", "usual; A 4 %").within(
-        Band(300.0, 800.0), value(stroke("T"), dull(0.04)), Basis(Evidence.REMEMBERED, MAGNITUDES), "K"
+        Band(300.0, 800.0), value(stroke("T"), dull(0.04)), remembered(MAGNITUDES), "K"
     ),
     ask("cBN cooler", "energy partition of cBN over that of alumina", "usual; b126 and a60j; dry; sharp").within(
         at_most(0.9),
         Sweep(stroke("eps"), over("wheel", ("b126", "a60j")), quotient, partial(Rig.sharp, fluid="dry")),
-        Basis(Evidence.OWN, "which way, by the conductivity of the grains: thermal_partition.csv, Rowe et al."),
+        own("which way, by the conductivity of the grains: thermal_partition.csv, Rowe et al."),
     ),
     # without a pause between strokes nothing cools
     ask("growth sharp", "growth of the part", f"{TALL}; sharp; after {ROUGHING} strokes that follow at once").within(
-        Band(3.0, 8.0),
-        value(growth, pause=0.0),
-        Basis(Evidence.OWN, "heat balance with a partition of .2 to .3"),
-        "um",
+        Band(3.0, 8.0), value(growth, pause=0.0), own("heat balance with a partition of .2 to .3"), "um"
     ),
     ask("growth dull", "growth of the part", f"{TALL}; A 3 %; after {ROUGHING} strokes that follow at once").within(
-        Band(15.0, 40.0),
-        value(growth, dull(HALF_DULL), pause=0.0),
-        Basis(Evidence.OWN, "heat balance with a partition of .8"),
-        "um",
+        Band(15.0, 40.0), value(growth, dull(HALF_DULL), pause=0.0), own("heat balance with a partition of .8"), "um"
     ),
     ask(
         "growth cools",

@@ -4,9 +4,8 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-from grind_env.evidence import Basis, Evidence
 from grind_env.validation import data
-from grind_env.validation.check import Band, Check, Question, around, at_most
+from grind_env.validation.check import Band, Check, Question, around, at_most, drawn, measured, own, remembered
 from grind_env.validation.measures import Quantity, Sweep, dull, over, quotient, stroke, value
 from grind_env.validation.rig import NO_GROWTH, Grinder, Rig, dress_width
 from grind_env.validation.roughness import sparked_out
@@ -33,14 +32,11 @@ QUANTITIES: Mapping[str, Quantity] = {
     "G-ratio": stroke("G"),
 }
 
-KALPAKJIAN = Basis(Evidence.REMEMBERED, "specific_energy_ranges.csv: Kalpakjian & Schmid")
-GRID = Basis(Evidence.REMEMBERED, "burn_threshold_grid.csv: Malkin 1978; Wen, Tay & Nee 1992")
-OPTIMA = Basis(Evidence.REMEMBERED, "wen_optima.csv: their Ra follows from dress and speeds alone; within x 2")
-OVERLAP = Basis(
-    Evidence.DRAWN,
-    "dressing_overlap_worked_example.csv: moderngrindingtechnology.com, worked out there and not measured",
-)
-MALKIN_COOK = Basis(Evidence.REMEMBERED, "malkin_energy_wearflat.csv: Malkin & Cook 1971")
+KALPAKJIAN = remembered("specific_energy_ranges.csv: Kalpakjian & Schmid")
+GRID = remembered("burn_threshold_grid.csv: Malkin 1978; Wen, Tay & Nee 1992")
+OPTIMA = remembered("wen_optima.csv: their Ra follows from dress and speeds alone; within x 2")
+OVERLAP = drawn("dressing_overlap_worked_example.csv: moderngrindingtechnology.com, worked out there and not measured")
+MALKIN_COOK = remembered("malkin_energy_wearflat.csv: Malkin & Cook 1971")
 
 ask = partial(Question, 10)
 
@@ -54,12 +50,7 @@ def magnitude(row: dict[str, str]) -> Check:
     measure = value(QUANTITIES[name], make, **setup, changes=NO_GROWTH)
     return ask(
         f"{row['case']} {row['quantity']}", f"{name}, {row['case']}", f"{conditions}, emulsion, 20 mm wide; {said}"
-    ).within(
-        Band(float(row["low"]), float(row["high"])),
-        measure,
-        Basis(Evidence.REMEMBERED, data.MAGNITUDES),
-        row["unit"].strip("-"),
-    )
+    ).within(Band(float(row["low"]), float(row["high"])), measure, remembered(data.MAGNITUDES), row["unit"].strip("-"))
 
 
 def energy_range(published: str, material: str) -> Check:
@@ -159,7 +150,7 @@ CHECKS = (
     ).within(
         Band(21.6, 25.5),
         value(stroke("u_s"), material="aisi_1045", downfeed=0.020, table_speed=250.0),
-        Basis(Evidence.DRAWN, "page_numbers.csv: Dietrich & Tschaetsch as coded by others"),
+        drawn("page_numbers.csv: Dietrich & Tschaetsch as coded by others"),
         "J/mm3",
     ),
     ask(
@@ -169,12 +160,12 @@ CHECKS = (
     ).within(
         around(13.8, 0.7),
         value(least_energy, width=5.0),
-        Basis(Evidence.REMEMBERED, "malkin_energy_wearflat.csv: Malkin"),
+        remembered("malkin_energy_wearflat.csv: Malkin"),
         "J/mm3",
         data.number("malkin_energy_wearflat", "u_ch", "value_or_min"),
     ),
     ask("energy linear in flats", "specific energy at A 4 % over the mean of 2 and 6 %", "usual; 10 um cut").within(
-        around(1.0, 0.01), linearity, Basis(Evidence.REMEMBERED, "Malkin & Cook 1971")
+        around(1.0, 0.01), linearity, remembered("Malkin & Cook 1971")
     ),
     ask("flats at burn", "wear-flat area at which the burn ratio is 1").within(
         Band(2.0, 6.0),
@@ -186,10 +177,7 @@ CHECKS = (
     ask("temperature at burn", "temperature rise at which the burn ratio is 1").within(
         Band(230.0, 980.0),
         lambda rig: dull_to_burn(rig).grind(5).T,
-        Basis(
-            Evidence.DRAWN,
-            "page_numbers.csv: temper colours from 250, damage up to 1000 degC (Badger 2012, Tarasov 1951)",
-        ),
+        drawn("page_numbers.csv: temper colours from 250, damage up to 1000 degC (Badger 2012, Tarasov 1951)"),
         "K",
     ),
     ask(
@@ -208,14 +196,12 @@ CHECKS = (
         around(2.0, 0.05), lambda rig: dress_width(0.025, 0.38) / (192.5 / 1410.0), OVERLAP, reference=2.0
     ),
     ask("partition after boiling, steel", "energy partition, dry, in steel by alumina", "usual; dry; sharp").within(
-        Band(0.60, 0.75),
-        value(stroke("eps"), fluid="dry"),
-        Basis(Evidence.REMEMBERED, "thermal_partition.csv: Malkin & Guo 2007"),
+        Band(0.60, 0.75), value(stroke("eps"), fluid="dry"), remembered("thermal_partition.csv: Malkin & Guo 2007")
     ),
     ask("G-ratio conventional", "G-ratio of a usual job", "usual; sharp").within(
         Band(20.0, 80.0),
         value(stroke("G")),
-        Basis(Evidence.DRAWN, "page_numbers.csv: toolingu.com; Groover's 95 to 125 excludes it and was not chosen"),
+        drawn("page_numbers.csv: toolingu.com; Groover's 95 to 125 excludes it and was not chosen"),
     ),
     ask(
         "share of the dresser",
@@ -224,7 +210,7 @@ CHECKS = (
     ).within(
         Band(70.0, 80.0),
         value(dressed_share),
-        Basis(Evidence.DRAWN, "wheelwear_gratio_practice.csv: psiworldweb.com, a vendor on high-volume production"),
+        drawn("wheelwear_gratio_practice.csv: psiworldweb.com, a vendor on high-volume production"),
         "%",
     ),
     ask(
@@ -234,12 +220,9 @@ CHECKS = (
     ).within(
         Band(1.15, 1.3),
         Sweep(
-            wear_depth,
-            over("diameter", (25.4 * 15.0, 25.4 * 18.0), constant_surface_speed=True),
-            quotient,
-            Rig.steady,
+            wear_depth, over("diameter", (25.4 * 15.0, 25.4 * 18.0), constant_surface_speed=True), quotient, Rig.steady
         ),
-        Basis(Evidence.DRAWN, "page_numbers.csv: Badger 2009, a column: about 20 % more, how found is not said"),
+        drawn("page_numbers.csv: Badger 2009, a column: about 20 % more, how found is not said"),
         reference=1.2,
     ),
     ask(
@@ -249,9 +232,8 @@ CHECKS = (
     ).within(
         Band(0.05, 0.2),
         value(sparked_out, wheel="b126", wheel_speed=35.0, lead=0.04, depth=0.005),
-        Basis(
-            Evidence.MEASURED,
-            "14 of 16 means of 320 parts of 52100 lie at .078 to .108 (Wu & Zha, cylindrical grinding); within x 2",
+        measured(
+            "14 of 16 means of 320 parts of 52100 lie at .078 to .108 (Wu & Zha, cylindrical grinding); within x 2"
         ),
         "um",
         0.1,
@@ -259,7 +241,7 @@ CHECKS = (
     ask("roughness of M2", "Ra of high-speed steel", "usual; aisi_m2; sharp").within(
         Band(0.231, 1.25),
         value(stroke("Rg"), material="aisi_m2"),
-        Basis(Evidence.DRAWN, "page_numbers.csv: W18CR4V, PMC11904558"),
+        drawn("page_numbers.csv: W18CR4V, PMC11904558"),
         "um",
     ),
     ask(
@@ -269,6 +251,6 @@ CHECKS = (
     ).within(
         around(1.0, 0.1),
         value(after_passes("Fn"), dull(DULL), changes=NO_GROWTH),
-        Basis(Evidence.OWN, "the band of a sharp wheel (group 5), asked of a dull one"),
+        own("the band of a sharp wheel (group 5), asked of a dull one"),
     ),
 )

@@ -2,8 +2,7 @@
 
 from functools import partial
 
-from grind_env.evidence import Basis, Evidence
-from grind_env.validation.check import Band, Question, around, at_least, at_most
+from grind_env.validation.check import Band, Question, around, at_least, at_most, drawn, own
 from grind_env.validation.measures import Sweep, exponent_on, over, quotient, sharp_then, stroke, value
 from grind_env.validation.rig import NO_GROWTH, Grinder, Rig, roughness_scatter
 from grind_env.validation.slopes import largest_step
@@ -58,14 +57,12 @@ CHECKS = (
         "roughness in nickel, alumina",
         "Ra in inc751 over that in aisi_52100, alumina: the wheel that wears faster is the rougher",
         "usual; a60j; 100 mm3/mm after the dress",
-    ).within(Band(1.2, 2.4), in_nickel("a60j"), Basis(Evidence.DRAWN, f"(wear over volume)^.3 of {VALVES}")),
+    ).within(Band(1.2, 2.4), in_nickel("a60j"), drawn(f"(wear over volume)^.3 of {VALVES}")),
     ask(
         "roughness in nickel, cBN",
         "that ratio of alumina over that of cBN, which breaks away less",
         "usual; a60j and b126; 100 mm3/mm after the dress",
-    ).within(
-        at_least(1.05), lambda rig: in_nickel("a60j")(rig) / in_nickel("b126")(rig), Basis(Evidence.DRAWN, VALVES)
-    ),
+    ).within(at_least(1.05), lambda rig: in_nickel("a60j")(rig) / in_nickel("b126")(rig), drawn(VALVES)),
     ask("first touch", "what a touch of 1 nm takes off the Ra of an unground face").within(
         at_most(0.1), value(touched, Rig.fresh), unit="%"
     ),
@@ -89,7 +86,7 @@ CHECKS = (
     ask("roughness on wheel speed", "exponent of Ra on the wheel speed", "usual; sharp; 20 to 40 m/s; stroke 5").within(
         Band(-0.7, -0.3),
         exponent_on("wheel_speed", SPEEDS, stroke("Rg"), sharp_then),
-        Basis(Evidence.OWN, "it excludes the -.08 of flat_grinding_L8_dressing.csv, which is of deep and slow passes"),
+        own("it excludes the -.08 of flat_grinding_L8_dressing.csv, which is of deep and slow passes"),
     ),
     ask(
         "roughness scatter",
@@ -98,6 +95,6 @@ CHECKS = (
     ).within(
         Band(0.10, 0.25),
         lambda rig: roughness_scatter(),
-        Basis(Evidence.OWN, "320 parts of 52100 ground with cBN scatter by 4 to 12 %, 1200 piston rings by more"),
+        own("320 parts of 52100 ground with cBN scatter by 4 to 12 %, 1200 piston rings by more"),
     ),
 )

@@ -4,8 +4,7 @@ from functools import partial
 from itertools import product
 from typing import Any
 
-from grind_env.evidence import Basis, Evidence
-from grind_env.validation.check import TREND, Band, Check, Question, at_least
+from grind_env.validation.check import TREND, Band, Check, Question, at_least, drawn, own
 from grind_env.validation.measures import Sweep, exponent_on, g_over, over, quotient, used
 from grind_env.validation.rig import Rig
 from grind_env.validation.slopes import exponent
@@ -40,8 +39,8 @@ RATIOS = {
 }
 WHEELS = {"a60j": "alumina", "b126": "cBN"}
 VALVES = "valve_alloys.csv (Nametala, CIRP JMST 2020)"
-UNMEASURED = Basis(Evidence.OWN, "nothing was measured of what is neither an easy alloy nor a nickel alloy")
-TWO_ALLOYS = Basis(Evidence.DRAWN, f"wear exponents of two valve alloys, {VALVES}")
+UNMEASURED = own("nothing was measured of what is neither an easy alloy nor a nickel alloy")
+TWO_ALLOYS = drawn(f"wear exponents of two valve alloys, {VALVES}")
 STEADY = "steady wear over 100 mm3/mm from the dress on"
 
 ask = partial(Question, 7)
@@ -70,7 +69,7 @@ def cbn_over_alumina(material: str) -> Check:
     ).within(
         RATIOS[material],
         Sweep(g_over(INTERVAL), over("wheel", ("b126", "a60j"), material=material), quotient, Rig.steady),
-        Basis(Evidence.DRAWN, VALVES) if RATIOS[material] is NICKEL else TREND,
+        drawn(VALVES) if RATIOS[material] is NICKEL else TREND,
     )
 
 
@@ -94,10 +93,7 @@ def early_wear(wheel: str, band: Band) -> Check:
         f"radius lost early after a dress, {WHEELS[wheel]}",
         f"usual; inc751, {wheel}; 100 mm3/mm after the dress",
     ).within(
-        band,
-        lambda rig: early_loss(rig, material="inc751", wheel=wheel),
-        Basis(Evidence.DRAWN, f"wear at no volume in {VALVES}"),
-        "um",
+        band, lambda rig: early_loss(rig, material="inc751", wheel=wheel), drawn(f"wear at no volume in {VALVES}"), "um"
     )
 
 
@@ -113,7 +109,7 @@ CHECKS = (
     ).within(
         Band(0.9, 1.1),
         lambda rig: early_loss(rig, material="inc751") / early_loss(rig),
-        Basis(Evidence.OWN, f"no alloy of {VALVES} loses more"),
+        own(f"no alloy of {VALVES} loses more"),
     ),
     ask(
         "early wear of a coarse dress",
@@ -124,17 +120,15 @@ CHECKS = (
     *map(cbn_over_alumina, RATIOS),
     ask(
         "wear on volume b126", "exponent of wear on volume since the dress, cBN", f"usual; inc751, b126; {THREE}"
-    ).within(Band(0.4, 0.65), partial(on_volume, wheel="b126"), Basis(Evidence.DRAWN, f"{VALVES}: .41 and .64")),
+    ).within(Band(0.4, 0.65), partial(on_volume, wheel="b126"), drawn(f"{VALVES}: .41 and .64")),
     ask("wear on volume a60j", "exponent of wear on volume since the dress, alumina", f"usual; inc751; {THREE}").within(
-        Band(0.85, 1.25), partial(on_volume, wheel="a60j"), Basis(Evidence.DRAWN, f"{VALVES}: .95 to 1.25")
+        Band(0.85, 1.25), partial(on_volume, wheel="a60j"), drawn(f"{VALVES}: .95 to 1.25")
     ),
     ask(
         "initial wear",
         "that exponent of alumina less that of cBN: initial wear matters more for cBN",
         f"usual; inc751; {THREE}",
     ).within(
-        at_least(0.2),
-        lambda rig: on_volume(rig, "a60j") - on_volume(rig, "b126"),
-        Basis(Evidence.DRAWN, f"{VALVES}: .31 to .84"),
+        at_least(0.2), lambda rig: on_volume(rig, "a60j") - on_volume(rig, "b126"), drawn(f"{VALVES}: .31 to .84")
     ),
 )
