@@ -44,10 +44,7 @@ __all__ = [
 
 CHECKS: tuple[Check, ...] = tuple(
     check
-    for module in (
-        *(dressing, grit, fluid, spark_out, roughness, wear, heat, spindle),
-        *(published, valve_alloys),
-    )
+    for module in (dressing, grit, fluid, spark_out, roughness, wear, heat, spindle, published, valve_alloys)
     for check in module.CHECKS
 )
 """All checks, by group."""

@@ -30,7 +30,7 @@ partition = partial(value, stroke("eps"), material=IRON, table_speed=40.0)
 
 
 def heated(grinder: Grinder) -> list[StrokeResult]:
-    """Strokes of 10 um with more and more wear flats, and so heat flux."""
+    """Grind strokes of 10 um with more and more wear flats, and so heat flux."""
     strokes = []
     for flats in FLATS:
         grinder.wheel = grinder.wheel._replace(A=flats)
@@ -39,12 +39,12 @@ def heated(grinder: Grinder) -> list[StrokeResult]:
 
 
 def flux(done: StrokeResult) -> float:
-    """Heat flux over the contact, W/mm2."""
+    """Return the heat flux over the contact, W/mm2."""
     return done.Ft * done.Q / (done.heq * done.lc)
 
 
 def steepness(strokes: list[StrokeResult]) -> list[float]:
-    """How steeply the temperature rises with the heat flux between strokes: 1 where it is proportional."""
+    """Return how steeply the temperature rises with the heat flux between strokes: 1 where it is proportional."""
     return [log(two.T / one.T) / log(flux(two) / flux(one)) for one, two in pairwise(strokes)]
 
 
@@ -56,7 +56,7 @@ def burn_out_flux(grinder: Grinder) -> float:
 
 
 def boiling_range(rig: Rig) -> float:
-    """Heat flux at which the film has boiled over that at which it begins to: where the partition has its jump."""
+    """Return the heat flux at which the film has boiled over that at which the partition begins its jump."""
     strokes = heated(rig.sharp(material=IRON))
     shares = [done.eps for done in strokes]
     middle = max(range(len(shares) - 1), key=lambda k: shares[k + 1] / shares[k])

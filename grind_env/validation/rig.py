@@ -275,7 +275,7 @@ class Rig:
         return Grinder(chosen, self.parameters(chosen), grinder.wheel._replace(W=0.0))
 
     def parameters(self, setup: SetUp) -> StrokeParameters:
-        """Stroke parameters of a set-up; what it asks beyond the catalogue is kept in `outside`."""
+        """Return the stroke parameters of a set-up; `outside` keeps what the set-up asks beyond the catalogue."""
         catalogue, changes = self.catalogue, setup.changes
         wheel = changed(catalogue.wheel(setup.wheel), changes.get("wheel", {}))
         machine = changed(catalogue.machine("default"), changes.get("machine", {}))
