@@ -14,12 +14,9 @@ from grind_env.toml import read_toml
 from grind_env.validation import (
     dressing,
     fluid,
-    grade,
     grit,
     heat,
-    part_heat,
     published,
-    rotary,
     roughness,
     spark_out,
     spindle,
@@ -47,10 +44,7 @@ __all__ = [
 
 CHECKS: tuple[Check, ...] = tuple(
     check
-    for module in (
-        *(dressing, rotary, grit, grade, fluid, spark_out, roughness, wear, heat, part_heat, spindle),
-        *(published, valve_alloys),
-    )
+    for module in (dressing, grit, fluid, spark_out, roughness, wear, heat, spindle, published, valve_alloys)
     for check in module.CHECKS
 )
 """All checks, by group."""

@@ -3,11 +3,11 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 from grind_env.errors import GrindError
 from grind_env.evidence import Basis, Evidence
-from grind_env.validation.beyond import Beyond
-from grind_env.validation.rig import Rig
+from grind_env.validation.rig import Beyond, Rig
 
 GROUPS = {
     1: "Dress depth and lead",
@@ -24,7 +24,11 @@ GROUPS = {
 """What the checks are about, by number of the group. Groups 1 to 9 are trends that the model has to show."""
 
 
-TREND = Basis(Evidence.OWN, "expected of the trend")
+own, drawn, remembered, measured = (
+    partial(Basis, kind) for kind in (Evidence.OWN, Evidence.DRAWN, Evidence.REMEMBERED, Evidence.MEASURED)
+)
+Measure = Callable[[Rig], float]
+TREND = own("expected of the trend")
 """Of a band that is the judgement of this project alone."""
 
 
@@ -69,7 +73,7 @@ RISES = at_least(1.001)
 """Of the smallest such ratio, where they shall rise."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Check:
     """What is asked of the model.
 
@@ -90,10 +94,26 @@ class Check:
     what: str
     at: str
     band: Band
-    measure: Callable[[Rig], float]
+    measure: Measure
     unit: str = ""
     reference: float | None = None
     basis: Basis = TREND
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """A number that is asked of the model; `within` makes it a `Check`, whose attributes these are."""
+
+    group: int
+    name: str
+    what: str
+    at: str = "usual"
+
+    def within(
+        self, band: Band, measure: Measure, basis: Basis = TREND, unit: str = "", reference: float | None = None
+    ) -> Check:
+        """Return the check that the number lies within a band."""
+        return Check(self.name, self.group, self.what, self.at, band, measure, unit, reference, basis)
 
 
 @dataclass(frozen=True, slots=True)

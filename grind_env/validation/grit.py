@@ -1,20 +1,26 @@
-"""Group 3: grit size and structure, and that every field of an entry does something."""
+"""Group 3: grit size, structure and grade, and that every field of an entry does something."""
 
-from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from collections.abc import Mapping
+from functools import partial
 
 from grind_env.process.corrected import EXPONENTS
 from grind_env.process.entries import Entry, quantities
-from grind_env.validation.check import FALLS, RISES, Check, at_most
-from grind_env.validation.rig import USUAL, Grinder, Rig
+from grind_env.validation.check import FALLS, RISES, Check, Question, at_least, at_most, own
+from grind_env.validation.measures import (
+    Quantity,
+    SetUps,
+    Sweep,
+    changed_over,
+    flats_after,
+    g_over,
+    over,
+    quotient,
+    stroke,
+)
+from grind_env.validation.rig import Grinder, Rig
 from grind_env.validation.slopes import largest_step, smallest_step
 
 WHEELS = ("a46h", "a60j", "a80k", "a120k")
-GRITS = (0.33, 0.25, 0.19, 0.127)
-"""mm; 46, 60, 80 and 120 mesh by 15.2/mesh."""
-STRUCTURES = (0.48, 0.52, 0.56)
-"""Share of grain in the volume: structures 7, 5 and 3."""
-
 ENTRIES = {
     "material": (
         *("aisi_52100", "aisi_d2", "aisi_m2", "aisi_1045", "case_hardened_16mncr5", "grey_cast_iron"),
@@ -46,73 +52,28 @@ TRIED: tuple[Mapping[str, str], ...] = tuple(
 """Entries among which a field has to change something; between them they have every effect of the process."""
 
 
-def by_wheel(rig: Rig) -> list[dict[str, Any]]:
-    """Set-ups with finer and finer wheels of the catalogue."""
-    return [{"wheel": name} for name in WHEELS]
-
-
-def by_grit(rig: Rig) -> list[dict[str, Any]]:
-    """Set-ups with finer and finer grit in one and the same wheel."""
-    return [{"changes": {"wheel": {"grit_size": grit}}} for grit in GRITS]
-
-
-def by_structure(rig: Rig) -> list[dict[str, Any]]:
-    """Set-ups with a denser and denser structure of one and the same wheel."""
-    return [{"changes": {"wheel": {"grain_fraction": share}}} for share in STRUCTURES]
-
-
-def steps(
-    setups: Callable[[Rig], list[dict[str, Any]]],
-    shown: Callable[[Grinder], float],
-    step: Callable[[list[float]], float],
-) -> Callable[[Rig], float]:
-    """The largest or smallest step of what sharp wheels show."""
-    return lambda rig: step([shown(rig.sharp(**setup)) for setup in setups(rig)])
-
-
-def flats_after_volume(grinder: Grinder) -> float:
-    """Wear-flat area after 300 mm3/mm more."""
-    grinder.grind_volume(300.0)
-    return grinder.wheel.A
-
-
 def catalogue_gaps(rig: Rig) -> float:
-    """How many of `ENTRIES` the catalogue lacks."""
-    known: dict[str, Iterable[str]] = {
-        "material": rig.catalogue.materials,
-        "wheel": rig.catalogue.wheels,
-        "fluid": rig.catalogue.fluids,
-        "dresser": rig.catalogue.dressers,
-    }
+    """Return how many of `ENTRIES` the catalogue lacks."""
+    known = {kind: getattr(rig.catalogue, f"{kind}s") for kind in ENTRIES}
     return float(sum(name not in known[kind] for kind, names in ENTRIES.items() for name in names))
 
 
 def idle_fields(rig: Rig) -> list[str]:
-    """Numbers of entries that change neither wheel nor strokes if they are raised by 3 %, as `kind.field`."""
-    catalogue = rig.catalogue
-    finders: dict[str, Callable[[str], Entry]] = {
-        "material": catalogue.material,
-        "wheel": catalogue.wheel,
-        "fluid": catalogue.fluid,
-        "machine": catalogue.machine,
-        "dresser": catalogue.dresser,
-    }
+    """Return the numbers of entries that change neither wheel nor strokes when raised by 3 %, as `kind.field`."""
     nominal = [_tried(rig, names, {}) for names in TRIED]
     idle = []
-    for kind, find in finders.items():
-        entries = [find(names[kind]) for names in TRIED]
-        for name in _numbers(entries[0]):
+    for kind, elsewhere in ELSEWHERE.items():
+        entries: list[Entry] = [getattr(rig.catalogue, kind)(names[kind]) for names in TRIED]
+        for name in quantities(type(entries[0])):
+            if name in elsewhere or not isinstance(getattr(entries[0], name), float):
+                continue
             raised = [
                 _tried(rig, names, {kind: {name: _raised(entry, name)}})
                 for names, entry in zip(TRIED, entries, strict=True)
             ]
-            if name not in ELSEWHERE[kind] and raised == nominal:
+            if raised == nominal:
                 idle.append(f"{kind}.{name}")
     return idle
-
-
-def _numbers(entry: Entry) -> list[str]:
-    return [name for name in quantities(type(entry)) if isinstance(getattr(entry, name), float)]
 
 
 def _raised(entry: Entry, name: str) -> float:
@@ -142,57 +103,76 @@ def _tried(rig: Rig, names: Mapping[str, str], changes: dict[str, dict[str, floa
     return tuple(numbers)
 
 
-def density(grinder: Grinder) -> float:
-    """Active grains per area, 1/mm2."""
-    return grinder.grain_density()
-
-
-SEEN: dict[str, tuple[str, Callable[[Grinder], float], bool]] = {
-    "grains": ("active grains per area", density, True),
-    "grain force": ("force per grain", lambda grinder: grinder.grind(5).fg, False),
-    "roughness": ("Ra", lambda grinder: grinder.grind(5).Rg, False),
-    "energy": ("specific energy", lambda grinder: grinder.grind(5).u_s, True),
-    "flats": ("wear-flat area 300 mm3/mm later", flats_after_volume, True),
+SEEN: dict[str, tuple[str, Quantity, bool]] = {
+    "grains": ("active grains per area", Grinder.grain_density, True),
+    "grain force": ("force per grain", stroke("fg"), False),
+    "roughness": ("Ra", stroke("Rg"), False),
+    "energy": ("specific energy", stroke("u_s"), True),
+    "flats": ("wear-flat area 300 mm3/mm later", flats_after(300.0), True),
 }
 """What a finer grit or a denser structure does: what is seen, and whether it rises."""
 
-WAYS: dict[str, tuple[str, str, Callable[[Rig], list[dict[str, Any]]]]] = {
-    "wheels": ("from A46H over A60J and A80K to A120K", "sharp wheels", by_wheel),
-    "grit": ("with finer grit alone", "A60J with grit of .33 to .127 mm, sharp", by_grit),
-    "structure": ("with denser structure alone", "A60J with 48 to 56 % of grain, sharp", by_structure),
+WAYS: dict[str, tuple[str, str, SetUps]] = {
+    "wheels": ("from A46H over A60J and A80K to A120K", "sharp wheels", over("wheel", WHEELS)),
+    "grit": (
+        "with finer grit alone",
+        "A60J with grit of .33 to .127 mm, sharp",
+        changed_over("wheel", "grit_size", (0.33, 0.25, 0.19, 0.127)),
+    ),
+    "structure": (
+        "with denser structure alone",
+        "A60J with 48 to 56 % of grain, sharp",
+        changed_over("wheel", "grain_fraction", (0.48, 0.52, 0.56)),
+    ),
 }
+"""Finer and finer wheels. Grits of 46, 60, 80 and 120 mesh by 15.2/mesh; structures 7, 5 and 3."""
+
+GRADES = {"H": 0.8, "J": 1.2, "L": 2.0, "M": 2.5}
+"""Force per grain that breaks grain or bond, N, at the reference grit."""
+MALKIN_COOK = own("the way of the trend: Malkin & Cook, J. Eng. Ind. 93 (1971) (from memory)")
+
+ask = partial(Question, 3)
 
 
 def order(seen: str, way: str) -> Check:
-    """That what is seen rises or falls throughout."""
+    """Return the check that what is seen rises or falls throughout."""
     what, shown, rises = SEEN[seen]
     how, at, setups = WAYS[way]
-    return Check(
-        name=f"{seen} by {way}",
-        group=3,
-        what=f"{what} {how}, {'smallest' if rises else 'largest'} step",
-        at=f"{USUAL}; {at}",
-        band=RISES if rises else FALLS,
-        measure=steps(setups, shown, smallest_step if rises else largest_step),
+    band, end, step = (RISES, "smallest", smallest_step) if rises else (FALLS, "largest", largest_step)
+    return ask(f"{seen} by {way}", f"{what} {how}, {end} step", f"usual; {at}").within(
+        band, Sweep(shown, setups, step, Rig.sharp)
     )
 
 
+def over_grade_j(quantity: Quantity, grade: str) -> Sweep:
+    """Measure a quantity of a wheel of some grade over that of grade J; nothing of the wheels is loose."""
+    changes = [{"wheel": {"fracture_force": GRADES[each], "initial_wear": 0.0}} for each in (grade, "J")]
+    return Sweep(quantity, over("changes", changes), quotient)
+
+
+LATER = "usual; 600 mm3/mm after the dress"
+
 CHECKS = (
     *(order(seen, way) for way in WAYS for seen in SEEN),
-    Check(
-        name="catalogue gaps",
-        group=3,
-        what="usual materials, wheels, fluids and dressers that the catalogue lacks",
-        at=f"of {sum(map(len, ENTRIES.values()))} names",
-        band=at_most(0.0),
-        measure=catalogue_gaps,
+    ask(
+        "catalogue gaps",
+        "usual materials, wheels, fluids and dressers that the catalogue lacks",
+        f"of {sum(map(len, ENTRIES.values()))} names",
+    ).within(at_most(0.0), catalogue_gaps),
+    ask(
+        "idle fields",
+        "fields of entries that change nothing",
+        "each raised by 3 %; sharp and dull wheels, boiling, a stalling spindle, dresses by diamond and roll",
+    ).within(at_most(0.0), lambda rig: float(len(idle_fields(rig)))),
+    ask(
+        "G of grade L",
+        "G-ratio of grade L over that of grade J",
+        "usual; steady wear over 100 mm3/mm from the dress on",
+    ).within(at_least(1.15), over_grade_j(g_over(100.0), "L"), MALKIN_COOK),
+    ask("flats of grade M", "wear-flat area of grade M over that of grade J", LATER).within(
+        at_least(1.2), over_grade_j(flats_after(600.0), "M"), MALKIN_COOK
     ),
-    Check(
-        name="idle fields",
-        group=3,
-        what="fields of entries that change nothing",
-        at="each raised by 3 %; sharp and dull wheels, boiling, a stalling spindle, dresses by diamond and roll",
-        band=at_most(0.0),
-        measure=lambda rig: float(len(idle_fields(rig))),
+    ask("flats of grade H", "wear-flat area of grade H over that of grade J", LATER).within(
+        at_most(0.9), over_grade_j(flats_after(600.0), "H"), MALKIN_COOK
     ),
 )

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from grind_env.process.catalogue import Catalogue
-from grind_env.validation.beyond import Beyond
 from grind_env.validation.check import Check, Row, row_of
-from grind_env.validation.rig import Rig
+from grind_env.validation.rig import Beyond, Rig
 
 STEPS: Mapping[str, Mapping[str, float]] = MappingProxyType(
     {

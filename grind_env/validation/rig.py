@@ -19,11 +19,10 @@ from grind_env.machine.record import GrindingRecord
 from grind_env.process import equations as eq
 from grind_env.process import stroke
 from grind_env.process.catalogue import Catalogue
-from grind_env.process.entries import Entry, quantities
+from grind_env.process.entries import Entry, Machine, Wheel, quantities
 from grind_env.process.parameters import USUAL_HEIGHT, stroke_parameters
 from grind_env.process.process import PROCESS, PartHeat, whole_ms
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
-from grind_env.validation.beyond import Beyond, beyond
 
 SHARP = 25
 """Strokes after a dress at which a wheel is called sharp: the dressed texture has worn in."""
@@ -95,45 +94,25 @@ def dressed(ds: float, wd: float, lead: float, depth: float, p: StrokeParameters
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetUp:
-    """What is ground with what, and how; names are those of the catalogue.
-
-    Attributes:
-        material: work material.
-        wheel: grinding wheel.
-        dresser: dressing tool.
-        fluid: coolant.
-        wheel_speed: of the wheel at its new diameter, m/s.
-        constant_surface_speed: whether that speed is held as the wheel shrinks.
-        diameter: of the wheel, mm.
-        table_speed: mm/s.
-        downfeed: of each plunge, mm.
-        width: engaged, mm.
-        length: ground, mm.
-        height: of the part, mm.
-        pause: between strokes, off the part, s.
-        lead: of the dress, mm per revolution.
-        depth: of each dress pass, mm.
-        diamond_flat: wear flat of the diamond, mm.
-        changes: fields of catalogue entries that are changed, by kind of entry.
-    """
+    """What is ground with what, and how; names are those of the catalogue."""
 
     material: str = "aisi_52100"
     wheel: str = "a60j"
     dresser: str = "single_point"
     fluid: str = "emulsion"
-    wheel_speed: float = 30.0
-    constant_surface_speed: bool = False
-    diameter: float = 300.0
-    table_speed: float = 200.0
-    downfeed: float = 0.010
-    width: float = 20.0
-    length: float = 200.0
-    height: float = USUAL_HEIGHT
-    pause: float = 0.5
-    lead: float = 0.10
-    depth: float = 0.020
-    diamond_flat: float = 0.0
-    changes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    wheel_speed: float = 30.0  # of the wheel at its new diameter, m/s
+    constant_surface_speed: bool = False  # whether that speed is held as the wheel shrinks
+    diameter: float = 300.0  # of the wheel, mm
+    table_speed: float = 200.0  # mm/s
+    downfeed: float = 0.010  # of each plunge, mm
+    width: float = 20.0  # engaged, mm
+    length: float = 200.0  # ground, mm
+    height: float = USUAL_HEIGHT  # of the part, mm
+    pause: float = 0.5  # between strokes, off the part, s
+    lead: float = 0.10  # of the dress, mm per revolution
+    depth: float = 0.020  # of each dress pass, mm
+    diamond_flat: float = 0.0  # wear flat of the diamond, mm
+    changes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)  # of fields, by kind of entry
 
 
 NO_GROWTH: Mapping[str, Mapping[str, float]] = {"material": {"thermal_expansion": 0.0}}
@@ -146,6 +125,46 @@ CONDITIONS = (
     f"names what differs. A wheel is sharp {SHARP} strokes after the dress. A is the share of its face that is flat."
 )
 """What the conditions of a check leave out."""
+
+
+SLACK = 1e-9
+"""By which a number that a limit allows may lie beyond it: numbers are converted."""
+
+
+class Beyond(NamedTuple):
+    """A number of a set-up and the limit of an entry that it lies beyond, both in `unit`."""
+
+    what: str
+    value: float
+    unit: str
+    entry: str
+    limit: float
+
+    @property
+    def excess(self) -> float:
+        """How far beyond: above 1."""
+        return max(self.value / self.limit, self.limit / self.value)
+
+    def __str__(self) -> str:
+        """As in `wheel speed 80 m/s (sg60j: at most 35)`."""
+        end = "at most" if self.value > self.limit else "at least"
+        return f"{self.what} {self.value:.4g} {self.unit} ({self.entry}: {end} {self.limit:g})"
+
+
+def beyond(setup: SetUp, wheel: Wheel, machine: Machine) -> list[Beyond]:
+    """Return what a set-up asks beyond the limits of its wheel and machine."""
+    turning = setup.diameter if setup.constant_surface_speed else wheel.diameter
+    speed, spindle_speed = setup.wheel_speed, 60_000.0 * setup.wheel_speed / (math.pi * turning)
+    most = (
+        Beyond("wheel speed", speed * setup.diameter / turning, "m/s", wheel.name, wheel.maximum_speed),
+        Beyond("wheel diameter", setup.diameter, "mm", wheel.name, wheel.diameter),
+        Beyond("width", setup.width, "mm", wheel.name, wheel.width),
+        Beyond("spindle speed", spindle_speed, "1/min", machine.name, machine.maximum_spindle_speed),
+        Beyond("table speed", 0.06 * setup.table_speed, "m/min", machine.name, machine.maximum_table_speed / 1000.0),
+    )
+    least = Beyond("wheel diameter", setup.diameter, "mm", wheel.name, wheel.minimum_diameter)
+    found = [each for each in most if each.value > each.limit * (1.0 + SLACK)]
+    return found + [least] * (least.value < least.limit * (1.0 - SLACK))
 
 
 @dataclass(slots=True)
@@ -256,19 +275,11 @@ class Rig:
         return Grinder(chosen, self.parameters(chosen), grinder.wheel._replace(W=0.0))
 
     def parameters(self, setup: SetUp) -> StrokeParameters:
-        """Stroke parameters of a set-up; what it asks beyond the catalogue is kept in `outside`."""
+        """Return the stroke parameters of a set-up; `outside` keeps what the set-up asks beyond the catalogue."""
         catalogue, changes = self.catalogue, setup.changes
         wheel = changed(catalogue.wheel(setup.wheel), changes.get("wheel", {}))
         machine = changed(catalogue.machine("default"), changes.get("machine", {}))
-        for found in beyond(
-            wheel,
-            machine,
-            wheel_speed=setup.wheel_speed,
-            constant_surface_speed=setup.constant_surface_speed,
-            diameter=setup.diameter,
-            table_speed=setup.table_speed,
-            width=setup.width,
-        ):
+        for found in beyond(setup, wheel, machine):
             known = self.outside.setdefault((found.entry, found.what), found)
             self.outside[found.entry, found.what] = max(known, found, key=lambda each: each.excess)
         return stroke_parameters(

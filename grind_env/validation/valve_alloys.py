@@ -6,6 +6,7 @@ so the infeed makes the rate; 3NQ is taken for a wheel of ceramic alumina.
 """
 
 from collections.abc import Mapping
+from functools import partial
 from itertools import product
 from types import MappingProxyType
 from typing import NamedTuple
@@ -15,7 +16,7 @@ import numpy as np
 from grind_env.arrays import Array
 from grind_env.evidence import Basis, Evidence
 from grind_env.validation import data
-from grind_env.validation.check import Check, around
+from grind_env.validation.check import Check, Question, around
 from grind_env.validation.rig import Rig
 from grind_env.validation.slopes import exponents
 
@@ -36,6 +37,8 @@ SOURCE = Basis(
 )
 POOLED, POOLED_ERROR = 0.29, 0.03
 """Exponent of Ra on the removal rate over all its wheels and alloys, and its standard error."""
+
+ask = partial(Question, 10)
 
 
 class Wheel(NamedTuple):
@@ -107,38 +110,38 @@ def target(wheel: Wheel, response: str, factor: str) -> tuple[float, float]:
 
 
 def exponent_check(wheel: Wheel, response: str, factor: str) -> Check:
-    """An exponent of the model beside the measured one."""
+    """Return the check of an exponent of the model beside the measured one."""
     value, error = target(wheel, response, factor)
-    place = FACTORS.index(factor)
-    return Check(
-        name=f"valve {wheel.measured} {wheel.speed:g} {RESPONSES[response]} on {factor}",
-        group=10,
-        what=f"exponent of {RESPONSES[response]} on {factor}, INC751, {wheel.measured} at {wheel.speed:g} m/s",
-        at=f"{wheel.entry}, {wheel.speed:g} m/s, emulsion; 4.2 to 12.5 um, 12 m/min; 250 to 600 mm3/mm; ample spindle",
+    place, name = FACTORS.index(factor), RESPONSES[response]
+    return ask(
+        f"valve {wheel.measured} {wheel.speed:g} {name} on {factor}",
+        f"exponent of {name} on {factor}, INC751, {wheel.measured} at {wheel.speed:g} m/s",
+        f"{wheel.entry}, {wheel.speed:g} m/s, emulsion; 4.2 to 12.5 um, 12 m/min; 250 to 600 mm3/mm; ample spindle",
+    ).within(
+        around(value, max(2.0 * error, LEAST)),
+        lambda rig: float(fitted(simulated(rig, wheel), response)[place]),
+        SOURCE,
         reference=value,
-        band=around(value, max(2.0 * error, LEAST)),
-        measure=lambda rig: float(fitted(simulated(rig, wheel), response)[place]),
-        basis=SOURCE,
     )
+
+
+def pooled(rig: Rig) -> float:
+    """Return the exponent of Ra on the rate in the usual set-up."""
+    wheel, rates = rig.sharp(), np.unique(measured(WHEELS[0], "INC751").rate)
+    Ra = [rig.set_up_anew(wheel, downfeed=float(rate) / TABLE_SPEED).grind(5).Rg for rate in rates]
+    return float(exponents([rates], Ra)[0])
 
 
 CHECKS = (
     *(exponent_check(*each) for each in product(WHEELS, RESPONSES, FACTORS)),
-    Check(
-        name="roughness on removal rate",
-        group=10,
-        what="exponent of Ra on removal rate, all wheels and alloys",
-        at="52100, A60J, emulsion, 30 m/s; sharp; 4.2 to 12.5 um, 12 m/min",
+    ask(
+        "roughness on removal rate",
+        "exponent of Ra on removal rate, all wheels and alloys",
+        "52100, A60J, emulsion, 30 m/s; sharp; 4.2 to 12.5 um, 12 m/min",
+    ).within(
+        around(POOLED, 2.0 * POOLED_ERROR),
+        pooled,
+        Basis(Evidence.MEASURED, "valve_alloys.csv with its third alloy, pooled: within two standard errors"),
         reference=POOLED,
-        band=around(POOLED, 2.0 * POOLED_ERROR),
-        measure=lambda rig: pooled(rig),
-        basis=Basis(Evidence.MEASURED, "valve_alloys.csv with its third alloy, pooled: within two standard errors"),
     ),
 )
-
-
-def pooled(rig: Rig) -> float:
-    """Exponent of Ra on the rate in the usual set-up."""
-    wheel, rates = rig.sharp(), np.unique(measured(WHEELS[0], "INC751").rate)
-    Ra = [rig.set_up_anew(wheel, downfeed=float(rate) / TABLE_SPEED).grind(5).Rg for rate in rates]
-    return float(exponents([rates], Ra)[0])

@@ -1,10 +1,12 @@
 """Group 7: the G-ratio by material, wheel, removal rate and volume."""
 
+from functools import partial
+from itertools import product
 from typing import Any
 
-from grind_env.evidence import Basis, Evidence
-from grind_env.validation.check import TREND, Band, Check, at_least
-from grind_env.validation.rig import USUAL, Grinder, Rig
+from grind_env.validation.check import TREND, Band, Check, Question, at_least, drawn, own
+from grind_env.validation.measures import Sweep, exponent_on, g_over, over, quotient, used
+from grind_env.validation.rig import Rig
 from grind_env.validation.slopes import exponent
 
 INTERVAL = 100.0
@@ -37,133 +39,96 @@ RATIOS = {
 }
 WHEELS = {"a60j": "alumina", "b126": "cBN"}
 VALVES = "valve_alloys.csv (Nametala, CIRP JMST 2020)"
+UNMEASURED = own("nothing was measured of what is neither an easy alloy nor a nickel alloy")
+TWO_ALLOYS = drawn(f"wear exponents of two valve alloys, {VALVES}")
+STEADY = "steady wear over 100 mm3/mm from the dress on"
 
-
-def steady_g(rig: Rig, **setup: Any) -> float:
-    """G-ratio of steady wear."""
-    grinder = rig.steady(**setup)
-    grinder.grind_volume(INTERVAL)
-    return grinder.g_ratio()
-
-
-def used(rig: Rig, volume: float, **setup: Any) -> Grinder:
-    """A wheel that has ground some mm3/mm from the dress on."""
-    grinder = rig.fresh(**setup)
-    grinder.grind_volume(volume)
-    return grinder
+ask = partial(Question, 7)
 
 
 def slope(material: str, wheel: str) -> Check:
-    """Exponent of the G-ratio on the removal rate."""
-
-    def measure(rig: Rig) -> float:
-        return exponent(SPEEDS, [steady_g(rig, material=material, wheel=wheel, table_speed=vw) for vw in SPEEDS])
-
+    """Return the check of the exponent of the G-ratio on the removal rate."""
     band = SLOPES[material]
-    unmeasured = Basis(Evidence.OWN, "nothing was measured of what is neither an easy alloy nor a nickel alloy")
-    return Check(
-        name=f"G slope {material} {wheel}",
-        group=7,
-        what=f"exponent of G on the removal rate, {material}, {WHEELS[wheel]}",
-        at=f"{USUAL}; {material}, {wheel}; 6, 12, 18 m/min; steady wear over 100 mm3/mm from the dress on",
-        band=band,
-        measure=measure,
-        basis=unmeasured if band is BETWEEN else Basis(Evidence.DRAWN, f"wear exponents of two valve alloys, {VALVES}"),
+    return ask(
+        f"G slope {material} {wheel}",
+        f"exponent of G on the removal rate, {material}, {WHEELS[wheel]}",
+        f"usual; {material}, {wheel}; 6, 12, 18 m/min; {STEADY}",
+    ).within(
+        band,
+        exponent_on("table_speed", SPEEDS, g_over(INTERVAL), Rig.steady, material=material, wheel=wheel),
+        UNMEASURED if band is BETWEEN else TWO_ALLOYS,
     )
 
 
 def cbn_over_alumina(material: str) -> Check:
-    """G-ratio of cBN over that of alumina."""
-
-    def measure(rig: Rig) -> float:
-        cbn, alumina = (steady_g(rig, material=material, wheel=wheel) for wheel in ("b126", "a60j"))
-        return cbn / alumina
-
-    return Check(
-        name=f"G of cBN {material}",
-        group=7,
-        what=f"G-ratio of cBN over that of alumina, {material}",
-        at=f"{USUAL}; {material}, b126 and a60j; steady wear over 100 mm3/mm from the dress on",
-        band=RATIOS[material],
-        measure=measure,
-        basis=Basis(Evidence.DRAWN, VALVES) if RATIOS[material] is NICKEL else TREND,
+    """Return the check of the G-ratio of cBN over that of alumina."""
+    return ask(
+        f"G of cBN {material}",
+        f"G-ratio of cBN over that of alumina, {material}",
+        f"usual; {material}, b126 and a60j; {STEADY}",
+    ).within(
+        RATIOS[material],
+        Sweep(g_over(INTERVAL), over("wheel", ("b126", "a60j"), material=material), quotient, Rig.steady),
+        drawn(VALVES) if RATIOS[material] is NICKEL else TREND,
     )
 
 
 def on_volume(rig: Rig, wheel: str) -> float:
-    """Exponent of the wear on the volume ground since the dress."""
-    return exponent(VOLUMES, [used(rig, volume, material="inc751", wheel=wheel).worn for volume in VOLUMES])
+    """Return the exponent of the wear on the volume ground since the dress."""
+    return exponent(VOLUMES, [used(volume)(rig, material="inc751", wheel=wheel).worn for volume in VOLUMES])
 
 
 def early_loss(rig: Rig, **setup: Any) -> float:
-    """Radius that a wheel loses early after a dress, beside its steady wear, um."""
-    whole, steady = (make(**setup) for make in (rig.fresh, rig.steady))
-    for grinder in (whole, steady):
+    """Return the radius that a wheel loses early after a dress, beside its steady wear, um."""
+    loose, steady = rig.fresh(**setup), rig.steady(**setup)
+    for grinder in (loose, steady):
         grinder.grind_volume(INTERVAL)
-    return 1000.0 * (whole.wheel.W - steady.wheel.W)
+    return 1000.0 * (loose.wheel.W - steady.wheel.W)
 
 
 def early_wear(wheel: str, band: Band) -> Check:
-    """Radius that a wheel loses early."""
-    return Check(
-        name=f"early wear {wheel}",
-        group=7,
-        what=f"radius lost early after a dress, {WHEELS[wheel]}",
-        at=f"{USUAL}; inc751, {wheel}; 100 mm3/mm after the dress",
-        unit="um",
-        band=band,
-        measure=lambda rig: early_loss(rig, material="inc751", wheel=wheel),
-        basis=Basis(Evidence.DRAWN, f"wear at no volume in {VALVES}"),
+    """Return the check of the radius that a wheel loses early."""
+    return ask(
+        f"early wear {wheel}",
+        f"radius lost early after a dress, {WHEELS[wheel]}",
+        f"usual; inc751, {wheel}; 100 mm3/mm after the dress",
+    ).within(
+        band, lambda rig: early_loss(rig, material="inc751", wheel=wheel), drawn(f"wear at no volume in {VALVES}"), "um"
     )
 
+
+THREE = "250, 450, 600 mm3/mm"
 
 CHECKS = (
     early_wear("a60j", Band(4.0, 9.0)),
     early_wear("b126", Band(1.3, 2.5)),
-    Check(
-        name="early wear in steel",
-        group=7,
-        what="radius lost early in inc751 over that in aisi_52100: a dress loosens grains, whatever is ground",
-        at=f"{USUAL}; 100 mm3/mm after the dress",
-        band=Band(0.9, 1.1),
-        measure=lambda rig: early_loss(rig, material="inc751") / early_loss(rig),
-        basis=Basis(Evidence.OWN, f"no alloy of {VALVES} loses more"),
+    ask(
+        "early wear in steel",
+        "radius lost early in inc751 over that in aisi_52100: a dress loosens grains, whatever is ground",
+        "usual; 100 mm3/mm after the dress",
+    ).within(
+        Band(0.9, 1.1),
+        lambda rig: early_loss(rig, material="inc751") / early_loss(rig),
+        own(f"no alloy of {VALVES} loses more"),
     ),
-    Check(
-        name="early wear of a coarse dress",
-        group=7,
-        what="radius lost early after a dress twice as deep over that after a medium one",
-        at=f"{USUAL}; depth .04 and .02 mm; 100 mm3/mm after the dress",
-        band=at_least(1.3),
-        measure=lambda rig: early_loss(rig, depth=0.040) / early_loss(rig),
+    ask(
+        "early wear of a coarse dress",
+        "radius lost early after a dress twice as deep over that after a medium one",
+        "usual; depth .04 and .02 mm; 100 mm3/mm after the dress",
+    ).within(at_least(1.3), lambda rig: early_loss(rig, depth=0.040) / early_loss(rig)),
+    *(slope(*each) for each in product(SLOPES, WHEELS)),
+    *map(cbn_over_alumina, RATIOS),
+    ask(
+        "wear on volume b126", "exponent of wear on volume since the dress, cBN", f"usual; inc751, b126; {THREE}"
+    ).within(Band(0.4, 0.65), partial(on_volume, wheel="b126"), drawn(f"{VALVES}: .41 and .64")),
+    ask("wear on volume a60j", "exponent of wear on volume since the dress, alumina", f"usual; inc751; {THREE}").within(
+        Band(0.85, 1.25), partial(on_volume, wheel="a60j"), drawn(f"{VALVES}: .95 to 1.25")
     ),
-    *(slope(material, wheel) for material in SLOPES for wheel in WHEELS),
-    *(cbn_over_alumina(material) for material in RATIOS),
-    Check(
-        name="wear on volume b126",
-        group=7,
-        what="exponent of wear on volume since the dress, cBN",
-        at=f"{USUAL}; inc751, b126; 250, 450, 600 mm3/mm",
-        band=Band(0.4, 0.65),
-        measure=lambda rig: on_volume(rig, "b126"),
-        basis=Basis(Evidence.DRAWN, f"{VALVES}: .41 and .64"),
-    ),
-    Check(
-        name="wear on volume a60j",
-        group=7,
-        what="exponent of wear on volume since the dress, alumina",
-        at=f"{USUAL}; inc751; 250, 450, 600 mm3/mm",
-        band=Band(0.85, 1.25),
-        measure=lambda rig: on_volume(rig, "a60j"),
-        basis=Basis(Evidence.DRAWN, f"{VALVES}: .95 to 1.25"),
-    ),
-    Check(
-        name="initial wear",
-        group=7,
-        what="that exponent of alumina less that of cBN: initial wear matters more for cBN",
-        at=f"{USUAL}; inc751; 250, 450, 600 mm3/mm",
-        band=at_least(0.2),
-        measure=lambda rig: on_volume(rig, "a60j") - on_volume(rig, "b126"),
-        basis=Basis(Evidence.DRAWN, f"{VALVES}: .31 to .84"),
+    ask(
+        "initial wear",
+        "that exponent of alumina less that of cBN: initial wear matters more for cBN",
+        f"usual; inc751; {THREE}",
+    ).within(
+        at_least(0.2), lambda rig: on_volume(rig, "a60j") - on_volume(rig, "b126"), drawn(f"{VALVES}: .31 to .84")
     ),
 )

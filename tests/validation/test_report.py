@@ -28,11 +28,11 @@ from grind_env.validation import (
     validate,
 )
 from grind_env.validation import __main__ as module
-from grind_env.validation.beyond import Beyond
 from grind_env.validation.export import COLUMNS, write_csv
 from grind_env.validation.leave_out import left_out
 from grind_env.validation.neighbours import Step, neighbours
 from grind_env.validation.report import WIDTH, print_report, totals
+from grind_env.validation.rig import Beyond
 
 
 def printed(rows: list[Row]) -> str:
