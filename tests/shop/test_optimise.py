@@ -32,6 +32,7 @@ from grind_env.shop.optimise.variation import Variation, variation_of
 from grind_env.shop.optimise.wishes import wishes_of
 from grind_env.shop.sweep.study import sweep
 from grind_env.shop.trials import LotUse, Measures, Trials, lots_of, trials_of
+from tests.examples import few
 from tests.policies.optimum import exact_optimum
 from tests.shop.programs import EXAMPLES, known_job, write
 
@@ -56,7 +57,7 @@ def status(*arguments: object) -> int:
     return int(caught.value.code or 0)
 
 
-@pytest.fixture(scope="module", params=["plate_g82", "rail_g83", "keyway_g81"])
+@pytest.fixture(scope="module", params=few(("keyway_g81", "plate_g82", "rail_g83")))
 def found(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Optimised:
     job = known_job(tmp_path_factory.mktemp("job"), request.param)
     with pytest.MonkeyPatch.context() as patched:
