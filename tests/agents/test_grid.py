@@ -165,6 +165,7 @@ def test_a_table_of_before_is_read_without_the_columns_that_came_later(tmp_path)
     assert len(page(old)) > 1000
 
 
+@pytest.mark.nightly
 def test_agents_of_the_readers_file_are_trained_once_and_play_as_they_were_trained(tmp_path):
     assert set(PLAIN.values()) == set(SEEN)
     request = Requested(episodes=3, interpolation_episodes=0, steps=7680, runs=tmp_path)

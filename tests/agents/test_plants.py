@@ -177,6 +177,7 @@ def test_the_figure_has_a_dot_for_every_machine_where_its_cost_is(tmp_path: Path
     assert plants_figure({Cell("calibrate", soft): {}}) is None
 
 
+@pytest.mark.nightly
 def test_what_a_question_stands_on_is_no_other_command() -> None:
     """An edit of the search does not undo what was found of the adviser, nor one of either that of calibrations."""
     on = {name: _folders(f"agents.plants.{module}") for name, module in study.QUESTIONS.items()}
@@ -203,6 +204,7 @@ def test_what_is_found_stands_on_the_code_that_is_run() -> None:
     assert len(own) > 100 and own <= found
 
 
+@pytest.mark.nightly
 def test_another_program_or_job_of_the_same_name_is_another_cell(tmp_path: Path) -> None:
     path = _copied(tmp_path, "part.nc", PLATE.program.text)
     (program,) = programs_of([str(path)], None)

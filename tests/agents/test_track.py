@@ -205,6 +205,7 @@ def test_scores_are_between_the_anchors_and_intervals_over_machines() -> None:
     assert (mine.violations, mine.runs) == (4, 4) and mine.spent == 1.0 and mine.beaten == math.inf
 
 
+@pytest.mark.nightly
 def test_adapters_stand_beside_others_on_the_same_machines_alone() -> None:
     def of(cost: float) -> Run:
         return Run(costs=[100.0], scrap=[0.0], parts=[60.0], judged={"60": [[cost], [10.0], [10.0]]})

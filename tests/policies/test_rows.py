@@ -271,6 +271,7 @@ def test_a_mean_that_is_better_than_that_of_the_policy_is_seen(grind: Grind, tmp
     assert grind("verify", tmp_path / "row.json")[0] == 1
 
 
+@pytest.mark.nightly
 def test_a_policy_that_knows_the_seeds_of_the_row_is_found_out_on_others(
     tmp_path: Path, grind: Grind, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -315,6 +316,7 @@ def test_a_module_is_named_by_arguments_alone(own: Path) -> None:
     assert (found.policy, found.sees, found.first_seed) == ("mine", "measurements", 2_000_000)
 
 
+@pytest.mark.nightly
 def test_where_other_means_lie_is_predicted() -> None:
     rng = np.random.default_rng(1)
     # of normal values as by the formula: the error of both means

@@ -163,6 +163,7 @@ def test_how_many_lots_there_are_is_known_before_machines_are_drawn(listed: tupl
         assert asked.lots(use, 40) == len(asked.trials(use, 40).seeds)
 
 
+@pytest.mark.nightly
 def test_a_program_that_the_model_condemns_does_not_make_the_model_unlikely() -> None:
     """Fifty parts without a dress: most are scrap in the model, so that good ones say little of the machine."""
     job = load_job(EXAMPLES / "keyway_g81.toml")

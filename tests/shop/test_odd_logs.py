@@ -138,11 +138,13 @@ def test_a_power_in_another_unit_than_its_heading_says_is_refused_by_it(plates, 
 
 @pytest.mark.parametrize(
     ("text", "reason"),
-    [
-        ("part,size [um]\n1,900\n", "more than the stock of 200 um"),
-        ("part,diameter\n1,29.9\n2,29.8\n", "check the unit of its diameter"),
-        ("part,Ra\n1,250\n2,240\n", "check the unit of Ra"),
-    ],
+    few(
+        [
+            ("part,size [um]\n1,900\n", "more than the stock of 200 um"),
+            ("part,diameter\n1,29.9\n2,29.8\n", "check the unit of its diameter"),
+            ("part,Ra\n1,250\n2,240\n", "check the unit of Ra"),
+        ]
+    ),
 )
 def test_gauges_in_another_unit_are_refused(plates, tmp_path, text, reason):
     (tmp_path / "gauge.csv").write_text(text, encoding="utf-8")

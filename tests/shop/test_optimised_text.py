@@ -20,7 +20,7 @@ from grind_env.shop.optimise.editing import like, text_of
 from grind_env.shop.optimise.unrolling import UnrollError, unrolled
 from grind_env.shop.optimise.variation import Variation, variation_of
 from grind_env.shop.optimise.wishes import WishError, wishes_of
-from tests.examples import examples
+from tests.examples import examples, few
 from tests.shop.programs import EXAMPLES, PROGRAMS, write
 
 ALL = "E,D,J,L,lead,depth,passes"
@@ -43,7 +43,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("programs")
 
 
-@pytest.mark.parametrize("name", PROGRAMS)
+@pytest.mark.parametrize("name", few(PROGRAMS, 2))
 @examples(15)
 @given(data=st.data())
 def test_only_the_intended_words_change_and_mean_what_was_asked(name: str, folder: Path, data: st.DataObject) -> None:
@@ -74,7 +74,7 @@ def test_only_the_intended_words_change_and_mean_what_was_asked(name: str, folde
     assert said[:, columns] == pytest.approx(meant[:, columns], rel=1e-9)
 
 
-@pytest.mark.parametrize("name", ["plate", "lower", "loop"])
+@pytest.mark.parametrize("name", few(["plate", "lower", "loop"]))
 def test_passes_are_left_out_or_repeated(name: str, folder: Path) -> None:
     asked = asked_for(name, folder, "passes")
     (passes,) = asked.choices.variables

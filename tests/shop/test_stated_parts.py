@@ -41,6 +41,7 @@ def oracle6(grind: Grind, tmp_path: Path) -> Path:
     return program
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("coarse_speeds")
 def test_oracle6_as_a_program_comes_to_its_optimum(oracle6: Path, grind: Grind) -> None:
     """Against all E and D of the task, each E a multiple of 1 m/min; blocks that are alike have the same."""
