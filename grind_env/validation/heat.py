@@ -56,7 +56,7 @@ def burn_out_flux(grinder: Grinder) -> float:
 
 
 def boiling_range(rig: Rig) -> float:
-    """Return the heat flux at which the film has boiled over that at which the partition begins its jump."""
+    """Return the heat flux at which the film has boiled over that at which it begins to boil."""
     strokes = heated(rig.sharp(material=IRON))
     shares = [done.eps for done in strokes]
     middle = max(range(len(shares) - 1), key=lambda k: shares[k + 1] / shares[k])
