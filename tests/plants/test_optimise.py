@@ -12,11 +12,11 @@ from grind_env.render.tables import as_data
 from grind_env.shop.calls import optimise
 from grind_env.shop.optimise import table
 
-pytestmark = pytest.mark.usefixtures("few_lots")
+pytestmark = pytest.mark.usefixtures("few_lots", "coarse_speeds")
 
 PLATE = examples.path("plate_g82.nc")
 PLANT = "held-out:3"
-WISHES = {"vary": ["E"], "parts": 2, "bounds": {"E": (9000, 11000)}, "rounding": {"E": 500}, "budget": 60.0}
+WISHES = {"vary": ["E"], "parts": 2, "bounds": {"E": (9000, 11000)}, "budget": 60.0}
 
 
 @pytest.mark.nightly
@@ -39,7 +39,7 @@ def test_words_are_searched_on_the_model_and_judged_on_the_machine() -> None:
 def test_the_command_names_the_machine_of_the_job(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     job = tmp_path / "job.toml"
     job.write_text(f'plant = "{PLANT}"\n{PLATE.with_suffix(".toml").read_text()}')
-    words = ["--vary", "E", "--parts", "2", "--bounds", "E=9000..11000", "--round", "E=500", "--json"]
+    words = ["--vary", "E", "--parts", "2", "--bounds", "E=9000..11000", "--json"]
     with pytest.raises(SystemExit):
         main(["optimise", str(PLATE), *words, "--job", str(job)])
     assert json.loads(capsys.readouterr().out)["plant"] == PLANT
