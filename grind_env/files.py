@@ -264,7 +264,7 @@ def _opened(path: Path) -> int:
             return descriptor
 
 
-def _received(pipe: io.BufferedReader, path: Path) -> bytes:
+def _received(pipe: "io.BufferedReader[io.FileIO]", path: Path) -> bytes:
     """Read a pipe until its writers have gone; a first writer has `PATIENCE` to come."""
     watch = select.poll()
     watch.register(pipe, select.POLLIN)
