@@ -28,11 +28,6 @@ JOB_SUFFIX = ".toml"
 """Of tasks, and of the job that a program has if none is named."""
 
 
-def none(text: str) -> Iterable[Path]:
-    """No file."""
-    return ()
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reads:
     """An argument that names a file which is read, or something that may be one.
@@ -43,8 +38,8 @@ class Reads:
             where the command takes one and none is named.
     """
 
-    files: Callable[[str], Iterable[Path]] = none
-    programs: Callable[[str], Iterable[Path]] = none
+    files: Callable[[str], Iterable[Path]] = lambda text: ()
+    programs: Callable[[str], Iterable[Path]] = lambda text: ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,7 +89,7 @@ class Application(typer.Typer):
 
 
 def roles_of(function: Callable[..., Any]) -> dict[str, Role]:
-    """What the arguments of a command are, by name; those that name no file are left out."""
+    """Return what the arguments of a command are, by name; those that name no file are left out."""
     return {
         name: said
         for name, annotated in _annotated(function).items()
@@ -104,93 +99,75 @@ def roles_of(function: Callable[..., Any]) -> dict[str, Role]:
 
 
 def checked(function: Callable[..., Any]) -> Callable[..., Any]:
-    """A command that first finds out whether it may write what it is to write; usual names are filled in.
+    """Return a command that first finds out whether it may write its files; usual names are filled in.
 
     Raises:
         FileError: as of `check_targets`, when it is called.
     """
-    roles = roles_of(function)
-    if not any(isinstance(role, Writes) for role in roles.values()):
+    roles, annotated = roles_of(function), _annotated(function)
+    writes = {name: role for name, role in roles.items() if isinstance(role, Writes)}
+    if not writes:
         return function
-    options = _options(function)
 
     @functools.wraps(function)
     def command(**arguments: Any) -> Any:
-        program = next(_programs(roles, arguments), None)
+        program = next((program for role, text in _read(roles, arguments) for program in role.programs(text)), None)
         targets = list[Target]()
-        for name, role in roles.items():
-            if isinstance(role, Writes):
-                named = arguments[name] is not None
-                if not named and role.usual and program is not None:
-                    arguments[name] = beside(program, role.usual)
-                if arguments[name] is not None:
-                    targets += _targets(role, arguments[name], named, options[name])
-        check_targets(targets, files_read(roles, arguments))
+        for name, role in writes.items():
+            named = arguments[name] is not None
+            if not named and role.usual and program is not None:
+                arguments[name] = beside(program, role.usual)
+            path, option = arguments[name], _option(name, annotated[name])
+            if path is not None:
+                own = role.own if role.always or not named else None
+                targets.append(Target(path=path, option=option, own=own, called=role.called))
+                for suffix, other in (role.beside or {}).items():
+                    targets.append(Target(path=beside(path, suffix), option=option, own=other, after=path))
+        check_targets(targets, _files_read(roles, arguments))
         return function(**arguments)
 
     return command
 
 
-def files_read(roles: Mapping[str, Role], arguments: Mapping[str, Any]) -> Iterator[Path]:
-    """All files that a command reads, whether they are there or not.
-
-    Args:
-        roles: of its arguments.
-        arguments: that it was given.
-    """
+def _files_read(roles: Mapping[str, Role], arguments: Mapping[str, Any]) -> Iterator[Path]:
+    """Yield all files that a command reads, whether they are there or not."""
     from grind_env.control.options import interrupts_of
     from grind_env.control.reader import called_files
 
-    jobs = [name for name, role in roles.items() if role is JOB]
     asked = [text for name, role in roles.items() if isinstance(role, Asked) for text in _texts(arguments[name])]
     interrupts = [each.program for each in interrupts_of(asked)]
+    jobs = [arguments[name] for name, role in roles.items() if role is JOB]
     for role, text in _read(roles, arguments):
         yield from role.files(text)
-    for program in _programs(roles, arguments):
-        yield program
-        yield from called_files(program, interrupts)
-        if jobs and not any(arguments[name] for name in jobs):
-            yield from job_files(str(beside(program, JOB_SUFFIX)))
-
-
-def _programs(roles: Mapping[str, Role], arguments: Mapping[str, Any]) -> Iterator[Path]:
-    for role, text in _read(roles, arguments):
-        yield from role.programs(text)
+        for program in role.programs(text):
+            yield program
+            yield from called_files(program, interrupts)
+            if jobs and not any(jobs):
+                yield from job_files(str(beside(program, JOB_SUFFIX)))
 
 
 def _read(roles: Mapping[str, Role], arguments: Mapping[str, Any]) -> Iterator[tuple[Reads, str]]:
-    """Each text that names what is read, with its role."""
+    """Yield each text that names what is read, with its role."""
     for name, role in roles.items():
         if isinstance(role, Reads):
             yield from ((role, text) for text in _texts(arguments[name]))
 
 
 def _texts(value: Any) -> list[str]:
-    """An argument as the texts that were given."""
+    """Return an argument as the texts that were given."""
     return [] if value is None else [str(each) for each in (value if isinstance(value, list | tuple) else [value])]
 
 
-def _targets(role: Writes, path: Path, named: bool, option: str) -> Iterator[Target]:
-    """The files that an argument stands for."""
-    own = role.own if role.always or not named else None
-    yield Target(path=path, option=option, own=own, called=role.called)
-    for suffix, other in (role.beside or {}).items():
-        yield Target(path=beside(path, suffix), option=option, own=other, after=path)
-
-
-def _options(function: Callable[..., Any]) -> dict[str, str]:
-    """The long options of a command, by the name of the argument."""
-    options = {}
-    for name, annotated in _annotated(function).items():
-        infos = [each for each in annotated if isinstance(each, OptionInfo)]
-        texts = [text for info in infos for text in (info.default, *(info.param_decls or ()))]
-        said = (text for text in texts if isinstance(text, str) and text.startswith("--"))
-        options[name] = next(said, f"--{name.replace('_', '-')}")
-    return options
+def _option(name: str, annotated: Iterable[Any]) -> str:
+    """Return the long option of an argument."""
+    infos = [each for each in annotated if isinstance(each, OptionInfo)]
+    texts = [text for info in infos for text in (info.default, *(info.param_decls or ()))]
+    said = (text for text in texts if isinstance(text, str) and text.startswith("--"))
+    return next(said, f"--{name.replace('_', '-')}")
 
 
 def _annotated(function: Callable[..., Any]) -> dict[str, tuple[Any, ...]]:
-    """What is said of the arguments of a command beside their types."""
+    """Return what is said of the arguments of a command beside their types."""
     parameters = inspect.signature(function, eval_str=True).parameters
     return {name: getattr(each.annotation, "__metadata__", ()) for name, each in parameters.items()}
 

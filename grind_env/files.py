@@ -5,6 +5,7 @@ import errno
 import io
 import os
 import select
+import shutil
 import stat
 import sys
 import tempfile
@@ -23,6 +24,8 @@ PATIENCE = 1.0
 LOOK = 0.01
 """s between two looks for it."""
 CHUNK = 1 << 16
+AT_ONCE = getattr(os, "O_NONBLOCK", 0)
+"""Flag to open a pipe without waiting for who is at its other end."""
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """What a spreadsheet takes for the beginning of a formula."""
 LIKENESS = 0.8
@@ -58,10 +61,7 @@ def shown(path: Path | str) -> str:
 
 def is_file(path: Path) -> bool:
     """Whether there is a file; there is none of a name that no file can have."""
-    try:
-        return path.is_file()
-    except (OSError, ValueError):
-        return False
+    return os.path.isfile(path)  # noqa: PTH113 - the method raises an error of some names
 
 
 def missing(path: Path) -> ReadError:
@@ -79,28 +79,30 @@ def open_file(path: Path) -> BinaryIO:
     Raises:
         ReadError: it is not there, is too long, or neither a file nor a pipe that someone writes to.
     """
-    if "\0" in str(path):
-        raise ReadError(path, "no file can have this name")
+    try:
+        raw = io.FileIO(path, opener=lambda name, flags: os.open(name, flags | AT_ONCE))
+    except FileNotFoundError:
+        raise missing(path) from None
+    except OSError as error:
+        raise ReadError(path, error.strerror or "not readable") from None
+    except ValueError:
+        raise ReadError(path, "no file can have this name") from None
+    file = io.BufferedReader(raw)
     with ExitStack() as opened:
-        try:
-            raw = opened.enter_context(io.FileIO(path, opener=_open_at_once))
-            status = os.fstat(raw.fileno())
-            if stat.S_ISFIFO(status.st_mode):
-                return io.BytesIO(_received(raw, path))
-        except FileNotFoundError:
-            raise missing(path) from None
-        except OSError as error:
-            raise ReadError(path, error.strerror or "not readable") from None
+        opened.callback(file.close)
+        status = os.fstat(raw.fileno())
+        if stat.S_ISFIFO(status.st_mode):
+            return io.BytesIO(_received(file, path))
         if not stat.S_ISREG(status.st_mode):
             raise ReadError(path, "it is a device")
         if status.st_size > MOST_BYTES:
             raise _too_long(path, MOST_BYTES)
         opened.pop_all()
-        return io.BufferedReader(raw)
+        return file
 
 
 def contents(file: BinaryIO, path: Path, most: int = MOST_BYTES) -> bytes:
-    """What an opened file holds.
+    """Return what an opened file holds.
 
     Raises:
         ReadError: it cannot be read, or holds more than `most` bytes.
@@ -165,7 +167,7 @@ def beside(path: Path, suffix: str) -> Path:
 
 
 def status_of(path: Path) -> os.stat_result | None:
-    """What there is under the name of a file that is to be written, links followed; None if there is nothing yet.
+    """Return the status of what has this name, links followed; None if there is nothing yet.
 
     Raises:
         FileError: there can be no file of this name, as where links lead in a circle.
@@ -175,17 +177,14 @@ def status_of(path: Path) -> os.stat_result | None:
     except FileNotFoundError:
         return None
     except OSError as error:
-        raise FileError(f"{shown(path)} cannot be written: {error.strerror or error}; name another file") from None
+        why = error.strerror
     except ValueError:
-        raise FileError(f"{shown(path)} cannot be written: no file can have this name; name another file") from None
+        why = "no file can have this name"
+    raise FileError(f"{shown(path)} cannot be written: {why}; name another file")
 
 
 def is_stream(path: Path) -> bool:
-    """Whether what is written to this name goes on to somewhere else: to a device, a pipe, or where the output goes.
-
-    Raises:
-        FileError: as of `status_of`.
-    """
+    """Whether what is written to this name goes on to a device, a pipe, or where the output goes."""
     status = status_of(path)
     if status is None or stat.S_ISDIR(status.st_mode):
         return False
@@ -209,8 +208,7 @@ def check_target(path: Path) -> None:
 def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
     """Let `write(temporary path)` make a file beside `path`, and move it there.
 
-    What a link leads to is replaced, and not the link. A device or a pipe is no file to be replaced: what was made is
-    written to it.
+    What a link leads to is replaced, and not the link. What was made for a device or a pipe is written to it.
 
     Raises:
         FileError: the folder does not exist or cannot be written to, or nobody reads from the pipe.
@@ -222,7 +220,8 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
             temporary = Path(folder) / path.name
             write(temporary)
             if stream:
-                _send(temporary, path)
+                with temporary.open("rb") as source, os.fdopen(_opened(path), "wb") as sink:
+                    shutil.copyfileobj(source, sink)
             else:
                 temporary.replace(place)
     except OSError as error:
@@ -230,12 +229,12 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
 
 
 def _place(path: Path) -> Path:
-    """Where a file lies or is to lie, links followed."""
+    """Return where a file lies or is to lie, links followed."""
     return Path(os.path.realpath(path))
 
 
 def _standard(status: os.stat_result) -> int | None:
-    """The descriptor of standard output or error whose file this is; None if it is neither's."""
+    """Return the descriptor of standard output or error whose file this is; None if it is neither's."""
     for descriptor in (1, 2):
         with suppress(OSError):  # a caller may have closed it
             if os.path.samestat(status, os.fstat(descriptor)):
@@ -243,31 +242,17 @@ def _standard(status: os.stat_result) -> int | None:
     return None
 
 
-def _send(made: Path, path: Path) -> None:
-    """Write what was made to a device or a pipe.
-
-    Raises:
-        OSError: it takes no more, or nobody reads from it.
-    """
-    status = status_of(path)
-    standard = None if status is None else _standard(status)
-    if standard is not None:  # at the place that the output has come to, which a second descriptor would not know
+def _opened(path: Path) -> int:
+    """Open a device or a pipe for writing; a reader of the pipe has `PATIENCE` to come."""
+    if (standard := _standard(path.stat())) is not None:
         for stream in (sys.stdout, sys.stderr):
             if stream is not None:
                 stream.flush()
-    descriptor = _opened(path) if standard is None else os.dup(standard)
-    with os.fdopen(descriptor, "wb", buffering=0) as sink, made.open("rb") as source:
-        while piece := source.read(CHUNK):
-            while piece:
-                piece = piece[sink.write(piece) :]
-
-
-def _opened(path: Path) -> int:
-    """A device or a pipe, opened for writing; who is to read from the pipe is given a while to come."""
+        return os.dup(standard)  # a new descriptor would not know how far the output has come
     last = time.monotonic() + PATIENCE
     while True:
         try:
-            descriptor = os.open(path, os.O_WRONLY | getattr(os, "O_NONBLOCK", 0))
+            descriptor = os.open(path, os.O_WRONLY | AT_ONCE)
         except OSError as error:
             if error.errno != errno.ENXIO:
                 raise
@@ -279,29 +264,17 @@ def _opened(path: Path) -> int:
             return descriptor
 
 
-def _open_at_once(path: str, flags: int) -> int:
-    """Open a file; one of another kind, such as a pipe, without waiting for who is at its other end."""
-    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
-
-
-def _received(pipe: io.FileIO, path: Path) -> bytes:
-    """All that comes out of a pipe until its writers have gone; one that has none is given a while to find one."""
-    data, watch, waited = bytearray(), select.poll(), False
+def _received(pipe: "io.BufferedReader[io.FileIO]", path: Path) -> bytes:
+    """Read a pipe until its writers have gone; a first writer has `PATIENCE` to come."""
+    watch = select.poll()
     watch.register(pipe, select.POLLIN)
-    while len(data) <= MOST_BYTES:
-        piece = pipe.read(CHUNK)
-        if piece is None:  # its writer has nothing to say yet
-            watch.poll()
-        elif piece:
-            data += piece
-        elif data or watch.poll(0):  # its writers have gone
-            return bytes(data)
-        elif waited:
+    first = pipe.raw.read(CHUNK)  # None of a writer that has nothing to say yet
+    if first == b"" and not watch.poll(1000.0 * PATIENCE):
+        first = pipe.raw.read(CHUNK)
+        if first == b"":
             raise ReadError(path, "nobody writes to this pipe")
-        else:
-            watch.poll(1000.0 * PATIENCE)
-            waited = True
-    raise _too_long(path, MOST_BYTES)
+    os.set_blocking(pipe.fileno(), True)
+    return contents(io.BytesIO((first or b"") + pipe.read(MOST_BYTES + 1)), path, MOST_BYTES)
 
 
 def _too_long(path: Path, most: int) -> ReadError:

@@ -4,12 +4,11 @@
 """
 
 import os
-import stat
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from grind_env.files import FileError, ReadError, check_target, is_stream, open_file, shown, status_of
+from grind_env.files import FileError, ReadError, check_target, is_file, is_stream, open_file, shown, status_of
 
 HEAD = 1 << 16
 """Bytes of a file by which it is known."""
@@ -52,7 +51,7 @@ class Target:
         option: by which it is named, or what it is named after; empty for a call without options.
         own: what it may replace; anything if None.
         after: the file that was named, where this one is written beside it.
-        in_folder: whether the option names its folder.
+        kind: what the option names: a file, or the folder of this one.
         called: whether it may be among the programs that are read, if it is its own: values that a program calls.
     """
 
@@ -60,14 +59,13 @@ class Target:
     option: str = ""
     own: Own | None = None
     after: Path | None = None
-    in_folder: bool = False
+    kind: str = "file"
     called: bool = False
 
     @property
     def remedy(self) -> str:
         """What is to be done instead, as a message ends."""
-        what = "folder" if self.in_folder else "file"
-        return f"name another {what} with {self.option}" if self.option else f"name another {what} to write"
+        return f"name another {self.kind} " + (f"with {self.option}" if self.option else "to write")
 
     def __str__(self) -> str:
         """As a message names it."""
@@ -89,13 +87,13 @@ def check_targets(targets: Sequence[Target], read: Iterable[Path] = ()) -> None:
         check_target(target.path)
         if target.after is not None and is_stream(target.after):
             raise FileError(f"{shown(target.after)} is no file beside which another can be written; {target.remedy}")
-    replaced = [(target, status) for target in targets if (status := _regular(target.path)) is not None]
-    known = [(path, status) for path in dict.fromkeys(read if replaced else ()) if (status := _regular(path))]
-    for target, status in replaced:
+    there = [target for target in targets if is_file(target.path)]
+    known = [path for path in dict.fromkeys(read if there else ()) if is_file(path)]
+    for target in there:
         own = target.own is not None and target.own.fits(target.path)
-        values = own and target.called and status.st_size > 0  # nobody knows what an empty file is to be
-        for path, other in known:
-            if os.path.samestat(status, other) and not values:
+        is_values = own and target.called and target.path.stat().st_size > 0  # an empty file may become anything
+        for path in () if is_values else known:
+            if path.samefile(target.path):
                 which = "" if path == target.path else f"{shown(path)}, which is "
                 raise FileError(f"{target} is {which}read here and would be lost; {target.remedy}")
         if target.own is not None and not own:
@@ -103,11 +101,22 @@ def check_targets(targets: Sequence[Target], read: Iterable[Path] = ()) -> None:
                 f"{target} is there already and would be lost, for it is no {target.own.what}: "
                 f"move it away, or {target.remedy}"
             )
-    _refuse_twice([target for target in targets if not is_stream(target.path)])
+    taken = dict[str, Target]()
+    for target in targets:
+        if is_stream(target.path):
+            continue
+        place = os.path.realpath(target.path).casefold()  # on many a disk capital letters make no difference
+        other = taken.setdefault(place, target)
+        if other is not target and target.after == other.path:
+            raise FileError(f"{shown(target.path)} is the name of what is written beside it, too; {target.remedy}")
+        if other is not target:
+            options = " and ".join(dict.fromkeys(each.option for each in (other, target) if each.option))
+            by = f" with {options}" if options else ""
+            raise FileError(f"{shown(target.path)} would be written twice{by}; name different files")
 
 
 def check_own(path: Path, own: Own, option: str) -> None:
-    """Find out, before any work, whether a file may be replaced that has a name of the command's own in a folder.
+    """Find out, before any work, whether a file that a command names itself may be replaced.
 
     Args:
         path: of the file, whose folder may yet have to be made.
@@ -118,27 +127,4 @@ def check_own(path: Path, own: Own, option: str) -> None:
         FileError: it is there already and something else.
     """
     if status_of(path) is not None:
-        check_targets([Target(path=path, option=option, own=own, in_folder=True)])
-
-
-def _refuse_twice(files: Sequence[Target]) -> None:
-    """Refuse names of one file; those that differ in capital letters alone are, on many a disk."""
-    taken = dict[str, Target]()
-    for target in files:
-        place = os.path.realpath(target.path).casefold()
-        if place in taken:
-            if target.after == taken[place].path:
-                raise FileError(f"{shown(target.path)} is the name of what is written beside it, too; {target.remedy}")
-            options = " and ".join(dict.fromkeys(each.option for each in (taken[place], target) if each.option))
-            by = f" with {options}" if options else ""
-            raise FileError(f"{shown(target.path)} would be written twice{by}; name different files")
-        taken[place] = target
-
-
-def _regular(path: Path) -> os.stat_result | None:
-    """The status of a regular file; None of anything else, and of a name that no file has."""
-    try:
-        status = path.stat()
-    except (OSError, ValueError):
-        return None
-    return status if stat.S_ISREG(status.st_mode) else None
+        check_targets([Target(path=path, option=option, own=own, kind="folder")])

@@ -10,6 +10,7 @@ from grind_env.envs.episodes import Episodes
 from grind_env.envs.tables import Outcome
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
+from grind_env.process.cost import Limits
 from grind_env.render.view import Extent, GroundBlock, View, Workpiece
 
 STOCK_ROOM = 1.75
@@ -55,24 +56,29 @@ def view_of(
     return View(
         extent=extent_of(task),
         ground=tuple(
-            GroundBlock(
-                speed=block.speed,
-                executions=block.executions,
-                power=outcome.peak_power,
-                torque=outcome.peak_torque,
-                rise=outcome.rise,
-                roughness=outcome.roughness,
-                size_error=outcome.size_error,
-                limits=limits[block.kind.name],
-                cost=outcome.cost,
-                finished=outcome.finished > 0.0,
-                good=outcome.good,
-            )
+            ground_block(block, outcome, limits[block.kind.name])
             for block, outcome in zip(blocks, outcomes, strict=True)
         ),
         wheel=episodes.wheel(i),
         part=_ground_part(blocks[-1], outcomes[-1]) if blocks else coming_part(task, episodes, i),
         text=text,
+    )
+
+
+def ground_block(block: Any, outcome: Outcome, limits: Limits) -> GroundBlock:
+    """Return what a picture shows of a block, which has E and D, and of what came of it."""
+    return GroundBlock(
+        speed=block.speed,
+        executions=block.executions,
+        power=outcome.peak_power,
+        torque=outcome.peak_torque,
+        rise=outcome.rise,
+        roughness=outcome.roughness,
+        size_error=outcome.size_error,
+        limits=limits,
+        cost=outcome.cost,
+        finished=outcome.finished > 0.0,
+        good=outcome.good,
     )
 
 

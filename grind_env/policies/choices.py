@@ -1,5 +1,6 @@
 """What can be decided before a block: E and D, and all of them that a task has."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -47,3 +48,22 @@ def all_choices(task: Task, speeds: int) -> Decision:
     E = speed_grid(task, speeds)
     D = np.arange(task.action.executions + 1.0)
     return Decision(np.repeat(E, len(D)), np.tile(D, len(E)))
+
+
+def cheapest_choice(task: Task, n: int, speeds: int, cheapest: Callable[[Decision], Decision]) -> Decision:
+    """Return the cheapest E and D of N episodes, each shape (N,).
+
+    Args:
+        task: what allows them.
+        n: number of episodes.
+        speeds: number of E tried, geometrically spaced; one less are then tried between the neighbours of the best.
+        cheapest: picks the cheapest of some choices, each shape (N, choices).
+    """
+    best = cheapest(Decision(*(np.tile(values, (n, 1)) for values in all_choices(task, speeds))))
+    if task.action.speed_levels is not None:
+        return best
+    low, high = speed_bounds(task)
+    ratio = (high / low) ** (1.0 / (speeds - 1))
+    near = best.speeds[:, None] * np.geomspace(1.0 / ratio, ratio, speeds + 1)[1:-1]
+    same = np.repeat(best.executions[:, None], speeds - 1, axis=1)
+    return cheapest(Decision(nearest_speed(task, near), same))

@@ -112,20 +112,19 @@ def prediction(values: Array, others: int, *, seed: int = 0, resamples: int = RE
     return percentile_interval(mean, mean + values.std() * off) if off.size else Interval(mean, mean, mean)
 
 
-def resampled_means(values: Array, *, seed: int = 0, resamples: int = RESAMPLES) -> Array:
-    """Means over resampled episodes: of the very resamples of `bootstrap`, but without copies of the values.
+def resampled_means(values: Array, *, seed: int = 0) -> Array:
+    """Return means over resampled episodes: of the very resamples of `bootstrap`, but without copies of the values.
 
     Args:
         values: shape (k, episodes); all k are resampled together.
         seed: of the resampling.
-        resamples: their number.
 
     Returns:
         Shape (resamples, k).
     """
     rng, (k, n) = np.random.default_rng(seed), values.shape
-    means = np.empty((resamples, k))
-    for rows in np.array_split(np.arange(resamples), -(-resamples * n // AT_ONCE)):
+    means = np.empty((RESAMPLES, k))
+    for rows in np.array_split(np.arange(RESAMPLES), -(-RESAMPLES * n // AT_ONCE)):
         index = rng.integers(0, n, (len(rows), n)) + n * np.arange(len(rows))[:, None]
         counts = np.bincount(index.ravel(), minlength=index.size).reshape(index.shape)
         means[rows] = counts @ values.T / n

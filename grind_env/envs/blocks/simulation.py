@@ -78,6 +78,8 @@ class BlockSimulation:
     """
 
     compiled: ClassVar[bool] = True
+    _block_text = staticmethod(block_text)
+    _part_program = staticmethod(part_program)
 
     def __init__(
         self,
@@ -259,11 +261,11 @@ class BlockSimulation:
 
     def text(self, block: Any) -> str:
         """As `Simulation.text`."""
-        return block_text(self.task, block)
+        return self._block_text(self.task, block)
 
     def program(self, blocks: Sequence[Any]) -> str:
         """As `Simulation.program`."""
-        return part_program(self.task, blocks)
+        return self._part_program(self.task, blocks)
 
     def written(self, episodes: Episodes, i: int, blocks: Sequence[Any]) -> Written:
         """As `Simulation.written`."""

@@ -26,6 +26,9 @@ DEEPEST = 5.0
 class InfeedSimulation(BlockSimulation):
     """Steps episodes of a task with its continuous infeed; arguments as for `BlockSimulation`."""
 
+    _block_text = staticmethod(block_text)
+    _part_program = staticmethod(part_program)
+
     def block(self, episodes: Episodes, i: int, speed: float, executions: float, pre_dress: float = 0.0) -> CycleBlock:
         """As `Simulation.block`; how long a stroke takes on a table with a speed of its own, a copy shows."""
         block: CycleBlock = super().block(episodes, i, speed, executions, pre_dress)
@@ -36,14 +39,6 @@ class InfeedSimulation(BlockSimulation):
         self._run(episodes.pick([i]), choice, np.arange(1), (cycles, *others))
         found = Feeding(*cycles[0, RULES_FROM : RULES_FROM + len(Feeding._fields)].tolist())
         return block._replace(stroke=(found.travel, found.dwell))
-
-    def text(self, block: Any) -> str:
-        """As `Simulation.text`."""
-        return block_text(self.task, block)
-
-    def program(self, blocks: Sequence[Any]) -> str:
-        """As `Simulation.program`."""
-        return part_program(self.task, blocks)
 
     def _job(self, blocks: Sequence[Any]) -> Job:
         return job_from_surface(self.task)

@@ -8,7 +8,7 @@ from grind_env.envs.job.outline import BlockOutline, parts_of
 from grind_env.envs.job.readings import ACTION
 from grind_env.envs.tables import Outcome
 from grind_env.envs.tape import TapeRow
-from grind_env.envs.view import STOCK_ROOM
+from grind_env.envs.view import STOCK_ROOM, ground_block
 from grind_env.machine.job import Job
 from grind_env.machine.loops.cycle import PartState
 from grind_env.process.cost import NO_LIMIT
@@ -89,18 +89,6 @@ def job_view(
 
 
 def _ground(job: Job, block: RunBlock, outcome: Outcome) -> GroundBlock:
-    finished, limits = outcome.finished > 0.0, job.limits
-    return GroundBlock(
-        speed=block.speed,
-        executions=block.executions,
-        power=outcome.peak_power,
-        torque=outcome.peak_torque,
-        rise=outcome.rise,
-        roughness=outcome.roughness,
-        size_error=outcome.size_error,
-        # size and roughness count when the part is finished
-        limits=limits if finished else limits._replace(roughness=NO_LIMIT, size=NO_LIMIT),
-        cost=outcome.cost,
-        finished=finished,
-        good=outcome.good,
-    )
+    # size and roughness count when the part is finished
+    limits = job.limits if outcome.finished > 0.0 else job.limits._replace(roughness=NO_LIMIT, size=NO_LIMIT)
+    return ground_block(block, outcome, limits)

@@ -45,6 +45,9 @@ class StripSimulation(BlockSimulation):
     A part is judged where it is farthest from its size.
     """
 
+    _block_text = staticmethod(block_text)
+    _part_program = staticmethod(part_program)
+
     def __init__(self, task: Task, **given: Any) -> None:
         super().__init__(task, **given)
         self._zones = part_in_zones(task)
@@ -70,14 +73,6 @@ class StripSimulation(BlockSimulation):
         """As `Simulation.read`; the width that power was spent on is that of the wheel, and not of the part."""
         seen = super().read(observation)
         return seen | {"last_width": np.minimum(seen["last_width"], self.task.wheel.width)}
-
-    def text(self, block: Any) -> str:
-        """As `Simulation.text`."""
-        return block_text(self.task, block)
-
-    def program(self, blocks: Sequence[Any]) -> str:
-        """As `Simulation.program`."""
-        return part_program(self.task, blocks)
 
     def _job(self, blocks: Sequence[Any]) -> Job:
         return job_from_surface(self.task)

@@ -6,6 +6,5 @@ The control itself runs them in plain Python: a program is read and checked with
 from grind_env.control import profile, rules
 from grind_env.kernel import inlined_rule
 
-depth_after_pick = inlined_rule(rules.depth_after_pick)
 motion_time = inlined_rule(rules.motion_time)
 travelled = inlined_rule(profile.travelled)

@@ -76,8 +76,6 @@ class Plunges(NamedTuple):
 
 NOTHING = Tally(*[0.0] * len(Tally._fields))
 """Before the first stroke."""
-NO_PLUNGES = Plunges(*[0.0] * len(Plunges._fields))
-"""After a dress."""
 
 with_dress = replacer(Tally, "seconds", "dresses", "dressed_off")
 without_last = replacer(Tally, *Plunges._fields, "deepened")

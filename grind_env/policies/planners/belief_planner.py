@@ -12,7 +12,7 @@ from grind_env.envs.episodes import Episodes
 from grind_env.envs.model import MemberModel
 from grind_env.envs.observations import LEAST_SLACK
 from grind_env.envs.simulation import Simulation
-from grind_env.policies.choices import Decision, all_choices, nearest_speed, speed_bounds
+from grind_env.policies.choices import Decision, cheapest_choice
 from grind_env.policies.columns import COST, PRESSURE
 from grind_env.policies.planners.worth import KA, Worth, between, dullness, worth
 from grind_env.policies.policy import Sees
@@ -73,14 +73,7 @@ class BeliefPlanner:
         burnt = self.belief.update(observation).burnt
         wheels = member_wheels(self.simulation, self.belief, burnt, self.roughness, self.block)
         left = self._left(self.simulation.read(observation))
-        choices = Decision(*(np.tile(values, (n, 1)) for values in all_choices(task, self.speeds)))
-        best = self._cheapest(wheels, choices, left)
-        if task.action.speed_levels is None:
-            low, high = speed_bounds(task)
-            ratio = (high / low) ** (1.0 / (self.speeds - 1))
-            near = best.speeds[:, None] * np.geomspace(1.0 / ratio, ratio, self.speeds + 1)[1:-1]
-            same = np.repeat(best.executions[:, None], self.speeds - 1, axis=1)
-            best = self._cheapest(wheels, Decision(nearest_speed(task, near), same), left)
+        best = cheapest_choice(task, n, self.speeds, lambda choices: self._cheapest(wheels, choices, left))
         self.block += 1
         return best
 

@@ -1,22 +1,18 @@
 """The adaptive rule for D alone; E is one and the same."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.envs.episodes import Episodes
-from grind_env.envs.simulation import Simulation
-from grind_env.envs.tasks import Task
 from grind_env.policies.choices import Decision, nearest_speed
-from grind_env.policies.policy import Sees
-from grind_env.policies.scripted.estimator import SharpnessEstimator
-from grind_env.policies.scripted.rules import DressLaw
+from grind_env.policies.scripted.rules import DressLaw, Estimating
 
 
 @dataclass(kw_only=True)
-class AdaptiveDress(DressLaw):
+class AdaptiveDress(Estimating, DressLaw):
     """D as `AdaptiveRule` chooses it, at one E for all blocks, as a fixed plan has it (scenarios, section 5).
 
     What it saves on the best fixed plan is what adapting D alone is worth; what `AdaptiveRule` saves on it, what
@@ -30,13 +26,6 @@ class AdaptiveDress(DressLaw):
     E: float
     wS: float
     name: ClassVar[str] = "adaptive_dress"
-    sees: ClassVar[Sees] = "measurements"
-    task: Task = field(init=False, repr=False)
-    estimator: SharpnessEstimator = field(init=False, repr=False)
-
-    def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Forget all lots."""
-        self.task, self.estimator = simulation.task, SharpnessEstimator(simulation, episodes)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Estimate, then decide on D."""

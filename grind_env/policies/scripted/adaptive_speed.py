@@ -9,13 +9,11 @@ from numpy.typing import NDArray
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Decision
-from grind_env.policies.policy import Sees
-from grind_env.policies.scripted.estimator import SharpnessEstimator
-from grind_env.policies.scripted.rules import Fixed, SpeedLaw
+from grind_env.policies.scripted.rules import Estimating, Fixed, SpeedLaw
 
 
 @dataclass(kw_only=True)
-class AdaptiveSpeed(SpeedLaw):
+class AdaptiveSpeed(Estimating, SpeedLaw):
     """E as `AdaptiveRule` chooses it, D executions in every `every`-th block.
 
     What it saves on the best fixed plan is what adapting E alone is worth; what `AdaptiveRule` saves on it, what
@@ -26,13 +24,11 @@ class AdaptiveSpeed(SpeedLaw):
     D: int
     every: int
     name: ClassVar[str] = "adaptive_speed"
-    sees: ClassVar[Sees] = "measurements"
-    estimator: SharpnessEstimator = field(init=False, repr=False)
     plan: Fixed = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         """Forget all lots, and back to the first block of the plan."""
-        self.task, self.estimator = simulation.task, SharpnessEstimator(simulation, episodes)
+        super().begin(simulation, episodes)
         self.plan = Fixed(self.E[0], self.D, self.every)
         self.plan.begin(simulation, episodes)
 

@@ -12,13 +12,11 @@ from grind_env.envs.model import MemberModel
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Decision
 from grind_env.policies.columns import AREA, LOADING
-from grind_env.policies.policy import Sees
-from grind_env.policies.scripted.estimator import SharpnessEstimator
-from grind_env.policies.scripted.rules import LOADED_AREA, SharpnessRule
+from grind_env.policies.scripted.rules import LOADED_AREA, Estimating, SharpnessRule
 
 
 @dataclass(kw_only=True)
-class BeliefRule(SharpnessRule):
+class BeliefRule(Estimating, SharpnessRule):
     """`FullStateRule` with the mean belief of an ensemble filter in place of the truth, for what a machine measures.
 
     A process engineer with the model of the process and the spreads of wheels and lots at hand can follow the wheel
@@ -29,14 +27,12 @@ class BeliefRule(SharpnessRule):
     gK: float
     wK: float
     name: ClassVar[str] = "belief_rule"
-    sees: ClassVar[Sees] = "measurements"
     belief: WheelBelief = field(init=False, repr=False)
-    estimator: SharpnessEstimator = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         """Back to what is believed of any wheel and lot."""
-        self.task, self.belief = simulation.task, WheelBelief(MemberModel(simulation))
-        self.estimator = SharpnessEstimator(simulation, episodes)
+        super().begin(simulation, episodes)
+        self.belief = WheelBelief(MemberModel(simulation))
         self.belief.begin(episodes)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:

@@ -14,7 +14,7 @@ from grind_env.envs.model import MemberModel
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tables import Outcome, ShopMemory
 from grind_env.envs.tasks import Task
-from grind_env.policies.choices import Decision, all_choices, nearest_speed, speed_bounds
+from grind_env.policies.choices import Decision, cheapest_choice
 from grind_env.policies.columns import AREA, COST, LOADING, PRESSURE, ROUGHNESS
 from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.estimator import thrift
@@ -126,14 +126,7 @@ class LookAhead:
         prices = self._prices(self.simulation.read(observation))
         wheels = member_wheels(self.simulation, self.belief, burnt, self.roughness, self.block)
         kind = self._kind()
-        choices = Decision(*(np.tile(values, (n, 1)) for values in all_choices(task, self.speeds)))
-        best = self._cheapest(wheels, choices, prices)
-        if task.action.speed_levels is None:
-            low, high = speed_bounds(task)
-            ratio = (high / low) ** (1.0 / (self.speeds - 1))
-            between = best.speeds[:, None] * np.geomspace(1.0 / ratio, ratio, self.speeds + 1)[1:-1]
-            same = np.repeat(best.executions[:, None], self.speeds - 1, axis=1)
-            best = self._cheapest(wheels, Decision(nearest_speed(task, between), same), prices)
+        best = cheapest_choice(task, n, self.speeds, lambda choices: self._cheapest(wheels, choices, prices))
         self.usual[np.arange(n), kind] = best.speeds
         self.block += 1
         return best

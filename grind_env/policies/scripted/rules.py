@@ -28,6 +28,19 @@ VOLUME_SCALE = 300.0
 
 
 @dataclass
+class Estimating:
+    """What a policy that estimates the sharpness from measurements begins with."""
+
+    sees: ClassVar[Sees] = "measurements"
+    task: Task = field(init=False, repr=False)
+    estimator: SharpnessEstimator = field(init=False, repr=False)
+
+    def begin(self, simulation: Simulation, episodes: int) -> None:
+        """Forget all lots."""
+        self.task, self.estimator = simulation.task, SharpnessEstimator(simulation, episodes)
+
+
+@dataclass
 class Random:
     """Uniform in the action space of the form `box`: E geometric over its range, D = 0 in two of three blocks."""
 
@@ -72,19 +85,12 @@ class Fixed:
 
 
 @dataclass
-class ConstantPerKind:
+class ConstantPerKind(Estimating):
     """One E and one D for each kind of block."""
 
     E: tuple[float, ...]
     D: tuple[int, ...]
     name: ClassVar[str] = "constant_per_kind"
-    sees: ClassVar[Sees] = "measurements"
-    task: Task = field(init=False, repr=False)
-    estimator: SharpnessEstimator = field(init=False, repr=False)
-
-    def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Prepare to read the kind of the coming block."""
-        self.task, self.estimator = simulation.task, SharpnessEstimator(simulation, episodes)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Look up."""
@@ -204,7 +210,7 @@ def relative_stock(seen: Estimate) -> Array:
 
 
 @dataclass(kw_only=True)
-class AdaptiveRule(SharpnessRule):
+class AdaptiveRule(Estimating, SharpnessRule):
     """E and D from the estimated sharpness, the volume since the dress V and the lot severity.
 
     Further symbols: h, the log of the pre-gauged stock over the nominal one; p, of the work over the time left to the
@@ -214,12 +220,6 @@ class AdaptiveRule(SharpnessRule):
     gS: float
     wS: float
     name: ClassVar[str] = "adaptive_rule"
-    sees: ClassVar[Sees] = "measurements"
-    estimator: SharpnessEstimator = field(init=False, repr=False)
-
-    def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Forget all lots."""
-        self.task, self.estimator = simulation.task, SharpnessEstimator(simulation, episodes)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Estimate, then decide."""

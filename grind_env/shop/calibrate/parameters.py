@@ -99,10 +99,9 @@ def chosen_parameters(
     return tuple(_parameter(job, kind, key) for kind, key in usual if getattr(entries_of(job)[kind], key) > 0.0)
 
 
-def free_parameters(job: Job, *, exponents: bool = True) -> tuple[Parameter, ...]:
-    """The free term as parameters, at its full width; without `exponents` only its factor."""
-    keys = [key for key in FREE_TERM if exponents or key not in EXPONENTS]
-    return tuple(_parameter(job, "material", key) for key in keys)
+def free_parameters(job: Job) -> tuple[Parameter, ...]:
+    """Return the free term as parameters, at its full width."""
+    return tuple(_parameter(job, "material", key) for key in FREE_TERM)
 
 
 def _named(job: Job, name: str) -> Parameter:

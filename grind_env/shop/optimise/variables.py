@@ -217,7 +217,7 @@ def _words(
         word = word_of(source, letter)
         at = assigned.get((variable_of(word), source))
         place = (at.source.line, at.source.column) if isinstance(at, Spot) else (source.line, source.column)
-        usable = isinstance(at, Spot) or _usable(word, letter, outline, simulation.programs, wishes, remarks, at)
+        usable = isinstance(at, Spot) or _usable(letter, outline, simulation.programs, wishes, remarks, at)
         if word is None and not (wishes.add and usable and (name != "D" or outline.takes_dresses)):
             before = governing.get(letter)
             # F in force may be that of another feed move
@@ -289,7 +289,6 @@ def _assigned(
 
 
 def _usable(
-    word: object,
     letter: str,
     outline: BlockOutline,
     programs: Programs,

@@ -11,7 +11,7 @@ from grind_env.files import FileError, read_text, shown
 from grind_env.shop.start.template import EXAMPLE, example_values, job_template
 
 HERE = Path(__file__).parent
-PROGRAM, JOB, CATALOGUE, NOTEBOOK, LOG = FILES = "part.nc", "part.toml", "shop.toml", "first_steps.ipynb", "log.csv"
+PROGRAM, JOB, CATALOGUE, NOTEBOOK, LOG = "part.nc", "part.toml", "shop.toml", "first_steps.ipynb", "log.csv"
 OWN = {"wheel": "our_a60j", "machine": "our_grinder"}
 """Entries of the catalogue that the job names."""
 
