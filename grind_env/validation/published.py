@@ -6,7 +6,7 @@ from typing import Any
 
 from grind_env.validation import data
 from grind_env.validation.check import Band, Check, Question, around, at_most, drawn, measured, own, remembered
-from grind_env.validation.measures import Quantity, Sweep, dull, over, quotient, stroke, value
+from grind_env.validation.measures import MakeWheel, Quantity, Sweep, dull, over, quotient, stroke, value
 from grind_env.validation.rig import NO_GROWTH, Grinder, Rig, dress_width
 from grind_env.validation.roughness import sparked_out
 from grind_env.validation.spark_out import after_passes
@@ -45,7 +45,8 @@ def magnitude(row: dict[str, str]) -> Check:
     """Return the check of an order of magnitude of a set-up."""
     conditions, setup = CASES[row["case"]]
     name, _, state = row["quantity"].rpartition(" ")
-    make, said = (Rig.sharp, "sharp") if state == "sharp" else (dull(DULL), "A 4 %")
+    make: MakeWheel = Rig.sharp if state == "sharp" else dull(DULL)
+    said = "sharp" if state == "sharp" else "A 4 %"
     # the depth of cut is told, so that the part must not grow
     measure = value(QUANTITIES[name], make, **setup, changes=NO_GROWTH)
     return ask(
