@@ -5,8 +5,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 MOST_LINES = {
-    ("grind_env/*.py", "agents/*.py"): 74_000,
-    ("tests/*.py",): 58_400,
+    ("grind_env/*.py", "agents/*.py"): 73_950,
+    ("tests/*.py",): 58_350,
     ("docs/tools/*", ".ci/*"): 1_750,
 }
 
