@@ -66,6 +66,7 @@ def test_what_a_machine_differs_by_is_found_in_its_log() -> None:
     assert after < best < 0.97 * before
 
 
+@pytest.mark.nightly
 def test_a_model_in_the_loop_is_held_from_the_first_shift_on() -> None:
     adapter = made("calibrated")
     assert isinstance(adapter, Calibrated)

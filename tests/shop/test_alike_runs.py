@@ -90,12 +90,14 @@ def test_a_few_runs_stand_for_all(name: str, tmp_path: Path) -> None:
     assert require_same(write(tmp_path, name))
 
 
-@pytest.mark.parametrize("name", ["rail_g83", "keyway_g81"])
+@pytest.mark.parametrize("name", few(["rail_g83", "keyway_g81"]))
 def test_they_do_without_an_infeed_beside_the_table(name: str) -> None:
     assert require_same(EXAMPLES / f"{name}.nc") == (name == "rail_g83")
 
 
-@pytest.mark.parametrize("path", [each for each in FOUND if each.stem in ("magnet_plate", "plate_goto", "three_steps")])
+@pytest.mark.parametrize(
+    "path", few([each for each in FOUND if each.stem in ("magnet_plate", "plate_goto", "three_steps")])
+)
 def test_programs_of_shops_are_what_they_were(path: Path) -> None:
     assert require_same(path) == (path.stem != "plate_goto")
 
