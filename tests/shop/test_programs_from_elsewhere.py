@@ -20,6 +20,7 @@ from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.variation import variation_of
 from grind_env.shop.optimise.wishes import wishes_of
 from grind_env.shop.report.blocks import HEADINGS, block_rows
+from tests.examples import few
 from tests.shop.test_optimise import status
 
 pytestmark = pytest.mark.usefixtures("few_lots")
@@ -77,7 +78,7 @@ def test_it_is_checked_and_ground_as_its_shop_expects(name: str, capsys: pytest.
     assert record.parts["S"] == pytest.approx(job.part.stock, abs=0.01)
 
 
-@pytest.mark.parametrize("name", VARIED)
+@pytest.mark.parametrize("name", few(VARIED))
 def test_other_words_leave_every_other_byte(name: str) -> None:
     path = FOLDER / f"{name}.nc"
     text, job = text_of(read_bytes(path)), load_job(path.with_suffix(".toml"))
@@ -129,7 +130,7 @@ def test_every_round_of_a_loop_is_a_run_of_its_block() -> None:
     assert [(row.line, row.cells[runs], row.cells[strokes]) for row in rows] == [(19, "4", "8"), (22, "1", "8")]
 
 
-@pytest.mark.parametrize("name", ["fuehrungsleiste", "three_steps"])
+@pytest.mark.parametrize("name", few(["fuehrungsleiste", "three_steps"]))
 def test_the_better_program_comes_to_the_promised_numbers(name: str) -> None:
     path = FOLDER / f"{name}.nc"
     found = find_words(path, parts=2, seconds=1000.0, wishes=wishes_of(("D",)))

@@ -22,6 +22,7 @@ from grind_env.shop.calls import optimise, sweep
 from grind_env.shop.optimise import variation
 from grind_env.shop.optimise.outcome import Verdict
 from tests.command import Grind
+from tests.examples import few
 from tests.shop.programs import KNOWN
 
 pytestmark = pytest.mark.usefixtures("few_lots")
@@ -84,7 +85,7 @@ def test_an_infeed_beside_a_table_that_reciprocates_grinds_the_stock() -> None:
 
 
 @pytest.mark.usefixtures("clock_of_looks")
-@pytest.mark.parametrize("name", MADE_BETTER)
+@pytest.mark.parametrize("name", few(MADE_BETTER))
 def test_what_is_promised_of_better_words_is_what_they_grind(
     name: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

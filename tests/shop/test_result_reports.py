@@ -17,6 +17,7 @@ from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.figure import comparable, residuals
 from grind_env.shop.calibrate.result import Calibration, catalogue_text
 from grind_env.shop.calibrate.table import calibrate_table
+from tests.examples import few
 from tests.shop.blemished import Style, write_log
 from tests.shop.programs import EXAMPLES
 from tests.shop.test_document import Parsed, loads_nothing
@@ -79,11 +80,13 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.usefixtures("coarse_speeds")
 @pytest.mark.parametrize(
     ("options", "expected"),
-    [
-        ([], 0),
-        (["--vary", "E", "--bounds", "E=8000..9000"], 3),
-        (["--vary", "E", "--margin", "Ra=.2"], 4),
-    ],
+    few(
+        [
+            ([], 0),
+            (["--vary", "E", "--bounds", "E=8000..9000"], 3),
+            (["--vary", "E", "--margin", "Ra=.2"], 4),
+        ]
+    ),
 )
 def test_an_optimisation_is_written_up_whatever_it_finds(
     options: list[str], expected: int, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]

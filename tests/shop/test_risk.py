@@ -74,18 +74,18 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(finding, "freed_of", lambda *arguments: {})
 
 
-@pytest.mark.usefixtures("quick")
+@pytest.mark.usefixtures("quick", "coarse_speeds")
 def test_a_job_that_is_held_in_memory_is_that_of_its_file(tmp_path: Path) -> None:
-    words, path = wishes_of(["E"], {"E": (9000, 18000)}, {"E": 3000}), known_job(tmp_path, "plate_g82")
+    words, path = wishes_of(["E"], {"E": (9000, 18000)}), known_job(tmp_path, "plate_g82")
     one, other = (find_words(PATH, job, words, parts=2, seconds=1000.0) for job in (path, load_job(path)))
     assert other.job == "" and replace(other, job=one.job) == one
 
 
-@pytest.mark.usefixtures("quick")
+@pytest.mark.usefixtures("quick", "coarse_speeds")
 def test_a_job_of_a_machine_that_is_known_is_searched_on_that_machine() -> None:
     """Its expected part is that of a run there, which takes another power than the model."""
     job = replace(load_job(PATH.with_suffix(".toml"), plant=find_plant("foreign:1")), uncertainty=CERTAIN)
-    words = wishes_of(["E"], {"E": (12000, 18000)}, {"E": 6000})
+    words = wishes_of(["E"], {"E": (12000, 18000)})
     found = find_words(PATH, job, words, parts=2, seconds=1000.0)
     assert found.calibration == CERTAIN.source
     power, other = (grind_file(PATH, each).parts["peak_power"][0] for each in (job, PATH.with_suffix(".toml")))
