@@ -15,7 +15,7 @@ from grind_env.control.rules import motion_time
 from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.loops.batch import NO_MOTIONS
 from grind_env.machine.loops.cycle import Stroking, dress_lead
-from grind_env.machine.loops.strips import Zone
+from grind_env.machine.loops.strips import Zone, beneath, contact_at, cut_surface, in_cut, joined
 from grind_env.machine.loops.surfaces import MOST_ZONES
 from grind_env.machine.loops.zones import strip_centres, strip_zones, traverse_edges, zones_of
 from grind_env.process.entries import Machine
@@ -295,3 +295,16 @@ def test_the_edges_of_a_traverse_are_all_that_its_strokes_have(case: Case) -> No
     cycle = TraverseCycle(1.0, 1.0, 1.0, abs(case.end - case.start) / 4.0, case.K / 4.0, case.R / 4.0, 1.0, 0.0, 0.0)
     edges = traverse_edges(cycle, case.start / 4.0, case.end / 4.0)
     assert sorted({event.start[2] for event in strokes}) == pytest.approx(edges)
+
+
+@given(st.lists(st.tuples(st.integers(1, 9), st.floats(0.0, 0.01), st.floats(0.1, 2.0)), min_size=1, max_size=4))
+def test_the_surface_in_the_cut_is_the_mean_of_all_strips(zones: list[tuple[int, float, float]]) -> None:
+    made = [Zone(S=S, Rs=Rs, reached=S, centre=0.0, strips=float(strips)) for strips, S, Rs in zones]
+    contact = contact_at(1.0)
+    for zone in made:
+        contact = beneath(contact, zone, True)
+    for zone in made:
+        contact = joined(contact, zone, in_cut(contact, zone, True))
+    strips = [zone for zone in made for _ in range(int(zone.strips))]
+    expected = (60.0, np.mean([each.S for each in strips]), np.mean([each.Rs for each in strips]))
+    assert cut_surface(contact, 60.0) == pytest.approx(expected, rel=1e-12)
