@@ -6,7 +6,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 MOST_LINES = {
     ("grind_env/*.py", "agents/*.py"): 73_950,
-    ("tests/*.py",): 58_350,
+    ("tests/*.py",): 58_360,
     ("docs/tools/*", ".ci/*"): 1_750,
 }
 
