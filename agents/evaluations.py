@@ -35,7 +35,7 @@ class Chunk:
 
 
 def run_chunk(chunk: Chunk) -> Evaluation:
-    """Return the evaluation of a chunk; on a machine that is not the model, the policy holds the model."""
+    """Return the evaluation of a chunk of episodes; the policy knows the model, also where another machine grinds."""
     policy = chunk.policy()
     model = model_beside(chunk.problem) if policy.sees == "measurements" else None
     return run_seeds(policy, chunk.problem.simulation(), chunk.seeds, chunk.split, model)

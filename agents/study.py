@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -26,7 +26,7 @@ from grind_env.policies.tuned import write_whole
 from grind_env.terminal import command, table_console
 
 Found = Mapping[Any, Any]
-"""What was found, by trial."""
+"""Results by trial."""
 LIBRARIES = ("numpy", "numba", "gymnasium", "stable_baselines3", "torch")
 TRAINING = ("stable_baselines3", "torch")
 
@@ -96,10 +96,10 @@ class Study:
     files: Mapping[str, str] | None = None
 
     def check(self, folder: Path) -> None:
-        """Find out whether a folder has files of somebody else under the names of this study's.
+        """Refuse a folder in which other files have the names of the files of this study.
 
         Raises:
-            FileError: it has.
+            FileError: a file of another origin has such a name.
         """
         check_tables(folder, self.name, self.written)
 
@@ -135,7 +135,7 @@ class Study:
         return None
 
     def cache(self, trial: Any, found: Any, runs: Path) -> None:
-        """Keep what was found in a trial."""
+        """Write the result of a trial into the cache."""
         write_whole(self.path(trial, runs), json.dumps(found, default=lambda array: array.tolist()))
 
     def find(self, options: Options) -> tuple[Found, Mapping[Any, str]]:
@@ -144,12 +144,12 @@ class Study:
         waiting = [trial for trial in self.trials if options.fresh or self.cached(trial, runs) is None]
         hours = sum(map(self.seconds, waiting)) / 3600.0
         options.console.print(f"{len(self.trials)} runs, {len(waiting)} to do: about {hours:.1f} core-hours")
-        keep = partial(self._keep, runs)
-        failed = run_all(waiting, self.run, options.jobs, options.console, options.ray, keep)
-        return {trial: self.cached(trial, runs) for trial in self.trials if trial not in failed}, failed
 
-    def _keep(self, runs: Path, trial: Any, found: Any) -> None:
-        self.cache(trial, found, runs)
+        def done(trial: Any, found: Any) -> None:
+            self.cache(trial, found, runs)
+
+        failed = run_all(waiting, self.run, options.jobs, options.console, options.ray, done)
+        return {trial: self.cached(trial, runs) for trial in self.trials if trial not in failed}, failed
 
     def found(self, options: Options) -> Found:
         """Return what was found in all trials.

@@ -184,7 +184,7 @@ def status_of(path: Path) -> os.stat_result | None:
 
 
 def is_stream(path: Path) -> bool:
-    """Whether what is written to this name goes on to a device, a pipe, or where the output goes."""
+    """Return whether a name is that of a device, a pipe or the standard output."""
     status = status_of(path)
     if status is None or stat.S_ISDIR(status.st_mode):
         return False

@@ -58,7 +58,7 @@ def tuned_on(policy: str, simulation: Simulation, configs: Path | None = None) -
 
 
 def price_of(policy: Policy, simulation: Simulation) -> Price:
-    """What decisions of a policy cost."""
+    """Measure the CPU time that a policy takes for its decisions."""
     episodes = start_episodes(simulation, episode_seeds("validation", EPISODES))
     codec, decisions, seconds = ActionCodec(simulation.task), 0, 0.0
     with counted(type(simulation)) as count:

@@ -25,7 +25,7 @@ class Trial:
 
     @property
     def problem(self) -> Problem:
-        """What is ground."""
+        """Task or program of the trial."""
         return self.cell.problem
 
     def __str__(self) -> str:

@@ -1,4 +1,4 @@
-"""What every study is asked: the same options, which its command and its trials share."""
+"""Options that the command of a study hands to the study."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from grind_env.policies.problem import Problem
 
 @dataclass(frozen=True, kw_only=True)
 class Asked:
-    """What a study is asked for.
+    """Options of a study.
 
     Attributes:
         problems: what is ground.

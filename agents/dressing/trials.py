@@ -115,5 +115,5 @@ def write(episodes: int, found: Mapping[Trial, Mapping[str, Any]], folder: Path)
         title = problem.simulation().task.title + (f", on {plant}" if plant else "")
         write_whole(folder / f"{problem.name}.csv", csv_text(findings, episode_seeds("evaluation", episodes)))
         picture = dress_figure(findings, title)
-        write_atomically(folder / f"{problem.name}.png", lambda unfinished: unfinished.write_bytes(picture))  # noqa: B023
+        write_atomically(folder / f"{problem.name}.png", partial(Path.write_bytes, data=picture))
     return f"tables and pictures: {folder}"

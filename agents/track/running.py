@@ -36,7 +36,7 @@ class Cell:
     blocks: tuple[int, ...]
     """Ground on the machine when it is judged, whole shifts, ascending."""
     tuned: str = field(default="", repr=False, compare=False)
-    """What was tuned on the machine, as JSON, for an adapter that knows it."""
+    """Parameters tuned on the machine, as JSON, for an adapter that knows the machine."""
 
     def __str__(self) -> str:
         return f"{self.problem.name} on {self.plant}: {Path(self.adapter).name}, seed {self.seed}"

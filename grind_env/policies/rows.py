@@ -42,7 +42,7 @@ NEAR = 1e-3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
-    """What a policy that sees measurements cost.
+    """Costs of a policy in the episodes of an environment.
 
     Attributes:
         id: of the environment.

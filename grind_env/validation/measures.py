@@ -1,4 +1,4 @@
-"""What a check measures: one quantity of wheels in some set-ups, and the number that its values give."""
+"""Measurements of checks: a quantity is computed in several set-ups and reduced to one number."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

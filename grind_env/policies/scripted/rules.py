@@ -29,7 +29,7 @@ VOLUME_SCALE = 300.0
 
 @dataclass
 class Estimating:
-    """What a policy that estimates the sharpness from measurements begins with."""
+    """Base of the policies that estimate the sharpness of the wheel from measurements."""
 
     sees: ClassVar[Sees] = "measurements"
     task: Task = field(init=False, repr=False)
