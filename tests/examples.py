@@ -4,7 +4,6 @@ from collections.abc import Iterable
 from typing import Any
 
 import pytest
-from _pytest.mark import ParameterSet
 from hypothesis import settings
 
 ALL = 100
@@ -16,12 +15,12 @@ def examples(count: int) -> settings:
     return settings(max_examples=max(5, count * settings().max_examples // ALL))
 
 
-def nightly(*values: object) -> ParameterSet:
+def nightly(*values: object) -> Any:
     """Return values of a parametrised test that only the nightly job takes."""
     return pytest.param(*values, marks=pytest.mark.nightly)
 
 
-def few(values: Iterable[Any], count: int = 1) -> list[ParameterSet]:
-    """Return the values of a parametrised test; commits take the first `count`, the nightly job takes all."""
+def few(values: Iterable[Any], count: int = 1) -> list[Any]:
+    """Return the values of a parametrised test: commits take the first `count`, the nightly job takes the others."""
     every = [value if isinstance(value, tuple) else (value,) for value in values]
     return [pytest.param(*each, marks=() if k < count else pytest.mark.nightly) for k, each in enumerate(every)]
