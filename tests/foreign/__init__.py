@@ -1,0 +1,1 @@
+"""Machines whose physics shares nothing with the package, and what the tools of a shop make of them."""

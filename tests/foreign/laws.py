@@ -1,0 +1,178 @@
+"""Laws of grinding machines from textbooks, for machines that are not the model: NumPy and no line of `grind_env`."""
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+WHEEL_SPEED, DIAMETER = 30.0, 300.0
+"""m/s and mm."""
+EFFUSIVITY = 11.6
+"""Of hardened bearing steel, J/(m2 K s^1/2) over 1000."""
+
+
+class Laws(Protocol):
+    """What a wheel does to a part: depths in mm, table speeds in mm/s, volumes in mm3 per mm of width."""
+
+    stiffness: float
+    """Of machine and wheel, N/mm."""
+    force_ratio: float
+    """Normal over tangential force."""
+    share: float
+    """Of the heat, into the part."""
+
+    def power(self, depth: float, speed: float, dull: float) -> float:
+        """Return the power of a stroke, W per mm of width."""
+
+    def dulls(self, depth: float, speed: float, dull: float) -> float:
+        """Return how much duller a stroke makes the wheel, per mm3/mm that it grinds."""
+
+    def wears(self, depth: float, speed: float, volume: float) -> float:
+        """Return the G ratio of a stroke, `volume` after the dress."""
+
+    def roughness(self, depth: float, speed: float, volume: float, dull: float) -> float:
+        """Return Ra that the last strokes leave, um."""
+
+
+def thickness(depth: float, speed: float) -> float:
+    """Return the equivalent chip thickness, um."""
+    return max(depth * speed / WHEEL_SPEED, 2e-3)
+
+
+def contact(depth: float) -> float:
+    """Return the length of contact, mm."""
+    return float(np.sqrt(max(depth, 1e-6) * DIAMETER))
+
+
+@dataclass
+class Werner:
+    """Forces as powers of the equivalent chip thickness, which grow with the root of the ground volume.
+
+    G. Werner, Kinematik und Mechanik des Schleifprozesses (1971); Snoeys, Peters and Decneut, Annals of the CIRP 23
+    (1974) 227, for roughness and G ratio over the equivalent chip thickness.
+    """
+
+    stiffness: float = 18_000.0
+    force_ratio: float = 2.6
+    share: float = 0.22
+
+    def power(self, depth: float, speed: float, dull: float) -> float:
+        """As a power of the chip thickness."""
+        return 25.0 * (thickness(depth, speed) / 0.1) ** -0.4 * depth * speed * (1.0 + dull)
+
+    def dulls(self, depth: float, speed: float, dull: float) -> float:
+        """As the root: twice as dull after four times the volume."""
+        return 0.5 * 0.11**2 / max(dull, 0.05)
+
+    def wears(self, depth: float, speed: float, volume: float) -> float:
+        """As a power of the chip thickness."""
+        return 45.0 * (thickness(depth, speed) / 0.1) ** -0.5
+
+    def roughness(self, depth: float, speed: float, volume: float, dull: float) -> float:
+        """As a power of the chip thickness, larger on a worn wheel."""
+        return 0.62 * (thickness(depth, speed) / 0.1) ** 0.32 * (1.0 + volume / 600.0)
+
+
+@dataclass
+class Flats:
+    """Chips at a constant energy and wear flats that slide, which grow by sliding until grains break out.
+
+    S. Malkin and C. Guo, Grinding Technology (2008), chapters 5 and 9.
+    """
+
+    stiffness: float = 40_000.0
+    force_ratio: float = 2.0
+    share: float = 0.8
+    breaks: float = 0.055
+    """Share of wear flats at which grains break out as fast as they dull."""
+
+    def power(self, depth: float, speed: float, dull: float) -> float:
+        """Chips, and the friction of flats in contact."""
+        flats = 0.008 + dull
+        return 12.5 * depth * speed + 0.35 * 85.0 * flats * contact(depth) * WHEEL_SPEED
+
+    def dulls(self, depth: float, speed: float, dull: float) -> float:
+        """Slower the nearer it is to the share at which grains break out; by sliding, so faster on slow tables."""
+        return 4.5e-4 * (200.0 / max(speed, 50.0)) ** 0.5 * max(1.0 - dull / self.breaks, 0.0)
+
+    def wears(self, depth: float, speed: float, volume: float) -> float:
+        """A fast early loss."""
+        return 60.0 * (volume + 2.0) / (volume + 15.0)
+
+    def roughness(self, depth: float, speed: float, volume: float, dull: float) -> float:
+        """By the speed of the table (Malkin), smoother as flats grow."""
+        return 0.24 * (speed / 150.0) ** 0.45 / (1.0 + 4.0 * dull)
+
+
+@dataclass(kw_only=True)
+class Machine:
+    """One machine at work: wheel, part and the errors of its operator.
+
+    Args:
+        laws: of its process.
+        width: of the part, mm.
+        seed: of its random numbers.
+    """
+
+    laws: Laws
+    width: float
+    seed: int
+    volume: float = 0.0
+    """Since the dress, mm3/mm."""
+    dull: float = 0.0
+    wear: float = 0.0
+    """Radial, since the last gauge or dress, mm."""
+    pace: float = 1.0
+    """How fast the material of the part dulls, 1 for a usual one."""
+    rng: np.random.Generator = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Load a first part."""
+        self.rng = np.random.default_rng(self.seed)
+        self.load()
+
+    def load(self) -> None:
+        """Put a new part on the table and touch it off."""
+        self.pace = float(np.exp(0.1 * self.rng.standard_normal()))
+        self.touch, self.ground, self.lag, self.hottest = 0.0012 * self.rng.standard_normal(), 0.0, 0.0, 0.0
+        self.last = [0.0]
+        self.speed = 1.0
+
+    def dress(self) -> None:
+        """Make the wheel sharp; the control compensates what the diamond takes off."""
+        self.volume, self.wear = 0.0, 0.0
+        self.dull = 0.0
+
+    def gauge(self) -> None:
+        """Gauge the part at an M01, and offset what the wheel has lost."""
+        self.wear, self.touch = 0.0, 0.0006 * self.rng.standard_normal()
+
+    def stroke(self, reached: float, E: float, length: float) -> float:
+        """Grind one stroke at a depth below the raw surface, mm, and a table speed, mm/min; return its power, W."""
+        laws, speed = self.laws, E / 60.0
+        left = reached + self.touch - self.wear - self.ground
+        low, high = 0.0, max(left, 0.0)
+        for _ in range(30):  # the loop of forces gives way until what is left is ground or springs back
+            depth = 0.5 * (low + high)
+            normal = laws.power(depth, speed, self.dull) * self.width / WHEEL_SPEED * laws.force_ratio
+            low, high = (depth, high) if depth + normal / laws.stiffness < left else (low, depth)
+        depth = 0.5 * (low + high)
+        if depth < 2e-5:
+            self.last.append(0.0)
+            return 0.0
+        power = laws.power(depth, speed, self.dull)
+        flux = laws.share * power / contact(depth)  # W/mm2
+        self.hottest = max(self.hottest, 1.06 * flux * np.sqrt(contact(depth) / speed) / (1e-3 * EFFUSIVITY))
+        ground = depth * length
+        self.dull += self.pace * laws.dulls(depth, speed, self.dull) * ground
+        self.volume += ground
+        self.wear += ground / (laws.wears(depth, speed, self.volume) * np.pi * DIAMETER)
+        self.ground += depth
+        self.last.append(depth)
+        self.speed = speed
+        return power * self.width
+
+    def roughness(self) -> float:
+        """Return Ra of the part as it is, um."""
+        usual = self.laws.roughness(float(np.mean(self.last[-3:])), self.speed, self.volume, self.dull)
+        return usual * float(np.exp(0.06 * self.rng.standard_normal()))

@@ -1,0 +1,62 @@
+"""The foreign machines are machines: they grind what they are told, and share no physics with the package."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.foreign.shop import SHOPS, PowerLaw, Shop, cost, depths_of, plans, run, shift, trace, volumes_of
+
+each_shop = pytest.mark.parametrize("shop", SHOPS.values(), ids=SHOPS)
+
+
+def test_no_line_of_the_process_of_the_package_is_loaded() -> None:
+    code = "import sys, tests.foreign.shop; sys.exit(any(name.startswith('grind_env') for name in sys.modules))"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@each_shop
+def test_what_is_ground_is_the_stock_but_for_errors_of_the_touch_off_and_spring(shop: Shop, tmp_path: Path) -> None:
+    job = shop.write(tmp_path)
+    machine = shop.machine(1)
+    parts = [*run(shop, machine, trace(tmp_path / "lot.nc", job))]
+    assert len(parts) == 6 and all(abs(part.size) < shop.tolerance for part in parts)
+    assert 0.5 * sum(volumes_of(shop)) < machine.volume < sum(volumes_of(shop))
+    assert machine.ground == pytest.approx(shop.stock, abs=0.006)
+
+
+@each_shop
+def test_the_laws_are_those_of_the_textbooks(shop: Shop) -> None:
+    """Faster, deeper and duller take more power, thick chips less energy, and thick chips leave a rougher part."""
+    laws = shop.laws()
+    usual = laws.power(0.01, 200.0, 0.01)
+    assert usual < laws.power(0.01, 300.0, 0.01) < 1.5 * usual
+    assert usual < laws.power(0.02, 200.0, 0.01) < 2.0 * usual
+    assert usual < laws.power(0.01, 200.0, 0.03)
+    assert laws.roughness(0.01, 300.0, 50.0, 0.01) > laws.roughness(0.01, 200.0, 50.0, 0.01)
+
+
+@each_shop
+def test_a_shift_and_a_program_of_the_same_words_cost_the_same(shop: Shop, tmp_path: Path) -> None:
+    job = shop.write(tmp_path)
+    depths = depths_of(tmp_path / "one.nc", job)
+    program = cost(shop, [p for k in range(8) for p in run(shop, shop.machine(k), trace(tmp_path / "lot.nc", job))])
+    planned = cost(shop, [p for k in range(8) for p in shift(shop, depths, plans(shop)[0], k, 6)])
+    assert planned.each == pytest.approx(program.each, rel=0.1)
+    assert planned.scrap == program.scrap == 0.0
+
+
+@each_shop
+def test_plans_differ_on_these_machines(shop: Shop, tmp_path: Path) -> None:
+    depths = depths_of(tmp_path / "one.nc", shop.write(tmp_path))
+    costs = [cost(shop, shift(shop, depths, each, 100)).each for each in plans(shop)]
+    assert np.min(costs) < 0.9 * costs[0] and np.max(costs) > 1.2 * costs[0]
+
+
+def test_the_power_law_is_right_where_nothing_burns(tmp_path: Path) -> None:
+    shop = SHOPS["Werner"]
+    depths = depths_of(tmp_path / "one.nc", shop.write(tmp_path))
+    ruled = cost(shop, shift(shop, depths, PowerLaw(shop, volumes_of(shop)), 100))
+    assert ruled.each < cost(shop, shift(shop, depths, plans(shop)[0], 100)).each and ruled.scrap < 0.05
