@@ -1,51 +1,25 @@
 """What an adviser makes of a batch on a machine, beside the best of fixed plans and an adviser without a model."""
 
 from agents.plants.floor import Floor
-from agents.plants.machines import Machine
+from agents.plants.machines import PARTS, Machine
 from agents.plants.plans import plans
-from agents.plants.shift import PARTS, Choice, Decide, Shift, ground
 from grind_env.envs.job.loading import load_simulation
-from grind_env.envs.job.simulation import JobSimulation
-from grind_env.policies.guard import Guarded
-from grind_env.policies.policy import Policy
 from grind_env.shop.advise.adviser import Adviser, policy_for
-from grind_env.shop.advise.readings import Readings
-
-
-def advised(model: JobSimulation, policy: Policy) -> Decide:
-    """What `grind advise` says, which is followed."""
-    adviser = Adviser(model, policy)
-
-    def decide(number: int, readings: Readings | None) -> Choice:
-        if readings is not None:
-            adviser.take(readings)
-        assert adviser.advice is not None
-        return Choice(adviser.advice.speed, adviser.advice.executions)
-
-    return decide
+from grind_env.shop.advise.lead import AdviserPolicy
+from grind_env.shop.advise.rehearsal import Shift, advised, as_programmed, ground
 
 
 def advise_on(machine: Machine, parts: int = PARTS) -> dict[str, Shift]:
-    """A batch with the adviser, with the one without a model, and with the best fixed plan, on the same lots."""
+    """Grind a batch with the adviser, with the one without a model, and by the best fixed plan, on the same lots."""
     simulation = machine.simulation(parts)
     model = load_simulation(str(machine.program.path), str(machine.program.job), parts, 1.0, "measured")
+    policy = policy_for(None, model)
+    assert isinstance(policy, AdviserPolicy) and policy.model is not None
     planned = [ground(simulation, plan) for plan in plans(simulation)]
     return {
-        "program": ground(simulation, lambda k, _: Choice(*own(simulation, k))),
+        "program": ground(simulation, as_programmed(simulation)),
         "plan": min(planned, key=lambda shift: shift.mean_cost),
         "floor": ground(simulation, Floor(model)),
-        "trusting": ground(simulation, advised(model, trusting(model))),
-        "adviser": ground(simulation, advised(model, policy_for(None, model))),
+        "trusting": ground(simulation, advised(Adviser(model, policy.model))),
+        "adviser": ground(simulation, advised(Adviser(model, policy))),
     }
-
-
-def trusting(model: JobSimulation) -> Policy:
-    """The default policy without its guard."""
-    policy = policy_for(None, model)
-    return policy.policy if isinstance(policy, Guarded) else policy
-
-
-def own(simulation: JobSimulation, number: int) -> tuple[float, int]:
-    """E and D of the program itself."""
-    plan = simulation.blocks[number].plan
-    return plan.feed, int(plan.dresses)

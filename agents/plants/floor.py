@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from agents.plants.shift import Choice
 from grind_env.arrays import Array
+from grind_env.envs.job.outline import Choice
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.loops.tally import Tally
 from grind_env.shop.advise.readings import Readings

@@ -16,6 +16,9 @@ from grind_env.machine.job.file import files_of_job, load_job
 from grind_env.plants import FAMILIES, find_plant
 from grind_env.plants.names import MODEL
 
+PARTS = 60
+"""Of a batch."""
+
 
 class Program(NamedTuple):
     """A part program of one part, and what is ground with it.

@@ -2,8 +2,9 @@
 
 from itertools import product
 
-from agents.plants.shift import Choice, Decide
+from grind_env.envs.job.outline import Choice
 from grind_env.envs.job.simulation import JobSimulation
+from grind_env.shop.advise.rehearsal import Decide
 
 RATIOS = (0.6, 0.8, 1.0, 1.25, 1.6)
 """E over that of the program, in all blocks."""

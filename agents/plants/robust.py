@@ -4,14 +4,14 @@ from pathlib import Path
 
 from agents.benchmark.agents import plain_agent
 from agents.benchmark.plan import PUBLIC, ROBUST
-from agents.plants.advising import advised
-from agents.plants.machines import Machine
+from agents.plants.machines import PARTS, Machine
 from agents.plants.plans import plans
-from agents.plants.shift import PARTS, Shift, ground
 from grind_env.envs.job.loading import load_simulation
 from grind_env.policies.held import on
 from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.problem import find_problem
+from grind_env.shop.advise.adviser import Adviser
+from grind_env.shop.advise.rehearsal import Shift, advised, ground
 
 
 def robust_on(machine: Machine, folder: Path, parts: int = PARTS) -> dict[str, Shift]:
@@ -26,5 +26,5 @@ def robust_on(machine: Machine, folder: Path, parts: int = PARTS) -> dict[str, S
     planned = [ground(simulation, plan) for plan in plans(simulation)]
     return {
         "plan": min(planned, key=lambda shift: shift.mean_cost),
-        "robust": ground(simulation, advised(model, load_policy(agent, simulation=model))),
+        "robust": ground(simulation, advised(Adviser(model, load_policy(agent, simulation=model)))),
     }

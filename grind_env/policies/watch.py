@@ -61,8 +61,6 @@ LEARNED = np.array([False, False, True, True])
 """Which forecasts are corrected by what they were off by."""
 OPEN = np.array([False, False, False, True])
 """Which are in a scale that the model leaves open: to have learned it is no doubt of the model."""
-LIMITED = np.array([True, False, True, True])
-"""What has a limit of its own."""
 PEAK, MEAN, SIZE, ROUGHNESS = range(len(NAMES))
 
 
@@ -76,9 +74,8 @@ class Watch:
 
     Attributes:
         alarm: whether the last block is an alarm, shape (N,).
-        beyond: whether it was read to be beyond a limit, expected or not, shape (N,).
         doubt: whether the machine is in doubt to be the model, shape (N,).
-        heat: burn ratio of the last block by the power that was read, 0 where no heat counts, shape (N,).
+        burn_per_watt: burn ratio of the last block over its peak power, as forecast, 1/W, shape (N,).
         error: of forecasts in the mean of the last readings, in standard deviations, of size before it was learned,
             shape (N,).
         holds: whether its forecasts hold, shape (N,).
@@ -86,7 +83,6 @@ class Watch:
     """
 
     alarm: NDArray[np.bool_]
-    beyond: NDArray[np.bool_]
     doubt: NDArray[np.bool_]
     holds: NDArray[np.bool_]
 
@@ -99,8 +95,8 @@ class Watch:
             self.belief.begin(machines)
         scatter = spread.wheel_roughness, spread.part_roughness, self.noise * ROUGHNESS_NOISE
         self.scatter = float(np.linalg.norm(scatter))
-        self.alarm, self.beyond, self.doubt = np.zeros((3, machines), bool)
-        self.heat = np.zeros(machines)
+        self.alarm, self.doubt = np.zeros((2, machines), bool)
+        self.burn_per_watt = np.zeros(machines)
         self.holds, self.error = np.ones(machines, bool), np.ones(machines)
         self._off, self._count, self._sum = np.zeros(shape), np.ones(shape), np.zeros(shape)
         self._beyond, self._run, self._squares = np.zeros(shape, bool), np.zeros(shape, bool), np.zeros(machines)
@@ -140,7 +136,6 @@ class Watch:
         z = np.where(seen.new, (seen.read - seen.forecast) / seen.spread, 0.0)
         beyond = seen.new & (seen.read > seen.limit)
         self._beyond = beyond & (seen.limit - seen.forecast > UNLIKELY * seen.spread)
-        self.beyond = np.asarray(beyond[:, LIMITED].any(axis=1))
         # a loop that gives more leaves more on every part, and is another machine also when that is forecast
         unlearned = np.where(seen.new, z + seen.sign * np.where(OPEN, 0.0, self._off) / seen.spread, 0.0)
         squares = np.where(seen.new, np.minimum(unlearned**2, LARGE_SQUARE) - USUAL_SQUARE, 0.0).sum(axis=1)
@@ -176,8 +171,7 @@ class Watch:
             made = self.belief.forecast
             peak = self._power(read["peak_power"], made.peak_power)
             mean = self._power(read["mean_power"], made.mean_power)
-            # power is what heats: where the machine takes more of it than the members, it is nearer to burning
-            self.heat = read["peak_power"] * (made.burn_ratio / np.maximum(made.peak_power, 1.0)).mean(axis=1)
+            self.burn_per_watt = (made.burn_ratio / np.maximum(made.peak_power, 1.0)).mean(axis=1)
             known = np.hypot(self.noise * SIZE_NOISE, ROUNDING)
             expected = outward * made.size_error.mean(axis=1), np.hypot(made.size_error.std(axis=1), known)
             # Ra comes when the next part has been ground

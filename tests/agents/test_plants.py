@@ -4,13 +4,13 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import tomllib
 
 from agents.plants import study
-from agents.plants.advising import advised, trusting
 from agents.plants.asked import programs_of
 from agents.plants.figure import MOST, plants_figure
 from agents.plants.floor import Law, strokes_of
@@ -20,14 +20,14 @@ from agents.plants.optimising import real
 from agents.plants.page import page, write
 from agents.plants.plans import plans
 from agents.plants.regression import Cuts, fitted, predicted
-from agents.plants.shift import Choice, ground
 from agents.plants.study import Cell
 from agents.plants.variants import batch, scaled, with_catalogue
 from agents.plants.verdicts import promises
 from grind_env.control import read, read_file
 from grind_env.errors import GrindError
 from grind_env.machine.grind import grind
-from grind_env.shop.advise.adviser import policy_for
+from grind_env.shop.advise.adviser import Adviser, policy_for
+from grind_env.shop.advise.rehearsal import advised, as_programmed, ground
 from tests.agents.asking import in_process, status
 
 PLATE = Machine("model", PROGRAMS["plate"])
@@ -95,20 +95,16 @@ def test_strokes_are_those_of_the_program() -> None:
 def test_the_adviser_scraps_few_parts_on_a_machine_that_gives_more() -> None:
     rail = Machine("soft:1", PROGRAMS["rail"])
     model, simulation = Machine("model", rail.program).simulation(40), rail.simulation(40)
-    # without its guard it burns more than one in ten there
-    assert ground(simulation, advised(model, trusting(model))).mean_scrap > 0.1
-    assert ground(simulation, advised(model, policy_for(None, model))).mean_scrap < 0.03
+    policy: Any = policy_for(None, model)
+    # the model alone burns more than one in ten there
+    assert ground(simulation, advised(Adviser(model, policy.model))).mean_scrap > 0.1
+    assert ground(simulation, advised(Adviser(model, policy))).mean_scrap < 0.03
 
 
 def test_a_shift_costs_what_the_same_program_costs() -> None:
     """The own words on lots without end are in the mean what trials of the same program say."""
     simulation = PLATE.simulation(30)
-    shifts = [
-        ground(
-            simulation, lambda k, _: Choice(simulation.blocks[k].plan.feed, int(simulation.blocks[k].plan.dresses)), s
-        )
-        for s in range(4)
-    ]
+    shifts = [ground(simulation, as_programmed(simulation), seed) for seed in range(4)]
     assert np.mean([shift.mean_cost for shift in shifts]) == pytest.approx(
         real(read_file(PLATE.program.path), PLATE.job())[0], rel=0.01
     )

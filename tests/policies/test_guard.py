@@ -114,11 +114,10 @@ def test_readings_off_their_forecasts_either_way_are_a_doubt() -> None:
     assert watch.error[0] > 3.0
 
 
-def test_the_heat_of_a_block_goes_with_the_power_that_was_read_of_it() -> None:
+def test_heat_is_told_per_watt() -> None:
     # Malkin's ratio is a power over another one: members that take 4.5 kW stand at 0.6 of the burning line
     watch, _ = watched({"peak_power": 6000.0}, heat=0.6)
-    assert watch.heat[0] == pytest.approx(0.6 * 6000.0 / 4500.0, rel=1e-6)
-    assert watched({"peak_power": 6000.0}, heat=0.0)[0].heat[0] == 0.0
+    assert watch.burn_per_watt[0] == pytest.approx(0.6 / 4500.0, rel=1e-6)
 
 
 def test_sizes_that_are_off_all_along_are_a_doubt_though_forecasts_have_learned_them() -> None:
@@ -128,66 +127,6 @@ def test_sizes_that_are_off_all_along_are_a_doubt_though_forecasts_have_learned_
     assert watch.doubt[0] and not any(alarms)
     # a wheel that leaves twice the Ra is one of those that the model has
     assert not watched(*[{"roughness": 0.9 + 1e-3 * (k % 2)} for k in range(20)])[0].doubt[0]
-
-
-def hot_guard(heat: float, *, dressed: bool, wary: bool = True, age: float | None = None) -> tuple[Any, Any]:
-    """A cautious guard after a second part that came as near to burning, and what it then decides."""
-    policy: Any = Guarded(Fast(7000.0, float(dressed)), cautious=True)
-    policy.begin(PLATES, 1)
-    policy.watch.update = lambda seen, law: None
-    ground = GROUND | {"last_speed": 6.0, "volume": 100.0, "peak_power": 2000.0, "last_executions": float(dressed)}
-    for _ in range(2):
-        policy.act(observation(PLATES, **ground), None)
-    policy.watch.heat, policy.wary = np.array([heat]), np.array([wary])
-    policy.age = policy.age if age is None else np.array([age])
-    return policy, policy.act(observation(PLATES, **ground), None)
-
-
-def test_a_wheel_that_comes_near_burning_is_too_dull_and_a_freshly_dressed_one_too_fast() -> None:
-    cool, _ = hot_guard(0.7, dressed=False)
-    dull, _ = hot_guard(0.9, dressed=False)
-    assert cool.rule.wanted[0] == 0.0 and dull.rule.wanted[0] == 1.0
-    assert dull.rule.volumes[0, 0] < 100.0 < cool.rule.volumes[0, 0]
-    assert np.isinf(cool.ceiling).all() and np.isinf(dull.ceiling).all()
-    fast, _ = hot_guard(0.9, dressed=True, age=0.0)
-    assert fast.ceiling[0, 0] == pytest.approx(0.9 * 6000.0)
-    assert fast.rule.volumes[0, 0] == cool.rule.volumes[0, 0]
-    # of a wheel that was dressed in the part before it may be either
-    either, _ = hot_guard(0.9, dressed=True)
-    assert either.ceiling[0, 0] == fast.ceiling[0, 0]
-    assert either.rule.volumes[0, 0] < cool.rule.volumes[0, 0]
-
-
-def test_the_heat_of_a_trusted_model_is_its_own_affair_short_of_burning() -> None:
-    policy, _ = hot_guard(0.9, dressed=False, wary=False)
-    assert policy.rule.wanted[0] == 0.0 and np.isinf(policy.ceiling).all()
-
-
-def test_a_power_that_burns_is_an_alarm_and_its_E_is_not_used_again() -> None:
-    policy, decision = hot_guard(1.05, dressed=False, wary=False)
-    assert policy.alarmed.tolist() == [True]
-    assert decision.speeds[0] <= 0.9 * 6000.0
-    said = policy.said(0)
-    assert any("took 1.05 of the power at which the work burns" in sentence for sentence in said)
-    assert any("E is at most 5400 mm/min" in sentence for sentence in said)
-
-
-def test_a_cautious_guard_rises_step_by_step_and_dresses_as_the_rule_does_while_in_doubt() -> None:
-    policy: Any = Guarded(Fast(20_000.0), cautious=True)
-    policy.begin(PLATES, 1)
-
-    def update(seen: Any, law: Any) -> None:
-        policy.watch.doubt, policy.watch.error = np.array([doubt]), np.array([3.0])
-
-    doubt = False
-    policy.watch.update = update
-    first = policy.act(observation(PLATES, **GROUND), None)
-    assert first.speeds[0] == 7500.0
-    ground = GROUND | {"last_speed": 7.5, "volume": 300.0, "peak_power": 2000.0}
-    assert policy.act(observation(PLATES, **ground), None).executions[0] == 1.0
-    doubt = True
-    assert policy.act(observation(PLATES, **ground), None).executions[0] > 1.0
-    assert policy.said(0)[0].startswith("readings are 3.0 standard deviations off their forecasts")
 
 
 def test_without_an_ensemble_the_law_of_the_machine_forecasts() -> None:

@@ -17,8 +17,6 @@ from grind_env.policies.scripted.belief_rule import BeliefRule
 from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.rules import AdaptiveRule, Fixed, PowerThreshold
 from grind_env.shop.advise.adviser import Adviser, policy_for
-from grind_env.shop.advise.forecast import Forecaster
-from grind_env.shop.advise.forecast import sentences as reasons
 from grind_env.shop.advise.readings import check_readings, readings_of
 from grind_env.shop.advise.values import write_values
 from tests.shop.advising import DRESS, EXECUTED, INCHES, PLATE, RAIL, SEED, batch, played, saved_agent, told
@@ -28,7 +26,7 @@ POLICIES: dict[str, Callable[[Problem, Path], Policy]] = {
     "power_threshold": lambda problem, folder: PowerThreshold(E=26.0, upper=32.0, lower=0.9, share=0.3),
     "adaptive_rule": lambda problem, folder: AdaptiveRule(**RULE, gS=-0.1, wS=0.2),
     "belief_rule": lambda problem, folder: BeliefRule(**RULE, gK=-0.2, wK=0.3),
-    "look_ahead": lambda problem, folder: policy_for(None, problem.simulation()),
+    "look_ahead": lambda problem, folder: policy_for("look_ahead", problem.simulation()),
     "agent": lambda problem, folder: load_policy(
         saved_agent(folder / "agent.safetensors", problem), simulation=problem.simulation()
     ),
@@ -92,13 +90,13 @@ def test_a_program_that_the_control_executes_is_advised_on_without_belief(tmp_pa
     program.with_suffix(".toml").write_bytes(PLATE.with_suffix(".toml").read_bytes())
     problem = batch(program, 3)
     simulation: Any = problem.simulation()
-    assert policy_for(None, simulation).name == "empirical_rule"
+    assert policy_for(None, simulation).model is None  # type: ignore[attr-defined]
     adviser = Adviser(simulation, Handbook())
     for number, (observation, speed, executions) in enumerate(played(problem, Handbook(), SEED)):
         if number:
             adviser.take(readings_of(told(simulation, observation, number - 1), "here"))
         np.testing.assert_array_equal(adviser.episode.observation()[0], observation)
-        assert adviser.advice is not None and adviser.forecast() is None
+        assert adviser.advice is not None and adviser.power is None
         assert (adviser.advice.speed, adviser.advice.executions) == (speed, executions)
 
 
@@ -111,29 +109,6 @@ def test_roughness_is_shown_one_part_late_whenever_it_is_told() -> None:
         shown = float(simulation.read(early.observation())["roughness"][0])
         assert shown == (pytest.approx(0.7) if block == 3 else 0.0)
     np.testing.assert_array_equal(early.observation(), late.observation())
-
-
-def test_the_reason_is_what_members_of_the_belief_come_to() -> None:
-    simulation: Any = batch(PLATE, 7).simulation()
-    sharp, dull = Forecaster(simulation), Forecaster(simulation)
-    for forecaster, power in ((sharp, 1900.0), (dull, 6000.0)):
-        episode = MeasuredEpisode(simulation)
-        for _ in range(5):
-            forecaster.update(episode.observation())
-            if not episode.over:
-                episode.take(20_000.0, 0, Measured(power, power, power))
-    fresh, worn = sharp.forecast(4, 20_000.0, 0), dull.forecast(4, 20_000.0, 0)
-    assert fresh.dullness < worn.dullness and fresh.power < worn.power and fresh.dress_saving < worn.dress_saving
-    slower = dull.forecast(4, 10_000.0, 0)
-    assert slower.power < worn.power
-    # what the dress saves does not depend on whether it is the advice
-    assert dull.forecast(4, 20_000.0, 1).dress_saving == pytest.approx(worn.dress_saving)
-    assert worn.dress_cost == pytest.approx(simulation.branches.dress_price)
-    # advice that goes against it says so
-    assert worn.dress_saving > 0.01
-    against, along = (reasons(dull.forecast(4, 20_000.0, executions))[-1] for executions in (0, 1))
-    assert " saves about " in against and against.endswith("what advises counts more than these")
-    assert along.endswith("E being the same")
 
 
 def test_a_program_in_inches_is_advised_and_answered_in_inches(tmp_path: Path) -> None:
@@ -156,5 +131,7 @@ def test_idle_power_is_not_there_for_grinding(tmp_path: Path) -> None:
     (tmp_path / "p.nc").write_bytes(PLATE.read_bytes())
     (tmp_path / "p.toml").write_text(job + "\n[setup.machine_overrides]\npower_limit = 2400\nidle_power = 600\n")
     simulation: Any = find_problem(str(tmp_path / "p.nc"), None, 2).simulation()
-    forecast = Adviser(simulation, policy_for(None, simulation)).forecast()
-    assert forecast is not None and forecast.power_limit == 1800.0
+    adviser = Adviser(simulation, policy_for(None, simulation))
+    for peak in (900.0, 900.0):
+        adviser.take(readings_of({"peak_power": peak}, "here"))
+    assert adviser.policy.rules[0].rows[0].power == 1800.0  # type: ignore[attr-defined]

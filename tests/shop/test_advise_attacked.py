@@ -48,8 +48,8 @@ def test_a_step_that_is_none(step: str, grind: Grind, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("--step", "2", "--policy", "handbook"), "leave it out, or name guarded:handbook"),
-        (("--shadow", "--policy", "handbook"), "handbook has none: give --policy guarded:handbook"),
+        (("--step", "2", "--policy", "handbook"), "--step is of the default adviser: leave out"),
+        (("--shadow", "--policy", "handbook"), "handbook has none: leave out --policy"),
         (("--shadow", "--write", "v.nc"), "--shadow looks on while others decide, and --write decides: leave one"),
     ],
 )
@@ -61,18 +61,11 @@ def test_options_that_do_not_go_together(
     assert not (tmp_path / "v.nc").exists()
 
 
-def test_the_remedy_of_a_shadow_on_a_program_that_the_control_executes_is_one(grind: Grind, tmp_path: Path) -> None:
-    program, measured = tmp_path / "part.nc", tmp_path / "m.csv"
+def test_a_program_that_the_control_executes_has_no_forecasts_for_a_shadow(grind: Grind, tmp_path: Path) -> None:
+    program = tmp_path / "part.nc"
     program.write_text(EXECUTED + DRESS)
     program.with_suffix(".toml").write_bytes(PLATE.with_suffix(".toml").read_bytes())
-    measured.write_text("mean_power\n2500\n")
-    words = ("advise", program, "--parts", 2, "--restart", "--measurements", measured, "--shadow")
-    status, _, err = grind(*words)
-    assert status == 2
-    remedy = err.split("give ")[1].split()
-    status, out, err = grind(*words, *remedy)
-    assert status == 0, err
-    assert "would be E" in out
+    assert "compares forecasts, and adviser has none" in grind("advise", program, "--parts", 2, "--shadow")[2]
 
 
 @pytest.mark.parametrize(
@@ -133,7 +126,7 @@ def test_a_log_without_rows_is_one_that_is_yet_to_come(log: str, grind: Grind, t
     measured.write_text(log)
     words = ("advise", program, "--parts", 2, "--restart", "--measurements", measured)
     status, out, err = grind(*words)
-    assert (status, err) == (0, "") and out.count("block 1 of 4") == 1 and "block 2" not in out
+    assert (status, err) == (0, "") and out.count("part 1, N50: E15000.") == 1 and "N70" not in out
     assert grind(*words, "--shadow")[1].endswith("nothing was read that could be compared with a forecast\n")
 
 
@@ -141,7 +134,7 @@ def test_a_log_without_rows_is_one_that_is_yet_to_come(log: str, grind: Grind, t
 def test_lines_of_a_log_may_end_as_they_do_elsewhere(ending: str, grind: Grind, tmp_path: Path) -> None:
     (tmp_path / "m.csv").write_bytes(LOG.replace("\n", ending).encode())
     status, out, err = grind("advise", plate_in(tmp_path), "--parts", 2, "--measurements", tmp_path / "m.csv")
-    assert (status, err) == (0, "") and "block 2 of 4" in out
+    assert (status, err) == (0, "") and "part 1, N70: E9000." in out
 
 
 def test_rows_beyond_the_batch_are_told(grind: Grind, tmp_path: Path) -> None:

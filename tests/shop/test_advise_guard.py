@@ -15,12 +15,13 @@ from tests.shop.advising import PLATE, SEED, advisers, batch, played, session_of
 
 
 def test_it_begins_at_the_words_of_the_program_and_rises_step_by_step() -> None:
+    easy = [{"peak_power": 4500.0}, {"peak_power": 1500.0, "size_error": 6.0}] * 5
     for step in (1.25, 1.1):
-        _, advice = advisers([{}] * 10, step=step)
+        _, advice = advisers(easy, step=step)
         for kind, own in ((0, 15_000.0), (1, 9000.0)):
-            speeds = [own, *(speed for speed, _ in advice[kind::2])]
+            speeds = [speed for speed, _ in advice[kind::2]]
+            assert speeds[0] == own
             assert max(b / a for a, b in pairwise(speeds)) < step + 1e-3
-            assert speeds[-1] > 1.2 * own
 
 
 def test_advice_stays_within_bounds() -> None:
@@ -32,29 +33,6 @@ def test_advice_stays_within_bounds() -> None:
             Adviser(simulation, policy_for(None, simulation), bounds=bounds)
     with pytest.raises(GrindError, match=r"--step is 0\.9, but must be a factor above 1"):
         policy_for(None, simulation, 0.9)
-
-
-def test_a_power_beyond_its_limit_is_noticed_in_words_and_dressed_away() -> None:
-    rows: list[dict[str, Any]] = [
-        {"mean_power": 2400.0, "peak_power": 2700.0},
-        {"mean_power": 1500.0, "size_error": 1.0},
-    ]
-    adviser, _ = advisers([*rows, *rows, {"mean_power": 6000.0, "peak_power": 8800.0}])
-    assert adviser.guard is not None and adviser.guard.alarmed[0]
-    said = adviser.guard.said(0)
-    assert said[0].startswith("alarm: peak power 8.80 kW, where") and "the limit is 7.50" in said[0]
-    assert "empirical_rule decides in place of look_ahead" in said[1]
-    adviser.take(readings_of({"mean_power": 5000.0, "size_error": 2.0}, "here"))
-    assert adviser.advice is not None and adviser.advice.executions == 1
-
-
-def test_a_part_that_came_out_too_thick_is_answered_before_the_next_one() -> None:
-    thick = {"mean_power": 1500.0, "size_error": 10.0}
-    adviser, advice = advisers([{}, thick, {}, thick])
-    assert adviser.advice is not None and adviser.advice.executions >= 1
-    adviser.take(readings_of({}, "here"))
-    # the finish of the part that was too thick sets how fast the next ones are
-    assert adviser.advice.speed < min(advice[1][0], advice[3][0])
 
 
 def test_a_shadow_follows_what_others_decide_and_says_from_when_on_it_was_right(tmp_path: Path) -> None:
@@ -72,7 +50,7 @@ def test_a_shadow_follows_what_others_decide_and_says_from_when_on_it_was_right(
     session.adviser, session.shadow = adviser, Shadow()
     with pytest.raises(KeyboardInterrupt):
         session.run()
-    assert said[0].startswith("block 1 of 12, part 1: would be E")
+    assert said[0].startswith("part 1, N50: would be E")
     lines = session.shadow.lines()
     assert said[-len(lines) :] == lines
     assert lines[0] == "forecasts beside readings:" and "forecast" in lines[1] and "part 1: peak power" in lines[1]

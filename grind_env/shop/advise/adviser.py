@@ -2,23 +2,22 @@
 
 import copy
 from dataclasses import dataclass, replace
-from functools import partial
 
 from grind_env.envs.job.measured import MeasuredEpisode
 from grind_env.envs.job.outline import INCH, Choice
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.program_episode import Words
 from grind_env.errors import GrindError
-from grind_env.policies.guard import STEP, Guarded
+from grind_env.machine.job import Job
 from grind_env.policies.naming import named_policy
 from grind_env.policies.policy import Policy
-from grind_env.policies.scripted.empirical_rule import INTERVAL, EmpiricalRule
 from grind_env.policies.scripted.look_ahead import LookAhead
 from grind_env.policies.tuned import read_tuned, tuned_folder
-from grind_env.shop.advise.forecast import Forecast, Forecaster
+from grind_env.policies.watch import Watch
+from grind_env.shop.advise.lead import AdviserPolicy
 from grind_env.shop.advise.readings import Readings
+from grind_env.shop.advise.rule import STEP, Told
 
-DEFAULT = "look_ahead"
 MOST_STEP = 100.0
 """No table has a wider range of E."""
 USUAL_PRICE, USUAL_GROWTH, USUAL_CAUTION = 1.1, 1.5, 2.7
@@ -47,14 +46,12 @@ class Advice:
 
 
 def policy_for(text: str | None, simulation: JobSimulation, step: float = STEP, *, other_part: bool = False) -> Policy:
-    """The policy that a text names; without one `look_ahead` with a guard, with usual prices where it is not tuned.
-
-    A program that the control has to execute cannot be looked ahead in: without a text `empirical_rule` advises on it.
+    """Return the policy that a text names, or the default adviser.
 
     Args:
         text: as for `named_policy`.
         simulation: of the program.
-        step: most that E of a policy with a guard is above the fastest tried in blocks of a kind.
+        step: most that E of the default adviser rises from block to block of a kind.
         other_part: as for `load_policy`.
 
     Raises:
@@ -63,30 +60,27 @@ def policy_for(text: str | None, simulation: JobSimulation, step: float = STEP, 
     """
     if not 1.0 < step <= MOST_STEP:
         raise AdviceError(f"--step is {step:g}, but must be a factor above 1 and at most {MOST_STEP:g}: try {STEP:g}")
-    # readings of every part are at hand: a wheel may last half as long again as it usually does
-    rule = EmpiricalRule(step=step, interval=1.5 * INTERVAL)
-    if text is None and not simulation.compiled:
-        return rule
-    kinds, uncertainty = len(simulation.task.kinds), simulation.job.uncertainty
-    residual = 0.0 if uncertainty is None else uncertainty.residual
-    watched = partial(Guarded, rule=rule, step=step, cautious=True, residual=residual)
-    if text is None and DEFAULT not in read_tuned(simulation.task.name, tuned_folder(simulation.task)):
-        ahead = LookAhead(price=(USUAL_PRICE,) * kinds, growth=(USUAL_GROWTH,) * kinds, caution=USUAL_CAUTION)
-        return watched(ahead)
-    policy = named_policy(text or f"{Guarded.PREFIX}{DEFAULT}", simulation, other_part=other_part)
+    if text is None:
+        uncertainty = simulation.job.uncertainty
+        residual = 0.0 if uncertainty is None else uncertainty.residual
+        return AdviserPolicy(_model(simulation) if simulation.compiled else None, step, residual)
+    if step != STEP:
+        raise AdviceError("--step is of the default adviser: leave out --step, or --policy")
+    policy = named_policy(text, simulation, other_part=other_part)
     if policy.sees != "measurements":
         raise AdviceError(
             f"{policy.name} cannot advise at a machine, where nobody sees the {policy.sees} that it needs: "
             "choose one that sees measurements, such as look_ahead or belief_rule"
         )
-    if isinstance(policy, Guarded):
-        return watched(policy.policy)
-    if step != STEP:
-        raise AdviceError(
-            f"--step is of a policy with the guard, which {policy.name} has not: leave it out, or name "
-            f"{Guarded.PREFIX}{text}"
-        )
     return policy
+
+
+def _model(simulation: JobSimulation) -> Policy:
+    """Return a look-ahead on the model, tuned for the program or with usual prices."""
+    if LookAhead.name in read_tuned(simulation.task.name, tuned_folder(simulation.task)):
+        return named_policy(LookAhead.name, simulation)
+    kinds = len(simulation.task.kinds)
+    return LookAhead(price=(USUAL_PRICE,) * kinds, growth=(USUAL_GROWTH,) * kinds, caution=USUAL_CAUTION)
 
 
 def within(simulation: JobSimulation, bounds: tuple[float, float]) -> JobSimulation:
@@ -129,7 +123,6 @@ class Adviser:
     ) -> None:
         self.simulation, self.policy, self.shadow = simulation, policy, shadow
         self.episode = MeasuredEpisode(simulation)
-        self.forecaster = Forecaster(simulation) if simulation.compiled else None
         policy.begin(simulation if bounds is None else within(simulation, bounds), 1)
         self._decide()
 
@@ -149,30 +142,55 @@ class Adviser:
         executions = usual[1] if readings.D is None else readings.D
         meter_scale = self.simulation.job.setup.machine.meter_scale
         self.episode.take(*self.episode.taken(speed, executions), readings.measured(meter_scale))
+        if isinstance(self.policy, AdviserPolicy):
+            self.policy.told = [_told(readings, self.simulation.job.of_part(block.part + 1), meter_scale)]
         self._decide()
 
-    def forecast(self) -> Forecast | None:
-        """The reason of the advice; None after the last block, and where the control has to execute the program."""
-        if self.forecaster is None or self.advice is None:
+    @property
+    def power(self) -> float | None:
+        """Highest load that is expected of the coming block, W above idle; None if nothing is known of it."""
+        if self.advice is None or not isinstance(self.policy, AdviserPolicy):
             return None
-        return self.forecaster.forecast(self.advice.block, self.advice.speed, self.advice.executions)
+        return self.policy.rules[0].power_at(self.advice.block, Choice(self.advice.speed, self.advice.executions))
 
     @property
-    def guard(self) -> Guarded | None:
-        """That of the policy, if it has one."""
-        return self.policy if isinstance(self.policy, Guarded) else None
+    def watch(self) -> Watch | None:
+        """Forecasts of the model beside readings; None without them."""
+        return self.policy.watch if isinstance(self.policy, AdviserPolicy) else None
+
+    @property
+    def reason(self) -> str:
+        """Why the advice is what it is, in a few words."""
+        return self.policy.rules[0].reason if isinstance(self.policy, AdviserPolicy) else f"by {self.policy.name}"
+
+    def details(self) -> list[str]:
+        """Return what is behind the reason, in sentences."""
+        return self.policy.details(0) if isinstance(self.policy, AdviserPolicy) else []
 
     def _decide(self) -> None:
         self.advice = None
         observation = self.episode.observation()
         if self.episode.over:
-            if self.guard is not None:  # the last readings are compared, too
-                self.guard.watch.update(observation, self.guard.rule.power)
+            if isinstance(self.policy, AdviserPolicy):  # the last readings are compared, too
+                self.policy.compare(observation)
             return
-        if self.forecaster is not None:
-            self.forecaster.update(observation)
         decision = self.policy.act(observation, None)
         number = self.episode.block
         speed, executions = self.episode.taken(float(decision.speeds[0]), float(decision.executions[0]))
         words = self.simulation.blocks[number].words(Choice(speed, executions))
         self.advice = Advice(block=number, speed=speed, executions=executions, words=words)
+
+
+def _told(readings: Readings, job: Job, meter_scale: float) -> Told:
+    """Return readings as ratios to the limits of a part."""
+
+    def ratio(value: float | None, limit: float) -> float | None:
+        return None if value is None or limit <= 0.0 else value / limit
+
+    return Told(
+        peak=(readings.peak_power or 0.0) / meter_scale,
+        size=ratio(readings.size_error, job.part.tolerance),
+        Ra=ratio(readings.Ra, job.limits.roughness),
+        Ra_before=ratio(readings.Ra_before, job.limits.roughness),
+        burn=readings.burn,
+    )

@@ -1,20 +1,25 @@
 """The arguments of `grind advise` -> a session."""
 
+import json
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from grind_env.envs.job.loading import load_simulation
+from grind_env.envs.job.outline import Choice
+from grind_env.envs.job.simulation import JobSimulation
 from grind_env.errors import GrindError, printable, quoted
 from grind_env.files import beside
 from grind_env.machine.job.file import job_beside
 from grind_env.plants.names import MODEL
-from grind_env.policies.guard import STEP, Guarded
 from grind_env.policies.learned.saved import SUFFIX
 from grind_env.policies.naming import agent_of
 from grind_env.policies.problem import find_problem
 from grind_env.shop.advise.adviser import Adviser, policy_for
-from grind_env.shop.advise.session import Files, Session
+from grind_env.shop.advise.readings import Readings
+from grind_env.shop.advise.rehearsal import advised, as_programmed, ground
+from grind_env.shop.advise.session import Files, Session, as_data, lines_of
 from grind_env.shop.advise.shadow import Shadow
 from grind_env.shop.advise.sources import CsvSource, JsonLines, Prompt, Source
 from grind_env.shop.advise.state import origin_of
@@ -27,25 +32,48 @@ class ArgumentError(GrindError):
     """Arguments that do not go together."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AdviceRequest:
+    """What is advised on, and how; as of `grind advise`."""
+
+    program: Path
+    job: Path | None
+    policy: str | None
+    other_part: bool
+    parts: int
+    variables: Mapping[int, float]
+    step: float
+    bounds: tuple[float, float] | None
+    as_json: bool
+    why: bool
+
+    def simulation(self, plant: str = MODEL.name) -> JobSimulation:
+        """Return the program on the model or on another machine."""
+        path = job_beside(self.program) if self.job is None else self.job
+        given = dict(find_problem(str(self.program), str(path), self.parts).arguments)
+        return load_simulation(given.get("program"), given["job"], self.parts, 1.0, "measured", self.variables, plant)
+
+    def adviser(self, simulation: JobSimulation, *, shadow: bool = False) -> Adviser:
+        """Return the adviser before the first block."""
+        policy = policy_for(self.policy, simulation, self.step, other_part=self.other_part)
+        for sentence in simulation.unread:
+            _tell(sentence)
+        if (agent := agent_of(policy)) is not None and agent.remark:
+            _tell(agent.remark)
+        return Adviser(simulation, policy, bounds=self.bounds, shadow=shadow)
+
+
 def open_session(
-    program: Path,
-    job: Path | None,
+    request: AdviceRequest,
     *,
-    policy: str | None,
-    other_part: bool = False,
-    parts: int,
-    variables: Mapping[int, float],
     by: str,
     measurements: Path | None,
     follow: bool,
     state: Path,
     values: Path | None,
-    as_json: bool,
-    step: float = STEP,
-    bounds: tuple[float, float] | None = None,
-    shadow: bool = False,
+    shadow: bool,
 ) -> Session:
-    """A session before its first block.
+    """Return a session before its first block.
 
     Raises:
         GrindError: an argument is faulty, or the program, the job or the policy does not fit.
@@ -56,35 +84,66 @@ def open_session(
         raise ArgumentError("--shadow looks on while others decide, and --write decides: leave one of them out")
     if follow and measurements is None:
         raise ArgumentError("--follow waits for rows of a file: name it with --measurements")
-    path = job_beside(program) if job is None else job
-    given = dict(find_problem(str(program), str(path), parts).arguments)
-    simulation = load_simulation(given.get("program"), given["job"], parts, 1.0, "measured", variables, MODEL.name)
-    for sentence in simulation.unread:
-        _tell(sentence)
-    chosen = policy_for(policy, simulation, step, other_part=other_part)
-    if (agent := agent_of(chosen)) is not None and agent.remark:
-        _tell(agent.remark)
-    if shadow and not isinstance(chosen, Guarded):
-        raise ArgumentError(
-            f"--shadow compares forecasts, and {chosen.name} has none: give --policy "
-            f"{Guarded.PREFIX}{policy or chosen.name}"
-        )
+    simulation = request.simulation()
+    adviser = request.adviser(simulation, shadow=shadow)
+    if shadow and adviser.watch is None:
+        raise ArgumentError(f"--shadow compares forecasts, and {adviser.policy.name} has none: leave out --policy")
     if values is not None:
         check_free(simulation, values)
-    if values is not None and by == PART:
-        check_variables(simulation)
-    saved = Path(policy) if policy is not None and policy.endswith(SUFFIX) else None
-    source = _input() if measurements is None else CsvSource(measurements, follow=follow)
+        if by == PART:
+            check_variables(simulation)
+    saved = Path(request.policy) if request.policy is not None and request.policy.endswith(SUFFIX) else None
+    how = f"{request.bounds}{shadow}" if request.bounds or shadow else ""
     return Session(
-        adviser=Adviser(simulation, chosen, bounds=bounds, shadow=shadow),
-        origin=origin_of(simulation, chosen, saved, f"{bounds}{shadow}" if bounds or shadow else ""),
+        adviser=adviser,
+        origin=origin_of(simulation, adviser.policy, saved, how),
         files=Files(state=state, log=beside(state, ".csv"), values=values),
-        source=source,
+        source=_input() if measurements is None else CsvSource(measurements, follow=follow),
         say=_say,
         by_part=by == PART,
-        as_json=as_json,
+        as_json=request.as_json,
+        why=request.why,
         shadow=Shadow() if shadow else None,
     )
+
+
+def rehearse(request: AdviceRequest, plant: str, others: Sequence[str]) -> None:
+    """Advise through a batch on a simulated machine, and compare it with the program as it is.
+
+    Args:
+        request: what is advised on.
+        plant: name of the machine.
+        others: options that ask for a real machine.
+
+    Raises:
+        GrindError: as of `open_session`.
+    """
+    if others:
+        raise ArgumentError(
+            f"--plant rehearses on a simulated machine, and {others[0]} is for a real one: leave one out"
+        )
+    adviser, machine = request.adviser(request.simulation()), request.simulation(plant)
+    follow = advised(adviser)
+
+    def decide(number: int, readings: Readings | None) -> Choice:
+        choice, advice = follow(number, readings), adviser.advice
+        assert advice is not None
+        lines = (
+            [json.dumps(as_data(adviser, advice))] if request.as_json else lines_of(adviser, advice, why=request.why)
+        )
+        for line in lines:
+            _say(line)
+        return choice
+
+    costs = {
+        name: {"cost": shift.mean_cost, "scrap": shift.mean_scrap}
+        for name, shift in (("advised", ground(machine, decide)), ("program", ground(machine, as_programmed(machine))))
+    }
+    if request.as_json:
+        _say(json.dumps({"rehearsed": plant, "parts": request.parts, **costs}))
+        return
+    said = [f"{each['cost']:.2f} $ a part, scrap {each['scrap']:.1%}" for each in costs.values()]
+    _say(f"rehearsed on {plant}, {request.parts} parts: {said[0]}; the program as it is: {said[1]}")
 
 
 def _input() -> Source:

@@ -41,6 +41,7 @@ class Readings:
         size_error: stock left on the finished part, um.
         Ra: of the finished part, um.
         Ra_before: of the part finished before it, um, where that was not known yet.
+        burn: 1 if the part shows grinding burn, 0 if it was inspected and shows none.
         diameter: of the wheel, mm.
         new_wheel: 1 if the wheel was changed after the block.
         new_lot: 1 if the next part begins a new lot of material.
@@ -56,6 +57,7 @@ class Readings:
     size_error: float | None = None
     Ra: float | None = None
     Ra_before: float | None = None
+    burn: bool | None = None
     diameter: float | None = None
     new_wheel: bool | None = None
     new_lot: bool | None = None
@@ -80,13 +82,13 @@ class Readings:
 
 
 NAMES = tuple(each.name for each in fields(Readings))
-WHOLE, FLAGS = ("block", "part", "D"), ("new_wheel", "new_lot")
+WHOLE, FLAGS = ("block", "part", "D"), ("burn", "new_wheel", "new_lot")
 SLIPS = (
     *((name, LEAST_POWER, "W", "kW") for name in ("mean_power", "first_power", "peak_power")),
     ("size_error", LEAST_SIZE, "um", "mm"),
 )
 """Readings that were taken for another unit: names, what is less than can be read, its unit, and the other one."""
-OF_PART = ("size_error", "Ra", "Ra_before", "new_lot")
+OF_PART = ("size_error", "Ra", "Ra_before", "burn", "new_lot")
 """What can be said only of a block that finishes a part."""
 
 

@@ -1,6 +1,7 @@
 """A session at the machine: advice goes out, readings come in, and everything is kept."""
 
 import json
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import datetime
@@ -8,7 +9,6 @@ from pathlib import Path
 
 from grind_env.files import shown
 from grind_env.shop.advise.adviser import Advice, Adviser
-from grind_env.shop.advise.forecast import sentences
 from grind_env.shop.advise.readings import ReadingError, Readings, check_readings, readings_of
 from grind_env.shop.advise.shadow import Shadow
 from grind_env.shop.advise.sources import Row, Source
@@ -44,6 +44,7 @@ class Session:
         by_part: whether a row is of a part, and not of a block: all blocks of a part are then advised on before it, and
             nothing is read of those that do not finish it.
         as_json: print advice as JSON objects, one a line.
+        why: say what is behind each reason.
         shadow: what is compared while somebody else decides; None for an adviser that is followed.
     """
 
@@ -54,6 +55,7 @@ class Session:
     say: Callable[[str], None]
     by_part: bool = False
     as_json: bool = False
+    why: bool = False
     shadow: Shadow | None = None
     steps: list[Step] = field(default_factory=list)
     given: list[Advice] = field(default_factory=list)
@@ -182,33 +184,33 @@ class Session:
     def _told(self, advice: Advice, readings: Readings) -> None:
         self.adviser.take(readings)
         self.given.append(advice)
-        if self.shadow is not None and self.adviser.guard is not None:
-            self.shadow.add(self.adviser.guard.watch, self.adviser.simulation.blocks[advice.block].part)
+        if self.shadow is not None and self.adviser.watch is not None:
+            self.shadow.add(self.adviser.watch, self.adviser.simulation.blocks[advice.block].part)
 
     def _show(self, advice: Advice) -> None:
-        simulation = self.adviser.simulation
-        block, forecast, guard = simulation.blocks[advice.block], self.adviser.forecast(), self.adviser.guard
-        noticed = [] if guard is None else guard.said(0)
         if self.files.values is not None:
-            write_values(self.files.values, simulation, [*self.given, advice])
+            write_values(self.files.values, self.adviser.simulation, [*self.given, advice])
         if self.as_json:
-            reasons = None if forecast is None else forecast._asdict()
-            place = {"block": advice.block + 1, "part": block.part + 1}
-            said = {**place, **advice.words, "reason": reasons, "noticed": noticed}
-            self.say(json.dumps(said))
+            self.say(json.dumps(as_data(self.adviser, advice)))
             return
-        words = " ".join(f"{letter}{value}" for letter, value in advice.words.items())
-        mine = "" if self.shadow is None else "would be "
-        self.say(f"block {advice.block + 1} of {len(simulation.blocks)}, part {block.part + 1}: {mine}{words}")
-        for sentence in noticed:
-            self.say(f"  {sentence}")
-        if self.steps and self.steps[-1].readings.mean_power is None and (block.starts_part or not self.by_part):
-            self.say(
-                f"  no mean_power was read before: {self.adviser.policy.name} sees 0 W, the belief follows the model"
-            )
-        if forecast is None:
-            self.say(f"  nothing is believed of the wheel: {simulation.why}")
-        else:
-            trusted = guard is None or not (guard.alarmed[0] or guard.wary[0])
-            for sentence in sentences(forecast, weighed=trusted):
-                self.say(f"  {sentence}")
+        for line in lines_of(self.adviser, advice, why=self.why):
+            self.say(line)
+
+
+def as_data(adviser: Adviser, advice: Advice) -> dict[str, object]:
+    """Return advice as an object of JSON."""
+    place = {"block": advice.block + 1, "part": adviser.simulation.blocks[advice.block].part + 1}
+    return {**place, **advice.words, "reason": {"power": adviser.power, "text": adviser.reason}}
+
+
+def lines_of(adviser: Adviser, advice: Advice, *, why: bool = False) -> list[str]:
+    """Return advice in a line, and what is behind its reason in further ones."""
+    block = adviser.simulation.blocks[advice.block].block
+    label = re.match(r"\s*(N\s*\d+)", block.source.text.upper())
+    name = label[1].replace(" ", "") if label else f"line {block.source.line}"
+    words = " ".join(f"{letter}{value}" for letter, value in advice.words.items())
+    mine = "would be " if adviser.shadow else ""
+    part = adviser.simulation.blocks[advice.block].part + 1
+    line = f"part {part}, {name}: {mine}{words} - {adviser.reason}"
+    power = [] if adviser.power is None else [f"  a peak power of {0.001 * adviser.power:.2f} kW is expected"]
+    return [line, *power, *(f"  {sentence}" for sentence in adviser.details())] if why else [line]

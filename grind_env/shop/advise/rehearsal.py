@@ -1,33 +1,26 @@
-"""A batch ground on a machine of the study, with E and D of whoever decides: what it costs, and what was read."""
+"""A batch ground on a simulated machine, with E and D of whoever decides: what it costs, and what was read."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from grind_env.arrays import Array
+from grind_env.envs.job.outline import Choice
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.tables import Outcome
+from grind_env.shop.advise.adviser import Adviser
 from grind_env.shop.advise.readings import Readings
 
-PARTS, EARLY = 60, 14
-"""Of a batch, and those in which an adviser may still feel its way."""
 LOTS = 1
 """Seed of lots, stocks and noise: the same for all that is compared."""
-COST, GOOD = Outcome._fields.index("cost"), Outcome._fields.index("good")
-
-
-class Choice(NamedTuple):
-    """E and D of a block."""
-
-    speed: float
-    """mm/min."""
-    executions: int
-
+COST, GOOD, BURN = (Outcome._fields.index(name) for name in ("cost", "good", "burn_ratio"))
+EARLY = 14
+"""Parts in which an adviser may still feel its way."""
 
 Decide = Callable[[int, Readings | None], Choice]
-"""What is chosen in a block, by its number from 0 and what was read of the block before."""
+"""Choose E and D of a block, by its number from 0 and what was read of the block before."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,20 +79,41 @@ class Shift:
         return int((beyond[1:] & beyond[:-1] & ~self.slowest[1:]).sum())
 
 
+def as_programmed(simulation: JobSimulation) -> Decide:
+    """Return E and D of the program itself."""
+    plans = [block.plan for block in simulation.blocks]
+    return lambda number, _: Choice(plans[number].feed, int(plans[number].dresses))
+
+
+def advised(adviser: Adviser) -> Decide:
+    """Return what an adviser says, which is followed."""
+
+    def decide(number: int, readings: Readings | None) -> Choice:
+        if readings is not None:
+            adviser.take(readings)
+        assert adviser.advice is not None
+        return Choice(adviser.advice.speed, adviser.advice.executions)
+
+    return decide
+
+
 def ground(simulation: JobSimulation, decide: Decide, seed: int = LOTS) -> Shift:
     """Grind a batch, block by block."""
     episodes = simulation.start([np.random.default_rng(seed)])
     job, blocks = simulation.job, simulation.blocks
     cost, scrap = np.zeros(simulation.parts), np.zeros(simulation.parts)
     speeds, executions, power = (np.zeros(len(blocks)) for _ in range(3))
-    gauged, slowest, readings = np.zeros(simulation.parts), np.zeros(simulation.parts, bool), None
+    gauged, slowest, readings, heat = np.zeros(simulation.parts), np.zeros(simulation.parts, bool), None, 0.0
     lowest = 1000.0 * simulation.task.action.speed_ends[0]
     for number, block in enumerate(blocks):
         choice = decide(number, readings)
         outcomes, _ = simulation.step(episodes, np.array([choice.speed]), np.array([float(choice.executions)]))
         cost[block.part] += outcomes[0, COST]
         scrap[block.part] = 1.0 - outcomes[0, GOOD]
+        heat = max(0.0 if block.starts_part else heat, float(outcomes[0, BURN]))
         readings = read(simulation, episodes, number)
+        if block.finished:
+            readings = replace(readings, burn=heat > 1.0)
         speeds[number], executions[number] = choice
         power[number] = (readings.peak_power or 0.0) / job.limits.power
         slowest[block.part] = choice.speed <= lowest and choice.executions > 0

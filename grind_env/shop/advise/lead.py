@@ -1,0 +1,135 @@
+"""The default adviser: the rule of readings, in place of which the model leads while its forecasts hold."""
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.envs.episodes import Episodes
+from grind_env.envs.job.outline import Choice
+from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.simulation import Simulation
+from grind_env.policies.choices import Decision, nearest_speed
+from grind_env.policies.policy import Policy, Sees
+from grind_env.policies.scripted.learned_laws import PowerLaw
+from grind_env.policies.watch import Watch
+from grind_env.shop.advise.rule import STEP, Rule, Told
+
+PROVED, LONGER = 6, 2
+"""Blocks in a row on which forecasts have to hold before the model leads, and times that number after it failed."""
+
+
+@dataclass
+class AdviserPolicy:
+    """Advises on N machines side by side.
+
+    The rule leads from the first block on. The model leads after its forecasts of power, size and Ra have held, and
+    loses the lead when they fail; E is never above what the rule allows.
+
+    Attributes:
+        model: a policy that rests on the model; None for a program that only the control can execute.
+        step: most that E rises from block to block of a kind.
+        residual: as of `Watch`.
+        told: what was read of the last block, by machine; from the observation if None.
+        rules: one for each machine.
+        watch: compares readings with forecasts; None without a model.
+        leads: where the model leads, shape (N,).
+    """
+
+    model: Policy | None
+    step: float = STEP
+    residual: float = 0.0
+    told: list[Told] | None = field(init=False, default=None)
+    rules: list[Rule] = field(init=False, repr=False)
+    watch: Watch | None = field(init=False, repr=False)
+    leads: NDArray[np.bool_] = field(init=False, repr=False)
+    name: ClassVar[str] = "adviser"
+    sees: ClassVar[Sees] = "measurements"
+
+    def begin(self, simulation: Simulation, episodes: int) -> None:
+        """Begin with freshly dressed wheels, of which nothing was read."""
+        assert isinstance(simulation, JobSimulation)
+        self.simulation, self.number = simulation, -1
+        self.rules = [Rule(simulation, self.step) for _ in range(episodes)]
+        self.watch = None if self.model is None else Watch(simulation, episodes, self.residual)
+        if self.model is not None:
+            self.model.begin(simulation, episodes)
+        self.first: NDArray[np.float32] | None = None
+        self.unused = PowerLaw(episodes)
+        self.leads, self.held, self.needed = (
+            np.zeros(episodes, bool),
+            np.zeros(episodes),
+            np.full(episodes, float(PROVED)),
+        )
+        self.sized, self.gauged = np.zeros((2, episodes))
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        """Learn from the last block, then decide on the coming one."""
+        number = self.number
+        self.number = number + 1
+        seen = self.simulation.read(observation)
+        forecast = self.compare(observation)
+        burn = np.zeros(len(self.rules)) if self.watch is None else self.watch.burn_per_watt
+        choices = []
+        for n, rule in enumerate(self.rules):
+            of_n = {name: float(values[n]) for name, values in seen.items()}
+            if number >= 0:
+                made = Choice(1000.0 * of_n["last_speed"], round(of_n.get("last_executions", 0.0)))
+                told = self._told(number, n, of_n) if self.told is None else self.told[n]
+                rule.learn(number, made, told, of_n["volume"], float(burn[n]))
+            choices.append(rule.decide(self.number, of_n["volume"]))
+        self.told = None
+        speeds, executions = np.array(choices).T
+        if forecast is None:
+            return Decision(speeds, executions)
+        for n in np.flatnonzero(self.leads).tolist():
+            rule, D = self.rules[n], float(forecast.executions[n])
+            D = max(D, rule.wanted if executions[n] else 0.0)
+            volume = float(seen["volume"][n]) + rule.ground(self.number) / (D + 1.0)
+            bound, why = rule.fastest(self.number, volume)
+            speeds[n], executions[n] = min(forecast.speeds[n], bound), D
+            rule.reason = "dress: it pays, by the model" if D else why if bound < forecast.speeds[n] else "by the model"
+        return Decision(nearest_speed(self.simulation.task, speeds), executions)
+
+    def compare(self, observation: NDArray[np.float32]) -> Decision | None:
+        """Let the model follow, and return what it would do; None without one, or before anything was read."""
+        if self.watch is None or self.model is None:
+            return None
+        self.watch.update(observation, self.unused)
+        if self.first is None:
+            self.first = observation.copy()  # the first word does not wait for a model that does not lead
+            return None
+        if self.number == 1:
+            self.model.act(self.first, None)
+        failed = self.watch.alarm | self.watch.doubt
+        read = self.watch.seen.new.any(axis=1)
+        self.held = np.where(failed, 0, self.held + read)
+        self.needed = np.where(failed & self.leads, LONGER * self.needed, self.needed)
+        self.leads = ~failed & (self.held >= self.needed)
+        return self.model.act(observation, None)
+
+    def details(self, machine: int) -> list[str]:
+        """Return in sentences who leads, and why."""
+        if self.watch is None:
+            return ["the rule leads: only the control can execute this program, so there is no model of it"]
+        if self.leads[machine]:
+            return [f"the model leads: its forecasts have held on the last {self.held[machine]:.0f} blocks"]
+        off = self.watch.said(machine) or [f"its forecasts have held on {self.held[machine]:.0f} blocks"]
+        return [
+            f"the rule leads until the model is proved right on {self.needed[machine]:.0f} blocks in a row: {off[0]}",
+            *off[1:],
+        ]
+
+    def _told(self, number: int, n: int, seen: dict[str, float]) -> Told:
+        """Return what an observation says of the last block; Ra is that of the part before."""
+        row, block = self.rules[n].rows[number], self.simulation.blocks[number]
+        size, Ra = seen["size_error"], seen["roughness"]
+        sized, gauged = size != self.sized[n] or abs(size) > row.size, Ra not in (0.0, self.gauged[n])
+        self.sized[n], self.gauged[n] = size, Ra
+        ended = bool(block.finished)
+        return Told(
+            peak=seen["peak_power"],
+            size=size / row.size if ended and sized and row.size > 0.0 else None,
+            Ra_before=Ra if ended and gauged else None,
+        )

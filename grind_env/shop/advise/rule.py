@@ -1,0 +1,279 @@
+"""The rule that advises without a model: E and D from what was read on this machine alone.
+
+    ln P = c + f ln E + g ln(V' + 10)   peak power of a kind of block, by recursive least squares
+    Ra ~ E^0.5, size ~ E                of finished parts
+    P / E^0.5                           heats the work (Jaeger: heat flows off as the root of the table speed)
+
+A dress is due when the next part takes longer than parts since the last dress have taken in the mean, that dress among
+them (renewal: Malkin and Guo, Grinding Technology, 2008, section 12.3), or where readings ask for it.
+"""
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from grind_env.envs.job.outline import Choice
+from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.tables import KindRow
+from grind_env.policies.choices import nearest_speed
+from grind_env.policies.scripted.empirical_rule import INTERVAL, usual_volumes
+from grind_env.policies.scripted.learned_laws import AIM, LEAST_EXPONENT, WORN_IN, PartLaw, PowerLaw
+
+SHARE = 0.92
+"""Of the power limit that is planned to be used."""
+STEP, EASY_STEP, EASY = 1.25, 1.5, 0.5
+"""Most that E rises from block to block of a kind, and where all readings are below `EASY` of their limits."""
+NEAR = 0.75
+"""Of a limit of size or Ra, above which no block of the part becomes faster."""
+HEAT, ROOM, FURTHER, BACK = 0.82, 1.25, 1.1, 0.93
+"""Burn ratio that the model allows. Factors on the heat of the first part, which is allowed whatever the model says; on
+a heat that did not burn; and on one that did."""
+COOLS = 0.6
+"""Exponent of power over E from which on a slower table is cooler."""
+SLOWER, BURNT_SLOWER, FORGIVEN = 0.9, 0.8, 1.005
+"""Factors on E beyond a limit and after a burn, and on that bound with every further block of its kind."""
+USUAL_INTERVAL = 1.5 * INTERVAL
+"""Volume between two dresses, over the conductivity of the work: with readings of every part half as much again."""
+REGAINED = 1.02
+"""Factor on a volume that was found too large, with every good part."""
+FAR = 1.2
+"""Times the power limit at which two executions are made."""
+LOWERED, BLOCKS = 0.98, 3
+"""A slower table is kept if it brings the power below this share of it within so many blocks."""
+
+
+class Told(NamedTuple):
+    """What was read of a block; ratios to their limits, None if nobody read it."""
+
+    peak: float = 0.0
+    """Power, W; 0 if nobody read it."""
+    size: float | None = None
+    """Of the part that the block finished; negative if too much was ground."""
+    Ra: float | None = None
+    Ra_before: float | None = None
+    """Of the part finished before."""
+    burn: bool | None = None
+
+
+class Reduction(NamedTuple):
+    """A slower table, the effect of which is awaited for some blocks."""
+
+    speed: float
+    """E before, mm/min."""
+    power: float
+    """Peak before, W."""
+    blocks: int
+
+
+@dataclass
+class Rule:
+    """Decides block by block on one machine, from a freshly dressed wheel on.
+
+    Args:
+        simulation: of the program.
+        step: most that E rises from block to block of a kind.
+
+    Attributes:
+        reason: of the last decision.
+    """
+
+    simulation: JobSimulation
+    step: float = STEP
+    reason: str = field(init=False, default="")
+
+    def __post_init__(self) -> None:
+        """Begin with the E of the program."""
+        branches, rows = self.simulation.branches, self.simulation.kinds.tolist()
+        self.rows, self.kind_of = [KindRow(*row) for row in rows], branches.kind_of_row.tolist()
+        assert branches.own_speeds is not None
+        self.own = np.asarray(branches.own_speeds, float)
+        kinds = len(self.own)
+        self.power, self.volumes = PowerLaw(kinds), usual_volumes(self.simulation, USUAL_INTERVAL)
+        self.usual_volumes = self.volumes.copy()
+        one = np.ones(1)
+        self.roughness = PartLaw(1, one, exponent=0.5, usual=0.5, memory=8.0)
+        self.size = PartLaw(1, one, exponent=1.0, usual=0.25, memory=2.0)
+        self.speeds, self.tried, self.ceiling = self.own.copy(), self.own.copy(), np.full(kinds, np.inf)
+        self.peaks, self.heat = np.zeros((2, kinds))
+        self.allowed, self.burnt = np.full((2, kinds), np.inf)
+        """Heat of each kind that is allowed, and that is known to burn; W / (mm/min)^0.5."""
+        self.reductions: dict[int, Reduction] = {}
+        self.without_effect: set[int] = set()
+        self.near, self.finish, self.wanted, self.why = 0.0, 1.0, 0.0, ""
+        self.dressing = branches.dress_price / branches.second_price
+        self.taken, self.parts, self.met, self.due = self.dressing, 0, 0.0, 0.0
+
+    def decide(self, number: int, volume: float) -> Choice:
+        """Return E (mm/min) and D of a block that a wheel meets which has ground `volume` since its dress, mm3/mm."""
+        block, ground = self.simulation.blocks[number], self.ground(number)
+        self.met = volume
+        if block.starts_part:
+            self.due = (self.wanted or float(self.pays(number, volume))) if volume > 0.0 else 0.0
+        D = self.due if block.takes_dresses else 0.0
+        self.due -= D
+        E, self.reason = self.fastest(number, volume + ground / (D + 1.0))
+        if D:
+            self.reason = f"dress: {self.why}"
+        return Choice(float(nearest_speed(self.simulation.task, np.array([E]))[0]), int(D))
+
+    def pays(self, number: int, volume: float) -> bool:
+        """Return whether a dress pays before the part that begins with a block."""
+        stay, fresh, new, hot = 0.0, 0.0, 0.0, False
+        worn = volume
+        for each in self.simulation.branches.part_from(number):
+            worn, new = worn + self.ground(each), new + self.ground(each)
+            E = self.fastest(each, worn)[0]
+            stay, fresh = stay + self.seconds(each, E), fresh + self.seconds(each, self.fastest(each, new)[0])
+            hot |= self.peaks[self.kind_of[each]] > 0.0 and self.heat_left(each, E, worn) < 0.0
+        left = self.simulation.parts - self.simulation.blocks[number].part
+        longer = self.parts > 0 and stay > self.taken / self.parts and (stay - fresh) * left > self.dressing
+        dull = worn > self.volumes[self.kind_of[number]]
+        duller = 100.0 * np.expm1(
+            self.power.found[self.kind_of[number], 2] * np.log((worn + WORN_IN) / (new + WORN_IN))
+        )
+        self.why = f"power {duller:+.0f} % since the last dress"
+        if not longer:
+            self.why = "the wheel would come near burning" if hot else f"{worn:.0f} mm3/mm since the last dress"
+        return bool(longer or hot or dull)
+
+    def fastest(self, number: int, volume: float) -> tuple[float, str]:
+        """Return the fastest E, mm/min, of a block that ends `volume` after the dress, and what bounds it."""
+        k, last = self.kind_of[number], self.speeds[self.kind_of[number]]
+        if self.peaks[k] == 0.0:
+            return min(last, self.ceiling[k]), "no power was read of this block yet"
+        limit, rate = self.rows[number].power, self.power.found[k, 1]
+        power = (np.log(SHARE * limit) - self.expected(number, last, volume)) / max(rate, LEAST_EXPONENT)
+        if k in self.without_effect:
+            power = max(power, 0.0)
+        heat = self.heat_left(number, last, volume) / (rate - 0.5) if rate > COOLS else np.inf
+        easy = max(self.near, self.peaks[k] / limit) < EASY
+        step = 1.0 if self.near > NEAR else max(self.step, EASY_STEP) if easy else self.step
+        none = np.zeros(1, np.int64)
+        finishes = self.simulation.blocks[number].finished > 0
+        good = [float(law.speed(none)[0]) * self.own[k] if finishes else np.inf for law in (self.roughness, self.size)]
+        slowed = f"size or Ra is at {100.0 * self.near:.0f} % of its limit"
+        bounds = {
+            f"power {100.0 * self.peaks[k] / limit:.0f} % of its limit": last * np.exp(min(power, 5.0)),
+            "faster would come near burning": last * np.exp(min(heat, 5.0)),
+            "faster would be too rough": good[0],
+            "faster would leave too much stock": good[1],
+            "E rises step by step" if step > 1.0 else slowed: step * self.tried[k],
+            "faster came beyond a limit": self.ceiling[k],
+        }
+        why = min(bounds, key=lambda name: bounds[name])
+        return float(bounds[why]), why
+
+    def ground(self, number: int) -> float:
+        """Return what a block grinds, mm3 per mm of width."""
+        return self.rows[number].length * self.rows[number].stock
+
+    def seconds(self, number: int, E: float) -> float:
+        """Return the time of a block, s."""
+        return float(self.simulation.branches.seconds(np.array([number]), np.array([E]))[0])
+
+    def expected(self, number: int, E: float, volume: float) -> float:
+        """Return the logarithm of the peak power that a block is expected to take, W."""
+        level, rate, dulling = self.power.found[self.kind_of[number]]
+        return float(level + rate * np.log(E) + dulling * np.log(volume + WORN_IN))
+
+    def power_at(self, number: int, choice: Choice) -> float | None:
+        """Return the peak power that a block is expected to take, W; None if none was read of its kind."""
+        if self.peaks[self.kind_of[number]] == 0.0:
+            return None
+        worn = self.met + self.ground(number) / (choice.executions + 1.0)
+        return float(np.exp(self.expected(number, choice.speed, worn)))
+
+    def heat_left(self, number: int, E: float, volume: float) -> float:
+        """Return the logarithm of the allowed heat over the expected one."""
+        return float(np.log(self.allowed[self.kind_of[number]]) + 0.5 * np.log(E) - self.expected(number, E, volume))
+
+    def learn(self, number: int, choice: Choice, told: Told, volume: float, burn_per_watt: float) -> None:
+        """Take what was read of a block.
+
+        Args:
+            number: of the block.
+            choice: E and D with which it was ground.
+            told: of it.
+            volume: since the dress, after the block, mm3/mm.
+            burn_per_watt: burn ratio over the power, 1/W, as the model has it; 0 without one.
+        """
+        k, block, (E, D) = self.kind_of[number], self.simulation.blocks[number], choice
+        # executions stand evenly in the depth of a block: the wheel is dullest before the first one or after the last
+        worn = max(self.met + self.ground(number) / (D + 1.0), volume) if D else volume
+        self.speeds[k] = E
+        if D:
+            self.taken, self.parts, self.wanted = D * self.dressing, 0, 0.0
+        self.taken += self.seconds(number, E)
+        self.parts += block.starts_part
+        if told.peak > 0.0:
+            self._learn_power(number, choice, told.peak, worn, burn_per_watt)
+        if block.finished:
+            self._learn_part(number, told, worn)
+
+    def _learn_power(self, number: int, choice: Choice, peak: float, worn: float, burn_per_watt: float) -> None:
+        k, limit, (E, D), every = self.kind_of[number], self.rows[number].power, choice, np.ones(len(self.own))
+        self.power.learn(peak * every, E * every, worn * every, np.arange(len(every)) == k)
+        heat = peak / np.sqrt(E)
+        if self.peaks[k] == 0.0:
+            self.allowed[k] = heat * max(ROOM, HEAT / max(burn_per_watt * peak, 1e-9) if burn_per_watt else ROOM)
+        self.heat[k], self.peaks[k] = max(heat, self.heat[k]), peak
+        self.tried[k] = max(self.tried[k], E) if peak < limit else E
+        self.ceiling[k] *= FORGIVEN
+        if (before := self.reductions.pop(k, None)) is not None and peak >= LOWERED * before.power:
+            if before.blocks > 1:
+                self.reductions[k] = before._replace(blocks=before.blocks - 1)
+            else:  # the slower table has not helped: back to the faster one
+                self.without_effect.add(k)
+                self.ceiling[k], self.tried[k] = np.inf, max(self.tried[k], before.speed)
+                self.speeds[k] = before.speed
+        if peak <= limit:
+            return
+        self._ask(2.0 if peak > FAR * limit and D else 1.0, f"power at {100.0 * peak / limit:.0f} % of its limit")
+        if (D or self.parts <= 1) and k not in self.without_effect:
+            self.ceiling[k] = SLOWER * min(E, self.ceiling[k])
+            self.reductions.setdefault(k, Reduction(E, peak, BLOCKS))
+
+    def _learn_part(self, number: int, told: Told, worn: float) -> None:
+        k, none, one = self.kind_of[number], np.zeros(1, np.int64), np.ones(1, bool)
+        made = self.speeds[k] / self.own[k]
+        ratios = []
+        for law, ratio, speed in (
+            (self.roughness, told.Ra_before, self.finish),
+            (self.roughness, told.Ra, made),
+            (self.size, None if told.size is None else abs(told.size), made),
+        ):
+            if ratio is not None:
+                law.learn(np.array([ratio]), none, np.array([speed]), one)
+                ratios.append(ratio)
+        self.finish, self.near = made, max(ratios, default=self.near)
+        off = told.size is not None and (told.size > NEAR or told.size < -AIM)
+        if off:
+            self._ask(1.0, "the size of the last part")
+        first = number
+        while not self.simulation.blocks[first].starts_part:
+            first -= 1
+        if told.burn is not None:
+            self._learn_burn([*dict.fromkeys(self.kind_of[first : number + 1])], burnt=told.burn)
+        self.heat[:] = 0.0
+        self.volumes = np.minimum(REGAINED * self.volumes, self.usual_volumes)
+        if told.burn or (off and abs(told.size or 0.0) > 1.0):
+            self.volumes = np.minimum(self.volumes, AIM * max(worn, 1.0))
+
+    def _learn_burn(self, kinds: list[int], *, burnt: bool) -> None:
+        hottest = max(kinds, key=lambda k: self.heat[k] / self.allowed[k])
+        for k in kinds:
+            if burnt:
+                self.burnt[k] = min(self.burnt[k], BACK * self.heat[k]) if self.heat[k] else self.burnt[k]
+            else:
+                self.allowed[k] = max(self.allowed[k], FURTHER * self.heat[k])
+            self.allowed[k] = min(self.allowed[k], self.burnt[k])
+        if burnt:
+            self._ask(1.0, "the last part burnt")
+            if self.parts <= 1:  # a sharp wheel burns because of E
+                self.ceiling[hottest] = BURNT_SLOWER * min(self.speeds[hottest], self.ceiling[hottest])
+
+    def _ask(self, executions: float, why: str) -> None:
+        """Ask for a dress before the next part."""
+        if executions > self.wanted:
+            self.wanted, self.why = executions, why

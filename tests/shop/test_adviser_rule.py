@@ -1,0 +1,140 @@
+"""The rule of the adviser: what readings make of E and D, and when the model leads."""
+
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from grind_env.envs.job.loading import load_simulation
+from grind_env.shop.advise.adviser import Adviser, policy_for
+from grind_env.shop.advise.lead import PROVED, AdviserPolicy
+from grind_env.shop.advise.readings import Readings, readings_of
+from tests.examples import few
+from tests.foreign.shop import SHOPS, Block, PowerLaw, Shop, cost, depths_of, plans, shift, volumes_of
+from tests.shop.advising import PLATE, advisers, batch
+
+ROUGHING, LIMIT = {"peak_power": 4500.0}, 7500.0
+
+
+def advice_of(*rows: dict[str, Any], parts: int = 6) -> list[tuple[float, int]]:
+    adviser, advice = advisers(rows, parts)
+    assert adviser.advice is not None
+    return [*advice, (adviser.advice.speed, adviser.advice.executions)]
+
+
+def test_a_block_of_which_nothing_was_read_keeps_its_E() -> None:
+    assert {advice[0] for advice in advice_of(*[{}] * 8)} == {15_000.0, 9000.0}
+    adviser, _ = advisers([{}] * 8)
+    assert adviser.power is None and adviser.reason.startswith("dress: ")  # by the volume alone
+
+
+def test_E_rises_while_readings_leave_room_and_not_above_three_quarters_of_a_limit() -> None:
+    room = advice_of(ROUGHING, {"peak_power": 1500.0, "size_error": 2.0, "Ra": 0.15}, ROUGHING)
+    assert room[2][0] > 15_000.0 and room[3][0] > 9000.0
+    for part in ({"size_error": 7.0}, {"Ra": 0.4}):  # of 9 um and 0.5 um
+        near = advice_of(ROUGHING, {"peak_power": 1500.0} | part, ROUGHING)
+        assert near[2][0] <= 15_000.0 and near[3][0] <= 9000.0
+
+
+def test_a_power_beyond_its_limit_is_dressed_away_and_slows_a_sharp_wheel() -> None:
+    over = {"peak_power": 1.1 * LIMIT}
+    advice = advice_of(over, {"peak_power": 1500.0}, over, {"peak_power": 1500.0})
+    assert advice[2][1] >= 1 and advice[4][0] < advice[2][0] <= 15_000.0
+
+
+def test_a_slower_table_that_does_not_help_is_taken_back() -> None:
+    over = {"peak_power": 1.1 * LIMIT}
+    advice = advice_of(*[over, {"peak_power": 1500.0}] * 5)
+    rough = [E for E, _ in advice[::2]]
+    assert min(rough) < 0.9 * rough[0] and rough[-1] >= 0.99 * rough[0]
+
+
+def test_burns_slow_the_table_until_they_stop_and_no_burn_leaves_more_room() -> None:
+    finished = {"peak_power": 1500.0, "size_error": 1.0}
+    burnt = advice_of(*[ROUGHING, finished | {"burn": 1}] * 5)
+    rough = [E for E, _ in burnt[::2]]
+    assert rough[-1] < 0.5 * rough[0] and all(b <= a for a, b in pairwise(rough[1:]))
+    assert {D for _, D in burnt[2::2]} == {1}
+    hot = {"peak_power": 6200.0}
+    silent, cool = (advice_of(*[hot, finished | more] * 5) for more in ({}, {"burn": 0}))
+    assert cool[-1][0] >= silent[-1][0]
+
+
+def test_the_model_leads_when_its_forecasts_have_held_and_not_before() -> None:
+    policy: Any = policy_for(None, batch(PLATE, 12).simulation())  # type: ignore[arg-type]
+    stepped = list[int]()
+    act = policy.model.act
+    policy.model.act = lambda *given: stepped.append(1) or act(*given)
+    env: Any = batch(PLATE, 12).make().unwrapped
+    policy.begin(env.simulation, 1)
+    observation, _ = env.reset(seed=3)
+    led = []
+    for _ in range(16):
+        decision = policy.act(observation[None], None)
+        led.append(bool(policy.leads[0]))
+        if len(led) == 1:
+            assert not stepped  # the first word does not wait for the model
+        observation, *_ = env.step(env.codec.encode(*decision)[0])
+    assert not any(led[:PROVED]) and led[-1]
+    assert "the model leads" in policy.details(0)[0]
+
+
+def test_machines_side_by_side_are_advised_as_each_alone() -> None:
+    simulation: Any = batch(PLATE, 4).simulation()
+    rng = [np.random.default_rng(seed) for seed in (1, 2, 3)]
+    together: Any = policy_for(None, simulation)
+    together.begin(simulation, 3)
+    episodes = simulation.start(rng)
+    alone: list[Any] = []
+    for seed in (1, 2, 3):
+        policy: Any = policy_for(None, simulation)
+        policy.begin(simulation, 1)
+        alone.append((policy, simulation.start([np.random.default_rng(seed)])))
+    for _ in simulation.blocks:
+        decision = together.act(simulation.observe(episodes), None)
+        simulation.step(episodes, *decision)
+        for k, (policy, episode) in enumerate(alone):
+            own = policy.act(simulation.observe(episode), None)
+            assert (own.speeds[0], own.executions[0]) == (decision.speeds[k], decision.executions[k])
+            simulation.step(episode, *own)
+
+
+def foreign_shift(shop: Shop, folder: Path, job: Path, seed: int) -> list[Any]:
+    """Grind a shift on a foreign machine as the default adviser says."""
+    simulation = load_simulation(str(folder / "one.nc"), str(job), 30, 1.0, "measured")
+    adviser = Adviser(simulation, policy_for(None, simulation))
+    assert isinstance(adviser.policy, AdviserPolicy)
+
+    def decide(number: int, readings: Any) -> Block:
+        if readings:
+            adviser.take(Readings(**{name: float(value) for name, value in readings.items()}))
+        assert adviser.advice is not None
+        return Block(adviser.advice.speed, adviser.advice.executions)
+
+    return shift(shop, depths_of(folder / "one.nc", job), decide, seed)
+
+
+@pytest.mark.parametrize("seeds", few((range(100, 102), range(100, 108))))
+@pytest.mark.parametrize("name", SHOPS)
+def test_advice_on_a_foreign_machine_is_near_the_best_plan_and_no_dearer_than_a_power_law(
+    name: str, seeds: range, tmp_path: Path
+) -> None:
+    shop = SHOPS[name]
+    job = shop.write(tmp_path)
+    depths = depths_of(tmp_path / "one.nc", job)
+    advised, ruled = (
+        cost(shop, [part for seed in seeds for part in parts(seed)])
+        for parts in (
+            lambda seed: foreign_shift(shop, tmp_path, job, seed),
+            lambda seed: shift(shop, depths, PowerLaw(shop, volumes_of(shop)), seed),
+        )
+    )
+    best = min(cost(shop, [p for seed in seeds for p in shift(shop, depths, plan, seed)]).each for plan in plans(shop))
+    assert advised.each <= 1.15 * best and advised.scrap <= 0.03
+    assert advised.each <= 1.02 * ruled.each
+
+
+def test_a_reading_of_burn_is_yes_or_no_of_a_finished_part() -> None:
+    assert readings_of({"burn": "yes"}, "here").burn is True and readings_of({"burn": 0}, "here").burn is False
