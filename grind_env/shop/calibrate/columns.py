@@ -18,7 +18,7 @@ A map is a TOML text::
 """
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -104,13 +104,19 @@ def read_map(path: Path | None) -> Map:
     return Map(path, tables)
 
 
-def find_columns(sheet: Sheet, table: str, said: Map) -> dict[str, int]:
-    """Which of the columns that a table of a map may name is which; those that are not there are left out.
+def find_columns(sheet: Sheet, table: str, said: Map, *needed: Sequence[str]) -> dict[str, int]:
+    """Return which columns are those that a table of a map may name; the remarks of the sheet tell which.
 
     A map says it, or else the words in their headings.
 
+    Args:
+        sheet: the rows.
+        table: of the map.
+        said: by the map.
+        needed: names of which each group has at least one column.
+
     Raises:
-        CalibrationError: the map names no column, or two columns are equally likely.
+        CalibrationError: a needed column is missing, the map names no column, or two columns are equally likely.
     """
     known = WORDS[table]
     found = {name: _said(sheet, table, name, said) for name in known if said.value(table, name) is not None}
@@ -128,16 +134,18 @@ def find_columns(sheet: Sheet, table: str, said: Map) -> dict[str, int]:
             )
         if best:
             found[name] = best[0]
+    for group in needed:
+        if not any(name in found for name in group):
+            raise CalibrationError(
+                f"{shown(sheet.path)} has no column of the {' or '.join(group)} among {names_of(sheet)}; say which it "
+                f"is with a map: [{table}] {group[0]} = ..."
+            )
+    sheet.remarks.extend(f"{name} is column {quoted(sheet.headings[column].name)}" for name, column in found.items())
+    others = [quoted(each.name) for column, each in enumerate(sheet.headings) if column not in found.values()]
+    if others:
+        what = f"column{'s' if len(others) > 1 else ''} {listed(others, LISTED)}"
+        sheet.remarks.append(f"nothing was taken from {what} of {sheet.path.name}")
     return found
-
-
-def not_used(sheet: Sheet, used: Iterable[int]) -> list[str]:
-    """A sentence about the columns of a sheet that nothing was taken from, if there are any."""
-    others = [heading.name for number, heading in enumerate(sheet.headings) if number not in set(used)]
-    if not others:
-        return []
-    names = listed([quoted(name) for name in others], LISTED)
-    return [f"nothing was taken from {'columns' if len(others) > 1 else 'column'} {names} of {sheet.path.name}"]
 
 
 def names_of(sheet: Sheet) -> str:
