@@ -225,7 +225,7 @@ def test_a_number_that_nobody_has_measured_is_told_with_its_column(tmp_path, num
     path = written(tmp_path, rows)
     with pytest.raises(CalibrationError, match="cannot have been measured; correct that cell") as caught:
         read_gauge(path, Map())
-        read_sheet(path).numbers(4, LATEST)
+        read_sheet(path).numbers(4, beyond=LATEST)
     assert repr(headings[column].split()[0]) in str(caught.value)
     assert "\n" not in str(caught.value) and len(str(caught.value)) < 400
 

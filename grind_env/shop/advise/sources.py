@@ -12,7 +12,7 @@ from grind_env.errors import GrindError, quoted
 from grind_env.files import shown
 from grind_env.shop.advise.readings import ReadingError
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.sheet import MICROMETRES, MILLIMETRES, WATTS, Sheet, read_measured, sheet_of
+from grind_env.shop.calibrate.sheet import MICROMETRES, MILLIMETRES, WATTS, Sheet, is_missing, read_measured, sheet_of
 
 POLL = 0.5
 """s between two looks at a file that grows."""
@@ -115,13 +115,10 @@ class CsvSource:
 
 
 def _readings(sheet: Sheet, column: int) -> list[float | str | None]:
-    """Return the readings of a column, in their usual unit; a text stands where no number does."""
-    factor = sheet.factor(column, UNITS.get(sheet.headings[column].name, {"-": 1.0}))
-    cells = zip(sheet.cells(column), sheet.texts(column), strict=True)
-    return [
-        cell if cell is None else text if isinstance(cell, str) or math.isinf(cell) else factor * cell
-        for cell, text in cells
-    ]
+    """Return the readings of a column, in their usual unit; a text stands where no number does, None for nothing."""
+    numbers = sheet.factor(column, UNITS.get(sheet.headings[column].name, {"-": 1.0})) * sheet.values(column)
+    cells = zip(numbers.tolist(), sheet.texts(column), strict=True)
+    return [number if math.isfinite(number) else None if is_missing(text) else text for number, text in cells]
 
 
 class JsonLines:

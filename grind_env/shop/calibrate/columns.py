@@ -73,14 +73,7 @@ class Map:
 
 
 def read_map(path: Path | None) -> Map:
-    """Read a map.
-
-    Args:
-        path: its file; None for a map that says nothing.
-
-    Raises:
-        CalibrationError: it cannot be read, or says what no map can.
-    """
+    """Read a map, None for one that says nothing; a `CalibrationError` says what it cannot say."""
     if path is None:
         return Map()
     try:
@@ -105,18 +98,10 @@ def read_map(path: Path | None) -> Map:
 
 
 def find_columns(sheet: Sheet, table: str, said: Map, *needed: Sequence[str]) -> dict[str, int]:
-    """Return which columns are those that a table of a map may name; the remarks of the sheet tell which.
+    """Return the columns that a table of a map may name: said by the map, or known by the words in their headings.
 
-    A map says it, or else the words in their headings.
-
-    Args:
-        sheet: the rows.
-        table: of the map.
-        said: by the map.
-        needed: names of which each group has at least one column.
-
-    Raises:
-        CalibrationError: a needed column is missing, the map names no column, or two columns are equally likely.
+    The remarks of the sheet tell them. A `CalibrationError` says which column is not there, of each needed group of
+    names all, or which two are equally likely.
     """
     known = WORDS[table]
     found = {name: _said(sheet, table, name, said) for name in known if said.value(table, name) is not None}

@@ -51,15 +51,11 @@ def read_gauge(path: Path, said: Map) -> Gauge:
     columns = find_columns(sheet, "gauge", said, ("size", "Ra", "burn", "diameter"))
     empty = np.full(len(sheet.rows), np.nan)
     size = _size(sheet, columns["size"], said) if "size" in columns else empty
-    Ra = sheet.quantity(columns["Ra"], MICROMETRES) if "Ra" in columns else empty
+    Ra = sheet.quantity(columns["Ra"], MICROMETRES, above=0.0) if "Ra" in columns else empty
     burn = sheet.flags(columns["burn"], YES, NO) if "burn" in columns else empty
-    diameter = sheet.quantity(columns["diameter"], MILLIMETRES) if "diameter" in columns else empty
-    for name, values in (("Ra", Ra), ("diameter", diameter)):
-        if name in columns:
-            sheet.leave_out(columns[name], np.flatnonzero(values <= 0.0).tolist(), "above 0")
+    diameter = sheet.quantity(columns["diameter"], MILLIMETRES, above=0.0) if "diameter" in columns else empty
     if np.isfinite(diameter).sum() == 1:
         sheet.remarks.append("one diameter of the wheel alone tells nothing: of diameters their differences count")
-    Ra, diameter = (np.where(values > 0.0, values, np.nan) for values in (Ra, diameter))
     return Gauge(_parts(sheet, columns.get("part")), size, Ra, burn, diameter, tuple(sheet.remarks))
 
 
@@ -74,7 +70,7 @@ def _parts(sheet: Sheet, column: int | None) -> Numbers:
         if len(each) > MOST_DIGITS:
             raise sheet.not_measured(column, row)
     if any(numbers):
-        sheet.leave_out(column, [row for row, match in enumerate(numbers) if not match], "a part")
+        sheet.checked(column, np.array([1.0 if match else np.nan for match in numbers]), "a part")
     found = np.array([int(each or "0") for each in digits], np.int64)
     if np.any(found == 0) or np.any(np.diff(found) <= 0):
         return in_order

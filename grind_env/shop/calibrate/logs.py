@@ -11,30 +11,27 @@ from grind_env.arrays import Numbers
 from grind_env.errors import quoted
 from grind_env.files import shown
 from grind_env.process.entries import Machine
+from grind_env.shop.calibrate.clock import DAY
 from grind_env.shop.calibrate.columns import Map, find_columns
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.sheet import LATEST, WATTS, Floats, Sheet, plain, read_sheet
 
 LEAST_ROWS = 30
 SECONDS = {
-    "s": 1.0,
-    "sec": 1.0,
-    "sek": 1.0,
+    **dict.fromkeys(("s", "sec", "sek"), 1.0),
     "ms": 1e-3,
     "us": 1e-6,
     "ns": 1e-9,
     "min": 60.0,
     "h": 3600.0,
-    "d": 86_400.0,
+    "d": DAY,
 }
-"""Of units of time."""
-UNITS_FOUND = {"d": "days, as spreadsheets count them", **{unit: f"{unit} since 1970" for unit in ("ms", "us", "ns")}}
 SINCE_1970 = {unit: (5e8 / SECONDS[unit], 5e9 / SECONDS[unit]) for unit in ("ms", "us", "ns")}
 """Times of these units from 1985 to 2128."""
 LAST_DAY, STEP_OF_DAYS = 1e5, 2e-4
 """Of a spreadsheet, in the year 2173; and the step between rows below which a time without unit counts days."""
 OVERLAP = 3
-"""Rows after a clock was set back whose times earlier rows have, too."""
+"""Rows after a clock was set back that earlier rows reach beyond."""
 SMALL = 0.02
 """Share of the power limit of the machine that a power in W exceeds somewhere."""
 YES = ("1", "true", "on", "ein", "ja", "yes", "x", "si", "oui", "aan", "1.0", "1,0")
@@ -44,9 +41,7 @@ GAP, LEAST_GAP = 8.0, 0.5
 COARSE = 0.7
 """Times in which more rows share one with another are those of a clock that is coarser than the log."""
 EXACT, SHARE, AMPERES, GUESSED, UNKNOWN = 0.02, 0.05, 0.08, 0.3, 1.0
-"""Logarithmic spread of the scale of a meter: in W, in % of a rating, of a motor with known volts, in % of a rating
-that is
-guessed, of a motor without volts."""
+"""Logarithmic spread of a meter: W, % of a stated rating, A with known volts, % of a guessed rating, other A."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,19 +81,15 @@ class Log:
 
 
 def read_log(path: Path, machine: Machine, said: Map) -> Log:
-    """Read a log.
+    """Read a log; a `CalibrationError` says why it cannot be used.
 
     Args:
         path: its file.
         machine: whose power limit stands for the rating, if none is said.
         said: what its columns are.
-
-    Raises:
-        CalibrationError: it has no time or power, too few rows, or a time or a power that never changes.
     """
     sheet = read_sheet(path)
-    columns = find_columns(sheet, "log", said, ("time",), ("power",))
-    remarks = sheet.remarks
+    columns, remarks = find_columns(sheet, "log", said, ("time",), ("power",)), sheet.remarks
     raw, (time, sure) = sheet.numbers(columns["power"]), _times(sheet, columns["time"], said)
     dressing = sheet.flags(columns["dress"], YES, NO) if "dress" in columns else np.zeros(time.size)
     where = {name: f"column {quoted(sheet.headings[column].name)}" for name, column in columns.items()}
@@ -127,8 +118,10 @@ def read_log(path: Path, machine: Machine, said: Map) -> Log:
             f"{shown(path)}: the power, {where['power']}, {found}; log the power of the spindle, or say which column "
             "it is with a map"
         )
-    if sure:
-        remarks += _gaps(time)
+    steps = np.diff(time)
+    gaps = steps[steps > max(GAP * float(np.median(steps)), LEAST_GAP)]
+    if sure and gaps.size:
+        remarks.append(f"{gaps.size} gap{'s' if gaps.size > 1 else ''} in the log, the longest of {gaps.max():.1f} s")
     factor, unit, spread, known = _meter(sheet, columns["power"], raw, machine, said)
     scale = said.number("log", "scale")
     if scale is not None and not known:
@@ -153,7 +146,7 @@ def _times(sheet: Sheet, column: int, said: Map) -> tuple[Floats, bool]:
         )
     if unit == "clock" or (unit is None and sheet.is_clock(column)):
         return sheet.clock(column), True
-    times, unit = sheet.numbers(column, LATEST), plain(str(unit or sheet.headings[column].unit))
+    times, unit = sheet.numbers(column, beyond=LATEST), plain(str(unit or sheet.headings[column].unit))
     known = times[np.isfinite(times)]
     if unit not in SECONDS and known.size > 1:
         within = [name for name, (low, high) in SINCE_1970.items() if low <= known.min() and known.max() < high]
@@ -162,17 +155,8 @@ def _times(sheet: Sheet, column: int, said: Map) -> tuple[Floats, bool]:
         elif known.min() >= 0.0 and known.max() < LAST_DAY and np.median(np.abs(np.diff(known))) < STEP_OF_DAYS:
             unit = "d"
         if unit in SECONDS:
-            sheet.remarks.append(f"the time has no unit; by its size it is taken to be in {UNITS_FOUND[unit]}")
+            sheet.remarks.append(f"the time has no unit; by its size it is taken to be in {unit}")
     return times * SECONDS.get(unit, 1.0), unit in SECONDS
-
-
-def _gaps(time: Floats) -> list[str]:
-    """Return a sentence about the gaps in times in s, if there are any."""
-    steps = np.diff(time)
-    gaps = steps[steps > max(GAP * float(np.median(steps)), LEAST_GAP)]
-    if not gaps.size:
-        return []
-    return [f"{gaps.size} gap{'s' if gaps.size > 1 else ''} in the log, the longest of {gaps.max():.1f} s"]
 
 
 def _in_order(

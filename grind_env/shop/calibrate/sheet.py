@@ -40,7 +40,7 @@ BAD_SHARE, IN_A_ROW = 0.02, 3
 MISSING = re.compile(r"(?i)-*|ol|o\.l\.|#n/?a|#nv|n/?a|nan|null|[-+]?inf")
 """What stands where nothing was measured."""
 _MARKS = str.maketrans(
-    {**dict.fromkeys("\u2212\u2013", "-"), **dict.fromkeys("\u00a0\u202f\u2009\u2007", " "), "’": "'"}
+    {**dict.fromkeys("\u2212\u2013\u2014", "-"), **dict.fromkeys("\u00a0\u202f\u2009\u2007", " "), "’": "'"}
 )
 _UNIT = re.compile(r"^(.+?)\s*[\[(]([^\[\]()]*)[\])]\s*$")
 UNITS = re.compile(
@@ -48,8 +48,6 @@ UNITS = re.compile(
     r"|n|(hh:)?mm:ss(\.\w+)?|)\s*[\])]?"
 )
 """What a line of units consists of."""
-
-
 MILLIMETRES = {"mm": 1.0, "um": 1e-3, "nm": 1e-6, "in": 25.4, "inch": 25.4, "uin": 25.4e-6}
 MICROMETRES = {"um": 1.0, **{unit: 1e3 * factor for unit, factor in MILLIMETRES.items()}}
 WATTS = {"w": 1.0, "watt": 1.0, "kw": 1e3, "hp": 745.7, "ps": 735.5}
@@ -75,7 +73,7 @@ class Heading(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Sheet:
-    """Rows and columns of a file.
+    """Rows and columns of a file; what is wrong with a cell is a `CalibrationError` that names it.
 
     Attributes:
         path: of the file.
@@ -97,38 +95,25 @@ class Sheet:
         """Return a column as texts."""
         return [row[column] for row in self.rows]
 
-    def cells(self, column: int) -> list[float | str | None]:
-        """Return the cells of a column: a number, None where it is missing, or the text that is no number.
-
-        Raises:
-            CalibrationError: `1.234` may be 1234 or 1.234 here.
-        """
+    def values(self, column: int) -> Floats:
+        """Return a column as numbers; NaN where a cell is none."""
         texts, unit = self.texts(column), self.headings[column].unit or "%"
-        plain_text = {text: _plain(text).removesuffix(unit).rstrip() for text in set(texts)}
-        decimal = self._decimal(column, plain_text.values())
-        read = {text: None if MISSING.fullmatch(cell) else _number(cell, decimal) for text, cell in plain_text.items()}
-        return [text if (cell := read[text]) is not None and np.isnan(cell) else cell for text in texts]
+        cells = {text: _plain(text).removesuffix(unit).rstrip() for text in set(texts)}
+        decimal = self._decimal(column, cells.values())
+        numbers = {text: _number(cell, decimal) for text, cell in cells.items()}
+        return np.array([numbers[text] for text in texts], np.float64)
 
-    def numbers(self, column: int, beyond: float = BEYOND) -> Floats:
-        """Return a column as numbers; NaN where a cell is missing or was left out.
-
-        Raises:
-            CalibrationError: a number is beyond all measurements, or too many cells are no numbers.
-        """
-        cells = self.cells(column)
-        self.leave_out(column, [row for row, cell in enumerate(cells) if isinstance(cell, str)], "a number")
-        numbers = np.array([np.nan if cell is None or isinstance(cell, str) else cell for cell in cells], np.float64)
-        for row in np.flatnonzero(np.abs(numbers) >= beyond).tolist():
+    def numbers(self, column: int, *, above: float = -np.inf, beyond: float = BEYOND) -> Floats:
+        """Return a column as numbers above and below some; NaN where a cell is missing or was left out."""
+        values = self.values(column)
+        for row in np.flatnonzero(np.abs(values) >= beyond).tolist():
             raise self.not_measured(column, row)
-        return numbers
+        what = "a number" if np.isinf(above) else f"a number above {above:g}"
+        return self.checked(column, np.where(values > above, values, np.nan), what)
 
-    def quantity(self, column: int, units: Mapping[str, float], beyond: float = BEYOND) -> Floats:
-        """Return a column in the unit whose factor is 1; the first unit is that of a heading without one.
-
-        Raises:
-            CalibrationError: as of `numbers`, or the unit is not known.
-        """
-        return self.factor(column, units) * self.numbers(column, beyond)
+    def quantity(self, column: int, units: Mapping[str, float], above: float = -np.inf) -> Floats:
+        """Return a column of numbers in the unit whose factor is 1."""
+        return self.factor(column, units) * self.numbers(column, above=above)
 
     def factor(self, column: int, units: Mapping[str, float], said: object = None) -> float:
         """Return the factor of the unit of a column: said by a map, or by its heading, else the first one."""
@@ -143,51 +128,37 @@ class Sheet:
         return factor
 
     def flags(self, column: int, yes: Collection[str], no: Collection[str]) -> Floats:
-        """Return a column of words as 1 for yes, 0 for no and NaN where nothing is said.
-
-        Raises:
-            CalibrationError: too many cells are neither.
-        """
-        words = [plain(_plain(text)).strip(".") for text in self.texts(column)]
+        """Return a column of words as 1 for yes, 0 for no and NaN where a cell is missing or was left out."""
         known = {**dict.fromkeys(yes, 1.0), **dict.fromkeys(no, 0.0)}
-        bad = [row for row, word in enumerate(words) if word not in known and not MISSING.fullmatch(word)]
-        self.leave_out(column, bad, "yes or no")
-        return np.array([known.get(word, np.nan) for word in words], np.float64)
+        words = [plain(text).strip(".") for text in self.texts(column)]
+        return self.checked(column, np.array([known.get(word, np.nan) for word in words]), "yes or no")
 
     def clock(self, column: int) -> Floats:
-        """Return a column of clock times in s; NaN where a cell is missing or was left out.
-
-        Raises:
-            CalibrationError: too many cells are no times.
-        """
-        texts = self.texts(column)
-        seconds = clock_seconds(texts)
-        bad = [k for k in np.flatnonzero(np.isnan(seconds)).tolist() if not MISSING.fullmatch(_plain(texts[k]))]
-        self.leave_out(column, bad, "a time")
-        return seconds
+        """Return a column of clock times in s; NaN where a cell is missing or was left out."""
+        return self.checked(column, clock_seconds(self.texts(column)), "a time")
 
     def is_clock(self, column: int) -> bool:
         """Return whether a column holds times such as 07:15:02."""
         looked = [text for text in self.texts(column)[:LOOKED_AT] if text]
-        return bool(looked) and sum(bool(CLOCK.fullmatch(text)) for text in looked) > 0.5 * len(looked)
+        return sum(CLOCK.fullmatch(text) is not None for text in looked) > 0.5 * len(looked)
 
-    def leave_out(self, column: int, bad: Sequence[int], what: str) -> None:
-        """Remark on the rows whose cell of a column is not what it should be.
+    def checked(self, column: int, values: Floats, what: str) -> Floats:
+        """Return the values of a column; where one is NaN though its cell is not missing, a remark names the cell.
 
-        Raises:
-            CalibrationError: these cells are many, or follow one another.
+        Too many of them, or several in consecutive rows, are refused.
         """
-        if not bad:
-            return
         texts, name = self.texts(column), quoted(self.headings[column].name)
-        several = f"{len(bad)} cells are not {what}, the first one" if len(bad) > 1 else f"the cell is not {what}:"
-        said = f"column {name}: {several} {quoted(texts[bad[0]])} in row {self.lines[bad[0]]}"
-        filled = sum(not MISSING.fullmatch(_plain(text)) for text in texts)
-        if len(bad) >= BAD_SHARE * filled or _in_a_row(bad):
-            raise CalibrationError(
-                f"{shown(self.path)}, {said}; correct or empty such cells, or delete the row if it is no measurement"
-            )
-        self.remarks.append(f"{said}; left out")
+        filled = [row for row, text in enumerate(texts) if not is_missing(text)]
+        bad = [row for row in filled if np.isnan(values[row])]
+        if bad:
+            several = f"{len(bad)} cells are not {what}, the first one" if len(bad) > 1 else f"the cell is not {what}:"
+            said = f"column {name}: {several} {quoted(texts[bad[0]])} in row {self.lines[bad[0]]}"
+            if _are_many(bad, len(filled)):
+                raise CalibrationError(
+                    f"{shown(self.path)}, {said}; correct or empty such cells, or delete rows that are no measurements"
+                )
+            self.remarks.append(f"{said}; left out")
+        return values
 
     def not_measured(self, column: int, row: int) -> CalibrationError:
         """Return the error of a cell whose number cannot have been measured."""
@@ -196,44 +167,37 @@ class Sheet:
             f"{quoted(self.headings[column].name)} cannot have been measured; correct that cell, or leave it empty"
         )
 
-    def _decimal(self, column: int, texts: Collection[str]) -> str:
+    def _decimal(self, column: int, cells: Collection[str]) -> str:
         """Return the decimal mark of a column: by its own cells, else by the other columns, else by the separator."""
-        point, comma, either = _decimals(texts)
+        point, comma, either = _decimals(cells)
         if point or comma or not either:
             return "." if point >= comma else ","
         others = (row[k] for row in self.rows[:LOOKED_AT] for k in range(len(row)) if k != column)
         point, comma, _ = _decimals({_plain(text) for text in others})
         marks = {mark for text in either for mark in ".," if mark in text}
         decimal = "." if point > comma or (point == comma and (self.separator == "," or "," not in marks)) else ","
-        where = f"column {quoted(self.headings[column].name)}"
-        example = next(text for text in self.texts(column) if _plain(text) in either)
-        if point == comma and decimal in marks:
-            whole = [len(text.lstrip("+-")) for text in texts if text.lstrip("+-").isdigit()]
-            if len(marks) > 1 or (3 in whole and max(whole) < 4):
-                digits = re.sub("[.,]", "", example)
-                raise CalibrationError(
-                    f"{shown(self.path)}, {where}: is {quoted(example)} in row "
-                    f"{self.lines[self.texts(column).index(example)]} {digits} or a number with decimals? Write "
-                    f"{digits}, or {example}0 for the decimals"
-                )
+        row, example = next((row, text) for row, text in enumerate(self.texts(column)) if _plain(text) in either)
+        said = f"column {quoted(self.headings[column].name)}: {quoted(example)} in row {self.lines[row]}"
+        whole = [len(cell.lstrip("+-")) for cell in cells if cell.lstrip("+-").isdigit()]
+        if point == comma and decimal in marks and (len(marks) > 1 or (3 in whole and max(whole) < 4)):
+            digits = re.sub("[.,]", "", example)
+            raise CalibrationError(
+                f"{shown(self.path)}, {said} is {digits} or a number with decimals; write {digits} or {example}0"
+            )
         if decimal not in example:
-            self.remarks.append(f"{where}: {quoted(example)} is read as {_number(_plain(example), decimal):g}")
+            self.remarks.append(f"{said} is read as {_number(_plain(example), decimal):g}")
         return decimal
 
 
 def read_sheet(path: Path) -> Sheet:
-    """Read a file of rows and columns.
-
-    Raises:
-        CalibrationError: it cannot be read, is no text, or has no rows of numbers.
-    """
+    """Read a file of rows and columns; a `CalibrationError` says what is wrong with it."""
     text = read_measured(path)
     if not text.strip():
         raise CalibrationError(f"{shown(path)} is empty; export the measurements again")
     separator, columns = _layout(path, text)
     records = [record for record in _records(path, text, separator) if any(record.cells)]
     looked = _rows_of(records)
-    filled = [[c.cells[k] for c in looked if k < len(c.cells) and not _is_missing(c.cells[k])] for k in range(columns)]
+    filled = [[c.cells[k] for c in looked if k < len(c.cells) and not is_missing(c.cells[k])] for k in range(columns)]
     measured = [k for k, cells in enumerate(filled) if cells and 2 * sum(map(_is_value, cells)) >= len(cells)]
     first = next((k for k, record in enumerate(records) if _is_row(record.cells, measured)), None)
     if first is None:
@@ -248,11 +212,7 @@ def read_sheet(path: Path) -> Sheet:
 
 
 def sheet_of(path: Path, text: str) -> Sheet | None:
-    """Return a text whose first row names its columns as a sheet, however few rows follow; None of an empty text.
-
-    Raises:
-        CalibrationError: a row cannot be read, or has more cells than the first one.
-    """
+    """Return a text whose first row names its columns, however few rows follow; None of an empty text."""
     counts = {each: text.lstrip("\n").partition("\n")[0].count(each) for each in (",", *SEPARATORS[:3])}
     separator = max(counts, key=lambda each: counts[each])
     records = [record for record in _records(path, text, separator) if record.cells]
@@ -260,11 +220,7 @@ def sheet_of(path: Path, text: str) -> Sheet | None:
 
 
 def read_measured(path: Path) -> str:
-    """Return the text of a file in UTF-8, UTF-16 or a code of Windows.
-
-    Raises:
-        CalibrationError: it cannot be read, or is no text.
-    """
+    """Return the text of a file in UTF-8, UTF-16 or a code of Windows; a `CalibrationError` says that it is none."""
     try:
         data = read_bytes(path)
     except ReadError as error:
@@ -296,7 +252,9 @@ def _records(path: Path, text: str, separator: str) -> list[_Record]:
     """Return all rows; those of blank lines have no cells."""
     lines, records, line = text.split("\n"), list[_Record](), 1
     joined = (" ".join(each.split()) if separator == " " else each for each in lines)
-    reader = csv.reader((f"{each}\n" for each in joined), delimiter=separator, strict=True)
+    reader = csv.reader(
+        (f"{each}\n" for each in joined), delimiter=separator, skipinitialspace=separator != " ", strict=True
+    )
     try:
         for cells in reader:
             if reader.line_num - line > MOST_LINES:
@@ -327,7 +285,7 @@ def _sheet(
     if wide:
         line, cells = records[wide[0]]
         said = f"{shown(path)}, row {line} has {len(cells)} cells, but the header {width}"
-        if strict or len(wide) >= BAD_SHARE * len(records) or _in_a_row(wide):
+        if strict or _are_many(wide, len(records)):
             raise CalibrationError(f"{said}: name every column, and put cells that contain '{separator}' into quotes")
         remarks.append(f"{said}; {len(wide)} such rows were left out")
     kept = [record for record in records if not any(record.cells[width:])]
@@ -350,7 +308,7 @@ def _layout(path: Path, text: str) -> tuple[str, int]:
                 f"{shown(path)} has {columns} columns between '{separator}'; export those that were measured, "
                 f"{MOST_COLUMNS} at most"
             )
-        values = [_is_value(cell) or _is_missing(cell) for cells in rows for cell in cells]
+        values = [_is_value(cell) or is_missing(cell) for cells in rows for cell in cells]
         if sum(values) / len(values) > best[0] or not best[1]:
             best = sum(values) / len(values), separator, columns
     if not best[1]:
@@ -367,7 +325,8 @@ def _rows_of(lines: Sequence[T]) -> Sequence[T]:
     return head[len(head) // 2 :][-LOOKED_AT:]
 
 
-def _is_missing(cell: str) -> bool:
+def is_missing(cell: str) -> bool:
+    """Return whether a cell says that nothing was measured."""
     return MISSING.fullmatch(_plain(cell)) is not None
 
 
@@ -377,13 +336,14 @@ def _is_value(cell: str) -> bool:
 
 def _is_row(cells: Sequence[str], measured: Sequence[int]) -> bool:
     """Return whether all measured columns have a value or nothing, and one has a value."""
-    filled = [cells[k] for k in measured if k < len(cells) and not _is_missing(cells[k])]
+    filled = [cells[k] for k in measured if k < len(cells) and not is_missing(cells[k])]
     return bool(filled) and all(map(_is_value, filled))
 
 
-def _in_a_row(rows: Sequence[int]) -> bool:
-    """Return whether `IN_A_ROW` of these rows follow one another."""
-    return any(last - first < IN_A_ROW for first, last in zip(rows, rows[IN_A_ROW - 1 :], strict=False))
+def _are_many(rows: Sequence[int], among: int) -> bool:
+    """Return whether these rows are too many among others, or some follow one another."""
+    in_a_row = any(last - first < IN_A_ROW for first, last in zip(rows, rows[IN_A_ROW - 1 :], strict=False))
+    return in_a_row or len(rows) >= BAD_SHARE * among
 
 
 def _plain(cell: str) -> str:

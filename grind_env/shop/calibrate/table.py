@@ -88,7 +88,10 @@ def calibrate_table(
     sheet = read_sheet(table)
     columns = find_columns(sheet, "table", said, RESPONSES, SETTINGS)
     measured = [name for name in RESPONSES if name in columns]
-    values = {name: sheet.quantity(columns[name], _units(name, settings.part.width)) for name in columns}
+    values = {
+        name: sheet.quantity(column, _units(name, settings.part.width), above=0.0 if name in RESPONSES else -math.inf)
+        for name, column in columns.items()
+    }
     rows = [_row(settings, values, k) for k in range(len(sheet.rows))]
     distinct = set(rows)  # a setting may be measured many times
     free = _free(said, measured)
@@ -99,7 +102,7 @@ def calibrate_table(
                 (k, name, values[name][k])
                 for name in measured
                 for k in range(len(rows))
-                if np.isfinite(values[name][k]) and values[name][k] > 0.0
+                if np.isfinite(values[name][k])
             ),
             strict=True,
         )
