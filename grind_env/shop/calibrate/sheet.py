@@ -148,12 +148,12 @@ class Sheet:
         Too many of them, or several in consecutive rows, are refused.
         """
         texts, name = self.texts(column), quoted(self.headings[column].name)
-        filled = [row for row, text in enumerate(texts) if not is_missing(text)]
-        bad = [row for row in filled if np.isnan(values[row])]
+        unread = np.flatnonzero(np.isnan(values)).tolist()
+        bad = [row for row in unread if not is_missing(texts[row])]
         if bad:
             several = f"{len(bad)} cells are not {what}, the first one" if len(bad) > 1 else f"the cell is not {what}:"
             said = f"column {name}: {several} {quoted(texts[bad[0]])} in row {self.lines[bad[0]]}"
-            if _are_many(bad, len(filled)):
+            if _are_many(bad, values.size - len(unread) + len(bad)):
                 raise CalibrationError(
                     f"{shown(self.path)}, {said}; correct or empty such cells, or delete rows that are no measurements"
                 )
@@ -348,7 +348,7 @@ def _are_many(rows: Sequence[int], among: int) -> bool:
 
 def _plain(cell: str) -> str:
     """Return a cell with the minus sign, blanks and apostrophes of a keyboard."""
-    return cell.translate(_MARKS).strip()
+    return cell if cell.isascii() else cell.translate(_MARKS).strip()
 
 
 def _with_plain_ends(text: str) -> str:
@@ -359,8 +359,8 @@ def _number(cell: str, decimal: str) -> float:
     """Return a plain cell as a number; NaN if it is none."""
     if not NUMBERS[decimal].fullmatch(cell):
         return np.nan
-    digits = re.sub("[ '.]" if decimal == "," else "[ ',]", "", cell)
-    return float(digits.replace(",", "."))
+    grouping = "," if decimal == "." else "."
+    return float(cell.replace(grouping, "").replace(" ", "").replace("'", "").replace(decimal, "."))
 
 
 def _decimals(cells: Collection[str]) -> tuple[int, int, set[str]]:
