@@ -219,6 +219,9 @@ RIGHT: dict[str, bytes | str] = {
     "a clock set back once": text_of(
         ",", "Clock,Power [W]", (f"02:{59 if k < 150 else 29}:{k // 10 + 20:02d}.{k % 10}" for k in range(ROWS)), LOADS
     ),
+    "minutes and seconds": text_of(
+        ",", "t,Power [W]", (f"{k // 600:02d}:{k // 10 % 60:02d}" for k in range(ROWS)), LOADS
+    ),
     "the newest row first": text_of(",", HEAD, SHORT[::-1], LOADS[::-1]),
 }
 """Of these every row is read."""
@@ -328,6 +331,14 @@ def test_a_log_that_cannot_be_read_for_sure_is_refused(case: str, tmp_path: Path
     with pytest.raises(CalibrationError, match=reason) as caught:
         read_log(write(tmp_path / "log.csv", text), MACHINE, Map())
     assert "\n" not in str(caught.value) and "log.csv" in str(caught.value) and len(str(caught.value)) < 400
+
+
+def test_a_log_without_a_heading_is_read_by_a_map(tmp_path: Path) -> None:
+    text = PLAIN.replace(HEAD, "# exported by logger 7\n# channel 3; range 2")
+    with pytest.raises(CalibrationError, match="no column of the time among column 1, column 2; say which"):
+        read_log(write(tmp_path / "log.csv", text), MACHINE, Map())
+    log = read_log(tmp_path / "log.csv", MACHINE, Map(None, {"log": {"time": 1, "power": 2}}))
+    np.testing.assert_allclose(log.power, np.array(LOADS, float))
 
 
 PARTS = "Part no.;Size, deviation [um];Ra [um];Burn\n1;−1,3;0,24;no\n2;-1,0;0,25;no\n3;;0,26;yes\n"

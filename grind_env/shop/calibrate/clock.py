@@ -15,6 +15,8 @@ CLOCK = re.compile(
 """Date, hours, minutes, seconds with a fraction, and half of the day."""
 DATES = ("%Y-%m-%d", "%d-%m-%Y", "%m-%d-%Y", "%d-%m-%y", "%m-%d-%y", "%y-%m-%d", "%d-%b-%Y", "%d-%b-%y", "%Y-%b-%d")
 HOUR, DAY = 3600.0, 86_400.0
+CROWD = 20
+"""Rows that share each time from which on the times `14:05` are hours and minutes, and not minutes and seconds."""
 BACK = {HOUR: 60.0, DAY: 3700.0}
 """s by which rows may be out of order, or summer time may end, for a clock that begins anew after an hour or a day."""
 
@@ -27,7 +29,8 @@ def clock_seconds(texts: Sequence[str]) -> NDArray[np.float64]:
     found = [match.groups() if (match := CLOCK.fullmatch(text)) else None for text in texts]
     times = [each for each in found if each]
     in_hours = any(each[1] for each in times)
-    in_minutes = in_hours or any(len(each[3]) > 2 or int(each[2]) > 23 for each in times)
+    fine = any(len(each[3]) > 2 or int(each[2]) > 23 for each in times) or len(times) < CROWD * len(set(times))
+    in_minutes = in_hours or (fine and not any(each[0] or each[4] for each in times))
     period = HOUR if in_minutes and not in_hours else DAY
     seconds = np.full(len(texts), np.nan)
     for row, each in enumerate(found):

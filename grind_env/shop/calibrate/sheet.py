@@ -202,13 +202,16 @@ def read_sheet(path: Path) -> Sheet:
     first = next((k for k, record in enumerate(records) if _is_row(record.cells, measured)), None)
     if first is None:
         raise CalibrationError(f"{shown(path)} has no row of numbers; export the log as text with a heading and rows")
-    named = [k for k in range(first) if not any(map(_is_value, records[k].cells))]
+    named = [
+        k for k in range(first) if sum(map(bool, records[k].cells)) > 1 and not any(map(_is_value, records[k].cells))
+    ]
     if not named:
-        return _sheet(path, [f"column {k + 1}" for k in range(columns)], [], records[first:], separator)
+        return _sheet(path, [Heading(f"column {k + 1}", "") for k in range(columns)], records[first:], separator)
     names, units = records[named[-1]].cells, list[str]()
     if len(named) > 1 and len(names) == columns and all(map(UNITS.fullmatch, names)):
         names, units = records[named[-2]].cells, [cell.strip("[]() ") for cell in names]
-    return _sheet(path, names, units, records[named[-1] + 1 :], separator)
+    headings = [_heading(name, unit) for name, unit in zip_longest(names, units[: len(names)], fillvalue="")]
+    return _sheet(path, headings, records[named[-1] + 1 :], separator)
 
 
 def sheet_of(path: Path, text: str) -> Sheet | None:
@@ -216,7 +219,8 @@ def sheet_of(path: Path, text: str) -> Sheet | None:
     counts = {each: text.lstrip("\n").partition("\n")[0].count(each) for each in (",", *SEPARATORS[:3])}
     separator = max(counts, key=lambda each: counts[each])
     records = [record for record in _records(path, text, separator) if record.cells]
-    return _sheet(path, records[0].cells, [], records[1:], separator, strict=True) if records else None
+    names = [_heading(name, "") for name in records[0].cells] if records else []
+    return _sheet(path, names, records[1:], separator, strict=True) if records else None
 
 
 def read_measured(path: Path) -> str:
@@ -225,13 +229,16 @@ def read_measured(path: Path) -> str:
         data = read_bytes(path)
     except ReadError as error:
         raise CalibrationError(f"{error}; name a text file such as an export to CSV") from None
-    codes = {data[:2] in (b"\xff\xfe", b"\xfe\xff"): "utf-16", data[1:4:2] == b"\0\0": "utf-16-le"}
-    code = {**codes, data[:4:2] == b"\0\0": "utf-16-be"}.get(True, "utf-8-sig")
-    if data[:4] != b"PK\x03\x04" and (code != "utf-8-sig" or b"\0" not in data[:1000]):
+    codes: tuple[str, ...]
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        codes = ("utf-16",)
+    elif b"\0" in data[:4]:
+        codes = ("utf-16-le" if data[1:2] == b"\0" else "utf-16-be",)
+    else:
+        codes = () if b"\0" in data[:1000] else ("utf-8-sig", "cp1252", "latin-1")
+    for code in () if data[:4] == b"PK\x03\x04" else codes:
         with suppress(UnicodeDecodeError):
-            return _with_plain_ends(data.decode(code))
-        if code == "utf-8-sig":
-            return _with_plain_ends(data.decode("cp1252", "replace"))
+            return data.decode(code).replace("\r\n", "\n").replace("\r", "\n")
     raise CalibrationError(f"{shown(path)} is no text; export it as CSV, for a spreadsheet file cannot be read")
 
 
@@ -270,15 +277,9 @@ def _records(path: Path, text: str, separator: str) -> list[_Record]:
 
 
 def _sheet(
-    path: Path,
-    names: Sequence[str],
-    units: Sequence[str],
-    records: Sequence[_Record],
-    separator: str,
-    strict: bool = False,
+    path: Path, headings: Sequence[Heading], records: Sequence[_Record], separator: str, strict: bool = False
 ) -> Sheet:
     """Return rows under their names; a row with more cells than names is refused, or left out where it is rare."""
-    headings = tuple(_heading(name, unit) for name, unit in zip_longest(names, units, fillvalue=""))
     width = max((k + 1 for k, heading in enumerate(headings) if heading.name), default=0)
     wide = [k for k, record in enumerate(records) if any(record.cells[width:])]
     remarks = []
@@ -290,7 +291,7 @@ def _sheet(
         remarks.append(f"{said}; {len(wide)} such rows were left out")
     kept = [record for record in records if not any(record.cells[width:])]
     rows = [(*record.cells[:width], *[""] * (width - len(record.cells))) for record in kept]
-    return Sheet(path, headings[:width], rows, [record.line for record in kept], separator, remarks)
+    return Sheet(path, tuple(headings[:width]), rows, [record.line for record in kept], separator, remarks)
 
 
 def _layout(path: Path, text: str) -> tuple[str, int]:
@@ -349,10 +350,6 @@ def _are_many(rows: Sequence[int], among: int) -> bool:
 def _plain(cell: str) -> str:
     """Return a cell with the minus sign, blanks and apostrophes of a keyboard."""
     return cell if cell.isascii() else cell.translate(_MARKS).strip()
-
-
-def _with_plain_ends(text: str) -> str:
-    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _number(cell: str, decimal: str) -> float:
