@@ -173,7 +173,7 @@ class Sheet:
         if point or comma or not either:
             return "." if point >= comma else ","
         others = (row[k] for row in self.rows[:LOOKED_AT] for k in range(len(row)) if k != column)
-        point, comma, _ = _decimals({_plain(text) for text in others})
+        point, comma, _ = _decimals({_plain(text).rpartition(":")[2] for text in others})  # a clock may have decimals
         marks = {mark for text in either for mark in ".," if mark in text}
         decimal = "." if point > comma or (point == comma and (self.separator == "," or "," not in marks)) else ","
         row, example = next((row, text) for row, text in enumerate(self.texts(column)) if _plain(text) in either)
@@ -184,7 +184,7 @@ class Sheet:
             raise CalibrationError(
                 f"{shown(self.path)}, {said} is {digits} or a number with decimals; write {digits} or {example}0"
             )
-        if decimal not in example:
+        if decimal not in example or point == comma:
             self.remarks.append(f"{said} is read as {_number(_plain(example), decimal):g}")
         return decimal
 
