@@ -169,6 +169,14 @@ def test_a_volume_that_is_no_number_is_refused(volume: str, tmp_path: Path) -> N
         fitted(tmp_path, volume)
 
 
+def test_one_volume_of_many_that_is_no_number_is_no_sharp_wheel(tmp_path: Path) -> None:
+    rows = ["downfeed [um];volume;Ra", *["5;40;.3"] * 150]
+    rows[70] = "5;~40;.3"
+    write(tmp_path / "table.csv", "\n".join(rows))
+    with pytest.raises(CalibrationError, match="column 'volume': the cell is not a number: '~40' in row 71"):
+        calibrate_table(tmp_path / "table.csv", EXAMPLES / "plate_g82.toml", names=["roughness"])
+
+
 ROWS = 300
 SHORT, LOADS = TIMES[:ROWS], LOW[:ROWS]
 HEAD = "Time [s],Power [W]"

@@ -84,16 +84,11 @@ def read_map(path: Path | None) -> Map:
         raise CalibrationError(f"{shown(path)}: the map is not valid TOML: {error}") from None
     for name, table in tables.items():
         if name not in MAP_VALUES or not isinstance(table, Mapping):
-            raise CalibrationError(
-                f"{shown(path)}: there is no table [{name}]; those of a map are [log], [gauge] and [table]"
-            )
+            raise CalibrationError(f"{shown(path)}: there is no table [{name}]; a map has [log], [gauge] and [table]")
         legal = (*WORDS[name], *MAP_VALUES[name])
-        for key in table:
-            if key not in legal:
-                hint = did_you_mean(key, legal)
-                raise CalibrationError(
-                    f"{shown(path)}: there is no key {name}.{key}{hint}; legal are {', '.join(legal)}"
-                )
+        for key in set(table) - set(legal):
+            hint = did_you_mean(key, legal)
+            raise CalibrationError(f"{shown(path)}: there is no key {name}.{key}{hint}; legal are {', '.join(legal)}")
     return Map(path, tables)
 
 
@@ -112,17 +107,16 @@ def find_columns(sheet: Sheet, table: str, said: Map, *needed: Sequence[str]) ->
         scores = {number: score for number, score in scores.items() if score and number not in found.values()}
         best = [number for number, score in scores.items() if score == max(scores.values())]
         if len(best) > 1:
-            names = " and ".join(quoted(sheet.headings[number].name) for number in best[:2])
-            raise CalibrationError(
-                f"{shown(sheet.path)}: columns {names} may both be the {name}; say which with a map: "
-                f"[{table}] {name} = ..."
-            )
+            both = " and ".join(quoted(sheet.headings[number].name) for number in best[:2])
+            said_by = f"say which with a map: [{table}] {name} = ..."
+            raise CalibrationError(f"{shown(sheet.path)}: columns {both} may both be the {name}; {said_by}")
         if best:
             found[name] = best[0]
+    names = listed([heading.name for heading in sheet.headings])
     for group in needed:
         if not any(name in found for name in group):
             raise CalibrationError(
-                f"{shown(sheet.path)} has no column of the {' or '.join(group)} among {names_of(sheet)}; say which it "
+                f"{shown(sheet.path)} has no column of the {' or '.join(group)} among {names}; say which it "
                 f"is with a map: [{table}] {group[0]} = ..."
             )
     sheet.remarks.extend(f"{name} is column {quoted(sheet.headings[column].name)}" for name, column in found.items())
@@ -133,22 +127,17 @@ def find_columns(sheet: Sheet, table: str, said: Map, *needed: Sequence[str]) ->
     return found
 
 
-def names_of(sheet: Sheet) -> str:
-    """The headings of a sheet, as messages list them."""
-    return listed([heading.name for heading in sheet.headings])
-
-
 def _said(sheet: Sheet, table: str, name: str, said: Map) -> int:
+    """Return the column that a map names, by its number from 1, its name or its name with its unit."""
     value, names = said.value(table, name), [heading.name for heading in sheet.headings]
-    full = [f"{heading.name} [{heading.unit}]" for heading in sheet.headings]
+    called = [*names, *(f"{heading.name} [{heading.unit}]" for heading in sheet.headings)]
     if isinstance(value, int) and not isinstance(value, bool) and 1 <= value <= len(names):
         return value - 1
-    for each in (names, full):
-        if value in each:
-            return each.index(value)
+    if value in called:
+        return called.index(value) % len(names)
     raise CalibrationError(
         f"{said.file}: {table}.{name} is {quoted(value)}, but {shown(sheet.path)} has no such column; "
-        f"its columns are {names_of(sheet)}"
+        f"its columns are {listed(names)}"
     )
 
 

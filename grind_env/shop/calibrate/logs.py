@@ -92,32 +92,15 @@ def read_log(path: Path, machine: Machine, said: Map) -> Log:
     columns, remarks = find_columns(sheet, "log", said, ("time",), ("power",)), sheet.remarks
     raw, (time, sure) = sheet.numbers(columns["power"]), _times(sheet, columns["time"], said)
     dressing = sheet.flags(columns["dress"], YES, NO) if "dress" in columns else np.zeros(time.size)
-    where = {name: f"column {quoted(sheet.headings[column].name)}" for name, column in columns.items()}
-    if not np.isfinite(raw).any():
-        raise CalibrationError(
-            f"{shown(path)}: {where['power']} holds no numbers; say which column is the power with a map: "
-            "[log] power = ..."
-        )
     kept = np.isfinite(time) & np.isfinite(raw)
     if not kept.all():
         remarks.append(f"{int((~kept).sum())} rows without time or power were left out")
-    if kept.any() and not np.ptp(time[kept]) > 0.0:
-        raise CalibrationError(
-            f"{shown(path)}: the time, {where['time']}, does not change; export the time of every row, or say which "
-            "column it is with a map: [log] time = ..."
-        )
     lines = np.array(sheet.lines)[kept]
+    _refuse_constant(sheet, columns["time"], "time", time[kept], least=2)
     time, raw, dressed = _in_order(path, time[kept], raw[kept], dressing[kept] == 1.0, lines, remarks)
     if time.size < LEAST_ROWS:
         raise CalibrationError(f"{shown(path)} has {time.size} rows of time and power; {LEAST_ROWS} are needed")
-    low, high = raw.min(), raw.max()
-    steady = high - low <= 1e-6 * max(abs(low), abs(high))
-    if steady or np.unique(raw).size < 3:
-        found = f"does not change (it is {np.median(raw):g})" if steady else f"is {low:g} or {high:g} and nothing else"
-        raise CalibrationError(
-            f"{shown(path)}: the power, {where['power']}, {found}; log the power of the spindle, or say which column "
-            "it is with a map"
-        )
+    _refuse_constant(sheet, columns["power"], "power", raw, least=3, steady=1e-6)
     steps = np.diff(time)
     gaps = steps[steps > max(GAP * float(np.median(steps)), LEAST_GAP)]
     if sure and gaps.size:
@@ -135,6 +118,18 @@ def read_log(path: Path, machine: Machine, said: Map) -> Log:
     full = (said.number("log", "rated_power") or machine.power_limit) / (scale or 1.0) if unit == "%" else None
     power = factor * raw / (scale or 1.0)
     return Log(time, power, dressed, spread, known, unit, sure, tuple(remarks), full, scale or 1.0)
+
+
+def _refuse_constant(sheet: Sheet, column: int, name: str, values: Floats, least: int, steady: float = 0.0) -> None:
+    """Refuse a column with fewer different values than a log needs, or whose values differ by no more than a share."""
+    different = np.unique(values)
+    constant = different.size == 1 or (different.size > 1 and np.ptp(different) <= steady * np.abs(different).max())
+    if constant or 0 < different.size < least:
+        found = f"is {different[0]:g} or {different[-1]:g} and nothing else"
+        found = f"does not change (it is {np.median(values):g})" if constant else found
+        where = f"{shown(sheet.path)}: the {name}, column {quoted(sheet.headings[column].name)}"
+        remedy = f"log the {name} of every row, or say which column it is with a map: [log] {name} = ..."
+        raise CalibrationError(f"{where}, {found}; {remedy}")
 
 
 def _times(sheet: Sheet, column: int, said: Map) -> tuple[Floats, bool]:

@@ -64,6 +64,11 @@ NUMBERS = {".": _number_with(r"\.", ","), ",": _number_with(",", r"\.")}
 _VALUES = (*NUMBERS.values(), CLOCK, re.compile(DATE))
 
 
+class _Record(NamedTuple):
+    line: int
+    cells: list[str]
+
+
 class Heading(NamedTuple):
     """A column's name, and its unit if one is stated."""
 
@@ -103,17 +108,19 @@ class Sheet:
         numbers = {text: _number(cell, decimal) for text, cell in cells.items()}
         return np.array([numbers[text] for text in texts], np.float64)
 
-    def numbers(self, column: int, *, above: float = -np.inf, beyond: float = BEYOND) -> Floats:
+    def numbers(
+        self, column: int, *, above: float = -np.inf, beyond: float = BEYOND, bad_share: float = BAD_SHARE
+    ) -> Floats:
         """Return a column as numbers above and below some; NaN where a cell is missing or was left out."""
         values = self.values(column)
         for row in np.flatnonzero(np.abs(values) >= beyond).tolist():
             raise self.not_measured(column, row)
         what = "a number" if np.isinf(above) else f"a number above {above:g}"
-        return self.checked(column, np.where(values > above, values, np.nan), what)
+        return self.checked(column, np.where(values > above, values, np.nan), what, bad_share)
 
-    def quantity(self, column: int, units: Mapping[str, float], above: float = -np.inf) -> Floats:
-        """Return a column of numbers in the unit whose factor is 1."""
-        return self.factor(column, units) * self.numbers(column, above=above)
+    def quantity(self, column: int, units: Mapping[str, float], **limits: float) -> Floats:
+        """Return a column of `numbers` in the unit whose factor is 1."""
+        return self.factor(column, units) * self.numbers(column, **limits)
 
     def factor(self, column: int, units: Mapping[str, float], said: object = None) -> float:
         """Return the factor of the unit of a column: said by a map, or by its heading, else the first one."""
@@ -142,7 +149,7 @@ class Sheet:
         looked = [text for text in self.texts(column)[:LOOKED_AT] if text]
         return sum(CLOCK.fullmatch(text) is not None for text in looked) > 0.5 * len(looked)
 
-    def checked(self, column: int, values: Floats, what: str) -> Floats:
+    def checked(self, column: int, values: Floats, what: str, bad_share: float = BAD_SHARE) -> Floats:
         """Return the values of a column; where one is NaN though its cell is not missing, a remark names the cell.
 
         Too many of them, or several in consecutive rows, are refused.
@@ -153,7 +160,7 @@ class Sheet:
         if bad:
             several = f"{len(bad)} cells are not {what}, the first one" if len(bad) > 1 else f"the cell is not {what}:"
             said = f"column {name}: {several} {quoted(texts[bad[0]])} in row {self.lines[bad[0]]}"
-            if _are_many(bad, values.size - len(unread) + len(bad)):
+            if _are_many(bad, values.size - len(unread) + len(bad), bad_share):
                 raise CalibrationError(
                     f"{shown(self.path)}, {said}; correct or empty such cells, or delete rows that are no measurements"
                 )
@@ -248,13 +255,6 @@ def plain(text: str) -> str:
     return "".join(each for each in folded if not unicodedata.combining(each)).strip()
 
 
-class _Record(NamedTuple):
-    """A row as it stands in the file."""
-
-    line: int
-    cells: list[str]
-
-
 def _records(path: Path, text: str, separator: str) -> list[_Record]:
     """Return all rows; those of blank lines have no cells."""
     lines, records, line = text.split("\n"), list[_Record](), 1
@@ -341,10 +341,10 @@ def _is_row(cells: Sequence[str], measured: Sequence[int]) -> bool:
     return bool(filled) and all(map(_is_value, filled))
 
 
-def _are_many(rows: Sequence[int], among: int) -> bool:
+def _are_many(rows: Sequence[int], among: int, share: float = BAD_SHARE) -> bool:
     """Return whether these rows are too many among others, or some follow one another."""
     in_a_row = any(last - first < IN_A_ROW for first, last in zip(rows, rows[IN_A_ROW - 1 :], strict=False))
-    return in_a_row or len(rows) >= BAD_SHARE * among
+    return in_a_row or len(rows) >= share * among
 
 
 def _plain(cell: str) -> str:

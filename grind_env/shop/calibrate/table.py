@@ -11,7 +11,7 @@ says which they are where they are not, and of which responses only ratios count
 import math
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -36,6 +36,8 @@ SETTINGS = ("wheel_speed", "table_speed", "downfeed", "width", "length", "lead",
 """What a row sets; `depth` is that of the dress."""
 RESPONSES = ("power", "Ft", "Fn", "Ra", "wear", "G")
 """What is measured."""
+SET, MEASURED = {"bad_share": 0.0}, {"above": 0.0}
+"""Limits of both: every setting that is stated is read, and what is measured is above 0."""
 ERRORS = {"power": 0.05, "Ft": 0.05, "Fn": 0.05, "Ra": 0.1, "wear": 0.15, "G": 0.2}
 """Relative errors of a response that is measured once with care."""
 FORCES = ("Ft", "Fn")
@@ -69,18 +71,9 @@ def calibrate_table(
     names: Collection[str] | None = None,
     told: Callable[[str], None] = lambda stage: None,
 ) -> Calibration:
-    """Fit the process model to a table of settings.
+    """Fit the process model to a table of settings; arguments as of `calibrate`.
 
-    Args:
-        table: text with a row for each setting.
-        job: whose material, wheel, dresser, fluid and machine are used, and whose part where a row says nothing else.
-        map_file: what the columns are.
-        names: as of `calibrate`, like the next one.
-        told: is told what is being done.
-
-    Raises:
-        CalibrationError: it has no settings or no responses, or a unit that is not known.
-        GrindError: the job cannot be used.
+    The part of the job is ground where a row says nothing else.
     """
     said = read_map(map_file)
     settings = load_job(job, plant=MODEL)
@@ -89,7 +82,7 @@ def calibrate_table(
     columns = find_columns(sheet, "table", said, RESPONSES, SETTINGS)
     measured = [name for name in RESPONSES if name in columns]
     values = {
-        name: sheet.quantity(column, _units(name, settings.part.width), above=0.0 if name in RESPONSES else -math.inf)
+        name: sheet.quantity(column, _units(name, settings.part.width), **(MEASURED if name in RESPONSES else SET))
         for name, column in columns.items()
     }
     rows = [_row(settings, values, k) for k in range(len(sheet.rows))]
@@ -209,11 +202,11 @@ def _free(said: Map, measured: list[str]) -> list[str]:
 
 
 def _ground(job: Job, row: _Row) -> Mapping[str, float]:
-    """What a setting shows."""
-    entries = entries_of(job)
-    rig = Rig(_catalogue(job))
-    names = {kind: entries[kind].name for kind in ("material", "wheel", "dresser", "fluid")}
-    grinder = rig.fresh(
+    """Return what a setting shows."""
+    names = {kind: "default" if kind == "machine" else entry.name for kind, entry in entries_of(job).items()}
+    only: dict[str, Any] = {f"{kind}s": {names[kind]: entry} for kind, entry in entries_of(job).items()}
+    del names["machine"]  # the rig takes the default one
+    grinder = Rig(Catalogue(**only)).fresh(
         **names,
         **dict(row.setting),
         constant_surface_speed=job.setup.constant_surface_speed,
@@ -229,15 +222,3 @@ def _ground(job: Job, row: _Row) -> Mapping[str, float]:
         "wear": 1000.0 * grinder.wheel.W,
         "G": grinder.g_ratio(),
     }
-
-
-def _catalogue(job: Job) -> Catalogue:
-    """The entries of a job alone; the rig takes the machine that is the default."""
-    setup, material = job.setup, job.part.material
-    return Catalogue(
-        materials={material.name: material},
-        wheels={setup.wheel.name: setup.wheel},
-        dressers={setup.dresser.name: setup.dresser},
-        fluids={setup.fluid.name: setup.fluid},
-        machines={"default": setup.machine},
-    )
