@@ -56,10 +56,7 @@ class Source(Protocol):
 class CsvSource:
     """Rows of a file whose header has the names of the readings; `peak_power [kW]` says a unit.
 
-    Args:
-        path: of the file.
-        follow: whether to wait for further rows; a last line without its end is then taken to be in the making.
-        wait: waits for a while.
+    With `follow`, further rows are waited for; a last line without its end is then still being written.
     """
 
     retold = True
@@ -73,11 +70,7 @@ class CsvSource:
         self.taken, self.faulty = self.before, self._text()
 
     def next(self, asked: str) -> Row | None:
-        """As `Source.next`.
-
-        Raises:
-            ReadingError: the file cannot be read, names a column twice, or has a row that no table has.
-        """
+        """As `Source.next`; a `ReadingError` says what no table has."""
         self.before = self.taken
         while True:
             text = self._text()
@@ -130,11 +123,7 @@ class JsonLines:
         self.stream, self.line = stream, 0
 
     def next(self, asked: str) -> Row | None:
-        """As `Source.next`.
-
-        Raises:
-            ReadingError: a line is no JSON object, or cannot be read.
-        """
+        """As `Source.next`; a `ReadingError` says which line is no JSON object."""
         while data := self._read():
             place = f"line {self.line} of the input"
             try:
@@ -180,11 +169,7 @@ class Prompt:
         """As `Source.refused`."""
 
     def next(self, asked: str) -> Row | None:
-        """As `Source.next`; None at the end of the input or for `stop`.
-
-        Raises:
-            ReadingError: a word is no `name=value`, or no text.
-        """
+        """As `Source.next`; None at the end of the input or for `stop`, a `ReadingError` for no `name=value`."""
         try:
             text = self.ask(f"{asked}, as name=value (nothing: none; stop: go on later)> ").strip()
         except EOFError:

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from datetime import datetime
 
 import numpy as np
@@ -53,10 +54,8 @@ def _days(dates: Sequence[str | None]) -> NDArray[np.float64] | None:
     distinct = {date: re.sub("[/.]", "-", date) for date in dates if date}
     readings = []
     for form in DATES if distinct else ():
-        try:
+        with suppress(ValueError):
             readings.append({date: datetime.strptime(text, form).toordinal() for date, text in distinct.items()})
-        except ValueError:
-            continue
     if not readings:
         return None
     shortest = min(readings, key=lambda days: max(days.values()) - min(days.values()))

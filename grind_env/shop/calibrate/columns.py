@@ -46,22 +46,17 @@ UNIT_OF_POWER = ("w", "kw", "hp", "ps", "%", "a", "watt", "amp", "ampere")
 
 @dataclass(frozen=True, slots=True)
 class Map:
-    """What a map says.
-
-    Attributes:
-        file: its file; None without one.
-        tables: by name; those of `MAP_VALUES`.
-    """
+    """What a map says, by table and key; its file is None where there is no map."""
 
     file: Path | None = None
     tables: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def value(self, table: str, key: str) -> Any:
-        """What it says; None if nothing."""
+        """Return what it says; None if nothing."""
         return self.tables.get(table, {}).get(key)
 
     def number(self, table: str, key: str) -> float | None:
-        """The same of a number above 0; a `CalibrationError` says that it is none."""
+        """Return the number above 0 that it says; a `CalibrationError` says that it is none."""
         value = self.value(table, key)
         if value is None:
             return None

@@ -16,21 +16,14 @@ MOST_DIGITS = 18
 """Of the number of a part; one with more of them is none."""
 MOST_DEVIATION = 1.0
 """mm; a size above that is one of the part and not its deviation."""
-YES = ("1", "true", "yes", "y", "ja", "j", "x", "si", "oui", "o", "s", "burn", "burnt", "brand", "nok", "nio")
-NO = ("0", "false", "no", "n", "nein", "non", "nee", "ok", "io", "none", "kein", "keiner")
 
 
 @dataclass(frozen=True, slots=True)
 class Gauge:
-    """What was measured; arrays have a value for each row, NaN where nothing was measured.
+    """What was measured of parts, a value for each row, NaN where nothing was measured.
 
-    Attributes:
-        part: number of each, from 1 in the order in which they were ground.
-        size: stock left on it, um.
-        Ra: um.
-        burn: 1 if it is burnt, else 0.
-        diameter: of the wheel after it, mm.
-        remarks: what was made of the file, as sentences.
+    Parts count from 1 in the order of grinding; size (stock left) and Ra in um, the wheel's diameter after the part in
+    mm, burn 1 or 0; remarks are sentences about the file.
     """
 
     part: Numbers
@@ -42,17 +35,13 @@ class Gauge:
 
 
 def read_gauge(path: Path, said: Map) -> Gauge:
-    """Read what was measured of parts.
-
-    Raises:
-        CalibrationError: it has none of these columns, or a size that is no deviation without its nominal one.
-    """
+    """Read what was measured of parts; a `CalibrationError` says why it cannot be used."""
     sheet = read_sheet(path)
     columns = find_columns(sheet, "gauge", said, ("size", "Ra", "burn", "diameter"))
     empty = np.full(len(sheet.rows), np.nan)
     size = _size(sheet, columns["size"], said) if "size" in columns else empty
     Ra = sheet.quantity(columns["Ra"], MICROMETRES, above=0.0) if "Ra" in columns else empty
-    burn = sheet.flags(columns["burn"], YES, NO) if "burn" in columns else empty
+    burn = sheet.flags(columns["burn"]) if "burn" in columns else empty
     diameter = sheet.quantity(columns["diameter"], MILLIMETRES, above=0.0) if "diameter" in columns else empty
     if np.isfinite(diameter).sum() == 1:
         sheet.remarks.append("one diameter of the wheel alone tells nothing: of diameters their differences count")

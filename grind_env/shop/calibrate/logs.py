@@ -17,15 +17,7 @@ from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.sheet import LATEST, WATTS, Floats, Sheet, plain, read_sheet
 
 LEAST_ROWS = 30
-SECONDS = {
-    **dict.fromkeys(("s", "sec", "sek"), 1.0),
-    "ms": 1e-3,
-    "us": 1e-6,
-    "ns": 1e-9,
-    "min": 60.0,
-    "h": 3600.0,
-    "d": DAY,
-}
+SECONDS = {"s": 1.0, "sec": 1.0, "sek": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": DAY}
 SINCE_1970 = {unit: (5e8 / SECONDS[unit], 5e9 / SECONDS[unit]) for unit in ("ms", "us", "ns")}
 """Times of these units from 1985 to 2128."""
 LAST_DAY, STEP_OF_DAYS = 1e5, 2e-4
@@ -34,8 +26,6 @@ OVERLAP = 3
 """Rows after a clock was set back that earlier rows reach beyond."""
 SMALL = 0.02
 """Share of the power limit of the machine that a power in W exceeds somewhere."""
-YES = ("1", "true", "on", "ein", "ja", "yes", "x", "si", "oui", "aan", "1.0", "1,0")
-NO = ("0", "false", "off", "aus", "nein", "no", "non", "uit", "0.0", "0,0")
 GAP, LEAST_GAP = 8.0, 0.5
 """Times the usual step, and s, from which on a step is a gap."""
 COARSE = 0.7
@@ -91,7 +81,7 @@ def read_log(path: Path, machine: Machine, said: Map) -> Log:
     sheet = read_sheet(path)
     columns, remarks = find_columns(sheet, "log", said, ("time",), ("power",)), sheet.remarks
     raw, (time, sure) = sheet.numbers(columns["power"]), _times(sheet, columns["time"], said)
-    dressing = sheet.flags(columns["dress"], YES, NO) if "dress" in columns else np.zeros(time.size)
+    dressing = sheet.flags(columns["dress"]) if "dress" in columns else np.zeros(time.size)
     kept = np.isfinite(time) & np.isfinite(raw)
     if not kept.all():
         remarks.append(f"{int((~kept).sum())} rows without time or power were left out")
@@ -100,7 +90,7 @@ def read_log(path: Path, machine: Machine, said: Map) -> Log:
     time, raw, dressed = _in_order(path, time[kept], raw[kept], dressing[kept] == 1.0, lines, remarks)
     if time.size < LEAST_ROWS:
         raise CalibrationError(f"{shown(path)} has {time.size} rows of time and power; {LEAST_ROWS} are needed")
-    _refuse_constant(sheet, columns["power"], "power", raw, least=3, steady=1e-6)
+    _refuse_constant(sheet, columns["power"], "power", raw, least=3)
     steps = np.diff(time)
     gaps = steps[steps > max(GAP * float(np.median(steps)), LEAST_GAP)]
     if sure and gaps.size:
@@ -120,13 +110,13 @@ def read_log(path: Path, machine: Machine, said: Map) -> Log:
     return Log(time, power, dressed, spread, known, unit, sure, tuple(remarks), full, scale or 1.0)
 
 
-def _refuse_constant(sheet: Sheet, column: int, name: str, values: Floats, least: int, steady: float = 0.0) -> None:
-    """Refuse a column with fewer different values than a log needs, or whose values differ by no more than a share."""
-    different = np.unique(values)
-    constant = different.size == 1 or (different.size > 1 and np.ptp(different) <= steady * np.abs(different).max())
-    if constant or 0 < different.size < least:
-        found = f"is {different[0]:g} or {different[-1]:g} and nothing else"
-        found = f"does not change (it is {np.median(values):g})" if constant else found
+def _refuse_constant(sheet: Sheet, column: int, name: str, values: Floats, least: int) -> None:
+    """Refuse a column with fewer different values than a log needs."""
+    few = np.unique(values)
+    if 0 < few.size < least:
+        found = (
+            f"is {few[0]:g} or {few[1]:g} and nothing else" if few.size > 1 else f"does not change (it is {few[0]:g})"
+        )
         where = f"{shown(sheet.path)}: the {name}, column {quoted(sheet.headings[column].name)}"
         remedy = f"log the {name} of every row, or say which column it is with a map: [log] {name} = ..."
         raise CalibrationError(f"{where}, {found}; {remedy}")

@@ -9,11 +9,10 @@ import re
 import unicodedata
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +23,6 @@ from grind_env.shop.calibrate.clock import CLOCK, DATE, clock_seconds
 from grind_env.shop.calibrate.errors import CalibrationError
 
 Floats = NDArray[np.float64]
-T = TypeVar("T")
 
 SEPARATORS = (";", "\t", "|", ",", " ")
 MOST_COLUMNS, MOST_LINES = 1000, 20
@@ -48,6 +46,8 @@ UNITS = re.compile(
     r"|n|(hh:)?mm:ss(\.\w+)?|)\s*[\])]?"
 )
 """What a line of units consists of."""
+YES = re.compile("1([.,]0)?|true|y(es)?|on|ja?|ein|x|si?|o(ui)?|aan|burnt?|brand|nok|nio")
+NO = re.compile("0([.,]0)?|false|no?|off|nein|aus|non|nee|uit|none|ok|io|keiner?")
 MILLIMETRES = {"mm": 1.0, "um": 1e-3, "nm": 1e-6, "in": 25.4, "inch": 25.4, "uin": 25.4e-6}
 MICROMETRES = {"um": 1.0, **{unit: 1e3 * factor for unit, factor in MILLIMETRES.items()}}
 WATTS = {"w": 1.0, "watt": 1.0, "kw": 1e3, "hp": 745.7, "ps": 735.5}
@@ -134,11 +134,11 @@ class Sheet:
             )
         return factor
 
-    def flags(self, column: int, yes: Collection[str], no: Collection[str]) -> Floats:
+    def flags(self, column: int) -> Floats:
         """Return a column of words as 1 for yes, 0 for no and NaN where a cell is missing or was left out."""
-        known = {**dict.fromkeys(yes, 1.0), **dict.fromkeys(no, 0.0)}
         words = [plain(text).strip(".") for text in self.texts(column)]
-        return self.checked(column, np.array([known.get(word, np.nan) for word in words]), "yes or no")
+        flags = [1.0 if YES.fullmatch(word) else 0.0 if NO.fullmatch(word) else np.nan for word in words]
+        return self.checked(column, np.array(flags), "yes or no")
 
     def clock(self, column: int) -> Floats:
         """Return a column of clock times in s; NaN where a cell is missing or was left out."""
@@ -236,17 +236,14 @@ def read_measured(path: Path) -> str:
         data = read_bytes(path)
     except ReadError as error:
         raise CalibrationError(f"{error}; name a text file such as an export to CSV") from None
-    codes: tuple[str, ...]
-    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        codes = ("utf-16",)
-    elif b"\0" in data[:4]:
-        codes = ("utf-16-le" if data[1:2] == b"\0" else "utf-16-be",)
-    else:
-        codes = () if b"\0" in data[:1000] else ("utf-8-sig", "cp1252", "latin-1")
-    for code in () if data[:4] == b"PK\x03\x04" else codes:
-        with suppress(UnicodeDecodeError):
-            return data.decode(code).replace("\r\n", "\n").replace("\r", "\n")
-    raise CalibrationError(f"{shown(path)} is no text; export it as CSV, for a spreadsheet file cannot be read")
+    marked, zero = data[:2] in (b"\xff\xfe", b"\xfe\xff"), data[:4].find(b"\0")
+    try:
+        text = data.decode("utf-16" if marked else {-1: "utf-8-sig", 1: "utf-16-le"}.get(zero, "utf-16-be"))
+    except UnicodeDecodeError:
+        text = "\0" if marked or zero >= 0 else data.decode("cp1252", "replace")
+    if data[:4] == b"PK\x03\x04" or "\0" in text[:1000]:
+        raise CalibrationError(f"{shown(path)} is no text; export it as CSV, for a spreadsheet file cannot be read")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def plain(text: str) -> str:
@@ -297,7 +294,7 @@ def _sheet(
 def _layout(path: Path, text: str) -> tuple[str, int]:
     """Return what stands between columns, and how many there are."""
     head = re.sub(r'"[^"]*"', "0", "\n".join(text.split("\n", HEAD)[:HEAD])).split("\n")
-    looked, best = _rows_of([line for line in head if line.strip()]), (0.0, "", 0)
+    looked, layouts = _rows_of([line for line in head if line.strip()]), list[tuple[float, str, int]]()
     for separator in SEPARATORS:
         rows = [line.split() if separator == " " else line.split(separator) for line in looked]
         rows = [cells for cells in rows if len(cells) > 1]
@@ -310,17 +307,16 @@ def _layout(path: Path, text: str) -> tuple[str, int]:
                 f"{MOST_COLUMNS} at most"
             )
         values = [_is_value(cell) or is_missing(cell) for cells in rows for cell in cells]
-        if sum(values) / len(values) > best[0] or not best[1]:
-            best = sum(values) / len(values), separator, columns
-    if not best[1]:
+        layouts.append((sum(values) / len(values), separator, columns))
+    if not layouts:
         raise CalibrationError(
             f"{shown(path)} has no columns; between them must stand ';', ',', '|', a tabulator or blanks, the same in "
             "all rows"
         )
-    return best[1:]
+    return max(layouts, key=lambda layout: layout[0])[1:]
 
 
-def _rows_of(lines: Sequence[T]) -> Sequence[T]:
+def _rows_of(lines: Sequence[Any]) -> Sequence[Any]:
     """Return some lines that are rows: a file may begin with lines about itself."""
     head = lines[:HEAD]
     return head[len(head) // 2 :][-LOOKED_AT:]
