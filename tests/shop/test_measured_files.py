@@ -214,6 +214,9 @@ RIGHT: dict[str, bytes | str] = {
     "exponents": text_of(",", HEAD, SHORT, (f"{float(power):.3e}" for power in LOADS)),
     "blanks and decimal commas": text_of("   ", "Time[s] Power[W]", comma(SHORT), (f"{power},0" for power in LOADS)),
     "a unit behind every number": text_of(",", HEAD, SHORT, (f"{power} W" for power in LOADS)),
+    "a unit behind every thousand": text_of(
+        ";", HEAD.replace(",", ";"), comma(SHORT), (f"{p} W" for p in grouped(".", LOADS))
+    ),
     "plus signs and points without digits": text_of(",", HEAD, SHORT, (f"+{power}." for power in LOADS)),
     "dates": text_of(
         ",",

@@ -73,10 +73,11 @@ def read_map(path: Path | None) -> Map:
         return Map()
     try:
         tables = read_toml(path)
-    except ReadError as error:
-        raise CalibrationError(f"the map cannot be read ({error.reason}); name a TOML file") from None
-    except TomlError as error:
-        raise CalibrationError(f"{shown(path)}: the map is not valid TOML: {error}") from None
+    except (ReadError, TomlError) as error:
+        why = getattr(error, "reason", error)
+        raise CalibrationError(
+            f"{shown(path)}: the map cannot be read ({why}); name a TOML file, or correct it"
+        ) from None
     for name, table in tables.items():
         if name not in MAP_VALUES or not isinstance(table, Mapping):
             raise CalibrationError(f"{shown(path)}: there is no table [{name}]; a map has [log], [gauge] and [table]")

@@ -209,19 +209,13 @@ def _meter(sheet: Sheet, column: int, raw: Floats, machine: Machine, said: Map) 
     if unit == "%":
         rated = said.number("log", "rated_power")
         if rated is None:
-            remarks.append(
-                f"100 % is taken for the power limit of the machine, {machine.power_limit:g} W; a map says "
-                "it by rated_power"
-            )
+            remarks.append(f"100 % is taken for the machine's {machine.power_limit:g} W; a map says it by rated_power")
         return 0.01 * (rated or machine.power_limit), unit, SHARE if rated else GUESSED, True
     if unit in ("a", "amp", "ampere"):
         volts, factor = said.number("log", "volts"), said.number("log", "power_factor")
         if volts is not None and factor is not None:
             return math.sqrt(3.0) * volts * factor, "A", AMPERES, True
-        remarks.append(
-            "volts and power_factor of the motor are not said, so that the scale of its amperes is fitted; those of an "
-            "asynchronous motor hardly change near idle, and tell little there"
-        )
+        remarks.append("the scale of the amperes is fitted, for no map says volts and power_factor of the motor")
         return 1.0, "A", UNKNOWN, False
     raise CalibrationError(
         f"{shown(sheet.path)}: the unit of the power, {quoted(unit)}, is none of W, kW, hp, % and A; say it with a "

@@ -104,7 +104,7 @@ class Sheet:
         """Return a column as numbers; NaN where a cell is none."""
         texts, unit = self.texts(column), self.headings[column].unit or "%"
         cells = {text: _plain(text).removesuffix(unit).rstrip() for text in set(texts)}
-        decimal = self._decimal(column, cells.values())
+        decimal = self._decimal(column, cells)
         numbers = {text: _number(cell, decimal) for text, cell in cells.items()}
         return np.array([numbers[text] for text in texts], np.float64)
 
@@ -174,25 +174,25 @@ class Sheet:
             f"{quoted(self.headings[column].name)} cannot have been measured; correct that cell, or leave it empty"
         )
 
-    def _decimal(self, column: int, cells: Collection[str]) -> str:
+    def _decimal(self, column: int, cells: Mapping[str, str]) -> str:
         """Return the decimal mark of a column: by its own cells, else by the other columns, else by the separator."""
-        point, comma, either = _decimals(cells)
+        point, comma, either = _decimals(cells.values())
         if point or comma or not either:
             return "." if point >= comma else ","
         others = (row[k] for row in self.rows[:LOOKED_AT] for k in range(len(row)) if k != column)
         point, comma, _ = _decimals({_plain(text).rpartition(":")[2] for text in others})  # a clock may have decimals
         marks = {mark for text in either for mark in ".," if mark in text}
         decimal = "." if point > comma or (point == comma and (self.separator == "," or "," not in marks)) else ","
-        row, example = next((row, text) for row, text in enumerate(self.texts(column)) if _plain(text) in either)
+        row, example = next((row, text) for row, text in enumerate(self.texts(column)) if cells[text] in either)
         said = f"column {quoted(self.headings[column].name)}: {quoted(example)} in row {self.lines[row]}"
-        whole = [len(cell.lstrip("+-")) for cell in cells if cell.lstrip("+-").isdigit()]
+        whole = [len(cell.lstrip("+-")) for cell in cells.values() if cell.lstrip("+-").isdigit()]
         if point == comma and decimal in marks and (len(marks) > 1 or (3 in whole and max(whole) < 4)):
             digits = re.sub("[.,]", "", example)
             raise CalibrationError(
                 f"{shown(self.path)}, {said} is {digits} or a number with decimals; write {digits} or {example}0"
             )
         if decimal not in example or point == comma:
-            self.remarks.append(f"{said} is read as {_number(_plain(example), decimal):g}")
+            self.remarks.append(f"{said} is read as {_number(cells[example], decimal):g}")
         return decimal
 
 
