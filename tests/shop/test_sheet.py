@@ -200,15 +200,6 @@ def test_a_quote_that_is_not_closed_is_told_with_its_row(tmp_path, separator, ce
     assert "\n" not in str(caught.value)
 
 
-def test_quotes_that_are_closed_are_no_part_of_a_cell(tmp_path):
-    rows = [
-        ('"time [s]"', '"power [W]"', '"remark"'),
-        *((f'"{k}"', f'"{p:.1f}"', '"a ""b"""') for k, p in enumerate(POWER)),
-    ]
-    log = read_log(written(tmp_path, rows), MACHINE, Map())
-    np.testing.assert_allclose(log.power, POWER)
-
-
 @pytest.mark.parametrize(
     ("number", "column"),
     [

@@ -19,7 +19,7 @@ HOUR, DAY = 3600.0, 86_400.0
 CROWD = 20
 """Rows that share each time from which on the times `14:05` are hours and minutes, and not minutes and seconds."""
 BACK = {HOUR: 60.0, DAY: 3700.0}
-"""s by which rows may be out of order, or summer time may end, for a clock that begins anew after an hour or a day."""
+"""s by which a clock that begins anew after an hour or a day may go back: rows out of order, the end of summer time."""
 
 
 def clock_seconds(texts: Sequence[str]) -> NDArray[np.float64]:

@@ -17,7 +17,7 @@ from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.sheet import LATEST, WATTS, Floats, Sheet, plain, read_sheet
 
 LEAST_ROWS = 30
-SECONDS = {"s": 1.0, "sec": 1.0, "sek": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": DAY}
+SECONDS = {"s": 1.0, "sec": 1.0, "sek": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "days": DAY}
 SINCE_1970 = {unit: (5e8 / SECONDS[unit], 5e9 / SECONDS[unit]) for unit in ("ms", "us", "ns")}
 """Times of these units from 1985 to 2128."""
 LAST_DAY, STEP_OF_DAYS = 1e5, 2e-4
@@ -71,12 +71,9 @@ class Log:
 
 
 def read_log(path: Path, machine: Machine, said: Map) -> Log:
-    """Read a log; a `CalibrationError` says why it cannot be used.
+    """Read a log; the power limit of the machine is its rating where the map says none.
 
-    Args:
-        path: its file.
-        machine: whose power limit stands for the rating, if none is said.
-        said: what its columns are.
+    A `CalibrationError` says why the log cannot be used.
     """
     sheet = read_sheet(path)
     columns, remarks = find_columns(sheet, "log", said, ("time",), ("power",)), sheet.remarks
@@ -85,9 +82,8 @@ def read_log(path: Path, machine: Machine, said: Map) -> Log:
     kept = np.isfinite(time) & np.isfinite(raw)
     if not kept.all():
         remarks.append(f"{int((~kept).sum())} rows without time or power were left out")
-    lines = np.array(sheet.lines)[kept]
     _refuse_constant(sheet, columns["time"], "time", time[kept], least=2)
-    time, raw, dressed = _in_order(path, time[kept], raw[kept], dressing[kept] == 1.0, lines, remarks)
+    time, raw, dressed = _in_order(sheet, np.flatnonzero(kept), time, raw, dressing == 1.0)
     if time.size < LEAST_ROWS:
         raise CalibrationError(f"{shown(path)} has {time.size} rows of time and power; {LEAST_ROWS} are needed")
     _refuse_constant(sheet, columns["power"], "power", raw, least=3)
@@ -138,25 +134,24 @@ def _times(sheet: Sheet, column: int, said: Map) -> tuple[Floats, bool]:
         if within:
             unit = within[0]
         elif known.min() >= 0.0 and known.max() < LAST_DAY and np.median(np.abs(np.diff(known))) < STEP_OF_DAYS:
-            unit = "d"
+            unit = "days"
         if unit in SECONDS:
             sheet.remarks.append(f"the time has no unit; by its size it is taken to be in {unit}")
     return times * SECONDS.get(unit, 1.0), unit in SECONDS
 
 
 def _in_order(
-    path: Path, time: Floats, raw: Floats, dressing: NDArray[np.bool_], lines: Numbers, remarks: list[str]
+    sheet: Sheet, rows: Numbers, time: Floats, raw: Floats, dressing: NDArray[np.bool_]
 ) -> tuple[Floats, Floats, NDArray[np.bool_]]:
-    """Return the rows in the order of their times, none of which is there twice."""
-    if (np.diff(time) < 0.0).sum() > (np.diff(time) > 0.0).sum():  # the newest row first
-        time, raw, dressing, lines = time[::-1], raw[::-1], dressing[::-1], lines[::-1]
+    """Return some rows in the order of their times, none of which is there twice."""
+    steps, remarks = np.diff(time[rows]), sheet.remarks
+    rows = rows[::-1] if (steps < 0.0).sum() > (steps > 0.0).sum() else rows  # the newest row may come first
+    time, raw, dressing, lines = time[rows], raw[rows], dressing[rows], np.array(sheet.lines)[rows]
     step = float(np.median(np.diff(np.unique(time)))) if time.size > 1 else 0.0
     back = [row for row in (np.flatnonzero(np.diff(time) < 0.0) + 1).tolist() if _is_set_back(time, row, step)]
     if len(back) > 1:
-        raise CalibrationError(
-            f"{shown(path)}: the clock was set back {len(back)} times, first in row {lines[back[0]]}; export the rows "
-            "between as one log"
-        )
+        where = f"{shown(sheet.path)}: the clock was set back {len(back)} times, first in row {lines[back[0]]}"
+        raise CalibrationError(f"{where}; export the rows between as one log")
     for row in back:
         by = time[:row].max() + step - time[row]
         time = np.concatenate([time[:row], time[row:] + by])
@@ -177,10 +172,7 @@ def _in_order(
 
 
 def _is_set_back(time: Floats, row: int, step: float) -> bool:
-    """Return whether a clock was set back before a row: the rows go on at times that earlier rows have, or before them.
-
-    Rows that end where the earlier ones begin are only in the wrong order.
-    """
+    """Return whether a clock was set back before a row, and the rows are not only in the wrong order."""
     before, after, some = time[:row], time[row:], OVERLAP * step
     if np.any(after[:OVERLAP] >= before.max() - some):
         return False
