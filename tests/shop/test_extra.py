@@ -22,10 +22,9 @@ def without(library: str, *words: object) -> subprocess.CompletedProcess[str]:
     few(
         [
             ("scipy", ("calibrate", "log.csv", "--job", "plate.toml"), "a calibration needs SciPy"),
-            ("pandas", ("calibrate", "log.csv", "--job", "plate.toml"), "a calibration needs pandas"),
+            ("jinja2", ("report", PLATE), "reports need Jinja2"),
             ("scipy", ("optimise", PLATE, "--parts", 2, "--budget", "1s"), "the search needs SciPy"),
             ("matplotlib", ("optimise", PLATE, "--budget", "60s", "--report", "r.html"), "reports need matplotlib"),
-            ("jinja2", ("report", PLATE), "reports need Jinja2"),
         ],
         2,
     ),

@@ -1,22 +1,29 @@
 """Where readings come from: a CSV that grows, JSON lines, a prompt."""
 
-import csv
-import io
 import json
+import math
 import time
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple, Protocol
 
-from grind_env.errors import GrindError, quoted, reason
-from grind_env.files import read_text, shown
+from grind_env.errors import GrindError, quoted
+from grind_env.files import shown
 from grind_env.shop.advise.readings import ReadingError
+from grind_env.shop.calibrate.errors import CalibrationError
+from grind_env.shop.calibrate.sheet import MICROMETRES, MILLIMETRES, WATTS, Sheet, is_missing, read_measured, sheet_of
 
 POLL = 0.5
 """s between two looks at a file that grows."""
 LONGEST_LINE = 1_000_000
 """Bytes of a JSON object."""
+UNITS = {
+    **dict.fromkeys(("mean_power", "first_power", "peak_power"), WATTS),
+    **dict.fromkeys(("size_error", "Ra", "Ra_before"), MICROMETRES),
+    "diameter": MILLIMETRES,
+}
+"""Which a header may state; the first is that of a header without one."""
 
 
 class InputError(GrindError):
@@ -47,12 +54,9 @@ class Source(Protocol):
 
 
 class CsvSource:
-    """Rows of a CSV with a header, separated by commas, or by semicolons, when numbers may have a decimal comma.
+    """Rows of a file whose header has the names of the readings; `peak_power [kW]` says a unit.
 
-    Args:
-        path: of the file.
-        follow: whether to wait for further rows; a last line without its end is then taken to be in the making.
-        wait: waits for a while.
+    With `follow`, further rows are waited for; a last line without its end is then still being written.
     """
 
     retold = True
@@ -66,12 +70,7 @@ class CsvSource:
         self.taken, self.faulty = self.before, self._text()
 
     def next(self, asked: str) -> Row | None:
-        """As `Source.next`.
-
-        Raises:
-            ReadError: the file cannot be read.
-            ReadingError: it has no header or is no table, names a column twice, or a row has more cells than that.
-        """
+        """As `Source.next`; a `ReadingError` says what no table has."""
         self.before = self.taken
         while True:
             text = self._text()
@@ -84,32 +83,35 @@ class CsvSource:
             self.wait(POLL)
 
     def _text(self) -> str:
-        text = read_text(self.path)
+        try:
+            text = read_measured(self.path)
+        except CalibrationError as error:
+            raise InputError(str(error)) from None
         return text[: text.rfind("\n") + 1] if self.follow else text
 
     def _rows(self, text: str) -> list[Row]:
-        semicolons = ";" in text.partition("\n")[0]
         try:
-            lines = list(csv.reader(io.StringIO(text, newline=None), delimiter=";" if semicolons else ","))
-        except csv.Error as error:
-            raise ReadingError(f"{shown(self.path)} is no table ({reason(error)}): write a CSV with a header") from None
-        if not lines:
-            return []
-        names, rows = [name.strip() for name in lines[0]], list[Row]()
-        twice = next((name for name, count in Counter(names).items() if count > 1 and name), None)
-        if twice is not None:
-            raise ReadingError(f"{shown(self.path)} has more than one column {quoted(twice)}: leave one of them")
-        for number, cells in enumerate(lines[1:], 2):
-            place = f"{shown(self.path)}, row {number}"
-            if not any(cell.strip() for cell in cells):
-                if cells:
-                    rows.append(Row({}, place))
-                continue
-            if len(cells) > len(names):
-                raise ReadingError(f"{place} has {len(cells)} cells, but the header {len(names)}: name every column")
-            values = [cell.replace(",", ".") for cell in cells] if semicolons else cells
-            rows.append(Row(dict(zip(names, values, strict=False)), place))
-        return rows
+            sheet = sheet_of(self.path, text)
+            if sheet is None:
+                return []
+            names = [heading.name for heading in sheet.headings]
+            twice = next((name for name, count in Counter(names).items() if count > 1 and name), None)
+            if twice is not None:
+                raise ReadingError(f"{shown(self.path)} has more than one column {quoted(twice)}: leave one of them")
+            columns = [_readings(sheet, column) for column in range(len(names))]
+        except CalibrationError as error:
+            raise ReadingError(str(error)) from None
+        return [
+            Row(dict(zip(names, cells, strict=True)), f"{shown(self.path)}, row {line}")
+            for line, *cells in zip(sheet.lines, *columns, strict=True)
+        ]
+
+
+def _readings(sheet: Sheet, column: int) -> list[float | str | None]:
+    """Return the readings of a column, in their usual unit; a text stands where no number does, None for nothing."""
+    numbers = sheet.factor(column, UNITS.get(sheet.headings[column].name, {"-": 1.0})) * sheet.values(column)
+    cells = zip(numbers.tolist(), sheet.texts(column), strict=True)
+    return [number if math.isfinite(number) else None if is_missing(text) else text for number, text in cells]
 
 
 class JsonLines:
@@ -121,11 +123,7 @@ class JsonLines:
         self.stream, self.line = stream, 0
 
     def next(self, asked: str) -> Row | None:
-        """As `Source.next`.
-
-        Raises:
-            ReadingError: a line is no JSON object, or cannot be read.
-        """
+        """As `Source.next`; a `ReadingError` says which line is no JSON object."""
         while data := self._read():
             place = f"line {self.line} of the input"
             try:
@@ -171,11 +169,7 @@ class Prompt:
         """As `Source.refused`."""
 
     def next(self, asked: str) -> Row | None:
-        """As `Source.next`; None at the end of the input or for `stop`.
-
-        Raises:
-            ReadingError: a word is no `name=value`, or no text.
-        """
+        """As `Source.next`; None at the end of the input or for `stop`, a `ReadingError` for no `name=value`."""
         try:
             text = self.ask(f"{asked}, as name=value (nothing: none; stop: go on later)> ").strip()
         except EOFError:

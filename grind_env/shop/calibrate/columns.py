@@ -18,7 +18,7 @@ A map is a TOML text::
 """
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -46,22 +46,17 @@ UNIT_OF_POWER = ("w", "kw", "hp", "ps", "%", "a", "watt", "amp", "ampere")
 
 @dataclass(frozen=True, slots=True)
 class Map:
-    """What a map says.
-
-    Attributes:
-        file: its file; None without one.
-        tables: by name; those of `MAP_VALUES`.
-    """
+    """What a map says, by table and key; its file is None where there is no map."""
 
     file: Path | None = None
     tables: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def value(self, table: str, key: str) -> Any:
-        """What it says; None if nothing."""
+        """Return what it says; None if nothing."""
         return self.tables.get(table, {}).get(key)
 
     def number(self, table: str, key: str) -> float | None:
-        """The same of a number above 0; a `CalibrationError` says that it is none."""
+        """Return the number above 0 that it says; a `CalibrationError` says that it is none."""
         value = self.value(table, key)
         if value is None:
             return None
@@ -73,44 +68,31 @@ class Map:
 
 
 def read_map(path: Path | None) -> Map:
-    """Read a map.
-
-    Args:
-        path: its file; None for a map that says nothing.
-
-    Raises:
-        CalibrationError: it cannot be read, or says what no map can.
-    """
+    """Read a map, None for one that says nothing; a `CalibrationError` says what it cannot say."""
     if path is None:
         return Map()
     try:
         tables = read_toml(path)
-    except ReadError as error:
-        raise CalibrationError(f"the map cannot be read ({error.reason}); name a TOML file") from None
-    except TomlError as error:
-        raise CalibrationError(f"{shown(path)}: the map is not valid TOML: {error}") from None
+    except (ReadError, TomlError) as error:
+        why = getattr(error, "reason", error)
+        raise CalibrationError(
+            f"{shown(path)}: the map cannot be read ({why}); name a TOML file, or correct it"
+        ) from None
     for name, table in tables.items():
         if name not in MAP_VALUES or not isinstance(table, Mapping):
-            raise CalibrationError(
-                f"{shown(path)}: there is no table [{name}]; those of a map are [log], [gauge] and [table]"
-            )
+            raise CalibrationError(f"{shown(path)}: there is no table [{name}]; a map has [log], [gauge] and [table]")
         legal = (*WORDS[name], *MAP_VALUES[name])
-        for key in table:
-            if key not in legal:
-                hint = did_you_mean(key, legal)
-                raise CalibrationError(
-                    f"{shown(path)}: there is no key {name}.{key}{hint}; legal are {', '.join(legal)}"
-                )
+        for key in set(table) - set(legal):
+            hint = did_you_mean(key, legal)
+            raise CalibrationError(f"{shown(path)}: there is no key {name}.{key}{hint}; legal are {', '.join(legal)}")
     return Map(path, tables)
 
 
-def find_columns(sheet: Sheet, table: str, said: Map) -> dict[str, int]:
-    """Which of the columns that a table of a map may name is which; those that are not there are left out.
+def find_columns(sheet: Sheet, table: str, said: Map, *needed: Sequence[str]) -> dict[str, int]:
+    """Return the columns that a table of a map may name: said by the map, or known by the words in their headings.
 
-    A map says it, or else the words in their headings.
-
-    Raises:
-        CalibrationError: the map names no column, or two columns are equally likely.
+    The remarks of the sheet tell them. A `CalibrationError` says which column is not there, of each needed group of
+    names all, or which two are equally likely.
     """
     known = WORDS[table]
     found = {name: _said(sheet, table, name, said) for name in known if said.value(table, name) is not None}
@@ -121,41 +103,37 @@ def find_columns(sheet: Sheet, table: str, said: Map) -> dict[str, int]:
         scores = {number: score for number, score in scores.items() if score and number not in found.values()}
         best = [number for number, score in scores.items() if score == max(scores.values())]
         if len(best) > 1:
-            names = " and ".join(quoted(sheet.headings[number].name) for number in best[:2])
-            raise CalibrationError(
-                f"{shown(sheet.path)}: columns {names} may both be the {name}; say which with a map: "
-                f"[{table}] {name} = ..."
-            )
+            both = " and ".join(quoted(sheet.headings[number].name) for number in best[:2])
+            said_by = f"say which with a map: [{table}] {name} = ..."
+            raise CalibrationError(f"{shown(sheet.path)}: columns {both} may both be the {name}; {said_by}")
         if best:
             found[name] = best[0]
+    names = listed([heading.name for heading in sheet.headings])
+    for group in needed:
+        if not any(name in found for name in group):
+            raise CalibrationError(
+                f"{shown(sheet.path)} has no column of the {' or '.join(group)} among {names}; say which it "
+                f"is with a map: [{table}] {group[0]} = ..."
+            )
+    sheet.remarks.extend(f"{name} is column {quoted(sheet.headings[column].name)}" for name, column in found.items())
+    others = [quoted(each.name) for column, each in enumerate(sheet.headings) if column not in found.values()]
+    if others:
+        what = f"column{'s' if len(others) > 1 else ''} {listed(others, LISTED)}"
+        sheet.remarks.append(f"nothing was taken from {what} of {sheet.path.name}")
     return found
 
 
-def not_used(sheet: Sheet, used: Iterable[int]) -> list[str]:
-    """A sentence about the columns of a sheet that nothing was taken from, if there are any."""
-    others = [heading.name for number, heading in enumerate(sheet.headings) if number not in set(used)]
-    if not others:
-        return []
-    names = listed([quoted(name) for name in others], LISTED)
-    return [f"nothing was taken from {'columns' if len(others) > 1 else 'column'} {names} of {sheet.path.name}"]
-
-
-def names_of(sheet: Sheet) -> str:
-    """The headings of a sheet, as messages list them."""
-    return listed([heading.name for heading in sheet.headings])
-
-
 def _said(sheet: Sheet, table: str, name: str, said: Map) -> int:
+    """Return the column that a map names, by its number from 1, its name or its name with its unit."""
     value, names = said.value(table, name), [heading.name for heading in sheet.headings]
-    full = [f"{heading.name} [{heading.unit}]" for heading in sheet.headings]
+    called = [*names, *(f"{heading.name} [{heading.unit}]" for heading in sheet.headings)]
     if isinstance(value, int) and not isinstance(value, bool) and 1 <= value <= len(names):
         return value - 1
-    for each in (names, full):
-        if value in each:
-            return each.index(value)
+    if value in called:
+        return called.index(value) % len(names)
     raise CalibrationError(
         f"{said.file}: {table}.{name} is {quoted(value)}, but {shown(sheet.path)} has no such column; "
-        f"its columns are {names_of(sheet)}"
+        f"its columns are {listed(names)}"
     )
 
 

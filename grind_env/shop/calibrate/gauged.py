@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,14 +28,9 @@ UNSEEN = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Gauged:
-    """What was gauged, one value after the other.
+    """What was gauged, one value after the other: value, error and kind as of `solver.Data`, and the part from 1.
 
-    Attributes:
-        value: as of `fit.Data`, like the next two.
-        error: see there.
-        kind: see there.
-        part: of each, from 1.
-        origin: part from whose wheel diameter that of the value is the difference; 0 of other kinds.
+    `origin` is the part from whose wheel diameter the value is the difference; 0 of other kinds.
     """
 
     value: Floats
@@ -60,14 +56,8 @@ def measured_of(gauge: Gauge | None, parts: int, job: Job) -> Gauged:
         for k in wheels[1:]:
             less = gauge.diameter[k] - gauge.diameter[wheels[0]]
             rows.append((less, DIAMETER_ERROR * math.sqrt(2.0), "diameter", gauge.part[k], gauge.part[wheels[0]]))
-    value, error_, kind_, part, origin = zip(*rows, strict=True) if rows else ((), (), (), (), ())
-    return Gauged(
-        np.array(value, np.float64),
-        np.array(error_, np.float64),
-        np.array(kind_, "U10"),
-        np.array(part, np.int64),
-        np.array(origin, np.int64),
-    )
+    types: tuple[Any, ...] = (np.float64, np.float64, "U10", np.int64, np.int64)
+    return Gauged(*(np.array([row[k] for row in rows], each) for k, each in enumerate(types)))
 
 
 def refuse_impossible(gauge: Gauge, job: Job) -> None:

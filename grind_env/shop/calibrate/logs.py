@@ -1,31 +1,37 @@
 """A log of the power of the spindle, as it was exported, as times and watts."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Numbers
 from grind_env.errors import quoted
 from grind_env.files import shown
 from grind_env.process.entries import Machine
-from grind_env.shop.calibrate.columns import Map, find_columns, names_of, not_used
+from grind_env.shop.calibrate.clock import DAY
+from grind_env.shop.calibrate.columns import Map, find_columns
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.sheet import LATEST, Floats, Sheet, plain, read_sheet
+from grind_env.shop.calibrate.sheet import LATEST, WATTS, Floats, Sheet, plain, read_sheet
 
 LEAST_ROWS = 30
-SECONDS = {"s": 1.0, "sec": 1.0, "sek": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0}
-"""Of units of time."""
-WATTS = {"w": 1.0, "watt": 1.0, "kw": 1e3, "hp": 745.7, "ps": 735.5}
-"""Of units of power."""
+SECONDS = {"s": 1.0, "sec": 1.0, "sek": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "days": DAY}
+SINCE_1970 = {unit: (5e8 / SECONDS[unit], 5e9 / SECONDS[unit]) for unit in ("ms", "us", "ns")}
+"""Times of these units from 1985 to 2128."""
+LAST_DAY, STEP_OF_DAYS = 1e5, 2e-4
+"""Of a spreadsheet, in the year 2173; and the step between rows below which a time without unit counts days."""
+OVERLAP = 3
+"""Rows after a clock was set back that earlier rows reach beyond."""
+SMALL = 0.02
+"""Share of the power limit of the machine that a power in W exceeds somewhere."""
 GAP, LEAST_GAP = 8.0, 0.5
 """Times the usual step, and s, from which on a step is a gap."""
 COARSE = 0.7
 """Times in which more rows share one with another are those of a clock that is coarser than the log."""
 EXACT, SHARE, AMPERES, GUESSED, UNKNOWN = 0.02, 0.05, 0.08, 0.3, 1.0
-"""Logarithmic spread of the scale of a meter: in W, in % of a rating, of a motor with known volts, in % of a rating
-that is
-guessed, of a motor without volts."""
+"""Logarithmic spread of a meter: W, % of a stated rating, A with known volts, % of a guessed rating, other A."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,60 +71,27 @@ class Log:
 
 
 def read_log(path: Path, machine: Machine, said: Map) -> Log:
-    """Read a log.
+    """Read a log; the power limit of the machine is its rating where the map says none.
 
-    Args:
-        path: its file.
-        machine: whose power limit stands for the rating, if none is said.
-        said: what its columns are.
-
-    Raises:
-        CalibrationError: it has no time or power, too few rows, or a time or a power that never changes.
+    A `CalibrationError` says why the log cannot be used.
     """
     sheet = read_sheet(path)
-    columns = find_columns(sheet, "log", said)
-    for name in ("time", "power"):
-        if name not in columns:
-            raise CalibrationError(
-                f"{shown(path)} has no column of the {name} among {names_of(sheet)}; say which it is with a map: "
-                f"[log] {name} = ..."
-            )
-    remarks = [
-        f"{name} is column {quoted(sheet.headings[columns[name]].name)}"
-        for name in ("time", "power", "dress")
-        if name in columns
-    ] + not_used(sheet, columns.values())
-    time, sure = _times(sheet, columns["time"], said)
-    raw = sheet.numbers(columns["power"])
-    dressing = np.zeros(time.size, np.bool_) if "dress" not in columns else _bits(sheet, columns["dress"])
-    if not np.isfinite(raw).any():
-        raise CalibrationError(
-            f"{shown(path)}: column {quoted(sheet.headings[columns['power']].name)} holds no numbers; say which column "
-            "is the power with a map: [log] power = ..."
-        )
+    columns, remarks = find_columns(sheet, "log", said, ("time",), ("power",)), sheet.remarks
+    raw, (time, sure) = sheet.numbers(columns["power"]), _times(sheet, columns["time"], said)
+    dressing = sheet.flags(columns["dress"]) if "dress" in columns else np.zeros(time.size)
     kept = np.isfinite(time) & np.isfinite(raw)
-    dropped = sheet.skipped + int((~kept).sum())
-    if dropped:
-        remarks.append(f"{dropped} rows without time or power were left out")
-    if kept.any() and not np.ptp(time[kept]) > 0.0:
-        raise CalibrationError(
-            f"{shown(path)}: the time, column {quoted(sheet.headings[columns['time']].name)}, does not change; export "
-            "the time of every row, or say which column it is with a map: [log] time = ..."
-        )
-    time, raw, dressing = _in_order(time[kept], raw[kept], dressing[kept], remarks)
+    if not kept.all():
+        remarks.append(f"{int((~kept).sum())} rows without time or power were left out")
+    _refuse_constant(sheet, columns["time"], "time", time[kept], least=2)
+    time, raw, dressed = _in_order(sheet, np.flatnonzero(kept), time, raw, dressing == 1.0)
     if time.size < LEAST_ROWS:
         raise CalibrationError(f"{shown(path)} has {time.size} rows of time and power; {LEAST_ROWS} are needed")
-    low, high = raw.min(), raw.max()
-    steady = high - low <= 1e-6 * max(abs(low), abs(high))
-    if steady or np.unique(raw).size < 3:
-        found = f"does not change (it is {np.median(raw):g})" if steady else f"is {low:g} or {high:g} and nothing else"
-        raise CalibrationError(
-            f"{shown(path)}: the power, column {quoted(sheet.headings[columns['power']].name)}, {found}; log the power "
-            "of the spindle, or say which column it is with a map"
-        )
-    if sure:
-        remarks += _gaps(time)
-    power, unit, spread, known = _watts(sheet, columns["power"], raw, machine, said, remarks)
+    _refuse_constant(sheet, columns["power"], "power", raw, least=3)
+    steps = np.diff(time)
+    gaps = steps[steps > max(GAP * float(np.median(steps)), LEAST_GAP)]
+    if sure and gaps.size:
+        remarks.append(f"{gaps.size} gap{'s' if gaps.size > 1 else ''} in the log, the longest of {gaps.max():.1f} s")
+    factor, unit, spread, known = _meter(sheet, columns["power"], raw, machine, said)
     scale = said.number("log", "scale")
     if scale is not None and not known:
         raise CalibrationError(
@@ -126,15 +99,27 @@ def read_log(path: Path, machine: Machine, said: Map) -> Log:
             "known; say them, too, or leave the scale out"
         )
     if scale is not None:
-        power, spread = power / scale, 0.0
+        spread = 0.0
         remarks.append(f"the scale of the meter is {scale:g}, as the map says")
-    rated = said.number("log", "rated_power") or machine.power_limit
-    full = rated / (scale or 1.0) if unit == "%" else None
-    return Log(time, power, dressing, spread, known, unit, sure, tuple(remarks), full, scale or 1.0)
+    full = (said.number("log", "rated_power") or machine.power_limit) / (scale or 1.0) if unit == "%" else None
+    power = factor * raw / (scale or 1.0)
+    return Log(time, power, dressed, spread, known, unit, sure, tuple(remarks), full, scale or 1.0)
+
+
+def _refuse_constant(sheet: Sheet, column: int, name: str, values: Floats, least: int) -> None:
+    """Refuse a column with fewer different values than a log needs."""
+    few = np.unique(values)
+    if 0 < few.size < least:
+        found = (
+            f"is {few[0]:g} or {few[1]:g} and nothing else" if few.size > 1 else f"does not change (it is {few[0]:g})"
+        )
+        where = f"{shown(sheet.path)}: the {name}, column {quoted(sheet.headings[column].name)}"
+        remedy = f"log the {name} of every row, or say which column it is with a map: [log] {name} = ..."
+        raise CalibrationError(f"{where}, {found}; {remedy}")
 
 
 def _times(sheet: Sheet, column: int, said: Map) -> tuple[Floats, bool]:
-    """Times in s, and whether their unit is stated."""
+    """Return times in s, and whether their unit is known: stated, or told by their size."""
     unit = said.value("log", "time_unit")
     if unit is not None and unit not in (*SECONDS, "clock"):
         raise CalibrationError(
@@ -142,29 +127,35 @@ def _times(sheet: Sheet, column: int, said: Map) -> tuple[Floats, bool]:
         )
     if unit == "clock" or (unit is None and sheet.is_clock(column)):
         return sheet.clock(column), True
-    unit = plain(str(unit or sheet.headings[column].unit))
-    return sheet.numbers(column, LATEST) * SECONDS.get(unit, 1.0), unit in SECONDS
-
-
-def _gaps(time: Floats) -> list[str]:
-    """A sentence about the gaps in times in s, if there are any."""
-    steps = np.diff(time)
-    gaps = steps[steps > max(GAP * float(np.median(steps)), LEAST_GAP)]
-    if not gaps.size:
-        return []
-    return [f"{gaps.size} gap{'s' if gaps.size > 1 else ''} in the log, the longest of {gaps.max():.1f} s"]
-
-
-def _bits(sheet: Sheet, column: int) -> NDArray[np.bool_]:
-    """A column of a bit as truths."""
-    yes = ("1", "true", "on", "ein", "ja", "yes", "x", "si", "oui", "aan", "1.0", "1,0")
-    return np.array([text.lower() in yes for text in sheet.texts(column)], np.bool_)
+    times, unit = sheet.numbers(column, beyond=LATEST), plain(str(unit or sheet.headings[column].unit))
+    known = times[np.isfinite(times)]
+    if unit not in SECONDS and known.size > 1:
+        within = [name for name, (low, high) in SINCE_1970.items() if low <= known.min() and known.max() < high]
+        if within:
+            unit = within[0]
+        elif known.min() >= 0.0 and known.max() < LAST_DAY and np.median(np.abs(np.diff(known))) < STEP_OF_DAYS:
+            unit = "days"
+        if unit in SECONDS:
+            sheet.remarks.append(f"the time has no unit; by its size it is taken to be in {unit}")
+    return times * SECONDS.get(unit, 1.0), unit in SECONDS
 
 
 def _in_order(
-    time: Floats, raw: Floats, dressing: NDArray[np.bool_], remarks: list[str]
+    sheet: Sheet, rows: Numbers, time: Floats, raw: Floats, dressing: NDArray[np.bool_]
 ) -> tuple[Floats, Floats, NDArray[np.bool_]]:
-    """Rows in the order of their times, none of which is there twice."""
+    """Return some rows in the order of their times, none of which is there twice."""
+    steps, remarks = np.diff(time[rows]), sheet.remarks
+    rows = rows[::-1] if (steps < 0.0).sum() > (steps > 0.0).sum() else rows  # the newest row may come first
+    time, raw, dressing, lines = time[rows], raw[rows], dressing[rows], np.array(sheet.lines)[rows]
+    step = float(np.median(np.diff(np.unique(time)))) if time.size > 1 else 0.0
+    back = [row for row in (np.flatnonzero(np.diff(time) < 0.0) + 1).tolist() if _is_set_back(time, row, step)]
+    if len(back) > 1:
+        where = f"{shown(sheet.path)}: the clock was set back {len(back)} times, first in row {lines[back[0]]}"
+        raise CalibrationError(f"{where}; export the rows between as one log")
+    for row in back:
+        by = time[:row].max() + step - time[row]
+        time = np.concatenate([time[:row], time[row:] + by])
+        remarks.append(f"the clock was set back by {by:.6g} s in row {lines[row]}; the rows are taken to go on there")
     late = int((np.diff(time) < 0.0).sum())
     if late:
         remarks.append(f"{late} rows came out of order and were put in theirs")
@@ -172,7 +163,6 @@ def _in_order(
     time, raw, dressing = time[order], raw[order], dressing[order]
     stamps, first, counts = np.unique(time, return_index=True, return_counts=True)
     if stamps.size < COARSE * time.size and np.median(counts) >= 2:
-        step = float(np.median(np.diff(stamps)))
         within = np.arange(time.size) - np.repeat(first, counts)
         remarks.append(f"the clock has steps of {step:g} s; {np.median(counts):g} rows in each were spread over it")
         return time + step * (within + 0.5) / np.repeat(np.maximum(counts, np.median(counts)), counts), raw, dressing
@@ -181,12 +171,19 @@ def _in_order(
     return stamps, raw[first], dressing[first]
 
 
-def _watts(
-    sheet: Sheet, column: int, raw: Floats, machine: Machine, said: Map, remarks: list[str]
-) -> tuple[Floats, str, float, bool]:
-    """The power in W as far as its scale is known, its unit, the spread of that scale, and whether it is known."""
+def _is_set_back(time: Floats, row: int, step: float) -> bool:
+    """Return whether a clock was set back before a row, and the rows are not only in the wrong order."""
+    before, after, some = time[:row], time[row:], OVERLAP * step
+    if np.any(after[:OVERLAP] >= before.max() - some):
+        return False
+    taken = np.count_nonzero((before >= after[0]) & (before <= after[0] + some))
+    return bool(taken >= OVERLAP - 1 or after.max() < before.min() - some)
+
+
+def _meter(sheet: Sheet, column: int, raw: Floats, machine: Machine, said: Map) -> tuple[float, str, float, bool]:
+    """Return the factor of a power to W, its unit, the spread of the factor, and whether it is known."""
     unit = plain(str(said.value("log", "power_unit") or sheet.headings[column].unit or ""))
-    name = plain(sheet.headings[column].name)
+    name, remarks = plain(sheet.headings[column].name), sheet.remarks
     if not unit and any(word in name for word in ("strom", "current", "courant", "corr", "prad")):
         unit = "a"
     if not unit and any(word in name for word in ("last", "load", "charge", "carga", "carico", "%")):
@@ -196,33 +193,23 @@ def _watts(
     if idle:
         stated = sheet.headings[column].unit or unit or "W"
         remarks.append(f"{', '.join(idle)} of the map had no effect on a power in {stated}")
+    if not unit:
+        unit = "kw" if float(np.quantile(raw, 0.99)) < SMALL * machine.power_limit else "w"
+        remarks.append(f"the power has no unit; by its size it is taken to be in {unit.replace('w', 'W')}")
     if unit in WATTS:
-        return WATTS[unit] * raw, unit, EXACT, True
+        return WATTS[unit], unit, EXACT, True
     if unit == "%":
         rated = said.number("log", "rated_power")
         if rated is None:
-            remarks.append(
-                f"100 % is taken for the power limit of the machine, {machine.power_limit:g} W; a map says "
-                "it by rated_power"
-            )
-        return 0.01 * (rated or machine.power_limit) * raw, unit, SHARE if rated else GUESSED, True
+            remarks.append(f"100 % is taken for the machine's {machine.power_limit:g} W; a map says it by rated_power")
+        return 0.01 * (rated or machine.power_limit), unit, SHARE if rated else GUESSED, True
     if unit in ("a", "amp", "ampere"):
         volts, factor = said.number("log", "volts"), said.number("log", "power_factor")
         if volts is not None and factor is not None:
-            return np.sqrt(3.0) * volts * factor * raw, "A", AMPERES, True
-        remarks.append(
-            "volts and power_factor of the motor are not said, so that the scale of its amperes is fitted; those of an "
-            "asynchronous motor hardly change near idle, and tell little there"
-        )
-        return raw, "A", UNKNOWN, False
-    if unit:
-        raise CalibrationError(
-            f"{shown(sheet.path)}: the unit of the power, {quoted(unit)}, is none of W, kW, hp, % and A; say it with a "
-            'map: [log] power_unit = "kW"'
-        )
-    high = float(np.quantile(raw, 0.99))
-    if high < 0.02 * machine.power_limit:
-        remarks.append("the power has no unit; by its size it is taken to be in kW")
-        return 1e3 * raw, "kW", EXACT, True
-    remarks.append("the power has no unit; by its size it is taken to be in W")
-    return raw, "W", EXACT, True
+            return math.sqrt(3.0) * volts * factor, "A", AMPERES, True
+        remarks.append("the scale of the amperes is fitted, for no map says volts and power_factor of the motor")
+        return 1.0, "A", UNKNOWN, False
+    raise CalibrationError(
+        f"{shown(sheet.path)}: the unit of the power, {quoted(unit)}, is none of W, kW, hp, % and A; say it with a "
+        'map: [log] power_unit = "kW"'
+    )

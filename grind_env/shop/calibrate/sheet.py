@@ -1,16 +1,16 @@
-"""A text of rows and columns as machines, data loggers and spreadsheets export it.
+"""A measured file of a shop: rows and columns as machines, data loggers, gauges and spreadsheets export them.
 
-Between columns stand semicolons, tabulators, bars, commas or blanks; before the heading there may be lines about the
-export, after it a line of units; numbers have a decimal point or a decimal comma.
+Logs, gauge files, tables of settings and the measurements of `grind advise` are all read here, by the same rules. A
+cell is a number, is missing (`MISSING`), or is named with its column, row and count; too many of those are refused.
 """
 
 import csv
-import io
 import re
 import unicodedata
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,41 +18,55 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.errors import quoted
-from grind_env.extras import needing
 from grind_env.files import ReadError, read_bytes, shown
+from grind_env.shop.calibrate.clock import CLOCK, DATE, clock_seconds
 from grind_env.shop.calibrate.errors import CalibrationError
-
-with needing("shop", "a calibration needs"):
-    import pandas
 
 Floats = NDArray[np.float64]
 
 SEPARATORS = (";", "\t", "|", ",", " ")
-"""In the order in which they are tried: a comma may be that of decimals."""
-MOST_COLUMNS = 1000
+MOST_COLUMNS, MOST_LINES = 1000, 20
+"""Of a file, and of a quoted cell."""
 BEYOND, LATEST = 1e12, 1e19
 """What no measurement reaches in any unit, and no time, not even that of a clock in ns since 1970."""
-LOOKED_AT = 200
-"""Lines in which the layout of a text is looked for."""
+LOOKED_AT, HEAD = 200, 5000
+"""Rows in which layout and marks are looked for, the last ones of so many lines at the beginning."""
 USUAL_SHARE = 0.6
-"""Of these lines that must have as many columns as most."""
-
-_NUMBER = re.compile(r"[-+]?(\d+([.,]\d*)*|[.,]\d+)([eE][-+]?\d+)?\s*%?")
-_COMMA = re.compile(r"[-+]?[\d.]*,\d+([eE][-+]?\d+)?")
-_POINT = re.compile(r"[-+]?\d*\.\d+([eE][-+]?\d+)?")
-_CLOCK = re.compile(r"(\S+[ T])?\d{1,2}:\d{2}(:\d{2}([.,:]\d+)?)?(\s*[AaPp][Mm])?(\s*(Z|UTC|[-+]\d{2}:?\d{2}))?")
-_DATE = re.compile(r"\d{1,4}[-./]\d{1,2}[-./]\d{1,4}")
-_UNIT = re.compile(r"^(.*?)\s*[\[(]([^\[\]()]*)[\])]\s*$")
-_DATE_PARTS = r"(\d{1,4}[-./]\d{1,2}[-./]\d{1,4})"
-_CLOCK_PARTS = r"(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,:]\d+)?))?\s*([AaPp])?"
-DATES = ("%Y-%m-%d", "%d-%m-%Y", "%m-%d-%Y", "%d-%m-%y", "%m-%d-%y", "%y-%m-%d")
-DAY, BACK = 86_400.0, 3700.0
-"""s; rows are never that much out of order, and summer time ends by less."""
+"""Of the lines that must have columns."""
+BAD_SHARE, IN_A_ROW = 0.02, 3
+"""Share of unreadable cells, and number of them in consecutive rows, from which on a column is refused."""
+MISSING = re.compile(r"(?i)-*|ol|o\.l\.|#n/?a|#nv|n/?a|nan|null|[-+]?inf")
+"""What stands where nothing was measured."""
+_MARKS = str.maketrans(
+    {**dict.fromkeys("\u2212\u2013\u2014", "-"), **dict.fromkeys("\u00a0\u202f\u2009\u2007", " "), "’": "'"}
+)
+_UNIT = re.compile(r"^(.+?)\s*[\[(]([^\[\]()]*)[\])]\s*$")
 UNITS = re.compile(
-    r"(?i)[\[(]?\s*(ms|s|sec|sek|min|h|us|µs|w|kw|watt|hp|ps|%|a|amp|ampere|mm|µm|um|in|inch|m/min|mm/min|mm/s|m/s|-|°c|n"
-    r"|hh:mm:ss(\.\w+)?|)\s*[\])]?"
+    r"(?i)[\[(]?\s*(ms|s|sec|sek|min|h|us|µs|w|kw|watt|hp|ps|%|a|amp|ampere|mm|µm|um|in|inch|m/min|mm/min|mm/s|m/s|-|°c"
+    r"|n|(hh:)?mm:ss(\.\w+)?|)\s*[\])]?"
 )
 """What a line of units consists of."""
+YES = re.compile("1([.,]0)?|true|y(es)?|on|ja?|ein|x|si?|o(ui)?|aan|burnt?|brand|nok|nio")
+NO = re.compile("0([.,]0)?|false|no?|off|nein|aus|non|nee|uit|none|ok|io|keiner?")
+MILLIMETRES = {"mm": 1.0, "um": 1e-3, "nm": 1e-6, "in": 25.4, "inch": 25.4, "uin": 25.4e-6}
+MICROMETRES = {"um": 1.0, **{unit: 1e3 * factor for unit, factor in MILLIMETRES.items()}}
+WATTS = {"w": 1.0, "watt": 1.0, "kw": 1e3, "hp": 745.7, "ps": 735.5}
+"""Factors of units; the first unit is that of a heading without one."""
+
+
+def _number_with(decimal: str, group: str) -> re.Pattern[str]:
+    grouped = rf"[1-9]\d{{0,2}}(?:(?P<mark>[ '{group}])\d{{3}})(?:(?P=mark)\d{{3}})*(?:{decimal}\d*)?"
+    return re.compile(rf"[-+]?(?:{grouped}|(?:\d+(?:{decimal}\d*)?|{decimal}\d+)(?:[eE][-+]?\d+)?)")
+
+
+NUMBERS = {".": _number_with(r"\.", ","), ",": _number_with(",", r"\.")}
+"""Numbers by their decimal mark; thousands may be set apart by the other mark, blanks or apostrophes."""
+_VALUES = (*NUMBERS.values(), CLOCK, re.compile(DATE))
+
+
+class _Record(NamedTuple):
+    line: int
+    cells: list[str]
 
 
 class Heading(NamedTuple):
@@ -64,213 +78,296 @@ class Heading(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Sheet:
-    """Rows and columns of a text.
+    """Rows and columns of a file; what is wrong with a cell is a `CalibrationError` that names it.
 
     Attributes:
         path: of the file.
-        headings: of the columns; `column 1` and so on of a text without.
-        cells: a pandas frame of texts; NaN where a cell is empty.
-        decimal_comma: whether numbers have one.
-        skipped: lines that have another number of columns.
+        headings: of the columns; `column 1` and so on of a file without.
+        rows: of cells as texts.
+        lines: number of the line in the file where each row begins.
+        separator: between columns.
+        remarks: sentences about what was made of the file; reading a column adds its own.
     """
 
     path: Path
     headings: tuple[Heading, ...]
-    cells: Any
-    decimal_comma: bool
-    skipped: int
-
-    def numbers(self, column: int, beyond: float = BEYOND) -> Floats:
-        """A column as numbers; NaN where a cell is none.
-
-        Raises:
-            CalibrationError: a number is beyond all measurements.
-        """
-        texts = self.cells[column].str.strip().str.rstrip("%").str.strip()
-        if self.decimal_comma:
-            texts = texts.str.replace(".", "", regex=False).str.replace(",", ".", regex=False)
-        numbers: Floats = pandas.to_numeric(texts, errors="coerce").to_numpy(np.float64)
-        for row in np.flatnonzero(np.abs(numbers) >= beyond).tolist():
-            if any(letter.isdigit() for letter in texts[row]):  # else a word such as inf, for what is missing
-                raise self.not_measured(column, row)
-        return np.where(np.isfinite(numbers), numbers, np.nan)
-
-    def not_measured(self, column: int, row: int) -> CalibrationError:
-        """The error of a cell whose number is none that can have been measured."""
-        heading, cell = self.headings[column].name, self.texts(column)[row]
-        return CalibrationError(
-            f"{shown(self.path)}: {quoted(cell)} in column {quoted(heading)} cannot have been measured; correct that "
-            "cell, or leave it empty"
-        )
+    rows: Sequence[Sequence[str]]
+    lines: Sequence[int]
+    separator: str
+    remarks: list[str]
 
     def texts(self, column: int) -> list[str]:
-        """A column as texts; an empty one for an empty cell."""
-        return [str(text).strip() for text in self.cells[column].fillna("")]
+        """Return a column as texts."""
+        return [row[column] for row in self.rows]
+
+    def values(self, column: int) -> Floats:
+        """Return a column as numbers; NaN where a cell is none."""
+        texts, unit = self.texts(column), self.headings[column].unit or "%"
+        cells = {text: _plain(text).removesuffix(unit).rstrip() for text in set(texts)}
+        decimal = self._decimal(column, cells)
+        numbers = {text: _number(cell, decimal) for text, cell in cells.items()}
+        return np.array([numbers[text] for text in texts], np.float64)
+
+    def numbers(
+        self, column: int, *, above: float = -np.inf, beyond: float = BEYOND, bad_share: float = BAD_SHARE
+    ) -> Floats:
+        """Return a column as numbers above and below some; NaN where a cell is missing or was left out."""
+        values = self.values(column)
+        for row in np.flatnonzero(np.abs(values) >= beyond).tolist():
+            raise self.not_measured(column, row)
+        what = "a number" if np.isinf(above) else f"a number above {above:g}"
+        return self.checked(column, np.where(values > above, values, np.nan), what, bad_share)
+
+    def quantity(self, column: int, units: Mapping[str, float], **limits: float) -> Floats:
+        """Return a column of `numbers` in the unit whose factor is 1."""
+        return self.factor(column, units) * self.numbers(column, **limits)
+
+    def factor(self, column: int, units: Mapping[str, float], said: object = None) -> float:
+        """Return the factor of the unit of a column: said by a map, or by its heading, else the first one."""
+        name, unit = self.headings[column]
+        unit = unit if said is None else str(said)
+        factor = units.get(plain(unit).replace("^", "") or next(iter(units)))
+        if factor is None:
+            raise CalibrationError(
+                f"{shown(self.path)}: column {quoted(name)} is in {quoted(unit)}, but its unit must be one of "
+                f"{', '.join(units)}; convert it"
+            )
+        return factor
+
+    def flags(self, column: int) -> Floats:
+        """Return a column of words as 1 for yes, 0 for no and NaN where a cell is missing or was left out."""
+        words = [plain(text).strip(".") for text in self.texts(column)]
+        flags = [1.0 if YES.fullmatch(word) else 0.0 if NO.fullmatch(word) else np.nan for word in words]
+        return self.checked(column, np.array(flags), "yes or no")
 
     def clock(self, column: int) -> Floats:
-        """A column of clock times as seconds, which go on over midnight; NaN where a cell is none.
-
-        Where they have no date, a clock that goes back by more than `BACK` s has passed midnight.
-        """
-        found = self.cells[column].str.extract(_CLOCK_PARTS)
-        hours, minutes = (found[number].astype(np.float64).to_numpy() for number in (0, 1))
-        seconds = found[2].fillna("0").str.replace("[,:]", ".", regex=True).astype(np.float64).to_numpy()
-        half = found[3].str.lower()
-        hours = np.where(half.notna(), hours % 12.0 + 12.0 * (half == "p"), hours)
-        of_day: Floats = 3600.0 * hours + 60.0 * minutes + seconds
-        days = _days(self.cells[column])
-        return of_day + DAY * (_midnights(of_day) if days is None else days)
+        """Return a column of clock times in s; NaN where a cell is missing or was left out."""
+        return self.checked(column, clock_seconds(self.texts(column)), "a time")
 
     def is_clock(self, column: int) -> bool:
-        """Whether a column holds times such as 07:15:02."""
+        """Return whether a column holds times such as 07:15:02."""
         looked = [text for text in self.texts(column)[:LOOKED_AT] if text]
-        return bool(looked) and sum(bool(_CLOCK.fullmatch(text)) for text in looked) > 0.5 * len(looked)
+        return sum(CLOCK.fullmatch(text) is not None for text in looked) > 0.5 * len(looked)
+
+    def checked(self, column: int, values: Floats, what: str, bad_share: float = BAD_SHARE) -> Floats:
+        """Return the values of a column; where one is NaN though its cell is not missing, a remark names the cell.
+
+        Too many of them, or several in consecutive rows, are refused.
+        """
+        texts, name = self.texts(column), quoted(self.headings[column].name)
+        unread = np.flatnonzero(np.isnan(values)).tolist()
+        bad = [row for row in unread if not is_missing(texts[row])]
+        if bad:
+            several = f"{len(bad)} cells are not {what}, the first one" if len(bad) > 1 else f"the cell is not {what}:"
+            said = f"column {name}: {several} {quoted(texts[bad[0]])} in row {self.lines[bad[0]]}"
+            if _are_many(bad, values.size - len(unread) + len(bad), bad_share):
+                raise CalibrationError(
+                    f"{shown(self.path)}, {said}; correct or empty such cells, or delete rows that are no measurements"
+                )
+            self.remarks.append(f"{said}; left out")
+        return values
+
+    def not_measured(self, column: int, row: int) -> CalibrationError:
+        """Return the error of a cell whose number cannot have been measured."""
+        return CalibrationError(
+            f"{shown(self.path)}, row {self.lines[row]}: {quoted(self.rows[row][column])} in column "
+            f"{quoted(self.headings[column].name)} cannot have been measured; correct that cell, or leave it empty"
+        )
+
+    def _decimal(self, column: int, cells: Mapping[str, str]) -> str:
+        """Return the decimal mark of a column: by its own cells, else by the other columns, else by the separator."""
+        point, comma, either = _decimals(cells.values())
+        if point or comma or not either:
+            return "." if point >= comma else ","
+        others = (row[k] for row in self.rows[:LOOKED_AT] for k in range(len(row)) if k != column)
+        point, comma, _ = _decimals({_plain(text).rpartition(":")[2] for text in others})  # a clock may have decimals
+        marks = {mark for text in either for mark in ".," if mark in text}
+        decimal = "." if point > comma or (point == comma and (self.separator == "," or "," not in marks)) else ","
+        row, example = next((row, text) for row, text in enumerate(self.texts(column)) if cells[text] in either)
+        said = f"column {quoted(self.headings[column].name)}: {quoted(example)} in row {self.lines[row]}"
+        whole = [len(cell.lstrip("+-")) for cell in cells.values() if cell.lstrip("+-").isdigit()]
+        if point == comma and decimal in marks and (len(marks) > 1 or (3 in whole and max(whole) < 4)):
+            digits = re.sub("[.,]", "", example)
+            raise CalibrationError(
+                f"{shown(self.path)}, {said} is {digits} or a number with decimals; write {digits} or {example}0"
+            )
+        if decimal not in example or point == comma:
+            self.remarks.append(f"{said} is read as {_number(cells[example], decimal):g}")
+        return decimal
 
 
 def read_sheet(path: Path) -> Sheet:
-    """Read a text of rows and columns.
-
-    Raises:
-        CalibrationError: it cannot be read, is no text, or has no rows of numbers.
-    """
-    lines = [line for line in _text(path).splitlines() if line.strip()]
-    if not lines:
+    """Read a file of rows and columns; a `CalibrationError` says what is wrong with it."""
+    text = read_measured(path)
+    if not text.strip():
         raise CalibrationError(f"{shown(path)} is empty; export the measurements again")
-    separator, columns = _layout(path, lines)
-    first = next((number for number, line in enumerate(lines) if _is_data(_split(line, separator), columns)), None)
+    separator, columns = _layout(path, text)
+    records = [record for record in _records(path, text, separator) if any(record.cells)]
+    looked = _rows_of(records)
+    filled = [[c.cells[k] for c in looked if k < len(c.cells) and not is_missing(c.cells[k])] for k in range(columns)]
+    measured = [k for k, cells in enumerate(filled) if cells and 2 * sum(map(_is_value, cells)) >= len(cells)]
+    first = next((k for k, record in enumerate(records) if _is_row(record.cells, measured)), None)
     if first is None:
         raise CalibrationError(f"{shown(path)} has no row of numbers; export the log as text with a heading and rows")
-    data = [line for line in lines[first:] if len(_split(line, separator)) == columns]
-    for line in data:
-        if '"' in line and _is_open(line, separator):
-            raise CalibrationError(
-                f"{shown(path)}: a quote is not closed in the row {quoted(line)}; close or delete it"
-            )
-    looked = [cell.strip() for line in data[:LOOKED_AT] for cell in _split(line, separator)]
-    comma = separator != "," and sum(bool(_COMMA.fullmatch(cell)) for cell in looked) > sum(
-        bool(_POINT.fullmatch(cell)) for cell in looked
-    )
-    cells = pandas.read_csv(
-        io.StringIO("\n".join(data)),
-        sep=r"\s+" if separator == " " else separator,
-        header=None,
-        names=range(columns),
-        dtype=str,
-        keep_default_na=True,
-        skipinitialspace=True,
-        on_bad_lines="skip",
-    )
-    headings = _headings([_split(line, separator) for line in lines[:first]], columns)
-    return Sheet(path, headings, cells, comma, len(lines) - first - len(cells))
+    named = [
+        k for k in range(first) if sum(map(bool, records[k].cells)) > 1 and not any(map(_is_value, records[k].cells))
+    ]
+    if not named:
+        return _sheet(path, [Heading(f"column {k + 1}", "") for k in range(columns)], records[first:], separator)
+    names, units = records[named[-1]].cells, list[str]()
+    if len(named) > 1 and len(names) == columns and all(map(UNITS.fullmatch, names)):
+        names, units = records[named[-2]].cells, [cell.strip("[]() ") for cell in names]
+    headings = [_heading(name, unit) for name, unit in zip_longest(names, units[: len(names)], fillvalue="")]
+    return _sheet(path, headings, records[named[-1] + 1 :], separator)
 
 
-def _days(texts: Any) -> Floats | None:
-    """The dates in a column of texts, in days; None if they have none.
-
-    Where the order of day and month cannot be told, it is that in which the column is the shorter time.
-    """
-    dates = texts.str.extract(_DATE_PARTS)[0].str.replace(r"[/.]", "-", regex=True)
-    if dates.isna().all():
-        return None
-    read = [pandas.to_datetime(dates, format=form, errors="coerce") for form in DATES]
-    dated = [each for each in read if (each.notna() == dates.notna()).all()]
-    if not dated:
-        return None
-    shortest = min(dated, key=lambda each: each.max() - each.min())
-    days: Floats = ((shortest - shortest.min()) / pandas.Timedelta(days=1)).to_numpy(np.float64)
-    return days
+def sheet_of(path: Path, text: str) -> Sheet | None:
+    """Return a text whose first row names its columns, however few rows follow; None of an empty text."""
+    counts = {each: text.lstrip("\n").partition("\n")[0].count(each) for each in (",", *SEPARATORS[:3])}
+    separator = max(counts, key=lambda each: counts[each])
+    records = [record for record in _records(path, text, separator) if record.cells]
+    names = [_heading(name, "") for name in records[0].cells] if records else []
+    return _sheet(path, names, records[1:], separator, strict=True) if records else None
 
 
-def _midnights(of_day: Floats) -> Floats:
-    """How often midnight has passed before each time of day; rows may run backwards, and a few may be out of order."""
-    passed = np.zeros(of_day.size)
-    known = np.flatnonzero(np.isfinite(of_day))
-    jumps = np.diff(of_day[known], prepend=of_day[known[:1]])
-    way = 1.0 if (jumps < 0.0).sum() <= (jumps > 0.0).sum() else -1.0
-    passed[known] = way * np.cumsum(np.where(way * jumps < -BACK, 1.0, np.where(way * jumps > DAY - BACK, -1.0, 0.0)))
-    return passed
-
-
-def plain(text: str) -> str:
-    """A text in small letters without accents."""
-    folded = unicodedata.normalize("NFKD", text.casefold().replace("µ", "u").replace("μ", "u"))
-    return "".join(each for each in folded if not unicodedata.combining(each)).strip()
-
-
-def _text(path: Path) -> str:
+def read_measured(path: Path) -> str:
+    """Return the text of a file in UTF-8, UTF-16 or a code of Windows; a `CalibrationError` says that it is none."""
     try:
         data = read_bytes(path)
     except ReadError as error:
         raise CalibrationError(f"{error}; name a text file such as an export to CSV") from None
-    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        return data.decode("utf-16", "replace")
-    if data[:4] == b"PK\x03\x04" or b"\0" in data[:1000]:
-        raise CalibrationError(f"{shown(path)} is no text; export it as CSV, for a spreadsheet file cannot be read")
+    marked, zero = data[:2] in (b"\xff\xfe", b"\xfe\xff"), data[:4].find(b"\0")
     try:
-        return data.decode("utf-8-sig")
+        text = data.decode("utf-16" if marked else {-1: "utf-8-sig", 1: "utf-16-le"}.get(zero, "utf-16-be"))
     except UnicodeDecodeError:
-        return data.decode("cp1252", "replace")
+        text = "\0" if marked or zero >= 0 else data.decode("cp1252", "replace")
+    if data[:4] == b"PK\x03\x04" or "\0" in text[:1000]:
+        raise CalibrationError(f"{shown(path)} is no text; export it as CSV, for a spreadsheet file cannot be read")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def _split(line: str, separator: str) -> list[str]:
-    return line.split() if separator == " " else line.split(separator)
+def plain(text: str) -> str:
+    """Return a text in small letters without accents."""
+    folded = unicodedata.normalize("NFKD", text.casefold().replace("µ", "u").replace("μ", "u"))
+    return "".join(each for each in folded if not unicodedata.combining(each)).strip()
 
 
-def _is_open(line: str, separator: str) -> bool:
-    """Whether a quote of a line is closed in none of its cells, so that the next line would belong to the last one."""
+def _records(path: Path, text: str, separator: str) -> list[_Record]:
+    """Return all rows; those of blank lines have no cells."""
+    lines, records, line = text.split("\n"), list[_Record](), 1
+    joined = (" ".join(each.split()) if separator == " " else each for each in lines)
+    reader = csv.reader(
+        (f"{each}\n" for each in joined), delimiter=separator, skipinitialspace=separator != " ", strict=True
+    )
     try:
-        rows = list(csv.reader([f"{line}\n", "next"], delimiter=separator, skipinitialspace=True))
-    except csv.Error:  # a cell of more than 100,000 characters
-        return True
-    return len(rows) == 1
+        for cells in reader:
+            if reader.line_num - line > MOST_LINES:
+                raise csv.Error
+            records.append(_Record(line, [cell.strip() for cell in cells]))
+            line = reader.line_num + 1
+    except csv.Error:
+        raise CalibrationError(
+            f"{shown(path)} is no table from row {line} on: a quote is not closed in the row {quoted(lines[line - 1])}"
+            ", or its cells are too long; close or delete the quote"
+        ) from None
+    return records
 
 
-def _layout(path: Path, lines: Sequence[str]) -> tuple[str, int]:
-    """What stands between columns, and how many there are."""
-    middle = max((len(lines) - LOOKED_AT) // 2, 0)  # a text may begin with lines about itself
-    looked = lines[middle : middle + LOOKED_AT]
+def _sheet(
+    path: Path, headings: Sequence[Heading], records: Sequence[_Record], separator: str, strict: bool = False
+) -> Sheet:
+    """Return rows under their names; a row with more cells than names is refused, or left out where it is rare."""
+    width = max((k + 1 for k, heading in enumerate(headings) if heading.name), default=0)
+    wide = [k for k, record in enumerate(records) if any(record.cells[width:])]
+    remarks = []
+    if wide:
+        line, cells = records[wide[0]]
+        said = f"{shown(path)}, row {line} has {len(cells)} cells, but the header {width}"
+        if strict or _are_many(wide, len(records)):
+            raise CalibrationError(f"{said}: name every column, and put cells that contain '{separator}' into quotes")
+        remarks.append(f"{said}; {len(wide)} such rows were left out")
+    kept = [record for record in records if not any(record.cells[width:])]
+    rows = [(*record.cells[:width], *[""] * (width - len(record.cells))) for record in kept]
+    return Sheet(path, tuple(headings[:width]), rows, [record.line for record in kept], separator, remarks)
+
+
+def _layout(path: Path, text: str) -> tuple[str, int]:
+    """Return what stands between columns, and how many there are."""
+    head = re.sub(r'"[^"]*"', "0", "\n".join(text.split("\n", HEAD)[:HEAD])).split("\n")
+    looked, layouts = _rows_of([line for line in head if line.strip()]), list[tuple[float, str, int]]()
     for separator in SEPARATORS:
-        counted = Counter(len(_split(line, separator)) for line in looked)
-        if not counted:
-            break
-        columns, often = counted.most_common(1)[0]
+        rows = [line.split() if separator == " " else line.split(separator) for line in looked]
+        rows = [cells for cells in rows if len(cells) > 1]
+        if len(rows) < USUAL_SHARE * len(looked):
+            continue
+        columns = Counter(map(len, rows)).most_common(1)[0][0]
         if columns > MOST_COLUMNS:
             raise CalibrationError(
                 f"{shown(path)} has {columns} columns between '{separator}'; export those that were measured, "
                 f"{MOST_COLUMNS} at most"
             )
-        if columns > 1 and often >= USUAL_SHARE * len(looked):
-            return separator, columns
-    raise CalibrationError(
-        f"{shown(path)} has no columns; between them must stand ';', ',', '|', a tabulator or blanks, the same in all "
-        "rows"
-    )
+        values = [_is_value(cell) or is_missing(cell) for cells in rows for cell in cells]
+        layouts.append((sum(values) / len(values), separator, columns))
+    if not layouts:
+        raise CalibrationError(
+            f"{shown(path)} has no columns; between them must stand ';', ',', '|', a tabulator or blanks, the same in "
+            "all rows"
+        )
+    return max(layouts, key=lambda layout: layout[0])[1:]
 
 
-def _is_data(cells: Sequence[str], columns: int) -> bool:
-    """Whether a line is a row: of its cells that are not empty at least half are numbers or times."""
-    filled = [cell.strip().strip('"') for cell in cells if cell.strip()]
-    values = [cell for cell in filled if any(each.fullmatch(cell) for each in (_NUMBER, _CLOCK, _DATE))]
-    return len(cells) == columns and bool(values) and 2 * len(values) >= len(filled)
+def _rows_of(lines: Sequence[Any]) -> Sequence[Any]:
+    """Return some lines that are rows: a file may begin with lines about itself."""
+    head = lines[:HEAD]
+    return head[len(head) // 2 :][-LOOKED_AT:]
 
 
-def _headings(before: Sequence[Sequence[str]], columns: int) -> tuple[Heading, ...]:
-    """What the lines before the first row call the columns."""
-    named = [[cell.strip().strip('"') for cell in cells] for cells in before if len(cells) == columns]
-    if not named:
-        return tuple(Heading(f"column {number}", "") for number in range(1, columns + 1))
-    units = [""] * columns
-    if len(named) > 1 and all(UNITS.fullmatch(cell) for cell in named[-1]):
-        units = [cell.strip("[]() ") for cell in named.pop()]
-    return tuple(_heading(name, unit) for name, unit in zip(named[-1], units, strict=True))
+def is_missing(cell: str) -> bool:
+    """Return whether a cell says that nothing was measured."""
+    return MISSING.fullmatch(_plain(cell)) is not None
+
+
+def _is_value(cell: str) -> bool:
+    return any(each.fullmatch(_plain(cell).removesuffix("%")) for each in _VALUES)
+
+
+def _is_row(cells: Sequence[str], measured: Sequence[int]) -> bool:
+    """Return whether all measured columns have a value or nothing, and one has a value."""
+    filled = [cells[k] for k in measured if k < len(cells) and not is_missing(cells[k])]
+    return bool(filled) and all(map(_is_value, filled))
+
+
+def _are_many(rows: Sequence[int], among: int, share: float = BAD_SHARE) -> bool:
+    """Return whether these rows are too many among others, or some follow one another."""
+    in_a_row = any(last - first < IN_A_ROW for first, last in zip(rows, rows[IN_A_ROW - 1 :], strict=False))
+    return in_a_row or len(rows) >= share * among
+
+
+def _plain(cell: str) -> str:
+    """Return a cell with the minus sign, blanks and apostrophes of a keyboard."""
+    return cell if cell.isascii() else cell.translate(_MARKS).strip()
+
+
+def _number(cell: str, decimal: str) -> float:
+    """Return a plain cell as a number; NaN if it is none."""
+    if not NUMBERS[decimal].fullmatch(cell):
+        return np.nan
+    grouping = "," if decimal == "." else "."
+    return float(cell.replace(grouping, "").replace(" ", "").replace("'", "").replace(decimal, "."))
+
+
+def _decimals(cells: Collection[str]) -> tuple[int, int, set[str]]:
+    """Return how many plain cells must have a decimal point, and how many a comma, and those that may have either."""
+    point, comma = ({cell for cell in cells if NUMBERS[mark].fullmatch(cell)} for mark in ".,")
+    return len(point - comma), len(comma - point), {cell for cell in point & comma if "." in cell or "," in cell}
 
 
 def _heading(name: str, unit: str) -> Heading:
-    """A name and its unit, which may stand behind it in brackets or after `/` or `_`."""
+    """Return a name and its unit, which may stand behind it in brackets or after `,`, `/` or `_`."""
     match = _UNIT.match(name)
-    if match and match[1]:
+    if match:
         return Heading(match[1], unit or match[2].strip())
-    stem, _, end = re.sub(r"(?<=\S)(?: in |_|/)(?=[^ _/]*$)", "\0", name).partition("\0")
+    stem, _, end = re.sub(r"(?<=\S)(?: in |, ?|_|/)(?=[^ _/,]*$)", "\0", name).partition("\0")
     if end and UNITS.fullmatch(end) and end not in "-":
         return Heading(stem.strip(), unit or end)
     return Heading(name, unit)

@@ -11,24 +11,23 @@ says which they are where they are not, and of which responses only ratios count
 import math
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from grind_env.errors import quoted
-from grind_env.files import shown
 from grind_env.machine.job import Job
 from grind_env.machine.job.entries import entries_of, with_entries
 from grind_env.machine.job.file import load_job
 from grind_env.plants.names import MODEL
 from grind_env.process.catalogue import Catalogue
-from grind_env.shop.calibrate.columns import Map, find_columns, names_of, read_map
+from grind_env.shop.calibrate.columns import Map, find_columns, read_map
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.fit import Fit, Problem, errors_of, fit
 from grind_env.shop.calibrate.parameters import chosen_parameters
 from grind_env.shop.calibrate.remarks import fit_remarks, overridden
 from grind_env.shop.calibrate.result import Calibration, HeldOut, estimates_of, scales_of
-from grind_env.shop.calibrate.sheet import Floats, Sheet, plain, read_sheet
+from grind_env.shop.calibrate.sheet import MICROMETRES, MILLIMETRES, WATTS, Floats, read_sheet
 from grind_env.shop.calibrate.solver import Changes, Data, changes_of
 from grind_env.shop.calibrate.uncertain import missed
 from grind_env.validation.rig import SHARP, Rig, SetUp
@@ -37,27 +36,8 @@ SETTINGS = ("wheel_speed", "table_speed", "downfeed", "width", "length", "lead",
 """What a row sets; `depth` is that of the dress."""
 RESPONSES = ("power", "Ft", "Fn", "Ra", "wear", "G")
 """What is measured."""
-USUAL_UNITS = {
-    "wheel_speed": "m/s",
-    "table_speed": "mm/min",
-    "power": "w",
-    "Ft": "n/mm",
-    "Fn": "n/mm",
-    "Ra": "um",
-    "wear": "um",
-    "volume": "mm3/mm",
-}
-"""Of columns whose heading has none; lengths are in mm."""
-FACTORS = {
-    "wheel_speed": {"m/s": 1.0, "m/min": 1.0 / 60.0},
-    "table_speed": {"mm/min": 1.0 / 60.0, "m/min": 1000.0 / 60.0, "mm/s": 1.0, "m/s": 1000.0},
-    "power": {"w": 1.0, "kw": 1000.0},
-    "Ra": {"um": 1.0, "nm": 1e-3},
-    "wear": {"um": 1.0, "mm": 1000.0},
-    "volume": {"mm3/mm": 1.0, "mm2": 1.0},
-}
-"""Of units, to m/s, mm/s, W, um and mm3 per mm of width."""
-LENGTH_FACTORS = {"mm": 1.0, "um": 1e-3, "": 1.0}
+SET, MEASURED = {"bad_share": 0.0}, {"above": 0.0}
+"""Limits of both: every setting that is stated is read, and what is measured is above 0."""
 ERRORS = {"power": 0.05, "Ft": 0.05, "Fn": 0.05, "Ra": 0.1, "wear": 0.15, "G": 0.2}
 """Relative errors of a response that is measured once with care."""
 FORCES = ("Ft", "Fn")
@@ -91,34 +71,21 @@ def calibrate_table(
     names: Collection[str] | None = None,
     told: Callable[[str], None] = lambda stage: None,
 ) -> Calibration:
-    """Fit the process model to a table of settings.
+    """Fit the process model to a table of settings; arguments as of `calibrate`.
 
-    Args:
-        table: text with a row for each setting.
-        job: whose material, wheel, dresser, fluid and machine are used, and whose part where a row says nothing else.
-        map_file: what the columns are.
-        names: as of `calibrate`, like the next one.
-        told: is told what is being done.
-
-    Raises:
-        CalibrationError: it has no settings or no responses, or a unit that is not known.
-        GrindError: the job cannot be used.
+    The part of the job is ground where a row says nothing else.
     """
     said = read_map(map_file)
     settings = load_job(job, plant=MODEL)
     parameters = chosen_parameters(settings, names, BESIDE)
     sheet = read_sheet(table)
-    columns = find_columns(sheet, "table", said)
+    columns = find_columns(sheet, "table", said, RESPONSES, SETTINGS)
     measured = [name for name in RESPONSES if name in columns]
-    if not measured or not any(name in columns for name in SETTINGS):
-        lacking = "no response" if not measured else "no setting"
-        legal = ", ".join(RESPONSES if not measured else SETTINGS)
-        raise CalibrationError(
-            f"{shown(table)} has {lacking} among {names_of(sheet)}; name columns {legal}, or say which they are with a "
-            "map, [table]; a log needs --program"
-        )
-    values = {name: _values(sheet, columns[name], name, settings.part.width) for name in columns}
-    rows = [_row(settings, values, k) for k in range(len(sheet.cells))]
+    values = {
+        name: sheet.quantity(column, _units(name, settings.part.width), **(MEASURED if name in RESPONSES else SET))
+        for name, column in columns.items()
+    }
+    rows = [_row(settings, values, k) for k in range(len(sheet.rows))]
     distinct = set(rows)  # a setting may be measured many times
     free = _free(said, measured)
     of_row, kind, value = (
@@ -128,7 +95,7 @@ def calibrate_table(
                 (k, name, values[name][k])
                 for name in measured
                 for k in range(len(rows))
-                if np.isfinite(values[name][k]) and values[name][k] > 0.0
+                if np.isfinite(values[name][k])
             ),
             strict=True,
         )
@@ -168,7 +135,7 @@ def calibrate_table(
         held_out=judged,
         residual=_missed(fitted, data),
         remarks=(
-            *(f"{name} is column {quoted(sheet.headings[column].name)}" for name, column in columns.items()),
+            *sheet.remarks,
             *(f"of {name} only ratios count" for name in free),
             *fit_remarks(fitted),
             *overridden(job, fitted, idle=False),
@@ -185,23 +152,19 @@ def _missed(fitted: Fit, data: Data) -> float:
     return float(np.sqrt(np.mean(np.square(off)))) if off.size else 0.0
 
 
-def _values(sheet: Sheet, column: int, name: str, width: float) -> Floats:
-    """A column in the unit of the model."""
-    unit = plain(sheet.headings[column].unit).replace("^", "") or USUAL_UNITS.get(name, "")
-    values = sheet.numbers(column)
-    if name in ("Ft", "Fn"):
-        factor = {"n/mm": 1.0, "n": 1.0 / width}.get(unit)
-    elif name == "volume" and unit == "mm3":
-        factor = 1.0 / width
-    elif name == "G":
-        factor = 1.0
-    else:
-        factor = FACTORS.get(name, LENGTH_FACTORS).get(unit)
-    if factor is None:
-        raise CalibrationError(
-            f"{shown(sheet.path)}: {name} is in {quoted(unit)}, which is not known; convert the column"
-        )
-    return factor * values
+def _units(name: str, width: float) -> Mapping[str, float]:
+    """Return the units of a column, to m/s, mm/s, W, um and N and mm3 per mm of width; the first is the usual one."""
+    return {
+        "wheel_speed": {"m/s": 1.0, "m/min": 1.0 / 60.0},
+        "table_speed": {"mm/min": 1.0 / 60.0, "m/min": 1000.0 / 60.0, "mm/s": 1.0, "m/s": 1000.0},
+        "power": WATTS,
+        "Ft": {"n/mm": 1.0, "n": 1.0 / width},
+        "Fn": {"n/mm": 1.0, "n": 1.0 / width},
+        "Ra": MICROMETRES,
+        "wear": MICROMETRES,
+        "volume": {"mm3/mm": 1.0, "mm2": 1.0, "mm3": 1.0 / width},
+        "G": {"-": 1.0, "mm3/mm3": 1.0},
+    }.get(name, MILLIMETRES)
 
 
 def _row(job: Job, values: Mapping[str, Floats], k: int) -> _Row:
@@ -239,11 +202,11 @@ def _free(said: Map, measured: list[str]) -> list[str]:
 
 
 def _ground(job: Job, row: _Row) -> Mapping[str, float]:
-    """What a setting shows."""
-    entries = entries_of(job)
-    rig = Rig(_catalogue(job))
-    names = {kind: entries[kind].name for kind in ("material", "wheel", "dresser", "fluid")}
-    grinder = rig.fresh(
+    """Return what a setting shows."""
+    names = {kind: "default" if kind == "machine" else entry.name for kind, entry in entries_of(job).items()}
+    only: dict[str, Any] = {f"{kind}s": {names[kind]: entry} for kind, entry in entries_of(job).items()}
+    del names["machine"]  # the rig takes the default one
+    grinder = Rig(Catalogue(**only)).fresh(
         **names,
         **dict(row.setting),
         constant_surface_speed=job.setup.constant_surface_speed,
@@ -259,15 +222,3 @@ def _ground(job: Job, row: _Row) -> Mapping[str, float]:
         "wear": 1000.0 * grinder.wheel.W,
         "G": grinder.g_ratio(),
     }
-
-
-def _catalogue(job: Job) -> Catalogue:
-    """The entries of a job alone; the rig takes the machine that is the default."""
-    setup, material = job.setup, job.part.material
-    return Catalogue(
-        materials={material.name: material},
-        wheels={setup.wheel.name: setup.wheel},
-        dressers={setup.dresser.name: setup.dresser},
-        fluids={setup.fluid.name: setup.fluid},
-        machines={"default": setup.machine},
-    )
