@@ -36,7 +36,7 @@ class Range:
         unit: of the number; "" without one.
         low: the least one, in this unit.
         high: the largest one, in this unit.
-        held_out: the least and the largest one of machines that judge; None for the same.
+        held_out: the least and the largest one of machines that judge, in this unit; None for the same.
         factor: whether its logarithm is drawn evenly, and not the number itself.
         basis: where the range is from.
     """

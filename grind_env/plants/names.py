@@ -31,7 +31,7 @@ MODEL = Plant(name="model")
 """The machine that is the model."""
 FEWEST, MOST = 2, 4
 """Families in a machine of a set."""
-FORMS = "'meter:7', a mix as 'foreign:3+meter:7', 'held-out:5', 'public:5', or 'module:name' for one's own"
+FORMS = "'meter:7', a mix as 'foreign:3+meter:7', 'held-out:5', 'laws:5', or 'module:name' for one's own"
 
 _PART = re.compile(r"(?P<name>[\w.-]+)(?::(?P<seed>\d+))?")
 _OWN = re.compile(r"(?P<module>[A-Za-z_][\w.]*):(?P<name>[A-Za-z_]\w*)(?::(?P<seed>\d+))?")
