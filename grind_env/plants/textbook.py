@@ -16,19 +16,16 @@ from typing import Any, NamedTuple
 from grind_env.kernel import exp, inlined, log, power
 from grind_env.kernel.columns import replacer
 from grind_env.plants.family import Family, ranges_of
+from grind_env.plants.foreign import DEPTH, LEAST, SPEED
 from grind_env.process import equations as eq
 from grind_env.process.equations.roughness import REFERENCE_RATE
 from grind_env.process.process import Process, joined
 from grind_env.process.state import StrokeConstants, StrokeResult, WheelState
 
-DEPTH, SPEED = 0.010, 200.0
-"""The nominal point, mm and mm/s."""
 DRESSED = 4.0 / 3.0
 """Flats of a wheel just dressed over those of a surface that has just fractured, of the catalogue's alumina wheels."""
 THINNEST = 0.005
 """um; thinner chips count as this thick."""
-LEAST = 1e-9
-"""mm of interference, and share of flats, below which none is left."""
 
 
 class TextbookOwn(NamedTuple):
@@ -120,8 +117,8 @@ def _textbook(inner: Process) -> Process:
         t = max(log_chips(u, t, give, pressed, sd, chip, a, k), thin)
 
         loose = (wheel.V + own.textbook_loose * own.textbook_settles) / (wheel.V + own.textbook_settles)
-        worn = eq.log_chip_wear(nominal, k.mG) - eq.log_chip_wear(nominal, own.textbook_q)
         at_nominal = eq.log_chip_wear(nominal, k.mG)
+        worn = at_nominal - eq.log_chip_wear(nominal, own.textbook_q)
         scale = own.textbook_ra * (k.f0 + k.f1 * math.sqrt(DEPTH * SPEED / REFERENCE_RATE))
         scale = scale * eq.roughening(1.0, at_nominal, k.least_chips, k.log_gm, k.nr)
         early = 1.0 - own.textbook_fresh * (1.0 - exp(-wheel.V / own.textbook_fades))
@@ -155,7 +152,7 @@ def _textbook(inner: Process) -> Process:
         )
         after, own, done = grind(wheel, own, S, Rs, Z, b, laws, seconds)
         slid = eq.grain_sliding(done.lc, done.vs, 1.0 / wheel.ds, k.turned)
-        thinner = exp(-own.textbook_m * max(log(max(done.heq, THINNEST) / nominal), thin))
+        thinner = exp(-own.textbook_m * log(max(done.heq, THINNEST) / nominal))
         rate, to = (own.textbook_dulls if on else 0.0), 1.0 + own.textbook_n
         grown = to * rate * k.kA * slid * thinner / dressed
         flat = dressed * power(power(A / dressed, to) + grown, 1.0 / to)
