@@ -13,7 +13,7 @@ are drawn by a seed. Its name says which:
 | name | is |
 | --- | --- |
 | `meter:7` | the member of a family that seed 7 draws |
-| `foreign:3+meter:7` | a mix of several, in any order; of *foreign*, *bursts* and *textbook*, what grinds, one at most |
+| `foreign:3+meter:7` | a mix of several, in any order; at most one of *foreign*, *bursts*, *textbook*, which grind |
 | `held-out:5` | one of a set that nothing is trained or tuned on: two to four families without *textbook* |
 | `public:5` | one that is drawn likewise, to train and tune on |
 | `held-out-laws:5` | one of a set that nothing is trained or tuned on: *textbook*, and one to three other families |
@@ -37,8 +37,8 @@ tables, `evaluate` and the commands `run`, `report`, `play`, `optimise` and `eva
 A name draws the same numbers on every machine. Numbers are drawn each by itself between the ends of its range, evenly
 or, where it says *factor*, evenly in the logarithm. Those **held out** are drawn from a stream of random numbers that
 has none in common with that of the others: two to four of the families, with at most one of *foreign* and *bursts*,
-and then their numbers. Exponents of *textbook* that are held out lie outside the range of those to train on. A number at which nothing differs is neutral: with neutral numbers a family changes no bit of
-what the model does. So the machines of a set share one process, that of all its families, and stand side by side in a
+and then their numbers. Exponents of *textbook* that are held out lie outside the range of those to train on. A number
+at which nothing differs is neutral: with neutral numbers a family changes no bit of what the model does. So the machines of a set share one process, that of all its families, and stand side by side in a
 batch.
 
 What is random in a shift (walks, chips, bursts) follows from a seed that the machine remembers and from the number of

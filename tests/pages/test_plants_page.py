@@ -9,7 +9,8 @@ from grind_env.plants import FAMILIES, find_plant
 def test_it_has_every_family_with_every_number_and_its_source() -> None:
     page = plants_page()
     assert re.findall(r"^## (.+)$", page, re.MULTILINE) == [family.name for family in FAMILIES]
-    rows = re.findall(r"^\| `(\w+)` \| (.+) \| (.+) \| (\S+) to (\S+?)(?:; held out (\S+) to (\S+?))?(, factor)? \| (\w+): (.+) \|$", page, re.MULTILINE)
+    span = r"(\S+) to (\S+?)(?:; held out (\S+) to (\S+?))?(, factor)?"
+    rows = re.findall(rf"^\| `(\w+)` \| (.+) \| (.+) \| {span} \| (\w+): (.+) \|$", page, re.MULTILINE)
     ranges = [each for family in FAMILIES for each in family.ranges]
     assert [row[0] for row in rows] == [each.field for each in ranges]
     for row, each in zip(rows, ranges, strict=True):
