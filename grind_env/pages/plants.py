@@ -38,8 +38,8 @@ A name draws the same numbers on every machine. Numbers are drawn each by itself
 or, where it says *factor*, evenly in the logarithm. Those **held out** are drawn from a stream of random numbers that
 has none in common with that of the others: two to four of the families, with at most one of *foreign* and *bursts*,
 and then their numbers. Exponents of *textbook* that are held out lie outside the range of those to train on. A number
-at which nothing differs is neutral: with neutral numbers a family changes no bit of what the model does. So the machines of a set share one process, that of all its families, and stand side by side in a
-batch.
+at which nothing differs is neutral: with neutral numbers a family changes no bit of what the model does. So the
+machines of a set share one process, that of all its families, and stand side by side in a batch.
 
 What is random in a shift (walks, chips, bursts) follows from a seed that the machine remembers and from the number of
 the block: the written program of an episode gives in `machine.grind` what the episode gave.
