@@ -191,9 +191,8 @@ def _verdict(found: "Judgement", adviser: "Judgement", *others: "Judgement") -> 
             f"a good part costs {100.0 * saved.value:.0f} % less than with {adviser.policy} (95 % CI {low} to {high})"
         )
         return True, f"recommended: {less} on machines of {found.plant}"
-    told = (
-        f"a good part costs {min(costs):.2f} $ with {best.policy}, {own:.2f} $ with it"
-        if own < np.inf
-        else "it makes no good part"
-    )
+    if not np.isfinite(min(costs)):
+        return False, "not recommended: no policy makes a good part: check program and job with `grind run`"
+    told = f"{own:.2f} $ with it" if np.isfinite(own) else "and it makes none"
+    told = f"a good part costs {min(costs):.2f} $ with {best.policy}, {told}"
     return False, f"not recommended: {told}, on machines of {found.plant}"

@@ -160,8 +160,9 @@ def test_an_agent_is_recommended_if_it_is_cheaper_than_the_adviser_beyond_chance
     # without a good part it costs what nobody can say
     spoilt = judged(easy)
     spoilt.evaluation.good[:] = 0.0
-    none = "not recommended: it makes no good part, on machines of laws"
-    assert _verdict(spoilt, judged(hard)) == (False, none) == _verdict(spoilt, spoilt)
+    none = "not recommended: a good part costs 4.50 $ with other, and it makes none, on machines of laws"
+    assert _verdict(spoilt, judged(hard)) == (False, none)
+    assert _verdict(spoilt, spoilt)[1].startswith("not recommended: no policy makes a good part: check program and job")
     recommended, said = _verdict(judged(easy), spoilt)
     assert recommended and "100 % less" in said
 
