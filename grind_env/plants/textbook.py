@@ -37,6 +37,8 @@ class TextbookOwn(NamedTuple):
     textbook_a: float = 0.0
     textbook_s: float = 1.0
     textbook_heat: float = 1.0
+    textbook_burns: float = 1.0
+    """Temperature that the work bears over that of the package; rises are shown over it."""
     textbook_dulls: float = 1.0
     textbook_n: float = 0.0
     textbook_m: float = 0.0
@@ -133,7 +135,7 @@ def _textbook(inner: Process) -> Process:
                 pressed / A if on else k.pa,
                 0.0 if on else k.pb,
                 0.0 if on else k.AL,
-                k.beta / own.textbook_heat if on else k.beta,
+                k.beta * own.textbook_burns / own.textbook_heat if on else k.beta,
                 0.0 if on else k.krw,
                 0.0 if on else k.hf,
                 0.0 if on else k.e_ch,

@@ -144,6 +144,8 @@ def test_temperature_is_the_heat_share_times_the_flux() -> None:
     half, whole = (first(textbook(heat=share)) for share in (0.3, 0.6))
     assert (whole.T, whole.heat) == (pytest.approx(2.0 * half.T), pytest.approx(2.0 * half.heat))
     assert whole.power == half.power
+    early = first(textbook(heat=0.3, burns=0.5))
+    assert (early.T, early.heat) == (pytest.approx(2.0 * half.T), pytest.approx(half.heat))
     # a moving band source (Jaeger) without fluid: 1.06 q sqrt(lc/vw)/beta, within the band of its factor
     q = whole.heat / 20.0 / whole.lc
     law = 1.06e6 * q * math.sqrt(whole.lc / SPEED) / bare().beta
