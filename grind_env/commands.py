@@ -48,8 +48,8 @@ Trust = Annotated[
 Plant = Annotated[
     str | None,
     typer.Option(
-        help="Machine that is not the model: meter:7, foreign:3+meter:7, held-out:5, public:5, module:name; meter or "
-        "public is another one in every episode."
+        help="Machine that is not the model: meter:7, foreign:3+meter:7, held-out:5, laws:5, module:name; meter or "
+        "laws is another one in every episode."
     ),
 ]
 FALSE = 1

@@ -13,8 +13,8 @@ from grind_env.envs.job.simulation import JobSimulation
 from grind_env.files import read_text
 from grind_env.machine.job import Job
 from grind_env.machine.job.file import files_of_job, load_job
-from grind_env.plants import FAMILIES, find_plant
-from grind_env.plants.names import MODEL
+from grind_env.plants import find_plant
+from grind_env.plants.names import MODEL, PUBLIC_FAMILIES
 
 PARTS = 60
 """Of a batch."""
@@ -55,7 +55,7 @@ SHIPPED = (
 )
 PROGRAMS = {name: Program(name, path, path.with_suffix(".toml")) for name, path in SHIPPED}
 """Part programs of the study by their names."""
-FAMILY_NAMES = (MODEL.name, *(each.name for each in FAMILIES))
+FAMILY_NAMES = (MODEL.name, *(each.name for each in PUBLIC_FAMILIES))
 KEPT_OUT = ("bursts", "graded")
 """Families on which nothing of the package was tuned."""
 

@@ -5,27 +5,14 @@ from itertools import product
 from grind_env.envs.job.outline import Choice
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.shop.advise.rehearsal import Decide
-
-RATIOS = (0.6, 0.8, 1.0, 1.25, 1.6)
-"""E over that of the program, in all blocks."""
-EVERY = (1, 2, 4)
-"""Parts from one that is dressed to the next, in its first block that can be."""
+from grind_env.training.rivals import EVERY, RATIOS, Programmed
 
 
 def plans(simulation: JobSimulation) -> list[Decide]:
     """15 of them."""
-    return [_plan(simulation, ratio, every) for ratio, every in product(RATIOS, EVERY)]
+    return [_decide(Programmed(*plan), simulation) for plan in product(RATIOS, EVERY)]
 
 
-def _plan(simulation: JobSimulation, ratio: float, every: int) -> Decide:
-    blocks = simulation.blocks
-    first = {block.part: k for k, block in reversed([*enumerate(blocks)]) if block.takes_dresses}
-    low, high = (1000.0 * end for end in simulation.task.action.speed_ends)
-
-    def decide(number: int, readings: object) -> Choice:
-        block = blocks[number]
-        dresses = first.get(block.part) == number and block.part % every == 0
-        speed = min(max(ratio * block.plan.feed, low), high)
-        return Choice(speed, max(int(block.plan.dresses), 1) if dresses else 0)
-
-    return decide
+def _decide(plan: Programmed, simulation: JobSimulation) -> Decide:
+    plan.begin(simulation, 1)
+    return lambda number, readings: Choice(float(plan.speeds[number]), int(plan.executions[number]))

@@ -13,9 +13,12 @@ are drawn by a seed. Its name says which:
 | name | is |
 | --- | --- |
 | `meter:7` | the member of a family that seed 7 draws |
-| `foreign:3+meter:7` | a mix of several, in whatever order; of *foreign* and *bursts*, what grinds, one at most |
-| `held-out:5` | one of a set that nothing is trained or tuned on: two to four families |
+| `foreign:3+meter:7` | a mix of several, in any order; at most one of *foreign*, *bursts*, *textbook*, which grind |
+| `held-out:5` | one of a set that nothing is trained or tuned on: two to four families without *textbook* |
 | `public:5` | one that is drawn likewise, to train and tune on |
+| `held-out-laws:5` | one of a set that nothing is trained or tuned on: *textbook*, and one to three other families |
+| `laws:5` | one that is drawn likewise, to train and tune on |
+| `training:5` | one of `public` or of `laws`, one half each: what `grind train` trains on |
 | `meter`, `foreign+meter:7`, `public` | without a seed, in environments: another one in every episode |
 | `module:name` | a `Plant` of one's own, in a module that can be imported |
 | `module:name:7` | a member of a `Family` of one's own, alone or in a mix |
@@ -34,8 +37,9 @@ tables, `evaluate` and the commands `run`, `report`, `play`, `optimise` and `eva
 A name draws the same numbers on every machine. Numbers are drawn each by itself between the ends of its range, evenly
 or, where it says *factor*, evenly in the logarithm. Those **held out** are drawn from a stream of random numbers that
 has none in common with that of the others: two to four of the families, with at most one of *foreign* and *bursts*,
-and then their numbers. A number at which nothing differs is neutral: with neutral numbers a family changes no bit of
-what the model does. So machines held out share one process, that of all families, and stand side by side in a batch.
+and then their numbers. Exponents of *textbook* that are held out lie outside the range of those to train on. A number
+at which nothing differs is neutral: with neutral numbers a family changes no bit of what the model does. So the
+machines of a set share one process, that of all its families, and stand side by side in a batch.
 
 What is random in a shift (walks, chips, bursts) follows from a seed that the machine remembers and from the number of
 the block: the written program of an episode gives in `machine.grind` what the episode gave.
@@ -60,7 +64,9 @@ def _table(family: Family) -> str:
 
 def _row(each: Range) -> tuple[str, ...]:
     factor = ", factor" if each.factor else ""
-    return f"`{each.field}`", each.what, each.unit or "–", f"{each.low:g} to {each.high:g}{factor}", str(each.basis)
+    judges = "" if each.held_out is None else "; held out {:g} to {:g}".format(*each.held_out)
+    span = f"{each.low:g} to {each.high:g}{judges}{factor}"
+    return f"`{each.field}`", each.what, each.unit or "–", span, str(each.basis)
 
 
 def _sentence(text: str) -> str:

@@ -36,6 +36,7 @@ class Range:
         unit: of the number; "" without one.
         low: the least one, in this unit.
         high: the largest one, in this unit.
+        held_out: the least and the largest one of machines that judge, in this unit; None for the same.
         factor: whether its logarithm is drawn evenly, and not the number itself.
         basis: where the range is from.
     """
@@ -45,14 +46,20 @@ class Range:
     unit: str = ""
     low: float
     high: float
+    held_out: tuple[float, float] | None = None
     factor: bool = False
     basis: Basis
 
-    def at(self, share: float) -> float:
-        """The number below which lies this share, from 0 to 1, of all that are drawn."""
-        low, high = (log(self.low), log(self.high)) if self.factor else (self.low, self.high)
+    def ends(self, stream: int) -> tuple[float, float]:
+        """Return the least and the largest number of a stream."""
+        return self.held_out if stream == HELD_OUT and self.held_out is not None else (self.low, self.high)
+
+    def at(self, share: float, stream: int = PUBLIC) -> float:
+        """Return the number below which lies this share, from 0 to 1, of all that are drawn."""
+        least, largest = self.ends(stream)
+        low, high = (log(least), log(largest)) if self.factor else (least, largest)
         number = low + share * (high - low)
-        return min(max(exp(number) if self.factor else number, self.low), self.high)
+        return min(max(exp(number) if self.factor else number, least), largest)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,7 +88,7 @@ class Family:
 
     def drawn(self, seed: int, stream: int = PUBLIC) -> dict[str, float]:
         """The numbers of a member, by field, of units as in `ranges`; the same on every machine."""
-        numbers = {each.field: each.at(share_of(seed, stream, each.field)) for each in self.ranges}
+        numbers = {each.field: each.at(share_of(seed, stream, each.field), stream) for each in self.ranges}
         own_seed = f"{self.name}{SEED}"
         return numbers | ({own_seed: float(word_of(seed, stream, own_seed))} if self.chances else {})
 
@@ -105,6 +112,7 @@ def ranges_of(family: str) -> tuple[Range, ...]:
             unit=row.get("unit", ""),
             low=row["range"][0],
             high=row["range"][1],
+            held_out=tuple(row["held_out"]) if "held_out" in row else None,
             factor=row.get("spread") == FACTOR,
             basis=Basis(Evidence[row["evidence"].upper()], row["basis"]),
         )

@@ -17,17 +17,21 @@ from grind_env.plants.meter import METER
 from grind_env.plants.plant import Plant, PlantError, mixed
 from grind_env.plants.soft import SOFT
 from grind_env.plants.table import TABLE
+from grind_env.plants.textbook import TEXTBOOK
 from grind_env.plants.thermal import THERMAL
 
-FAMILIES: tuple[Family, ...] = (FOREIGN, BURSTS, THERMAL, METER, TABLE, GRADED, FLUID, SOFT, DRIFT)
-"""In the order in which a mix has them: what grinds first."""
-SETS = {"held-out": HELD_OUT, "public": PUBLIC}
+PUBLIC_FAMILIES: tuple[Family, ...] = (FOREIGN, BURSTS, THERMAL, METER, TABLE, GRADED, FLUID, SOFT, DRIFT)
+"""Families of the sets public and held-out, in the order in which a mix has them: what grinds first. Frozen."""
+FAMILIES = (*PUBLIC_FAMILIES, TEXTBOOK)
+TRAINING = "training"
+"""Set of the machines of public and laws, one half each."""
+SETS = {"held-out": HELD_OUT, "public": PUBLIC, "held-out-laws": HELD_OUT, "laws": PUBLIC, TRAINING: PUBLIC}
 """Sets of mixes by their names, each with its stream."""
 MODEL = Plant(name="model")
 """The machine that is the model."""
 FEWEST, MOST = 2, 4
 """Families in a machine of a set."""
-FORMS = "'meter:7', a mix as 'foreign:3+meter:7', 'held-out:5', 'public:5', or 'module:name' for one's own"
+FORMS = "'meter:7', a mix as 'foreign:3+meter:7', 'held-out:5', 'laws:5', or 'module:name' for one's own"
 
 _PART = re.compile(r"(?P<name>[\w.-]+)(?::(?P<seed>\d+))?")
 _OWN = re.compile(r"(?P<module>[A-Za-z_][\w.]*):(?P<name>[A-Za-z_]\w*)(?::(?P<seed>\d+))?")
@@ -181,16 +185,18 @@ def _seed(digits: str, text: str) -> int:
 
 
 def _of_set(name: str, seed: int) -> Plant:
-    """One of a set: all have the process of all families, neutral but for those that are drawn."""
-    stream = SETS[name]
-    count = FEWEST + int((MOST + 1 - FEWEST) * share_of(seed, stream, name))
-    drawn: list[Family] = []
-    for family in sorted(FAMILIES, key=lambda each: share_of(seed, stream, each.name)):
+    """One of a set: all have the process of all its families, neutral but for those that are drawn."""
+    stream, kind = SETS[name], name
+    if name == TRAINING:
+        kind = "public" if share_of(seed, stream, name) < 0.5 else "laws"
+    count = FEWEST + int((MOST + 1 - FEWEST) * share_of(seed, stream, kind))
+    drawn = [TEXTBOOK] if kind.endswith("laws") else []
+    for family in sorted(PUBLIC_FAMILIES, key=lambda each: share_of(seed, stream, each.name)):
         replaced = family.wraps is not None and any(each.wraps is not None for each in drawn)
         if len(drawn) < count and not replaced:
             drawn.append(family)
     numbers = {field: x for family in drawn for field, x in family.drawn(seed, stream).items()}
-    return mixed(f"{name}:{seed}", FAMILIES, numbers)
+    return mixed(f"{name}:{seed}", PUBLIC_FAMILIES if name in ("public", "held-out") else FAMILIES, numbers)
 
 
 def _imported(module: str, name: str, text: str, allowed: bool) -> Plant | Family:

@@ -37,7 +37,9 @@ def training_machines(problem: Problem, plant: str | None) -> Problem:
     """
     name = machines_name(problem.simulation()) if plant is None else plant
     if name.startswith("held-out"):
-        raise GrindError(f"--plant is {quoted(name)}, but these machines judge agents: train on public or model")
+        raise GrindError(
+            f"--plant is {quoted(name)}, but these machines judge agents: train on training, public, laws or model"
+        )
     return problem if plant is None else on(problem, plant)
 
 

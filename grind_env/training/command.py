@@ -1,4 +1,4 @@
-"""The command `grind train`: an agent for a task or a part program, judged beside what plays without training."""
+"""The command `grind train`: an agent for a task or a part program, judged beside policies that need no training."""
 
 import re
 import sys
@@ -16,11 +16,12 @@ from grind_env.shop.commands.arguments import BATCH, FirstVariables, JobFile
 if TYPE_CHECKING:
     from grind_env.envs.simulation import Simulation
     from grind_env.policies.judging import Judgement
-    from grind_env.policies.policy import Policy
     from grind_env.policies.problem import Problem
 
-RULE = "empirical_rule"
-"""What plays a task on machines that are not the model without training or tuning."""
+JUDGES = "held-out-laws"
+"""Set of machines on which agents are judged."""
+NOT_RECOMMENDED = 3
+"""Exit status."""
 
 
 def register(app: typer.Typer) -> None:
@@ -40,9 +41,9 @@ def train(
     plant: Annotated[
         str,
         typer.Option(
-            help="Machines, one in every episode: public are of all families that differ from the model; model is it."
+            help="Machines to train on, one in every episode: training, public, laws, or model, the simulator itself."
         ),
-    ] = "public",
+    ] = "training",
     seed: Annotated[int, typer.Option(min=0, help="Of the training.")] = 0,
     steps: Annotated[int, typer.Option(min=10_000, help="Blocks to learn from.")] = 1_000_000,
     memory: Annotated[
@@ -51,7 +52,7 @@ def train(
     budget: Annotated[
         float | None, typer.Option(help="Share of parts that may be scrap; no limit if not given.")
     ] = None,
-    episodes: Annotated[int, typer.Option(min=2, help="Validation episodes to be judged on.")] = 128,
+    episodes: Annotated[int, typer.Option(min=2, help="Machines to be judged on.")] = 128,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -60,18 +61,17 @@ def train(
         Writes(),
     ] = None,
 ) -> None:
-    """Train an agent on machines that are not the model, in some two minutes, and judge it there.
+    """Train an agent for `grind advise --policy` in some two minutes, and say whether it is better than no agent.
 
-    It is PPO with a GRU, which finds out from the readings what machine it grinds on; it holds no model. What it comes
-    to stands beside what `grind advise` takes without it, or beside the empirical rule on a task. The file goes into
-    `grind advise --policy`, `grind evaluate --policy` and `grind play --policy`, which need no PyTorch. If the training
-    is killed, repeat the command to resume it.
+    The agent (PPO with a GRU) holds no model; it learns on machines with other physics than the simulator's. It is
+    judged on machines with laws that it has not seen, beside the default adviser, the best fixed plan and the program
+    as it is. If training is killed, repeat the command to resume it. Exit status 3: the agent is not recommended.
     """
     from grind_env.errors import GrindError, printable, quoted
     from grind_env.extras import needing
     from grind_env.plants.names import MODEL
     from grind_env.policies.evaluation import episode_seeds
-    from grind_env.policies.held import machines_name, model_of, training_machines
+    from grind_env.policies.held import machines_name, model_of, on, training_machines
     from grind_env.policies.judging import evaluate
     from grind_env.policies.learned.saved import SUFFIX, write_policy
     from grind_env.terminal import progress_bar
@@ -79,6 +79,7 @@ def train(
     with needing("train", "grind train needs"):
         from grind_env.training import gru_ppo
         from grind_env.training.checkpoint import find_checkpoint
+    from grind_env.training.rivals import rivals
 
     if memory not in gru_ppo.SEEN:
         raise GrindError(f"--memory is {quoted(memory)}, but must be one of {', '.join(gru_ppo.SEEN)}")
@@ -108,13 +109,18 @@ def train(
     beside = {"settings": asdict(settings) | {"seed": seed}, "machines": policy.machines}
     write_policy(path, policy.actor, model_of(problem), policy.name, form, beside)
     checkpoint.remove()
-    print(printable(f"{path}: trained in {time.process_time() - begin:.0f} CPU-seconds"))
-    judged = []
-    with progress_bar("steps", 2 * problem.simulation().most_steps) as advance:
-        for plays in (policy, _untrained(named)):
-            judged.append(evaluate(plays, problem, seeds="validation", episodes=episodes, advance=advance))
-            print(printable(str(judged[-1])))
-    print(_verdict(*judged))
+    seconds = time.process_time() - begin
+    judges = gru_ppo.shown(on(named, JUDGES), memory)
+    with progress_bar("steps", 4 * problem.simulation().most_steps) as advance:
+        judged = [
+            evaluate(plays, judges, seeds="validation", episodes=episodes, advance=advance)
+            for plays in (policy, *rivals(named, on(named, JUDGES)))
+        ]
+    recommended, verdict = _verdict(*judged)
+    lines = [f"{path}: {verdict}", *map(str, judged), f"{path}: trained in {seconds:.0f} CPU-seconds"]
+    print(printable("\n".join(lines)))
+    if not recommended:
+        raise typer.Exit(NOT_RECOMMENDED)
 
 
 def _problem(task: str, job: str | None, parts: int | None, variables: Sequence[str] | None) -> "Problem":
@@ -144,15 +150,6 @@ def _contents(simulation: "Simulation") -> "Iterator[tuple[str, str | float]]":
     yield from (each for each in named(getattr(simulation, "job", None)) if isinstance(each[1], str | float | int))
 
 
-def _untrained(problem: "Problem") -> "Policy | str":
-    """What plays where nothing was trained."""
-    from grind_env.envs.job.simulation import JobSimulation
-    from grind_env.shop.advise.adviser import policy_for
-
-    simulation = problem.simulation()
-    return policy_for(None, simulation) if isinstance(simulation, JobSimulation) else RULE
-
-
 def _usual_file(task: str, problem: "Problem") -> Path:
     """Where the agent is written if nobody says where: beside the part program, or in the current folder.
 
@@ -170,20 +167,32 @@ def _usual_file(task: str, problem: "Problem") -> Path:
     return path
 
 
-def _verdict(found: "Judgement", other: "Judgement") -> str:
-    """What the agent saves of the cost of a good part, with 95 %, on the same episodes."""
+def _verdict(found: "Judgement", adviser: "Judgement", *others: "Judgement") -> tuple[bool, str]:
+    """Return whether an agent is recommended, and why, from policies on the same episodes.
+
+    It has to be significantly cheaper than the adviser, and no dearer than any other policy.
+    """
     import numpy as np
 
     from grind_env.policies.statistics import bootstrap, cost_per_good_part
 
-    run, beside = found.evaluation, other.evaluation
+    run, beside = found.evaluation, adviser.evaluation
     # nothing is known where neither has a good part
     with np.errstate(invalid="ignore"):
         saved = bootstrap(
             lambda cost, good, least, best: 1.0 - cost_per_good_part(cost, good) / cost_per_good_part(least, best),
             *(run.cost, run.good, beside.cost, beside.good),
         )
-    if not saved.low > 0.0:
-        return f"it is not known to be better than {other.policy}: play that, or train longer or with another --seed"
-    low, high = (f"{100.0 * end:.0f}" for end in (saved.low, saved.high))
-    return f"a good part costs {100.0 * saved.value:.0f} % less than by {other.policy} ({low} to {high})"
+    costs = [each.evaluation.cost_per_good_part.value for each in (adviser, *others)]
+    best, own = (adviser, *others)[int(np.argmin(costs))], run.cost_per_good_part.value
+    if saved.low > 0.0 and own <= min(costs):
+        low, high = (f"{100.0 * end:.0f}" for end in (saved.low, saved.high))
+        less = (
+            f"a good part costs {100.0 * saved.value:.0f} % less than with {adviser.policy} (95 % CI {low} to {high})"
+        )
+        return True, f"recommended: {less} on machines of {found.plant}"
+    if not np.isfinite(min(costs)):
+        return False, "not recommended: no policy makes a good part: check program and job with `grind run`"
+    told = f"{own:.2f} $ with it" if np.isfinite(own) else "and it makes none"
+    told = f"a good part costs {min(costs):.2f} $ with {best.policy}, {told}"
+    return False, f"not recommended: {told}, on machines of {found.plant}"

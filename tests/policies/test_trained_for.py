@@ -271,6 +271,6 @@ def test_evaluation_shows_the_machines_that_an_agent_was_trained_on(grind: Grind
 def test_agents_are_not_trained_on_held_out_machines(tmp_path: Path) -> None:
     output = tmp_path / "agent.zip"
     words = ["--task", str(task_file(tmp_path, 'plant = "held-out:3"')), "--output", str(output)]
-    with pytest.raises(GrindError, match="but these machines judge agents: train on public or model"):
+    with pytest.raises(GrindError, match="but these machines judge agents: train on training, public, laws or model"):
         train_sb3.app(words, standalone_mode=False)
     assert not output.exists()

@@ -1,0 +1,103 @@
+"""Policies that need no training, beside which `grind train` judges its agent."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.arrays import Array
+from grind_env.envs.episodes import Episodes
+from grind_env.envs.job.outline import BlockOutline
+from grind_env.envs.job.simulation import JobSimulation
+from grind_env.envs.simulation import Simulation
+from grind_env.policies.choices import Decision, speed_bounds, speed_grid
+from grind_env.policies.evaluation import run_seeds
+from grind_env.policies.policy import Policy, Sees
+from grind_env.policies.problem import Problem
+from grind_env.policies.registry import make_policy
+from grind_env.policies.scripted.rules import Fixed
+from grind_env.shop.advise.adviser import policy_for
+
+RULE = "empirical_rule"
+"""Adviser of a task, which has no part program."""
+RATIOS = (0.6, 0.8, 1.0, 1.25, 1.6)
+"""E of a fixed plan over that of the program, in all blocks."""
+EVERY = (1, 2, 4)
+"""Parts, or blocks of a task, from one that is dressed to the next."""
+TRIALS = 32
+"""Machines on which the fixed plan is chosen."""
+
+
+@dataclass
+class Programmed:
+    """A plan that a shop can write into its part program; by default the program as it is."""
+
+    ratio: float = 1.0
+    """E over that of the program."""
+    every: int | None = None
+    """Dress in every so many parts, in their first block that can be; None as the program says."""
+    sees: Sees = "measurements"
+    speeds: Array = field(init=False, repr=False)
+    executions: Array = field(init=False, repr=False)
+    block: int = field(init=False, repr=False)
+
+    @property
+    def name(self) -> str:
+        """Say the plan in words."""
+        if self.every is None:
+            return "the program as it is"
+        return f"fixed plan: {self.ratio:g} times E, a dress in every {self.every}. part"
+
+    def begin(self, simulation: Simulation, episodes: int) -> None:
+        """Work out E and D of all blocks."""
+        assert isinstance(simulation, JobSimulation)
+        blocks = simulation.blocks
+        own = np.array([float(block.plan.dresses) for block in blocks])
+        feeds = self.ratio * np.array([block.plan.feed for block in blocks])
+        self.speeds = np.clip(feeds, *speed_bounds(simulation.task))
+        self.executions = own if self.every is None else np.where(_due(blocks, self.every), np.maximum(own, 1.0), 0.0)
+        self.block = -1
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        """Look the block up."""
+        self.block += 1
+        n = len(observation)
+        return Decision(np.full(n, self.speeds[self.block]), np.full(n, self.executions[self.block]))
+
+
+def _due(blocks: tuple[BlockOutline, ...], every: int) -> list[bool]:
+    """Return for each block whether it is the first of a part to be dressed in which a dress can be."""
+    first = {block.part: k for k, block in reversed([*enumerate(blocks)]) if block.takes_dresses}
+    return [block.part % every == 0 and first.get(block.part) == k for k, block in enumerate(blocks)]
+
+
+def fixed_plans(simulation: Simulation) -> list[Policy]:
+    """Return 15 fixed plans, or none of a program that only the control can execute, which is slow."""
+    if isinstance(simulation, JobSimulation):
+        return [Programmed(*plan) for plan in product(RATIOS, EVERY)] if simulation.compiled else []
+    speeds = speed_grid(simulation.task, len(RATIOS)).tolist()
+    return [
+        Fixed(E=0.001 * speed, D=1, every=every, name=f"fixed plan: E{speed:.0f}, D1 in every {every}. block")
+        for speed, every in product(speeds, EVERY)
+    ]
+
+
+def rivals(problem: Problem, judges: Problem) -> Iterator[Policy]:
+    """Yield the adviser, the best fixed plan and, of a part program, the program as it is.
+
+    Args:
+        problem: that the agent is trained for.
+        judges: the same on the machines that judge, on others of which the fixed plan is chosen.
+    """
+    simulation, ground = problem.simulation(), judges.simulation()
+    yield policy_for(None, simulation) if isinstance(simulation, JobSimulation) else make_policy(RULE, simulation)
+
+    def cost(plan: Policy) -> float:
+        return run_seeds(plan, ground, range(TRIALS)).cost_per_good_part.value
+
+    if len(plans := fixed_plans(simulation)) > 1:
+        yield min(plans, key=cost)
+    if isinstance(simulation, JobSimulation):
+        yield Programmed()
