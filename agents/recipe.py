@@ -19,10 +19,10 @@ from agents.tables import csv_of, csv_rows
 from grind_env.envs import wrappers
 from grind_env.errors import GrindError
 from grind_env.files import read_text
-from grind_env.pages.markdown import table
 from grind_env.policies.evaluation import episode_seeds
 from grind_env.policies.problem import Problem
 from grind_env.policies.tuned import write_whole
+from grind_env.table import Column, table_of
 
 SOURCE = ROOT / "docs" / "howto" / "train.md"
 BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
@@ -187,35 +187,23 @@ def _trained(row: Mapping[str, str]) -> Trained:
 
 
 COLUMNS = tuple(each.name for each in fields(Trained))
-HEADINGS = (
-    "task",
-    "what it sees",
-    "mean score",
-    "least",
-    "score of each seed",
-    "$ per good part",
-    "CPU-seconds of each",
+SHOWN = (
+    Column("task", lambda runs: runs[0].task),
+    Column("what it sees", lambda runs: WAYS[runs[0].sees]),
+    Column("mean score", lambda runs: mean(each.score for each in runs), ".1f"),
+    Column("least", lambda runs: min(each.score for each in runs), ".1f"),
+    Column("score of each seed", lambda runs: ", ".join(f"{each.score:.1f}" for each in runs)),
+    Column("$ per good part", lambda runs: mean(each.cost_per_good_part for each in runs), ".2f"),
+    Column("CPU-seconds of each", lambda runs: ", ".join(f"{each.cpu_seconds:.0f}" for each in runs)),
 )
+"""Of the page, a row for all seeds of a task and way."""
 
 
 def page(found: Sequence[Trained]) -> str:
     """The table of all seeds, Markdown."""
-    rows = []
-    for task, (way, title) in product(dict.fromkeys(each.task for each in found), WAYS.items()):
-        of_way = [each for each in found if (each.task, each.sees) == (task, way)]
-        scores = [each.score for each in of_way]
-        rows.append(
-            (
-                task,
-                title,
-                f"{mean(scores):.1f}",
-                f"{min(scores):.1f}",
-                ", ".join(f"{score:.1f}" for score in scores),
-                f"{mean(each.cost_per_good_part for each in of_way):.2f}",
-                ", ".join(f"{each.cpu_seconds:.0f}" for each in of_way),
-            )
-        )
+    ways = product(dict.fromkeys(each.task for each in found), WAYS)
+    rows = [[each for each in found if (each.task, each.sees) == way] for way in ways]
     return (
         f"{TITLE}\n\n`python -m agents recipe`: {found[0].steps:,} steps of each, {found[0].episodes} evaluation"
-        " episodes.\n\n" + table(HEADINGS, rows) + "\n"
+        f" episodes.\n\n{table_of(SHOWN, rows).markdown()}\n"
     )

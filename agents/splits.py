@@ -11,11 +11,12 @@ from agents.reference.table import best_plan
 from agents.study import Found, Study
 from grind_env.envs.splits import EVERY
 from grind_env.errors import GrindError
-from grind_env.pages.markdown import table
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.naming import named_policy
 from grind_env.policies.problem import Problem
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE, policy_names
+from grind_env.policies.statistics import Interval
+from grind_env.table import NONE, table_of
 
 SHOWN = (EVERY, "interpolation", "extrapolation")
 MEASURED = ("empirical_rule", "look_ahead", "belief_planner", "shipped", "robust")
@@ -29,9 +30,9 @@ class Line(NamedTuple):
     task: str
     split: str
     who: str
-    score: tuple[float, float, float]
+    score: Interval
     """0 is the fixed plan that is best on all contexts, 100 hindsight."""
-    cost: tuple[float, float, float]
+    cost: Interval
     """$ per good part."""
     scrap: float
     """Share of the parts."""
@@ -89,9 +90,9 @@ def lines_of(problem: Problem, found: Mapping[tuple[Problem, str, str], Evaluati
     lines = []
     for split, runs in by_split.items():
         for who in (plan, *(who for who in WHO if who in runs), REFERENCE):
-            score, cost = runs[who].score(runs[plan], runs[REFERENCE]), runs[who].cost_per_good_part
-            ends = (score.value, score.low, score.high), (cost.value, cost.low, cost.high)
-            lines.append(Line(problem.name, split, who, *ends, runs[who].scrap))
+            run = runs[who]
+            score = run.score(runs[plan], runs[REFERENCE])
+            lines.append(Line(problem.name, split, who, score, run.cost_per_good_part, run.scrap))
     return lines
 
 
@@ -101,7 +102,7 @@ def page(lines: Sequence[Line], episodes: int) -> str:
     for task, split in dict.fromkeys((each.task, each.split) for each in lines):
         of = {each.who: each for each in lines if (each.task, each.split) == (task, split)}
         plan = next(iter(of))
-        scores.append((task, split, *(_score(of.get(who)) for who in WHO)))
+        scores.append((task, split, *(f"{of[who].score:.1f}" if who in of else NONE for who in WHO)))
         costs.append((task, split, plan, *(_cost(of.get(who)) for who in (plan, *WHO, REFERENCE))))
     return (
         f"`python -m agents splits`: {episodes} evaluation episodes, the same seeds in every split. `all` is"
@@ -111,9 +112,9 @@ def page(lines: Sequence[Line], episodes: int) -> str:
         " plan that is best on all contexts, 100 is hindsight; `mpc` knows the state.\n\n"
         + "".join(f"In `{split}`, of those that see measurements, {leading(lines, split)}. " for split in SHOWN).strip()
         + "\n\n"
-        + table(("task", "split", *WHO), scores)
+        + table_of(("task", "split", *WHO), scores).markdown()
         + "\n\n$ per good part, and scrap:\n\n"
-        + table(("task", "split", "fixed plan", "of it", *WHO, REFERENCE), costs)
+        + table_of(("task", "split", "fixed plan", "of it", *WHO, REFERENCE), costs).markdown()
     )
 
 
@@ -135,9 +136,5 @@ def leading(lines: Sequence[Line], split: str) -> str:
     return ", ".join(said) or "nobody was run"
 
 
-def _score(line: Line | None) -> str:
-    return "–" if line is None else "{:.1f} ({:.1f} to {:.1f})".format(*line.score)
-
-
 def _cost(line: Line | None) -> str:
-    return "–" if line is None else f"{line.cost[0]:.2f}, {100.0 * line.scrap:.1f} %"
+    return NONE if line is None else f"{line.cost[0]:.2f}, {100.0 * line.scrap:.1f} %"

@@ -18,11 +18,11 @@ from agents.provenance import provenance
 from agents.study import Found, Options, Study
 from agents.tables import csv_of
 from grind_env.files import csv_cell
-from grind_env.pages.markdown import table
 from grind_env.policies.evaluation import SEEDS, SEEDS_EACH
 from grind_env.policies.problem import Problem
 from grind_env.policies.statistics import prediction
 from grind_env.policies.tuned import ConfigError, write_whole
+from grind_env.table import table_of
 
 FIRSTS = (11_000_000, 12_000_000, 13_000_000)
 """Of the seeds of each set; none is in `grind_env.policies.evaluation.SEEDS`."""
@@ -190,10 +190,11 @@ def page(
         )
     ]
     head = HEAD.format(policies=len(results), sets=len(found), episodes=results[0].episodes, total=total)
-    parts = [TITLE, head, table(("task", "on", *sets), shares)]
+    parts = [TITLE, head, table_of(("task", "on", *sets), shares).markdown()]
     if known:
         chosen = CHOSEN.format(beaten=beaten, tasks=len(known))
-        parts += ["## Learned against scripted", chosen, table(("task", "what", "published", *sets), verdicts)]
+        listed = table_of(("task", "what", "published", *sets), verdicts)
+        parts += ["## Learned against scripted", chosen, listed.markdown()]
     return "\n\n".join(parts) + "\n"
 
 

@@ -7,12 +7,12 @@ from agents.benchmark.figures import write_figure
 from agents.plants.figure import plants_figure
 from agents.plants.machines import PROGRAMS, Machine
 from agents.plants.study import HOURS, QUESTIONS, Cell, Found, answer, code
-from agents.plants.verdicts import COLUMNS, Asked, family_rows, promises
+from agents.plants.verdicts import COLUMNS, family_rows, promises
 from agents.provenance import commit
 from agents.study import Study
 from agents.tables import csv_of, csv_rows
-from grind_env.pages.markdown import table
 from grind_env.policies.tuned import write_whole
+from grind_env.table import Column, table_of
 
 CSV, PAGE, PICTURE = "plants.csv", "plants.md", "figures/plants.png"
 TITLE = "# The tools on machines that are not the model"
@@ -25,7 +25,13 @@ of all these families."""
 HEADER = ("question", "program", "plant", "what", "value", "commit")
 BEGINS = {CSV: ",".join(HEADER), PAGE: TITLE}
 SHOWN = "What parts cost on each machine with each program, a dot each"
-ASKED = ("question", "what", "found", "asked", "kept")
+ASKED = (
+    Column("question", lambda item: item[0]),
+    Column("what", lambda item: item[1].what),
+    Column("found", lambda item: item[1].found, ".3g"),
+    Column("asked", lambda item: f"{'at least' if item[1].at_least else 'at most'} {item[1].asked:g}"),
+    Column("kept", lambda item: "yes" if item[1].kept else "NO"),
+)
 
 
 def study(machines: Sequence[Machine], questions: Sequence[str], runs: Path) -> Study:
@@ -91,11 +97,7 @@ def page(found: Mapping[Cell, Found], *, drawn: bool) -> str:
         *([f"![{SHOWN}]({PICTURE})", f"*{SHOWN}; what lies beyond the axis stands on its end.*"] * drawn),
     ]
     for question in dict.fromkeys(cell.question for cell in found):
-        parts += [f"## {question}", table(("family", "machines", *COLUMNS[question]), family_rows(found, question))]
-    parts += ["## What is asked", table(ASKED, [(question, *_cells(each)) for question, each in promises(found)])]
+        listed = table_of(("family", "machines", *COLUMNS[question]), family_rows(found, question))
+        parts += [f"## {question}", listed.markdown()]
+    parts += ["## What is asked", table_of(ASKED, promises(found)).markdown()]
     return "\n\n".join(parts) + "\n"
-
-
-def _cells(asked: Asked) -> tuple[str, ...]:
-    bound = f"{'at least' if asked.at_least else 'at most'} {asked.asked:g}"
-    return asked.what, f"{asked.found:.3g}", bound, "yes" if asked.kept else "NO"

@@ -8,20 +8,20 @@ from agents.cells import RESULTS
 from agents.commands.asked import Asked
 from agents.evaluations import Evaluations, by_problem, chunks, run_chunk
 from agents.provenance import provenance
-from agents.reference.table import HEADINGS, Row, best_plan, flat, spread_names, table_rows
+from agents.reference.table import COLUMNS, Row, best_plan, flat, spread_names, table_rows
 from agents.study import Found, Options, Study
 from agents.tables import csv_of
 from agents.tuning.rules import tunable, tune
 from grind_env.envs.names import OTHERS, task_names
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
-from grind_env.pages.markdown import table as markdown
 from grind_env.policies.evaluation import Evaluation, episode_seeds
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.registry import REFERENCE, make_policy, policy_names
 from grind_env.policies.tuned import write_whole
 from grind_env.scores import FILE, HEADING, Mean, Reference, read_references, write_text
+from grind_env.table import table_of
 
 EVALUATIONS = 300
 """Evaluations of each CMA-ES run of a policy that has not been tuned yet."""
@@ -58,7 +58,7 @@ def study(asked: Asked) -> Study:
             references = {**read_references(data), problem.id: reference_of(simulation.task, policies, runs)}
             write_whole(data, write_text(references))
             title = f"{simulation.task.title}: {asked.episodes} evaluation episodes"
-            texts.append(f"{title}\n\n{markdown(HEADINGS, [row.cells() for row in rows])}")
+            texts.append(f"{title}\n\n{table_of(COLUMNS, rows).markdown()}")
         return "\n\n".join(texts)
 
     return Evaluations(

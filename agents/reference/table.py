@@ -8,8 +8,17 @@ from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE
 from grind_env.policies.statistics import Interval
+from grind_env.table import Column
 
-HEADINGS = ("policy", "sees", "$/good part", "scrap %", "E m/min", "D", "score (95 % interval)")
+COLUMNS = (
+    Column("policy", "policy"),
+    Column("sees", "sees"),
+    Column("$/good part", "cost", "±.3f"),
+    Column("scrap %", "scrap", ".2f", factor=100.0),
+    Column("E m/min", "speed", ".1f"),
+    Column("D", "executions", ".2f"),
+    Column("score (95 % interval)", "score", ".1f"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,18 +37,6 @@ class Row:
     """Mean D."""
     score: Interval
     """0 is the best fixed plan, 100 the hindsight planner."""
-
-    def cells(self) -> tuple[str, ...]:
-        """The texts under `HEADINGS`."""
-        return (
-            self.policy,
-            self.sees,
-            f"{self.cost.value:.3f} ± {self.cost.half_width:.3f}",
-            f"{100.0 * self.scrap:.2f}",
-            f"{self.speed:.1f}",
-            f"{self.executions:.2f}",
-            f"{self.score.value:.1f} ({self.score.low:.1f} to {self.score.high:.1f})",
-        )
 
 
 def table_rows(policies: Sequence[Policy], results: Mapping[str, Evaluation]) -> list[Row]:

@@ -6,7 +6,7 @@ from typing import Any
 from grind_env.envs.learning import WORST_REWARD
 from grind_env.pages.discount import KEPT, discount_of, dress_interval
 from grind_env.pages.example import example
-from grind_env.pages.markdown import arguments, prose, table
+from grind_env.pages.markdown import arguments, prose
 from grind_env.pages.rewards import Span
 from grind_env.pages.sheet import Sheet, sheet
 from grind_env.pages.tables import (
@@ -20,6 +20,7 @@ from grind_env.pages.tables import (
     setup_table,
 )
 from grind_env.scores import find_reference, normalise
+from grind_env.table import table_of
 from grind_env.task_version import HISTORY, TASK_VERSION
 
 SECTIONS = (
@@ -78,7 +79,7 @@ def _facts(about: Sheet) -> str:
         ("task version", str(TASK_VERSION)),
         ("easy or hard", about.note.hard),
     ]
-    return table(("", ""), rows)
+    return table_of(("", ""), rows).markdown()
 
 
 def _example(about: Sheet) -> str:
@@ -92,12 +93,11 @@ def _example(about: Sheet) -> str:
 
 
 def _versions(about: Sheet) -> str:
-    versions = table(("version", "what changed"), list(about.note.versions.items()))
-    rows = [(str(number), text) for number, text in HISTORY.items()]
+    versions = table_of(("version", "what changed"), about.note.versions.items()).markdown()
     lines = [
         f"Ids stay `-v0` until 1.0. The tasks are of version {TASK_VERSION}; scores, tuned parameters and agents of"
         " another one are not read.",
-        table(("task version", "what it is"), rows),
+        table_of(("task version", "what it is"), HISTORY.items()).markdown(),
     ]
     return "\n\n".join([versions, *lines])
 
@@ -182,7 +182,7 @@ def _arguments(about: Sheet) -> str:
         for name, default, meaning in arguments(about.make)
         if name != "task" or name not in fixed
     ]
-    listed = table(("argument", "default", "meaning"), rows)
+    listed = table_of(("argument", "default", "meaning"), rows).markdown()
     return f"{listed}\n\nThe id fixes the argument `task`." if "task" in fixed else listed
 
 
@@ -197,6 +197,5 @@ def _scores(about: Sheet) -> str:
     ]
     heading = f"cost over that of {known.fixed_plan}" if known.ratio else "score"
     scale = "" if known.ratio else f" 0 is {known.fixed_plan} and 100 the strongest reference, on its episodes."
-    return f"Mean return of an episode with its standard error, default arguments.{scale} {OTHER_TABLES}\n\n" + table(
-        ("policy", "return", heading), rows
-    )
+    listed = table_of(("policy", "return", heading), rows).markdown()
+    return f"Mean return of an episode with its standard error, default arguments.{scale} {OTHER_TABLES}\n\n{listed}"

@@ -4,9 +4,9 @@ import math
 from dataclasses import dataclass
 
 from grind_env.envs.actions import ACTIONS
-from grind_env.pages.markdown import table
 from grind_env.pages.sheet import Sheet, page_ids, sheet
 from grind_env.scores import find_reference, normalise
+from grind_env.table import Column, table_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,18 +76,14 @@ def file_name(env_id: str) -> str:
 
 def index() -> str:
     """The index of the pages, Markdown."""
-    rows = [
-        (
-            f"[{each.id}]({file_name(each.id)})",
-            each.title,
-            str(each.steps or "-"),
-            ", ".join(each.actions),
-            str(each.observation),
-            each.hard,
-        )
-        for each in summaries()
-    ]
-    header = ("id", "job", "steps", "actions", "observation", "easy or hard")
+    columns = (
+        Column("id", lambda each: f"[{each.id}]({file_name(each.id)})"),
+        Column("job", "title"),
+        Column("steps", lambda each: each.steps or "-"),
+        Column("actions", lambda each: ", ".join(each.actions)),
+        Column("observation", "observation"),
+        Column("easy or hard", "hard"),
+    )
     judged = "How the process model under them compares with measured grinding: [validation](validation.md)."
     written = "What may stand in the files of a job, a catalogue and a task: [fields](fields.md)."
-    return f"# Environments\n\n{table(header, rows)}\n\n{written}\n\n{judged}\n"
+    return f"# Environments\n\n{table_of(columns, summaries()).markdown()}\n\n{written}\n\n{judged}\n"

@@ -18,9 +18,10 @@ from grind_env.envs.observations import physical
 from grind_env.pages import PageError, page, page_ids
 from grind_env.pages.__main__ import write
 from grind_env.pages.discount import dress_interval
-from grind_env.pages.markdown import arguments, prose, table
+from grind_env.pages.markdown import arguments, prose
 from grind_env.pages.notes import load_notes, note_of
 from grind_env.pages.sheet import Sheet, sheet
+from grind_env.table import table_of
 from grind_env.task_version import TASK_VERSION
 from grind_env.validation import neighbours as steps_away
 from tests.envs.harness import IDS, Array, reward_terms_of
@@ -277,7 +278,7 @@ def test_a_docstring_is_read_section_by_section() -> None:
 
 
 def test_bars_in_a_cell_are_escaped() -> None:
-    assert table(("a", "b"), [("1|2", "3")]) == "| a | b |\n| --- | --- |\n| 1\\|2 | 3 |"
+    assert table_of(("a", "b"), [("1|2", "3")]).markdown() == "| a | b |\n| --- | --- |\n| 1\\|2 | 3 |"
 
 
 @pytest.mark.nightly
