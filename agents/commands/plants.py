@@ -10,7 +10,7 @@ from agents.budgets import STUDY_MACHINES
 from agents.cells import RESULTS, RUNS
 from agents.commands.interrupted import going_on
 from agents.study import Fresh, Jobs, Options, Ray, Results, Runs
-from grind_env.arguments import JOB, Reads, task_programs
+from grind_env.arguments import JOB, PROBLEM
 from grind_env.errors import GrindError, did_you_mean, quoted
 from grind_env.terminal import table_console
 
@@ -33,7 +33,7 @@ def plants(
     program: Annotated[
         list[str] | None,
         typer.Option("--program", help="plate, rail or die, or a file; may be repeated; these three by default."),
-        Reads(programs=task_programs),
+        PROBLEM,
     ] = None,
     job: Annotated[
         Path | None, typer.Option(help="Job file of that file; its name with .toml if not given."), JOB

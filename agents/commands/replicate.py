@@ -32,7 +32,7 @@ def replicate(
     published: Annotated[
         Path,
         typer.Option(help="Folder of benchmark.parquet, the results that are replicated."),
-        Reads(files=lambda text: [Path(text) / "benchmark.parquet"]),
+        Reads(within="benchmark.parquet"),
     ] = RESULTS,
     episodes: Annotated[
         int, typer.Option(min=2, help="Episodes of a set, on the model and on machines that are not.")

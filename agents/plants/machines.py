@@ -12,9 +12,10 @@ from grind_env.envs.job.loading import load_simulation
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.files import read_text
 from grind_env.machine.job import Job
-from grind_env.machine.job.file import files_of_job, load_job
+from grind_env.machine.job.file import load_job
 from grind_env.plants import FAMILIES, find_plant
 from grind_env.plants.names import MODEL
+from grind_env.toml import files_named
 
 
 class Program(NamedTuple):
@@ -42,7 +43,7 @@ class Program(NamedTuple):
     @property
     def files(self) -> list[Path]:
         """All that are read of it."""
-        return [self.path, *called_files(self.path), *files_of_job(self.job)]
+        return [self.path, *called_files(self.path), *files_named(self.job)]
 
 
 SHIPPED = (
