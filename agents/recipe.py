@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 from typing import Any, get_type_hints
 
 from agents.cells import sources
-from agents.commands.asked import Asked
+from agents.commands.asked import StudyOptions
 from agents.provenance import ROOT, provenance
 from agents.study import Found, Study
 from agents.tables import csv_of, csv_rows
@@ -37,7 +37,7 @@ TITLE = "# The training recipe"
 
 
 @dataclass(frozen=True)
-class Trial:
+class RecipeTrial:
     """A training: of which task, what it sees, its seed, and its lines."""
 
     problem: Problem
@@ -51,7 +51,7 @@ class Trial:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Trained:
+class RecipeRow:
     """What a training came to, judged on evaluation episodes; the interval is 95 %, over these."""
 
     task: str
@@ -83,7 +83,7 @@ def recipe(page: str) -> str:
     return str(found[0])
 
 
-def variant(text: str, trial: Trial) -> str:
+def variant(text: str, trial: RecipeTrial) -> str:
     """The recipe for another task, with another seed or other steps, or without the belief, and else as it stands.
 
     Raises:
@@ -113,8 +113,8 @@ def run(text: str) -> dict[str, Any]:
     return {**names, "cpu_seconds": time.process_time() - cpu, "wall_seconds": time.perf_counter() - wall}
 
 
-def train(trial: Trial) -> dict[str, Any]:
-    """Return what the recipe comes to in a trial: the fields of `Trained`.
+def train(trial: RecipeTrial) -> dict[str, Any]:
+    """Return what the recipe comes to in a trial: the fields of `RecipeRow`.
 
     Raises:
         GrindError: as `variant`.
@@ -131,20 +131,20 @@ def train(trial: Trial) -> dict[str, Any]:
     return {name: asked.get(name, found.get(name)) for name in COLUMNS}
 
 
-def study(asked: Asked) -> Study:
+def study(asked: StudyOptions) -> Study:
     """Return the study: the recipe both ways."""
     text = recipe(read_text(SOURCE))
     trials = [
-        Trial(problem, way, seed, asked.steps, text)
+        RecipeTrial(problem, way, seed, asked.steps, text)
         for problem in asked.problems
         for way in WAYS
         for seed in range(asked.seeds)
     ]
 
     def publish(found: Found, folder: Path) -> str:
-        return write([Trained(**each) for each in found.values()], folder)
+        return write([RecipeRow(**each) for each in found.values()], folder)
 
-    def decides(trial: Trial) -> object:
+    def decides(trial: RecipeTrial) -> object:
         return variant(text, trial), sources(wrappers.__name__), sources("grind_env.sb3.adapter")
 
     return Study(
@@ -159,7 +159,7 @@ def study(asked: Asked) -> Study:
     )
 
 
-def write(found: Sequence[Trained], results: Path) -> str:
+def write(found: Sequence[RecipeRow], results: Path) -> str:
     """Write table and page; what they have of other tasks of this version and of as many steps stays."""
     made_with = provenance(episode_seeds("evaluation", EPISODES))
     new = [{name: str(value) for name, value in (asdict(each) | made_with).items()} for each in found]
@@ -181,12 +181,12 @@ def _alike(one: Mapping[str, str], other: Mapping[str, str]) -> bool:
     )
 
 
-def _trained(row: Mapping[str, str]) -> Trained:
-    kinds = get_type_hints(Trained)
-    return Trained(**{name: kind(row[name]) for name, kind in kinds.items()})
+def _trained(row: Mapping[str, str]) -> RecipeRow:
+    kinds = get_type_hints(RecipeRow)
+    return RecipeRow(**{name: kind(row[name]) for name, kind in kinds.items()})
 
 
-COLUMNS = tuple(each.name for each in fields(Trained))
+COLUMNS = tuple(each.name for each in fields(RecipeRow))
 SHOWN = (
     Column("task", lambda runs: runs[0].task),
     Column("what it sees", lambda runs: WAYS[runs[0].sees]),
@@ -199,7 +199,7 @@ SHOWN = (
 """Of the page, a row for all seeds of a task and way."""
 
 
-def page(found: Sequence[Trained]) -> str:
+def page(found: Sequence[RecipeRow]) -> str:
     """The table of all seeds, Markdown."""
     ways = product(dict.fromkeys(each.task for each in found), WAYS)
     rows = [[each for each in found if (each.task, each.sees) == way] for way in ways]

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import NamedTuple
 
-from agents.commands.asked import Asked
+from agents.commands.asked import StudyOptions
 from agents.evaluations import Evaluations, chunks, joined, run_chunk
 from agents.reference.table import best_plan
 from agents.study import Found, Study
@@ -24,7 +24,7 @@ WHO = (*MEASURED, "mpc")
 COLUMNS = ("task", "split", "who", "score", "score_low", "score_high", "cost", "cost_low", "cost_high", "scrap")
 
 
-class Line(NamedTuple):
+class SplitScore(NamedTuple):
     """What a policy comes to in a split of a task, each number with the ends of its 95 % over episodes."""
 
     task: str
@@ -38,7 +38,7 @@ class Line(NamedTuple):
     """Share of the parts."""
 
 
-def study(asked: Asked) -> Study:
+def study(asked: StudyOptions) -> Study:
     """Return the study."""
     trials = [
         chunk
@@ -59,7 +59,7 @@ def study(asked: Asked) -> Study:
     )
 
 
-def all_lines(found: Found) -> list[Line]:
+def all_lines(found: Found) -> list[SplitScore]:
     """Return what every policy comes to in the splits of all tasks."""
     runs = joined(found)
     return [line for problem in dict.fromkeys(key[0] for key in runs) for line in lines_of(problem, runs)]
@@ -80,7 +80,7 @@ def judged(problem: Problem) -> list[str]:
     return found
 
 
-def lines_of(problem: Problem, found: Mapping[tuple[Problem, str, str], Evaluation]) -> list[Line]:
+def lines_of(problem: Problem, found: Mapping[tuple[Problem, str, str], Evaluation]) -> list[SplitScore]:
     """Return what every policy comes to in the splits of a task."""
     by_split = {
         split: {who: run for (of, drawn, who), run in found.items() if (of, drawn) == (problem, split)}
@@ -92,11 +92,11 @@ def lines_of(problem: Problem, found: Mapping[tuple[Problem, str, str], Evaluati
         for who in (plan, *(who for who in WHO if who in runs), REFERENCE):
             run = runs[who]
             score = run.score(runs[plan], runs[REFERENCE])
-            lines.append(Line(problem.name, split, who, score, run.cost_per_good_part, run.scrap))
+            lines.append(SplitScore(problem.name, split, who, score, run.cost_per_good_part, run.scrap))
     return lines
 
 
-def page(lines: Sequence[Line], episodes: int) -> str:
+def page(lines: Sequence[SplitScore], episodes: int) -> str:
     """The tables, Markdown."""
     scores, costs = [], []
     for task, split in dict.fromkeys((each.task, each.split) for each in lines):
@@ -118,7 +118,7 @@ def page(lines: Sequence[Line], episodes: int) -> str:
     )
 
 
-def leading(lines: Sequence[Line], split: str) -> str:
+def leading(lines: Sequence[SplitScore], split: str) -> str:
     """Who scores best on measurements in how many tasks, and in how many of these clear of the intervals of others."""
     first, clear = Counter[str](), Counter[str]()
     for task in dict.fromkeys(each.task for each in lines):
@@ -136,5 +136,5 @@ def leading(lines: Sequence[Line], split: str) -> str:
     return ", ".join(said) or "nobody was run"
 
 
-def _cost(line: Line | None) -> str:
+def _cost(line: SplitScore | None) -> str:
     return NONE if line is None else f"{line.cost[0]:.2f}, {100.0 * line.scrap:.1f} %"

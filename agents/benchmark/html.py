@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from agents.benchmark.page import made_by
 from agents.benchmark.results import Result
-from agents.benchmark.summary import Summary, summaries, table_of_task, tasks_of
+from agents.benchmark.summary import PolicySummary, summaries, table_of_task, tasks_of
 from grind_env.render.curves import BLUE
 from grind_env.render.graphs import Graph, Series
 from grind_env.shop.report.document import Line, Section, figure, listing, page, table
@@ -32,7 +32,7 @@ def _section(results: Sequence[Result], task: str) -> Section:
     return Section(task, [table(shown.headings, rows), costs])
 
 
-def _costs(lines: Sequence[Summary]) -> Graph:
+def _costs(lines: Sequence[PolicySummary]) -> Graph:
     """A point for each policy."""
     costs = Series(
         name="",

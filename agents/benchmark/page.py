@@ -4,12 +4,12 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from agents.benchmark.aggregate import Runs, aggregates, all_runs, scored_tasks
+from agents.benchmark.aggregate import ScoredRuns, aggregates, all_runs, scored_tasks
 from agents.benchmark.figures import OVER, figure_names
 from agents.benchmark.judge import CLIP, Sampled, is_ratio
 from agents.benchmark.plan import AT, LIMIT, LIMITED, ON_BELIEF, SWEEPS
 from agents.benchmark.results import Result
-from agents.benchmark.summary import KNOWLEDGE, Summary, best, brief, columns_of, shown, summaries, tasks_of
+from agents.benchmark.summary import KNOWLEDGE, PolicySummary, best, brief, columns_of, shown, summaries, tasks_of
 from grind_env.policies.learned.saved import SUFFIX, load_policy
 from grind_env.policies.naming import SHIPPED
 from grind_env.policies.planners import hindsight
@@ -17,7 +17,7 @@ from grind_env.policies.registry import REFERENCE
 from grind_env.policies.statistics import Interval
 from grind_env.table import NONE, table_of
 
-Lines = Mapping[str, Sequence[Summary]]
+Lines = Mapping[str, Sequence[PolicySummary]]
 """The lines of every task."""
 
 FEW = {
@@ -85,7 +85,7 @@ def page(results: Sequence[Result]) -> str:
     return "\n\n".join([*parts, "\n".join(made_by(results))]) + "\n"
 
 
-def headline(results: Sequence[Result], lines: Lines, runs: Mapping[str, Runs]) -> str:
+def headline(results: Sequence[Result], lines: Lines, runs: Mapping[str, ScoredRuns]) -> str:
     """Scores of the best few policies on every task that has one, from poor to good."""
     kinds = {each.policy: (each.kind, each.sees) for each in results}
     ordered = sorted(runs, key=lambda name: float(runs[name].scores.mean()))
@@ -96,7 +96,7 @@ def headline(results: Sequence[Result], lines: Lines, runs: Mapping[str, Runs]) 
     return table_of(("task", *(f"{name} ({kinds[name][1]})" for name in names)), rows, left=1).markdown()
 
 
-class Verdict(NamedTuple):
+class AgentVerdict(NamedTuple):
     """The best agent on measurements of a task, and what it is held against."""
 
     task: str
@@ -124,7 +124,7 @@ class Verdict(NamedTuple):
         ]
 
 
-def verdict(task: str, of: Sampled, chosen: Sampled | None = None) -> Verdict | None:
+def verdict(task: str, of: Sampled, chosen: Sampled | None = None) -> AgentVerdict | None:
     """The verdict on a task; None if it has no such agent, no rule or no score.
 
     Args:
@@ -138,7 +138,7 @@ def verdict(task: str, of: Sampled, chosen: Sampled | None = None) -> Verdict | 
         return None
     score, over = of.gain(agent, of.results[fixed].policy), of.gain(agent, rule)
     assert score is not None and over is not None
-    return Verdict(task, agent, score, rule, over, of.gain(agent, ON_BELIEF), scale)
+    return AgentVerdict(task, agent, score, rule, over, of.gain(agent, ON_BELIEF), scale)
 
 
 def verdicts(samples: Mapping[str, Sampled]) -> list[str]:
@@ -227,7 +227,7 @@ def measure_of(samples: Mapping[str, Sampled]) -> list[str]:
     return ["## Hindsight as the measure", said, listed.markdown()]
 
 
-def over_tasks(results: Sequence[Result], runs: Mapping[str, Runs]) -> str:
+def over_tasks(results: Sequence[Result], runs: Mapping[str, ScoredRuns]) -> str:
     """Aggregates of the score over tasks and runs."""
     found = aggregates(dict(runs))
     measures = list(next(iter(found.values())))

@@ -7,7 +7,7 @@ from agents.benchmark.judge import is_ratio
 from agents.benchmark.page import page, shipped_kind
 from agents.benchmark.plan import FLAGSHIP, ROBUST
 from agents.benchmark.results import Result
-from agents.benchmark.summary import Summary, shown, summaries
+from agents.benchmark.summary import PolicySummary, shown, summaries
 from agents.provenance import ROOT
 from grind_env.files import read_text
 from grind_env.policies.registry import REFERENCE
@@ -29,7 +29,7 @@ def section(results: Sequence[Result], task: str = FLAGSHIP) -> str:
     """
     ratio, kind = is_ratio(task), shipped_kind(task)
 
-    def name(line: Summary) -> str:
+    def name(line: PolicySummary) -> str:
         return SHIPPED if line.policy == kind else line.policy
 
     columns = (

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from agents.benchmark.judge import Sampled, judged
-from agents.benchmark.page import Verdict, verdict
-from agents.benchmark.plan import AT, KINDS, Cell, Request
+from agents.benchmark.page import AgentVerdict, verdict
+from agents.benchmark.plan import AT, KINDS, BenchmarkCell, Request
 from agents.benchmark.results import PLANTS, Result
 from agents.benchmark.summary import shown, tasks_of
 from agents.benchmark.trials import result, study
@@ -90,7 +90,7 @@ def replicate(
     """
     check_sets(firsts, episodes)
     cells = [
-        Cell(problem, each.policy, each.seed)
+        BenchmarkCell(problem, each.policy, each.seed)
         for problem in problems
         for each in published
         if each.task == problem.name and AT not in each.policy
@@ -110,7 +110,7 @@ def replicate(
     return study("replicate", cells, *requests, files=BEGINS, publish=partial(write, published))
 
 
-def _agents_of(cell: Cell, runs: Path) -> list[Path]:
+def _agents_of(cell: BenchmarkCell, runs: Path) -> list[Path]:
     return list((runs / cell.task).glob(f"{cell.name}-*")) if cell.policy in KINDS else []
 
 
@@ -155,7 +155,7 @@ def compared(published: Sequence[Result], found: Mapping[int, Sequence[Result]])
     return replications
 
 
-def verdicts_of(published: Sequence[Result], found: Sequence[Result]) -> list[Verdict]:
+def verdicts_of(published: Sequence[Result], found: Sequence[Result]) -> list[AgentVerdict]:
     """What published results say is the best agent and the best rule of every task, on other seeds."""
     given = []
     for task in tasks_of(found):

@@ -20,7 +20,7 @@ MEANS = ("blocks", "making_calls", "decision_calls", "decision_ms", "train_secon
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Summary:
+class PolicySummary:
     """One line of a table: means over the runs of a policy; what is not known of it is None."""
 
     policy: str
@@ -104,7 +104,7 @@ def best(sampled: Sampled, kind: str, sees: str) -> str | None:
     return max(names, key=lambda name: float(scores[0][sampled.runs(name)].mean()), default=None)
 
 
-def summaries(results: Sequence[Result], task: str) -> list[Summary]:
+def summaries(results: Sequence[Result], task: str) -> list[PolicySummary]:
     """The lines of a task, from those that know least to those that know most, and from poor to good."""
     group = [each for each in results if each.task == task]
     every, between, plants = Sampled(group), sampled(group, INTERPOLATION), sampled(group, PLANTS)
@@ -118,7 +118,7 @@ def summaries(results: Sequence[Result], task: str) -> list[Summary]:
         cost, rule = over_runs(costs, runs), rules[first.sees]
         assert cost is not None
         lines.append(
-            Summary(
+            PolicySummary(
                 policy=policy,
                 kind=first.kind,
                 sees=first.sees,

@@ -9,7 +9,7 @@ from grind_env.policies.problem import Problem
 
 
 @dataclass(frozen=True, kw_only=True)
-class Asked:
+class StudyOptions:
     """Options of a study.
 
     Attributes:

@@ -15,10 +15,6 @@ from grind_env.errors import GrindError, did_you_mean, quoted
 from grind_env.terminal import table_console
 
 
-class ArgumentError(GrindError):
-    """A name that the study does not have."""
-
-
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
     app.command(epilog="Example: python -m agents plants --family meter --seeds 1 --program plate")(plants)
@@ -72,9 +68,9 @@ def _chosen(option: str, names: list[str] | None, known: Sequence[str]) -> Seque
     """The names that were given, or all.
 
     Raises:
-        ArgumentError: there is none of a name.
+        GrindError: there is none of a name.
     """
     for name in names or ():
         if name not in known:
-            raise ArgumentError(f"{option} is {quoted(name)}{did_you_mean(name, known)}: choose {', '.join(known)}")
+            raise GrindError(f"{option} is {quoted(name)}{did_you_mean(name, known)}: choose {', '.join(known)}")
     return tuple(dict.fromkeys(names)) if names else known

@@ -18,7 +18,7 @@ from grind_env.errors import GrindError
 from grind_env.terminal import table_console
 
 
-class Command(NamedTuple):
+class StudyCommand(NamedTuple):
     """A study as a command.
 
     Attributes:
@@ -41,12 +41,12 @@ class Command(NamedTuple):
 
 
 COMMANDS = {
-    "splits": Command(
+    "splits": StudyCommand(
         "agents.splits",
         "Compare rules, planners and agents on contexts that no training has seen, and on some beyond the task.",
         "--task power_limited",
     ),
-    "safety": Command(
+    "safety": StudyCommand(
         "agents.safety.study",
         "What PPO with a GRU earns and violates, without and with a budget of scrap, beside a guarded rule.\n\n"
         "Power, size, Ra and burning are counted block by block, scrap part by part.",
@@ -55,7 +55,7 @@ COMMANDS = {
         seeds=3,
         steps=600_000,
     ),
-    "recipe": Command(
+    "recipe": StudyCommand(
         "agents.recipe",
         "Run the training recipe of the docs on several seeds, with the belief and without.\n\n"
         "The table keeps what it has of other tasks.",
@@ -64,14 +64,14 @@ COMMANDS = {
         seeds=5,
         steps=1_000_000,
     ),
-    "scores": Command(
+    "scores": StudyCommand(
         "agents.reference.scores",
         "Measure the reference scores: tune what is missing, run every policy, write the tables.",
         "--task power_limited",
         tasks=",".join(name for name in (*task_names(), *OTHERS) if name != "job"),
         episodes=SCORE_EPISODES,
     ),
-    "gaps": Command(
+    "gaps": StudyCommand(
         "agents.reference.gap_table",
         "What it is worth to adapt E, D or both: tune what is missing, run every policy.\n\n"
         "The fixed plan is the best one without sensors. The planner knows the state of the wheel; hindsight knows the "
@@ -89,7 +89,7 @@ def register(app: typer.Typer) -> None:
         app.command(name=name, help=of.help, epilog=f"Example: python -m agents {name} {of.example}")(command(name, of))
 
 
-def command(name: str, of: Command) -> Callable[..., None]:
+def command(name: str, of: StudyCommand) -> Callable[..., None]:
     """Return the function of a command."""
 
     def study(
@@ -110,13 +110,13 @@ def command(name: str, of: Command) -> Callable[..., None]:
         results: Results = None,
         fresh: Fresh = False,
     ) -> None:
-        from agents.commands.asked import Asked
+        from agents.commands.asked import StudyOptions
 
         if not of.seeds and (seeds, steps) != (None, None):
             raise GrindError(f"{name} trains nothing: leave out --seeds and --steps")
         folder = results or (runs if tasks else RESULTS)
         options = Options(jobs=jobs, ray=ray, runs=runs, fresh=fresh, console=table_console())
-        asked = Asked(
+        asked = StudyOptions(
             problems=chosen_problems(tasks or of.tasks, job, parts),
             episodes=episodes,
             seeds=seeds or of.seeds,

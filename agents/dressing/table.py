@@ -8,7 +8,7 @@ from io import StringIO
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from agents.dressing.study import Finding, about
+from agents.dressing.study import DressFinding, about
 from grind_env.errors import reason
 from grind_env.files import read_text
 from grind_env.policies.tuned import ConfigError
@@ -18,34 +18,34 @@ from grind_env.task_version import TASK_VERSION
 THRESHOLD, LEARNED, KNOWS_ALL = "power_threshold", "learned", "hindsight"
 
 
-class Study(NamedTuple):
+class DressStudy(NamedTuple):
     """What was found for one task, on how many episodes, and in which version of the tasks."""
 
-    found: Sequence[Finding]
+    found: Sequence[DressFinding]
     episodes: int
     task_version: int = TASK_VERSION
 
     @property
-    def plan(self) -> Finding:
+    def plan(self) -> DressFinding:
         """The best fixed plan."""
         (plan,) = about(self.found, "plan")
         return plan
 
     @property
-    def dresser(self) -> Finding | None:
+    def dresser(self) -> DressFinding | None:
         """The best settings of the dresser; None of a program, which says itself how it dresses."""
         return min(about(self.found, "dresser"), key=lambda each: each.cost, default=None)
 
     @property
-    def often(self) -> Finding | None:
+    def often(self) -> DressFinding | None:
         """The best number of passes, likewise."""
         return min(about(self.found, "passes"), key=lambda each: each.cost, default=None)
 
-    def decider(self, name: str) -> Finding | None:
+    def decider(self, name: str) -> DressFinding | None:
         """Return the finding on a policy that decides when to dress."""
         return next((each for each in about(self.found, "decision") if each.policy == name), None)
 
-    def cost(self, found: Finding | None) -> str | None:
+    def cost(self, found: DressFinding | None) -> str | None:
         """Return a cost, $ per good part, with how much more it is than that of the planner."""
         least = self.decider(KNOWS_ALL)
         if found is None or least is None:
@@ -53,7 +53,7 @@ class Study(NamedTuple):
         return f"{found.cost:.2f} ({100.0 * (found.cost / least.cost - 1.0):+.0f} %)"
 
 
-def read_study(path: Path) -> Study:
+def read_study(path: Path) -> DressStudy:
     """The study of a task, from the table that the command wrote.
 
     Raises:
@@ -61,7 +61,10 @@ def read_study(path: Path) -> Study:
     """
     try:
         rows = list(DictReader(StringIO(read_text(path), newline="")))
-        found = [Finding(**{each.name: _value(each.type, row[each.name]) for each in fields(Finding)}) for row in rows]
+        found = [
+            DressFinding(**{each.name: _value(each.type, row[each.name]) for each in fields(DressFinding)})
+            for row in rows
+        ]
         first, last = map(int, rows[0]["seeds"].split(".."))
         # the first version was written down nowhere
         version = int(rows[0].get("task_version", 1))
@@ -72,14 +75,14 @@ def read_study(path: Path) -> Study:
         raise ConfigError(
             f"{path} is damaged ({reason(error)}): run `python -m agents dress-study --task {task}` again"
         ) from None
-    return Study(found, last - first + 1, version)
+    return DressStudy(found, last - first + 1, version)
 
 
 def _value(kind: Any, text: str) -> Any:
     return kind(text)
 
 
-def read_studies(folder: Path) -> list[Study]:
+def read_studies(folder: Path) -> list[DressStudy]:
     """The studies in a folder that are of the present task version.
 
     Raises:

@@ -10,7 +10,7 @@ from typing import Any
 from agents.benchmark.trained import from_file
 from agents.cells import RUNS, code_of, kept_evaluation
 from agents.dressing.figure import dress_figure
-from agents.dressing.study import PLANS, Finding, best_plan, csv_text, dressers, finding, intervals
+from agents.dressing.study import PLANS, DressFinding, best_plan, csv_text, dressers, finding, intervals
 from agents.study import Study
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.tasks import Dress
@@ -29,12 +29,12 @@ BASELINES = ("random", "handbook", "constant", "constant_per_kind")
 
 
 @dataclass(frozen=True)
-class Trial:
+class DressTrial:
     """A question about a way to dress.
 
     Attributes:
         problem: what is ground.
-        question: as of a `Finding`.
+        question: as of a `DressFinding`.
         what: the intervals that are tried, or who decides.
         episodes: evaluation episodes.
         dress: settings of the dresser, if not the task's own.
@@ -55,13 +55,13 @@ class Trial:
 
 def study(problems: Sequence[Problem], episodes: int, runs: Path) -> Study:
     """Return the study: four questions on each problem; those of the dresser only if a task says how it is set."""
-    trials = list[Trial]()
+    trials = list[DressTrial]()
     for problem in problems:
         every = tuple(intervals(problem.simulation()))
-        trials += [Trial(problem, "interval", (each,), episodes) for each in every]
-        trials.append(Trial(problem, "plan", every, episodes))
-        trials += [Trial(problem, question, PLANS, episodes, dress) for question, dress in dressers(problem)]
-        trials += [Trial(problem, "decision", each.name, episodes, runs=runs) for each in deciding(problem)]
+        trials += [DressTrial(problem, "interval", (each,), episodes) for each in every]
+        trials.append(DressTrial(problem, "plan", every, episodes))
+        trials += [DressTrial(problem, question, PLANS, episodes, dress) for question, dress in dressers(problem)]
+        trials += [DressTrial(problem, "decision", each.name, episodes, runs=runs) for each in deciding(problem)]
     return Study(
         name="dress-study",
         title="",
@@ -73,7 +73,7 @@ def study(problems: Sequence[Problem], episodes: int, runs: Path) -> Study:
     )
 
 
-def find(trial: Trial) -> dict[str, object]:
+def find(trial: DressTrial) -> dict[str, object]:
     """Return the finding of a trial."""
     problem, simulation, seeds = trial.problem, trial.problem.simulation(), episode_seeds("evaluation", trial.episodes)
     if isinstance(trial.what, str):
@@ -88,7 +88,7 @@ def find(trial: Trial) -> dict[str, object]:
     return asdict(finding(problem.name, simulation, trial.question, plan, run, plan.every))
 
 
-def decider(trial: Trial) -> Policy:
+def decider(trial: DressTrial) -> Policy:
     """Return the policy that decides in a trial."""
     return next(each for each in deciding(trial.problem) if each.name == trial.what)
 
@@ -107,10 +107,10 @@ def on_plant(problem: Problem, plant: str) -> Problem:
     return replace(on(problem, plant), name=f"{problem.name}-{machine}")
 
 
-def write(episodes: int, found: Mapping[Trial, Mapping[str, Any]], folder: Path) -> str:
+def write(episodes: int, found: Mapping[DressTrial, Mapping[str, Any]], folder: Path) -> str:
     """Write the table and the picture of each problem."""
     for problem in dict.fromkeys(trial.problem for trial in found):
-        findings = [Finding(**each) for trial, each in found.items() if trial.problem == problem]
+        findings = [DressFinding(**each) for trial, each in found.items() if trial.problem == problem]
         plant = dict(problem.arguments).get("plant")
         title = problem.simulation().task.title + (f", on {plant}" if plant else "")
         write_whole(folder / f"{problem.name}.csv", csv_text(findings, episode_seeds("evaluation", episodes)))

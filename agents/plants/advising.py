@@ -1,10 +1,11 @@
 """What an adviser makes of a batch on a machine, beside the best of fixed plans and an adviser without a model."""
 
-from agents.plants.floor import Floor
-from agents.plants.machines import Machine
+from agents.plants.floor import ModelFreeAdviser
+from agents.plants.machines import StudyMachine
 from agents.plants.plans import plans
-from agents.plants.shift import PARTS, Choice, Decide, Shift, ground
+from agents.plants.shift import PARTS, BatchResult, Decide, ground
 from grind_env.envs.job.loading import load_simulation
+from grind_env.envs.job.outline import JobChoice
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.policies.guard import Guarded
 from grind_env.policies.policy import Policy
@@ -16,24 +17,24 @@ def advised(model: JobSimulation, policy: Policy) -> Decide:
     """What `grind advise` says, which is followed."""
     adviser = Adviser(model, policy)
 
-    def decide(number: int, readings: Readings | None) -> Choice:
+    def decide(number: int, readings: Readings | None) -> JobChoice:
         if readings is not None:
             adviser.take(readings)
         assert adviser.advice is not None
-        return Choice(adviser.advice.speed, adviser.advice.executions)
+        return JobChoice(adviser.advice.speed, adviser.advice.executions)
 
     return decide
 
 
-def advise_on(machine: Machine, parts: int = PARTS) -> dict[str, Shift]:
+def advise_on(machine: StudyMachine, parts: int = PARTS) -> dict[str, BatchResult]:
     """A batch with the adviser, with the one without a model, and with the best fixed plan, on the same lots."""
     simulation = machine.simulation(parts)
     model = load_simulation(str(machine.program.path), str(machine.program.job), parts, 1.0, "measured")
     planned = [ground(simulation, plan) for plan in plans(simulation)]
     return {
-        "program": ground(simulation, lambda k, _: Choice(*own(simulation, k))),
+        "program": ground(simulation, lambda k, _: JobChoice(*own(simulation, k))),
         "plan": min(planned, key=lambda shift: shift.mean_cost),
-        "floor": ground(simulation, Floor(model)),
+        "floor": ground(simulation, ModelFreeAdviser(model)),
         "trusting": ground(simulation, advised(model, trusting(model))),
         "adviser": ground(simulation, advised(model, policy_for(None, model))),
     }

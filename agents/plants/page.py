@@ -5,8 +5,8 @@ from pathlib import Path
 
 from agents.benchmark.figures import write_figure
 from agents.plants.figure import plants_figure
-from agents.plants.machines import PROGRAMS, Machine
-from agents.plants.study import HOURS, QUESTIONS, Cell, Found, answer, code
+from agents.plants.machines import PROGRAMS, StudyMachine
+from agents.plants.study import HOURS, QUESTIONS, Found, PlantsTrial, answer, code
 from agents.plants.verdicts import COLUMNS, family_rows, promises
 from agents.provenance import commit
 from agents.study import Study
@@ -34,12 +34,12 @@ ASKED = (
 )
 
 
-def study(machines: Sequence[Machine], questions: Sequence[str], runs: Path) -> Study:
+def study(machines: Sequence[StudyMachine], questions: Sequence[str], runs: Path) -> Study:
     """Return the study that asks every question of every machine."""
     return Study(
         name="plants",
         title="",
-        trials=[Cell(question, machine, runs.absolute()) for question in questions for machine in machines],
+        trials=[PlantsTrial(question, machine, runs.absolute()) for question in questions for machine in machines],
         run=answer,
         decides=code,
         seconds=lambda cell: 3600.0 * HOURS[cell.question],
@@ -48,7 +48,7 @@ def study(machines: Sequence[Machine], questions: Sequence[str], runs: Path) -> 
     )
 
 
-def write(found: Mapping[Cell, Found], folder: Path) -> str:
+def write(found: Mapping[PlantsTrial, Found], folder: Path) -> str:
     """Write plants.csv and plants.md, in which answers to other questions stay; the page comes back."""
     questions, made_with = {cell.question for cell in found}, dict.fromkeys(found, commit())
     others, commits = read_csv(folder / CSV)
@@ -64,20 +64,20 @@ def write(found: Mapping[Cell, Found], folder: Path) -> str:
     return text
 
 
-def read_csv(path: Path) -> tuple[dict[Cell, Found], dict[Cell, str]]:
+def read_csv(path: Path) -> tuple[dict[PlantsTrial, Found], dict[PlantsTrial, str]]:
     """What such a table has of the programs of the study, and the commit of each cell; nothing if there is none."""
     if not path.exists():
         return {}, {}
-    found, commits = dict[Cell, dict[str, float]](), dict[Cell, str]()
+    found, commits = dict[PlantsTrial, dict[str, float]](), dict[PlantsTrial, str]()
     for row in csv_rows(path):
         if row["program"] in PROGRAMS and row["question"] in QUESTIONS:
-            cell = Cell(row["question"], Machine(row["plant"], PROGRAMS[row["program"]]))
+            cell = PlantsTrial(row["question"], StudyMachine(row["plant"], PROGRAMS[row["program"]]))
             found.setdefault(cell, {})[row["what"]] = float(row["value"])
             commits[cell] = row["commit"]
     return {**found}, commits
 
 
-def csv_text(found: Mapping[Cell, Found], commits: Mapping[Cell, str]) -> str:
+def csv_text(found: Mapping[PlantsTrial, Found], commits: Mapping[PlantsTrial, str]) -> str:
     """What was found, a number a row, with the commit by which."""
     return csv_of(
         HEADER,
@@ -89,7 +89,7 @@ def csv_text(found: Mapping[Cell, Found], commits: Mapping[Cell, str]) -> str:
     )
 
 
-def page(found: Mapping[Cell, Found], *, drawn: bool) -> str:
+def page(found: Mapping[PlantsTrial, Found], *, drawn: bool) -> str:
     """The tables, Markdown, below the figure if one is drawn."""
     parts = [
         TITLE,

@@ -2,7 +2,8 @@
 
 from itertools import product
 
-from agents.plants.shift import Choice, Decide
+from agents.plants.shift import Decide
+from grind_env.envs.job.outline import JobChoice
 from grind_env.envs.job.simulation import JobSimulation
 
 RATIOS = (0.6, 0.8, 1.0, 1.25, 1.6)
@@ -21,10 +22,10 @@ def _plan(simulation: JobSimulation, ratio: float, every: int) -> Decide:
     first = {block.part: k for k, block in reversed([*enumerate(blocks)]) if block.takes_dresses}
     low, high = (1000.0 * end for end in simulation.task.action.speed_ends)
 
-    def decide(number: int, readings: object) -> Choice:
+    def decide(number: int, readings: object) -> JobChoice:
         block = blocks[number]
         dresses = first.get(block.part) == number and block.part % every == 0
         speed = min(max(ratio * block.plan.feed, low), high)
-        return Choice(speed, max(int(block.plan.dresses), 1) if dresses else 0)
+        return JobChoice(speed, max(int(block.plan.dresses), 1) if dresses else 0)
 
     return decide

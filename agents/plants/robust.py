@@ -5,16 +5,16 @@ from pathlib import Path
 from agents.benchmark.agents import plain_agent
 from agents.benchmark.plan import PUBLIC, ROBUST
 from agents.plants.advising import advised
-from agents.plants.machines import Machine
+from agents.plants.machines import StudyMachine
 from agents.plants.plans import plans
-from agents.plants.shift import PARTS, Shift, ground
+from agents.plants.shift import PARTS, BatchResult, ground
 from grind_env.envs.job.loading import load_simulation
 from grind_env.policies.held import on
 from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.problem import find_problem
 
 
-def robust_on(machine: Machine, folder: Path, parts: int = PARTS) -> dict[str, Shift]:
+def robust_on(machine: StudyMachine, folder: Path, parts: int = PARTS) -> dict[str, BatchResult]:
     """A batch with such an agent, which `grind advise` asks, and with the best fixed plan, on the same lots.
 
     The agent is trained on public machines, one in every batch, unless it is kept in the folder.

@@ -2,11 +2,12 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from grind_env.arrays import Array
+from grind_env.envs.job.outline import JobChoice
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.tables import Outcome
 from grind_env.shop.advise.readings import Readings
@@ -18,20 +19,12 @@ LOTS = 1
 COST, GOOD = Outcome._fields.index("cost"), Outcome._fields.index("good")
 
 
-class Choice(NamedTuple):
-    """E and D of a block."""
-
-    speed: float
-    """mm/min."""
-    executions: int
-
-
-Decide = Callable[[int, Readings | None], Choice]
+Decide = Callable[[int, Readings | None], JobChoice]
 """What is chosen in a block, by its number from 0 and what was read of the block before."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Shift:
+class BatchResult:
     """What a batch has come to.
 
     Attributes:
@@ -86,7 +79,7 @@ class Shift:
         return int((beyond[1:] & beyond[:-1] & ~self.slowest[1:]).sum())
 
 
-def ground(simulation: JobSimulation, decide: Decide, seed: int = LOTS) -> Shift:
+def ground(simulation: JobSimulation, decide: Decide, seed: int = LOTS) -> BatchResult:
     """Grind a batch, block by block."""
     episodes = simulation.start([np.random.default_rng(seed)])
     job, blocks = simulation.job, simulation.blocks
@@ -108,7 +101,7 @@ def ground(simulation: JobSimulation, decide: Decide, seed: int = LOTS) -> Shift
         if readings.Ra_before is not None and block.part > 0 and job.limits.roughness > 0.0:
             # Ra comes when the next part has been ground
             gauged[block.part - 1] = max(gauged[block.part - 1], readings.Ra_before / job.limits.roughness)
-    return Shift(
+    return BatchResult(
         cost=cost, scrap=scrap, speeds=speeds, executions=executions, power=power, gauged=gauged, slowest=slowest
     )
 

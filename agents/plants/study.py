@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 
 from agents.cells import RUNS, bare
-from agents.plants.machines import Machine
+from agents.plants.machines import StudyMachine
 from agents.provenance import ROOT
 
 QUESTIONS = {"calibrate": "calibrating", "optimise": "optimising", "advise": "advising", "robust": "robust"}
@@ -23,24 +23,24 @@ Found = Mapping[str, float]
 
 
 @dataclass(frozen=True)
-class Cell:
+class PlantsTrial:
     """A question about a machine, and the folder of the agents of `robust`."""
 
     question: str
-    machine: Machine
+    machine: StudyMachine
     runs: Path = field(default=RUNS, repr=False, compare=False)
 
     def __str__(self) -> str:
         return f"{self.question}: {self.machine}"
 
 
-def answer(cell: Cell) -> Found:
+def answer(cell: PlantsTrial) -> Found:
     """Return what is found in a cell."""
     before = time.process_time()
     return dict(_answer(cell)) | {"cpu_seconds": time.process_time() - before}
 
 
-def _answer(cell: Cell) -> Found:
+def _answer(cell: PlantsTrial) -> Found:
     if cell.question == "calibrate":
         from agents.plants.calibrating import calibrate_on
 
@@ -60,7 +60,7 @@ def _answer(cell: Cell) -> Found:
     return {f"{who}_{what}": value for who, shift in shifts.items() for what, value in shift.numbers().items()}
 
 
-def code(cell: Cell) -> str:
+def code(cell: PlantsTrial) -> str:
     """Stands for the code that decides what is found, and for the program, its job and the catalogue."""
     digest = hashlib.sha256(_code_of(f"agents.plants.{QUESTIONS[cell.question]}").encode())
     for path in (*cell.machine.program.files, *sorted(DATA.rglob("*.toml"))):

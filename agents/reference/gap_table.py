@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import fields
 
-from agents.commands.asked import Asked
+from agents.commands.asked import StudyOptions
 from agents.evaluations import Evaluations, by_problem, chunks, run_chunk
 from agents.reference.gaps import ADAPTING_D, ADAPTING_E, BEST, FIXED, KNOWN, PLANNER, ROLES, Gap, TaskGaps, task_gaps
 from agents.reference.promises import PROMISES
@@ -18,7 +18,7 @@ from grind_env.table import Column, Table, table_of
 VERDICTS = ("promise", "held", "by", "not by")
 
 
-def study(asked: Asked) -> Study:
+def study(asked: StudyOptions) -> Study:
     """Tune what has not been tuned, and return the study."""
 
     def gaps(found: Found) -> list[TaskGaps]:

@@ -5,10 +5,10 @@ from functools import partial
 from pathlib import Path
 
 from agents.cells import RESULTS
-from agents.commands.asked import Asked
+from agents.commands.asked import StudyOptions
 from agents.evaluations import Evaluations, by_problem, chunks, run_chunk
 from agents.provenance import provenance
-from agents.reference.table import COLUMNS, Row, best_plan, flat, spread_names, table_rows
+from agents.reference.table import COLUMNS, ScoreRow, best_plan, flat, spread_names, table_rows
 from agents.study import Found, Options, Study
 from agents.tables import csv_of
 from agents.tuning.rules import tunable, tune
@@ -34,7 +34,7 @@ NEARLY = 0.02
 """Share of the return of the fixed plan; where the planner earns no more than it beyond, a score would be noise."""
 
 
-def study(asked: Asked) -> Study:
+def study(asked: StudyOptions) -> Study:
     """Return the study of registered environments; reference scores of other results lie beside these."""
     data = FILE if asked.results == RESULTS else asked.results / FILE.name
     for problem in asked.problems:
@@ -117,7 +117,7 @@ def mean_return(task: Task, run: Evaluation) -> Mean:
     return Mean(round(float(returns.mean()), 4), round(error, 4))
 
 
-def csv_text(task: Task, rows: Sequence[Row], found: Mapping[str, Evaluation]) -> str:
+def csv_text(task: Task, rows: Sequence[ScoreRow], found: Mapping[str, Evaluation]) -> str:
     """All numbers in full, with seeds and versions in every row."""
     columns = ["policy", "sees", *spread_names("cost_per_good_part"), "scrap", "E", "D", *spread_names("score")]
     facts = [provenance(episode_seeds("evaluation", len(found[row.policy].cost))) for row in rows]

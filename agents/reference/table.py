@@ -22,7 +22,7 @@ COLUMNS = (
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class ScoreRow:
     """One line of the table."""
 
     policy: str
@@ -39,7 +39,7 @@ class Row:
     """0 is the best fixed plan, 100 the hindsight planner."""
 
 
-def table_rows(policies: Sequence[Policy], results: Mapping[str, Evaluation]) -> list[Row]:
+def table_rows(policies: Sequence[Policy], results: Mapping[str, Evaluation]) -> list[ScoreRow]:
     """The table; the fixed plan of lower mean cost on these episodes scores 0, the planner 100.
 
     Scores are of the episodes that the planner has planned, the first ones of the others.
@@ -52,7 +52,7 @@ def table_rows(policies: Sequence[Policy], results: Mapping[str, Evaluation]) ->
         run = results[policy.name]
         score = run.first(planned).score(fixed.first(planned), planner)
         speed, executions = run.speed, run.dresses
-        rows.append(Row(policy.name, policy.sees, run.cost_per_good_part, run.scrap, speed, executions, score))
+        rows.append(ScoreRow(policy.name, policy.sees, run.cost_per_good_part, run.scrap, speed, executions, score))
     return rows
 
 

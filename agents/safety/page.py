@@ -5,22 +5,22 @@ from functools import partial
 from itertools import groupby
 from statistics import mean
 
-from agents.safety.judging import LAGRANGIAN, LIMITS, SHARE, UNCONSTRAINED, VALIDATED, Judged
+from agents.safety.judging import LAGRANGIAN, LIMITS, SHARE, UNCONSTRAINED, VALIDATED, SafetyRow
 from grind_env.policies.statistics import Interval
 from grind_env.table import Column, table_of
 
 
-def _mean(runs: Sequence[Judged], name: str) -> float:
+def _mean(runs: Sequence[SafetyRow], name: str) -> float:
     return float(mean(getattr(each, name) for each in runs))
 
 
-def _kept(runs: Sequence[Judged]) -> str:
+def _kept(runs: Sequence[SafetyRow]) -> str:
     """How many are within their budgets, and how many of these surely."""
     kept, surely = (sum(getattr(each, end) <= each.budget for each in runs) for end in ("scrap", "scrap_high"))
     return f"{kept} ({surely}) of {len(runs)}"
 
 
-def _return(runs: Sequence[Judged]) -> Interval:
+def _return(runs: Sequence[SafetyRow]) -> Interval:
     """Return the mean over seeds, between the lowest and the highest end of their intervals."""
     low, high = min(each.return_low for each in runs), max(each.return_high for each in runs)
     return Interval(_mean(runs, "episode_return"), low, high)
@@ -40,7 +40,7 @@ COLUMNS = (
 )
 
 
-def page(found: Sequence[Judged]) -> str:
+def page(found: Sequence[SafetyRow]) -> str:
     """The table, Markdown; means over seeds, and behind them what the seeds gave."""
     of = {key: list(group) for key, group in groupby(found, lambda each: (each.task, each.who))}
     return (
@@ -53,7 +53,7 @@ def page(found: Sequence[Judged]) -> str:
     )
 
 
-def verdict(of: Mapping[tuple[str, str], Sequence[Judged]]) -> str:
+def verdict(of: Mapping[tuple[str, str], Sequence[SafetyRow]]) -> str:
     """Who keeps the budget, and what the multiplier costs; nothing where there is one task."""
     tasks = list(dict.fromkeys(task for task, _ in of))
     if len(tasks) < 2:

@@ -10,7 +10,7 @@ from typing import Any
 from agents.cells import behaviour, sources
 from agents.track.adapter import Adapter
 from agents.track.adapters import made
-from agents.track.floor import Floor
+from agents.track.floor import TrackMachine
 from agents.track.knowing import KNOWING, Known, tune_on
 from grind_env.errors import GrindError
 from grind_env.plants import Plant
@@ -26,7 +26,7 @@ TUNING = "tuning"
 
 
 @dataclass(frozen=True)
-class Cell:
+class TrackTrial:
     """A run of an adapter on a machine, with lots, wheels and chances of a seed, judged on the way."""
 
     problem: Problem
@@ -43,7 +43,7 @@ class Cell:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Run:
+class TrackRun:
     """What came of a cell.
 
     Attributes:
@@ -61,13 +61,13 @@ class Run:
     cpu_seconds: float = 0.0
 
 
-def tuning_of(cell: Cell) -> Cell:
+def tuning_of(cell: TrackTrial) -> TrackTrial:
     """What is tuned on the machine of a cell."""
     return replace(cell, adapter=TUNING, seed=0, blocks=())
 
 
-def find(cell: Cell) -> Any:
-    """Return what is found in a cell: the fields of a `Run`, or what was tuned.
+def find(cell: TrackTrial) -> Any:
+    """Return what is found in a cell: the fields of a `TrackRun`, or what was tuned.
 
     Raises:
         GrindError: there is no such adapter, or its policies see more than measurements.
@@ -75,13 +75,13 @@ def find(cell: Cell) -> Any:
     return tune_on(on(cell.problem, cell.plant)) if cell.adapter == TUNING else asdict(run(cell))
 
 
-def run(cell: Cell) -> Run:
+def run(cell: TrackTrial) -> TrackRun:
     """Return what came of an adapter."""
     before = time.process_time()
-    floor, knows = Floor(cell.problem, cell.plant, cell.seed), cell.adapter in KNOWING
+    floor, knows = TrackMachine(cell.problem, cell.plant, cell.seed), cell.adapter in KNOWING
     adapter: Adapter = Known(cell.adapter, json.loads(cell.tuned)) if knows else made(cell.adapter)
     policy = adapter.start(on(cell.problem, cell.plant) if knows else cell.problem)
-    result, ground, shift = Run(), 0, floor.simulation.most_steps
+    result, ground, shift = TrackRun(), 0, floor.simulation.most_steps
     for blocks in cell.blocks:
         while ground < blocks:
             done = floor.grind(_checked(policy, knows), knows=knows)
@@ -107,7 +107,7 @@ def _checked(policy: Policy, knows: bool) -> Policy:
     return policy
 
 
-def decides(cell: Cell) -> object:
+def decides(cell: TrackTrial) -> object:
     """Stands for the machine of a cell, its adapter, and what was tuned for it."""
     unknown = cell.adapter not in (TUNING, *KNOWING)
     return _of_machine(cell.problem, cell.plant), unknown and _of_adapter(cell.problem, cell.adapter), cell.tuned

@@ -8,7 +8,7 @@ from agents.study import Found, Study
 from agents.track.adapters import BLOCKS, HEADLINE, WIDE, made
 from agents.track.knowing import ANCHORS, KNOWING
 from agents.track.page import BEGINS, write
-from agents.track.running import TUNING, Cell, Run, decides, find, tuning_of
+from agents.track.running import TUNING, TrackRun, TrackTrial, decides, find, tuning_of
 from grind_env.errors import GrindError, quoted
 from grind_env.plants import find_plants
 from grind_env.policies.problem import Problem, find_problem
@@ -22,10 +22,12 @@ TUNING_SECONDS, SHIFT, JUDGING = 100.0, 0.3, 8.0
 
 def cells_of(
     problem: Problem, plants: Sequence[str], adapters: Sequence[str], blocks: tuple[int, ...], seeds: int
-) -> list[Cell]:
+) -> list[TrackTrial]:
     """Runs of adapters, and those of the anchors, machine by machine, so that what grinds is compiled once."""
     names = dict.fromkeys((*ANCHORS, *adapters))
-    return [Cell(problem, plant, name, seed, blocks) for plant in plants for name in names for seed in range(seeds)]
+    return [
+        TrackTrial(problem, plant, name, seed, blocks) for plant in plants for name in names for seed in range(seeds)
+    ]
 
 
 def held_out(count: int) -> tuple[str, ...]:
@@ -33,7 +35,7 @@ def held_out(count: int) -> tuple[str, ...]:
     return tuple(f"held-out:{seed}" for seed in range(1, count + 1))
 
 
-def whole_track(seeds: int, *, wide: bool) -> list[Cell]:
+def whole_track(seeds: int, *, wide: bool) -> list[TrackTrial]:
     """The headline on 20 machines; if `wide`, more adapters, and all on another task, on 8 of these."""
     task, other, few = find_problem(TASK), find_problem(WIDE_TASK), held_out(WIDE_MACHINES)
     cells = cells_of(task, held_out(MACHINES), HEADLINE, BLOCKS, seeds)
@@ -45,7 +47,7 @@ def whole_track(seeds: int, *, wide: bool) -> list[Cell]:
 
 def asked_for(
     task: str, machines: Sequence[str], adapters: Sequence[str], blocks: str | None, seeds: int, *, wide: bool
-) -> list[Cell]:
+) -> list[TrackTrial]:
     """The cells that somebody asks for, those of the whole track where nothing is named.
 
     Raises:
@@ -82,18 +84,18 @@ def check_blocks(problem: Problem, text: str) -> tuple[int, ...]:
     return tuple(sorted({int(number) for number in text.split(",")}))
 
 
-def tunings(cells: Sequence[Cell]) -> Study:
+def tunings(cells: Sequence[TrackTrial]) -> Study:
     """Return the study that tunes on every machine."""
     return _study(list(dict.fromkeys(map(tuning_of, cells))))
 
 
-def track(cells: Sequence[Cell], tuned: Found) -> Study:
+def track(cells: Sequence[TrackTrial], tuned: Found) -> Study:
     """Return the study that runs every adapter, with what was tuned on every machine."""
     known = {cell: json.dumps(found) for cell, found in tuned.items()}
     return _study([replace(cell, tuned=known[tuning_of(cell)] * (cell.adapter in KNOWING)) for cell in cells])
 
 
-def _study(cells: Sequence[Cell]) -> Study:
+def _study(cells: Sequence[TrackTrial]) -> Study:
     return Study(
         name="track",
         title="",
@@ -101,12 +103,12 @@ def _study(cells: Sequence[Cell]) -> Study:
         run=find,
         decides=decides,
         seconds=seconds,
-        publish=lambda found, folder: write({cell: Run(**each) for cell, each in found.items()}, folder),
+        publish=lambda found, folder: write({cell: TrackRun(**each) for cell, each in found.items()}, folder),
         files=BEGINS,
     )
 
 
-def seconds(cell: Cell) -> float:
+def seconds(cell: TrackTrial) -> float:
     """CPU-seconds that a cell takes at most, by measurement."""
     if cell.adapter == TUNING:
         return TUNING_SECONDS

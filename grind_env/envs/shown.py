@@ -52,7 +52,7 @@ class Stack:
 
 
 @dataclass(frozen=True, slots=True)
-class Belief:
+class BeliefForm:
     """The observation, and behind it the belief of an ensemble of that many members."""
 
     members: int
@@ -108,7 +108,7 @@ class StandardMemory:
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class TaskShown:
     """What is shown of a task.
 
     Attributes:
@@ -139,14 +139,16 @@ class ShownBox(AnyBox):
         shown: what they show.
     """
 
-    def __init__(self, low: Array, high: Array, shown: Shown) -> None:
+    def __init__(self, low: Array, high: Array, shown: TaskShown) -> None:
         super().__init__(low, high, dtype=np.float32)
         self.shown = shown
 
 
 def shown_space(simulation: Simulation) -> ShownBox:
     """The observation space of an environment of a simulation."""
-    return ShownBox(*bounds(simulation.entries), Shown(simulation.task.name, TASK_VERSION, tuple(simulation.entries)))
+    return ShownBox(
+        *bounds(simulation.entries), TaskShown(simulation.task.name, TASK_VERSION, tuple(simulation.entries))
+    )
 
 
 def behind(space: spaces.Space[Any], form: MemoryForm, memory: EpisodeMemory) -> spaces.Box[Any]:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from itertools import groupby
 
 from grind_env.envs.tasks import schema
-from grind_env.envs.tasks.schema import Row
+from grind_env.envs.tasks.schema import SchemaRow
 from grind_env.pages.catalogue_fields import keys_of, preface, remark_on
 from grind_env.pages.job_fields import STAGES, STATIONS, job_rows
 from grind_env.process.catalogue import KINDS, load_catalogue
@@ -54,7 +54,7 @@ def fields_page() -> str:
     return "\n\n".join(lines) + "\n"
 
 
-def _tables(rows: Sequence[Row]) -> list[str]:
+def _tables(rows: Sequence[SchemaRow]) -> list[str]:
     lines = []
     for name, listed in groupby(rows, key=lambda row: row.table):
         heading = f"[[{name}]]" if name in ("kind", STAGES, STATIONS) else f"[{name}]" if name else "Above all tables"

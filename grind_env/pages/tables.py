@@ -8,7 +8,7 @@ from grind_env.envs.actions import ACTIONS, ActionCodec
 from grind_env.envs.observations import Reading
 from grind_env.envs.tasks import Kind, Task
 from grind_env.pages.rewards import MEANINGS, STOCK_SIGMAS, WORST_WEAR
-from grind_env.pages.sheet import Sheet
+from grind_env.pages.sheet import TaskSheet
 from grind_env.table import Column, table_of
 
 LOTS = {"lot_growth": "wear-flat growth kA", "lot_pressure": "wear-flat pressure pm"}
@@ -22,7 +22,7 @@ EPISODE = {
 """Log-normal factors of the tables of a task file by what they multiply."""
 
 
-def action_table(sheet: Sheet) -> str:
+def action_table(sheet: TaskSheet) -> str:
     """A row for each component of the default action, and what it chooses."""
     space: Any = sheet.env.action_space
     rows = [
@@ -32,7 +32,7 @@ def action_table(sheet: Sheet) -> str:
     return table_of(("#", "component", "min", "max", "chooses"), rows).markdown()
 
 
-def _components(sheet: Sheet) -> list[tuple[str, str]]:
+def _components(sheet: TaskSheet) -> list[tuple[str, str]]:
     """Name of each component of the default action, and what it chooses."""
     codec = sheet.codec
     speed = f"{codec.low:g} to {codec.high:g} mm/min, geometric, rounded to whole mm/min"
@@ -100,7 +100,7 @@ def setup_table(task: Task) -> str:
     return table_of(("set-up", ""), rows).markdown()
 
 
-def kind_table(sheet: Sheet, task: Task) -> str:
+def kind_table(sheet: TaskSheet, task: Task) -> str:
     """The kinds of block; a pick that cannot be observed is none."""
     picks = any(reading.name == "pick" for reading in sheet.readings)
     columns = (
@@ -163,7 +163,7 @@ def _log_normal(sigma: float) -> str:
     return f"log-normal factor, sigma {sigma:g}, cut at {CUT:g} sigma"
 
 
-def reward_table(sheet: Sheet) -> str:
+def reward_table(sheet: TaskSheet) -> str:
     """A row for each term of the reward, with its lowest and highest value in a step."""
     unit = sheet.reference_cost
     rows = [

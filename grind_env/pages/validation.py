@@ -6,7 +6,7 @@ from itertools import groupby
 from grind_env.table import Column, table_of
 from grind_env.validation import GROUPS, Row, unfit_uses
 from grind_env.validation.leave_out import LeftOut
-from grind_env.validation.neighbours import Step
+from grind_env.validation.neighbours import Neighbour
 from grind_env.validation.report import (
     NUMBERS,
     PREDICTION,
@@ -53,7 +53,9 @@ COLUMNS = (
 )
 
 
-def validation_page(rows: Sequence[Row], predicted: Sequence[LeftOut], steps: Sequence[Step], picture: str = "") -> str:
+def validation_page(
+    rows: Sequence[Row], predicted: Sequence[LeftOut], steps: Sequence[Neighbour], picture: str = ""
+) -> str:
     """The page, Markdown.
 
     Args:

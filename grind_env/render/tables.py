@@ -75,7 +75,7 @@ MOST_ROWS = 60
 """Of the table; of more the first and the last are printed."""
 
 
-class Row(NamedTuple):
+class PartsRow(NamedTuple):
     """Successive parts that a table shows in one row."""
 
     first: int
@@ -102,7 +102,7 @@ class PartTable(NamedTuple):
     fields: tuple[str, ...]
     """Of `record.PART_ROW`, a column each, or `STATION`; the first is the number."""
     headings: tuple[str, ...]
-    rows: list[Row]
+    rows: list[PartsRow]
 
 
 class Fault(NamedTuple):
@@ -199,9 +199,9 @@ def print_record(record: GrindingRecord, job: Job, title: str, console: "Console
         console.print(Text(printable(f"warning: {warning}"), "yellow"), soft_wrap=True)
 
 
-def _joined(record: GrindingRecord, job: Job, cells: Mapping[str, Sequence[str]]) -> list[Row]:
+def _joined(record: GrindingRecord, job: Job, cells: Mapping[str, Sequence[str]]) -> list[PartsRow]:
     """The rows of a table, successive parts of which it shows the same in one."""
-    rows: list[Row] = []
+    rows: list[PartsRow] = []
     lines = zip(*(texts for name, texts in cells.items() if name != "part"), strict=True)
     for part, texts in zip(record.parts, lines, strict=True):
         scrap = {"survival"} if part["survival"] < SCRAP_BELOW else set()
@@ -209,7 +209,7 @@ def _joined(record: GrindingRecord, job: Job, cells: Mapping[str, Sequence[str]]
         if rows and rows[-1].texts == texts and rows[-1].red == red:
             rows[-1] = rows[-1]._replace(last=int(part["part"]))
         else:
-            rows.append(Row(int(part["part"]), int(part["part"]), texts, red))
+            rows.append(PartsRow(int(part["part"]), int(part["part"]), texts, red))
     return rows
 
 

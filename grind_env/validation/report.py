@@ -22,7 +22,7 @@ from grind_env.validation.leave_out import (
     difference,
     mean_errors,
 )
-from grind_env.validation.neighbours import Step
+from grind_env.validation.neighbours import Neighbour
 from grind_env.validation.rig import CONDITIONS, USUAL
 
 WIDTH = 120
@@ -143,7 +143,7 @@ def _compared(each: Sequence[LeftOut], other: str) -> str:
     return f"Model less {other} {less:+.1f} +- {uncertain:.1f} %: {won}"
 
 
-def step_introduction(steps: Sequence[Step]) -> str:
+def step_introduction(steps: Sequence[Neighbour]) -> str:
     """What the steps are, and how many rows they move out of their bands, in words."""
     moved = {row.check.name for step in steps for row in step.failing}
     kept = sum(not step.failing for step in steps)
@@ -155,7 +155,7 @@ def step_introduction(steps: Sequence[Step]) -> str:
     )
 
 
-def step_sentence(step: Step) -> str:
+def step_sentence(step: Neighbour) -> str:
     """What a step does, in words."""
     beyond = f" (outside the catalogue: {'; '.join(map(str, step.outside))})" if step.outside else ""
     where = f"With {step.change}{beyond}"
@@ -171,7 +171,9 @@ def _moved(row: Row) -> str:
     return f"{row.check.what}{at and f' ({at})'} is {row.value:.4g}, not {row.check.band}"
 
 
-def print_report(rows: Sequence[Row], predicted: Sequence[LeftOut], steps: Sequence[Step], console: Console) -> None:
+def print_report(
+    rows: Sequence[Row], predicted: Sequence[LeftOut], steps: Sequence[Neighbour], console: Console
+) -> None:
     """Print rows by group, predictions of the valve alloys, what fails a step away, and what the model is not for."""
     console.print(sources(rows))
     console.print(beyond_limits(rows))

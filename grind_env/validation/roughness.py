@@ -3,7 +3,7 @@
 from functools import partial
 
 from grind_env.validation.check import Band, Question, around, at_least, at_most, drawn, own
-from grind_env.validation.measures import Sweep, exponent_on, over, quotient, sharp_then, stroke, value
+from grind_env.validation.measures import Measurement, exponent_on, over, quotient, sharp_then, stroke, value
 from grind_env.validation.rig import NO_GROWTH, Grinder, Rig, roughness_scatter
 from grind_env.validation.slopes import largest_step
 
@@ -44,9 +44,9 @@ def touched(grinder: Grinder) -> float:
     return 100.0 * (1.0 - grinder.trial(1e-6).Ra / grinder.Rs)
 
 
-def in_nickel(wheel: str) -> Sweep:
+def in_nickel(wheel: str) -> Measurement:
     """Measure the settled Ra in a nickel alloy over that in steel."""
-    return Sweep(settled, over("material", ("inc751", "aisi_52100"), wheel=wheel), quotient)
+    return Measurement(settled, over("material", ("inc751", "aisi_52100"), wheel=wheel), quotient)
 
 
 AFTER = "usual; sharp; 10 strokes, 40 spark-out; a part that does not grow"
@@ -68,9 +68,9 @@ CHECKS = (
     ),
     ask(
         "spark-out roughness on stiffness", "Ra after full spark-out, stiffness 200,000 over 10,000 N/mm", AFTER
-    ).within(around(1.0, 0.1), Sweep(sparked_out, over("changes", STIFF_AND_SOFT), quotient, Rig.sharp)),
+    ).within(around(1.0, 0.1), Measurement(sparked_out, over("changes", STIFF_AND_SOFT), quotient, Rig.sharp)),
     ask("spark-out roughness on width", "Ra after full spark-out, 60 over 5 mm wide", AFTER).within(
-        around(1.0, 0.1), Sweep(sparked_out, over("width", (60.0, 5.0), changes=NO_GROWTH), quotient, Rig.sharp)
+        around(1.0, 0.1), Measurement(sparked_out, over("width", (60.0, 5.0), changes=NO_GROWTH), quotient, Rig.sharp)
     ),
     ask("spark-out gain, finest feed", GAIN, "usual; sharp; 1 um, 60 mm/s; 40 strokes, 40 spark-out").within(
         around(0.87, 0.07), value(spark_out_gain, sharp_then, **FEEDS[0])
@@ -82,7 +82,7 @@ CHECKS = (
         "spark-out gain with feed",
         "the same with heavier and heavier feeds, largest step",
         "usual; sharp; 1 um at 60 mm/s, 2 at 100, 5 at 150, 10 at 200, 20 at 333",
-    ).within(Band(0.0, 0.98), Sweep(spark_out_gain, FEEDS, largest_step, sharp_then)),
+    ).within(Band(0.0, 0.98), Measurement(spark_out_gain, FEEDS, largest_step, sharp_then)),
     ask("roughness on wheel speed", "exponent of Ra on the wheel speed", "usual; sharp; 20 to 40 m/s; stroke 5").within(
         Band(-0.7, -0.3),
         exponent_on("wheel_speed", SPEEDS, stroke("Rg"), sharp_then),

@@ -4,8 +4,8 @@ from dataclasses import replace
 import pytest
 
 from agents.commands.dress_study import FOLDER
-from agents.dressing.study import Finding, csv_text
-from agents.dressing.table import COLUMNS, Study, read_studies, read_study
+from agents.dressing.study import DressFinding, csv_text
+from agents.dressing.table import COLUMNS, DressStudy, read_studies, read_study
 from agents.provenance import ROOT
 from grind_env.policies.tuned import ConfigError
 from grind_env.table import table_of
@@ -13,7 +13,7 @@ from grind_env.task_version import TASK_VERSION
 
 PAGE = ROOT / "docs" / "benchmark" / "dress-study.md"
 
-PLAN = Finding(
+PLAN = DressFinding(
     task="rush",
     question="plan",
     policy="interval",
@@ -69,7 +69,7 @@ def test_a_study_of_another_task_version_is_not_in_the_table(tmp_path):
 
 
 def test_a_line_by_hand():
-    assert line(Study([*FOUND, decider("learned", 4.2)], 64)) == {
+    assert line(DressStudy([*FOUND, decider("learned", 4.2)], 64)) == {
         "task": "rush",
         "episodes": "64",
         "best N": "4",
@@ -84,12 +84,12 @@ def test_a_line_by_hand():
         "fixed plan with it, $": "3.00 (-25 %)",
         "best passes": "3 5.00 (+25 %)",
     }
-    assert line(Study(FOUND, 64))["learned, $"] == "–"
+    assert line(DressStudy(FOUND, 64))["learned, $"] == "–"
 
 
 def test_a_program_says_itself_how_it_dresses():
-    cells = line(Study([each for each in FOUND if each.question not in ("dresser", "passes")], 64))
-    told = [*line(Study(FOUND, 64)).items()][:7]
+    cells = line(DressStudy([each for each in FOUND if each.question not in ("dresser", "passes")], 64))
+    told = [*line(DressStudy(FOUND, 64)).items()][:7]
     assert [*cells.items()][:7] == told
     assert {cells[name] for name in cells.keys() - dict(told).keys()} == {"–"}
 
@@ -97,7 +97,7 @@ def test_a_program_says_itself_how_it_dresses():
 def test_a_table_is_read_as_it_was_written(tmp_path):
     path = tmp_path / "rush.csv"
     path.write_text(csv_text(FOUND, range(2_000_000, 2_000_064)), encoding="utf-8")
-    assert read_study(path) == Study(FOUND, 64)
+    assert read_study(path) == DressStudy(FOUND, 64)
 
 
 @pytest.mark.parametrize("text", ["", "task\nrush\n", "task,every\nrush,often\n"])

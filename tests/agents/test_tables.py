@@ -10,9 +10,9 @@ from rich.console import Console
 from agents.benchmark.aggregate import aggregates, all_runs, improvements, profile, scored_tasks
 from agents.benchmark.html import html_page
 from agents.benchmark.judge import Sampled, is_ratio, judged, over_runs
-from agents.benchmark.measure import Measured
+from agents.benchmark.measure import CellResult
 from agents.benchmark.page import page
-from agents.benchmark.plan import Cell
+from agents.benchmark.plan import BenchmarkCell
 from agents.benchmark.readme import BEGIN, END, PAGE, README, replaced
 from agents.benchmark.results import read_results, result_of, write_results
 from agents.benchmark.summary import ON_SCREEN, summaries, table_of_task
@@ -38,7 +38,7 @@ def evaluation(cost, good=None):
 
 def row(task, policy, cost, seed=None, sees="measurements", good=None):
     return result_of(
-        Measured(cell=Cell(find_problem(task), policy, seed), sees=sees, evaluation=evaluation(cost, good))
+        CellResult(cell=BenchmarkCell(find_problem(task), policy, seed), sees=sees, evaluation=evaluation(cost, good))
     )
 
 

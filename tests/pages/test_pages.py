@@ -20,7 +20,7 @@ from grind_env.pages.__main__ import write
 from grind_env.pages.discount import dress_interval
 from grind_env.pages.markdown import arguments, prose
 from grind_env.pages.notes import load_notes, note_of
-from grind_env.pages.sheet import Sheet, sheet
+from grind_env.pages.sheet import TaskSheet, sheet
 from grind_env.table import table_of
 from grind_env.task_version import TASK_VERSION
 from grind_env.validation import neighbours as steps_away
@@ -55,7 +55,7 @@ def tables(text: str) -> list[list[list[str]]]:
     return [[[cell.strip() for cell in line.split("|")[1:-1]] for line in one.splitlines()[2:]] for one in found]
 
 
-def arguments_of(about: Sheet) -> dict[str, Any]:
+def arguments_of(about: TaskSheet) -> dict[str, Any]:
     return dict(about.env.spec.kwargs) if about.env.spec else {}
 
 
@@ -129,7 +129,7 @@ def value_of(formula: str, x: float) -> float:
     return float(match[1] or 0.0) + float(match[2] or 1.0) * x
 
 
-def inspect_arguments(about: Sheet) -> list[tuple[str, str]]:
+def inspect_arguments(about: TaskSheet) -> list[tuple[str, str]]:
     return [(name, meaning) for name, _, meaning in arguments(about.make)]
 
 

@@ -40,7 +40,7 @@ from grind_env.machine.record import GrindingRecord
 from grind_env.process.gauge import Gauge
 from grind_env.process.process import PROCESS, Process, joined
 from grind_env.process.state import WheelState
-from grind_env.render.view import View
+from grind_env.render.view import EpisodePicture
 
 if TYPE_CHECKING:
     from grind_env.plants import Plant, Plants
@@ -280,7 +280,7 @@ class BlockSimulation:
         program, job, requests = self.written(episodes, i, blocks)
         return grind(read(program), job, control=replace(job.control, operator_dress_at=requests))
 
-    def view(self, episodes: Episodes, i: int, blocks: Sequence[Any], outcomes: Sequence[Outcome]) -> View:
+    def view(self, episodes: Episodes, i: int, blocks: Sequence[Any], outcomes: Sequence[Outcome]) -> EpisodePicture:
         """As `Simulation.view`."""
         return view_of(self.task, episodes, i, blocks, outcomes, self.text(blocks[-1]) if blocks else "")
 

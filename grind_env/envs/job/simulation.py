@@ -28,7 +28,7 @@ from grind_env.envs.job.machines import machines_of
 from grind_env.envs.job.numbers import kind_of, shop_of, tally_of
 from grind_env.envs.job.outline import (
     INCH,
-    Choice,
+    JobChoice,
     JobProgramError,
     course_of,
     outline_of_runs,
@@ -61,7 +61,7 @@ from grind_env.machine.script.settings import D, E, Ranges, own_settings
 from grind_env.machine.script.tables import is_whole, tables_of
 from grind_env.process.gauge import Gauge
 from grind_env.process.process import Drive, joined
-from grind_env.render.view import View
+from grind_env.render.view import EpisodePicture
 
 if TYPE_CHECKING:
     from grind_env.plants import Plant, Plants
@@ -154,7 +154,7 @@ class JobSimulation:
                 raise JobProgramError(f"{error}; {remedy}") from None
         if self.script is None:
             low, high = ranges_of().E
-            trials = [Choice(low, ACTION.executions), Choice(high, 0), Choice(high, ACTION.executions)]
+            trials = [JobChoice(low, ACTION.executions), JobChoice(high, 0), JobChoice(high, ACTION.executions)]
             self.blocks = outline_of_runs(programs, job, trials, between)
         else:
             self.blocks = outline_of_script(self.script, self.tables)
@@ -388,14 +388,16 @@ class JobSimulation:
             program.step(self.words(*block[:3]))
         return program.run.record()
 
-    def view(self, episodes: Episodes, i: int, blocks: Sequence[RunBlock], outcomes: Sequence[Outcome]) -> View:
+    def view(
+        self, episodes: Episodes, i: int, blocks: Sequence[RunBlock], outcomes: Sequence[Outcome]
+    ) -> EpisodePicture:
         """As `Simulation.view`."""
         text = self.text(blocks[-1]) if blocks else ""
         return job_view(self.programs.name, self.job, self.blocks, episodes, i, blocks, outcomes, text)
 
     def words(self, block: int, speed: float, executions: float) -> Words:
         """The words that say a choice in a block."""
-        return self.blocks[block].words(Choice(speed, int(executions)))
+        return self.blocks[block].words(JobChoice(speed, int(executions)))
 
     def own_settings(self, episodes: Episodes) -> Table:
         """What the program itself sets in the coming blocks, shape (N, fields of `BlockSettings`)."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from grind_env.envs.job.measured import MeasuredEpisode
-from grind_env.envs.job.outline import INCH, Choice
+from grind_env.envs.job.outline import INCH, JobChoice
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.program_episode import Words
 from grind_env.errors import GrindError
@@ -174,5 +174,5 @@ class Adviser:
         decision = self.policy.act(observation, None)
         number = self.episode.block
         speed, executions = self.episode.taken(float(decision.speeds[0]), float(decision.executions[0]))
-        words = self.simulation.blocks[number].words(Choice(speed, executions))
+        words = self.simulation.blocks[number].words(JobChoice(speed, executions))
         self.advice = Advice(block=number, speed=speed, executions=executions, words=words)
