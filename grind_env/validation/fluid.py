@@ -14,12 +14,6 @@ STEADY = "steady wear over 500 mm3/mm from the dress on"
 ask = partial(Question, 4)
 
 
-def force_ratio(grinder: Grinder) -> float:
-    """Return tangential over normal force."""
-    done = grinder.grind(5)
-    return done.Ft / done.Fn
-
-
 def steady(wheel: str) -> partial[Grinder]:
     """Make wheels of which nothing is loose."""
     return partial(Rig.steady, wheel=wheel)
@@ -29,7 +23,7 @@ CHECKS = (
     *(
         ask(
             f"force ratio {wheel} {fluid}", f"Ft/Fn, {WHEELS[wheel]}, {fluid}", f"usual; {wheel}, {fluid}; sharp"
-        ).within(band, value(force_ratio, wheel=wheel, fluid=fluid))
+        ).within(band, value(lambda grinder: (done := grinder.grind(5)).Ft / done.Fn, wheel=wheel, fluid=fluid))
         for wheel in WHEELS
         for fluid, band in FORCE_RATIOS.items()
     ),

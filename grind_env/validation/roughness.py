@@ -14,8 +14,6 @@ FEEDS = [
     for downfeed, speed in ((0.001, 60.0), (0.002, 100.0), (0.005, 150.0), (0.010, 200.0), (0.020, 333.0))
 ]
 """Downfeed, mm, and table speed, mm/s, from the finest to the heaviest."""
-SPEEDS = (20.0, 25.0, 30.0, 35.0, 40.0)
-"""Wheel speeds, m/s."""
 STIFF_AND_SOFT = [{**NO_GROWTH, "machine": {"stiffness": stiffness}} for stiffness in (200_000.0, 10_000.0)]
 VALVES = "valve_alloys.csv (Nametala, CIRP JMST 2020)"
 
@@ -34,19 +32,10 @@ def spark_out_gain(grinder: Grinder) -> float:
     return grinder.grind(FULL, 0.0).Ra / plunged
 
 
-def settled(grinder: Grinder) -> float:
-    """Return Ra of a wheel that has ground for a while, um."""
-    return grinder.grind_volume(100.0).Rg
-
-
-def touched(grinder: Grinder) -> float:
-    """Return what a touch of 1 nm takes off the roughness of an unground face, %."""
-    return 100.0 * (1.0 - grinder.trial(1e-6).Ra / grinder.Rs)
-
-
 def in_nickel(wheel: str) -> Measurement:
     """Measure the settled Ra in a nickel alloy over that in steel."""
-    return Measurement(settled, over("material", ("inc751", "aisi_52100"), wheel=wheel), quotient)
+    alloys = over("material", ("inc751", "aisi_52100"), wheel=wheel)
+    return Measurement(lambda grinder: grinder.grind_volume(100.0).Rg, alloys, quotient)
 
 
 AFTER = "usual; sharp; 10 strokes, 40 spark-out; a part that does not grow"
@@ -64,7 +53,7 @@ CHECKS = (
         "usual; a60j and b126; 100 mm3/mm after the dress",
     ).within(at_least(1.05), lambda rig: in_nickel("a60j")(rig) / in_nickel("b126")(rig), drawn(VALVES)),
     ask("first touch", "what a touch of 1 nm takes off the Ra of an unground face").within(
-        at_most(0.1), value(touched, Rig.fresh), unit="%"
+        at_most(0.1), value(lambda grinder: 100.0 * (1.0 - grinder.trial(1e-6).Ra / grinder.Rs), Rig.fresh), unit="%"
     ),
     ask(
         "spark-out roughness on stiffness", "Ra after full spark-out, stiffness 200,000 over 10,000 N/mm", AFTER
@@ -85,7 +74,7 @@ CHECKS = (
     ).within(Band(0.0, 0.98), Measurement(spark_out_gain, FEEDS, largest_step, sharp_then)),
     ask("roughness on wheel speed", "exponent of Ra on the wheel speed", "usual; sharp; 20 to 40 m/s; stroke 5").within(
         Band(-0.7, -0.3),
-        exponent_on("wheel_speed", SPEEDS, stroke("Rg"), sharp_then),
+        exponent_on("wheel_speed", (20.0, 25.0, 30.0, 35.0, 40.0), stroke("Rg"), sharp_then),
         own("it excludes the -.08 of flat_grinding_L8_dressing.csv, which is of deep and slow passes"),
     ),
     ask(
