@@ -26,11 +26,20 @@ def plants(
         typer.Option("--family", help="Of machines, or `model`; may be repeated; all by default."),
     ] = None,
     seeds: Annotated[int, typer.Option(min=1, help="Machines of each family.")] = STUDY_MACHINES,
-    program: Annotated[
-        list[str] | None,
-        typer.Option("--program", help="plate, rail or die, or a file; may be repeated; these three by default."),
+    tasks: Annotated[
+        str | None,
+        typer.Option(
+            "--tasks",
+            "--task",
+            "--env",
+            "--program",
+            help="Part programs: plate, rail, die or files, separated by commas; these three by default.",
+        ),
         PROBLEM,
     ] = None,
+    episodes: Annotated[
+        int, typer.Option(min=1, help="Batches of 60 parts that judge advice and agents on a machine.")
+    ] = 1,
     job: Annotated[
         Path | None, typer.Option(help="Job file of that file; its name with .toml if not given."), JOB
     ] = None,
@@ -55,11 +64,11 @@ def plants(
     from agents.plants.study import QUESTIONS
 
     families, questions = _chosen("--family", family, FAMILY_NAMES), _chosen("--question", question, tuple(QUESTIONS))
-    programs = programs_of(program, job)
-    whole = not (family or program or question) and seeds == STUDY_MACHINES
+    programs = programs_of(None if tasks is None else [name.strip() for name in tasks.split(",")], job)
+    whole = not (family or tasks or question) and (seeds, episodes) == (STUDY_MACHINES, 1)
     options = Options(jobs=jobs, ray=ray, runs=runs, fresh=fresh, console=table_console())
     with going_on(fresh):
-        study(machines(families, seeds, programs), questions, runs).publish_to(
+        study(machines(families, seeds, programs), questions, runs, episodes).publish_to(
             results or (RESULTS if whole else runs), options
         )
 

@@ -1,9 +1,11 @@
 """What an adviser makes of a batch on a machine, beside the best of fixed plans and an adviser without a model."""
 
+from collections.abc import Callable
+
 from agents.plants.floor import ModelFreeAdviser
 from agents.plants.machines import StudyMachine
-from agents.plants.plans import plans
-from agents.plants.shift import PARTS, BatchResult, Decide, ground
+from agents.plants.plans import best_plan
+from agents.plants.shift import PARTS, BatchResult, Decide, batches
 from grind_env.envs.job.loading import load_simulation
 from grind_env.envs.job.outline import JobChoice
 from grind_env.envs.job.simulation import JobSimulation
@@ -26,18 +28,18 @@ def advised(model: JobSimulation, policy: Policy) -> Decide:
     return decide
 
 
-def advise_on(machine: StudyMachine, parts: int = PARTS) -> dict[str, BatchResult]:
-    """A batch with the adviser, with the one without a model, and with the best fixed plan, on the same lots."""
+def advise_on(machine: StudyMachine, episodes: int, parts: int = PARTS) -> dict[str, list[BatchResult]]:
+    """Batches with the adviser, with the one without a model, and with the best fixed plan, on the same lots."""
     simulation = machine.simulation(parts)
     model = load_simulation(str(machine.program.path), str(machine.program.job), parts, 1.0, "measured")
-    planned = [ground(simulation, plan) for plan in plans(simulation)]
-    return {
-        "program": ground(simulation, lambda k, _: JobChoice(*own(simulation, k))),
-        "plan": min(planned, key=lambda shift: shift.mean_cost),
-        "floor": ground(simulation, ModelFreeAdviser(model)),
-        "trusting": ground(simulation, advised(model, trusting(model))),
-        "adviser": ground(simulation, advised(model, policy_for(None, model))),
+    deciders: dict[str, Callable[[], Decide]] = {
+        "program": lambda: lambda k, _: JobChoice(*own(simulation, k)),
+        "floor": lambda: ModelFreeAdviser(model),
+        "trusting": lambda: advised(model, trusting(model)),
+        "adviser": lambda: advised(model, policy_for(None, model)),
     }
+    found = {who: batches(simulation, decider, episodes) for who, decider in deciders.items()}
+    return {"program": found.pop("program"), "plan": best_plan(simulation, episodes), **found}
 
 
 def trusting(model: JobSimulation) -> Policy:

@@ -34,12 +34,14 @@ ASKED = (
 )
 
 
-def study(machines: Sequence[StudyMachine], questions: Sequence[str], runs: Path) -> Study:
+def study(machines: Sequence[StudyMachine], questions: Sequence[str], runs: Path, episodes: int) -> Study:
     """Return the study that asks every question of every machine."""
     return Study(
         name="plants",
         title="",
-        trials=[PlantsTrial(question, machine, runs.absolute()) for question in questions for machine in machines],
+        trials=[
+            PlantsTrial(question, machine, episodes, runs.absolute()) for question in questions for machine in machines
+        ],
         run=answer,
         decides=code,
         seconds=lambda cell: 3600.0 * HOURS[cell.question],

@@ -1,8 +1,8 @@
 """Fixed plans, from which somebody who could try them all would take the best."""
 
-from itertools import product
+from itertools import product, repeat
 
-from agents.plants.shift import Decide
+from agents.plants.shift import BatchResult, Decide, batches, cost_of
 from grind_env.envs.job.outline import JobChoice
 from grind_env.envs.job.simulation import JobSimulation
 
@@ -15,6 +15,12 @@ EVERY = (1, 2, 4)
 def plans(simulation: JobSimulation) -> list[Decide]:
     """15 of them."""
     return [_plan(simulation, ratio, every) for ratio, every in product(RATIOS, EVERY)]
+
+
+def best_plan(simulation: JobSimulation, episodes: int) -> list[BatchResult]:
+    """Return the batches of the plan that costs least in them."""
+    planned = [batches(simulation, repeat(plan).__next__, episodes) for plan in plans(simulation)]
+    return min(planned, key=cost_of)
 
 
 def _plan(simulation: JobSimulation, ratio: float, every: int) -> Decide:

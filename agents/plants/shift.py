@@ -1,6 +1,6 @@
 """A batch ground on a machine of the study, with E and D of whoever decides: what it costs, and what was read."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -77,6 +77,16 @@ class BatchResult:
         """How often a part after one read beyond the limit of size or Ra was so, too, although more could be done."""
         beyond = self.gauged > 1.0
         return int((beyond[1:] & beyond[:-1] & ~self.slowest[1:]).sum())
+
+
+def batches(simulation: JobSimulation, decider: Callable[[], Decide], episodes: int) -> list[BatchResult]:
+    """Grind batches, each with a decider of its own; the lots are the same for all deciders."""
+    return [ground(simulation, decider(), LOTS + number) for number in range(episodes)]
+
+
+def cost_of(found: Sequence[BatchResult]) -> float:
+    """Return the mean cost of a part in some batches, $."""
+    return float(np.mean([each.mean_cost for each in found]))
 
 
 def ground(simulation: JobSimulation, decide: Decide, seed: int = LOTS) -> BatchResult:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
+from statistics import mean
 
 from agents.cells import RUNS, bare
 from agents.plants.machines import StudyMachine
@@ -24,10 +25,11 @@ Found = Mapping[str, float]
 
 @dataclass(frozen=True)
 class PlantsTrial:
-    """A question about a machine, and the folder of the agents of `robust`."""
+    """A question about a machine, the batches that judge who decides, and the folder of the agents of `robust`."""
 
     question: str
     machine: StudyMachine
+    episodes: int = 1
     runs: Path = field(default=RUNS, repr=False, compare=False)
 
     def __str__(self) -> str:
@@ -52,12 +54,13 @@ def _answer(cell: PlantsTrial) -> Found:
     if cell.question == "robust":
         from agents.plants.robust import robust_on
 
-        shifts = robust_on(cell.machine, cell.runs)
+        shifts = robust_on(cell.machine, cell.runs, cell.episodes)
     else:
         from agents.plants.advising import advise_on
 
-        shifts = advise_on(cell.machine)
-    return {f"{who}_{what}": value for who, shift in shifts.items() for what, value in shift.numbers().items()}
+        shifts = advise_on(cell.machine, cell.episodes)
+    numbers = {who: [batch.numbers() for batch in found] for who, found in shifts.items()}
+    return {f"{who}_{what}": mean(each[what] for each in of) for who, of in numbers.items() for what in of[0]}
 
 
 def code(cell: PlantsTrial) -> str:

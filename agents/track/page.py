@@ -8,7 +8,6 @@ import numpy as np
 
 from agents.provenance import provenance
 from agents.tables import csv_of
-from agents.track.running import EPISODES
 from agents.track.scores import Found, Scored, scored
 from grind_env.policies.evaluation import SEEDS
 from grind_env.policies.tuned import write_whole
@@ -62,7 +61,7 @@ def csv_text(found: Found) -> str:
     """A row for every run and every time that it is judged, with what it was made with."""
     seeds = 1 + max(cell.seed for cell in found)
     first, rows = SEEDS["evaluation"], list[list[object]]()
-    made_with = provenance(range(first, first + seeds * EPISODES))
+    made_with = provenance(range(first, first + seeds * max(cell.episodes for cell in found)))
     for cell, run in found.items():
         shift = cell.problem.simulation().most_steps
         for blocks in cell.blocks:

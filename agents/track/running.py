@@ -7,6 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from agents.budgets import TRACK_EPISODES
 from agents.cells import behaviour, sources
 from agents.track.adapter import Adapter
 from agents.track.adapters import made
@@ -19,8 +20,6 @@ from grind_env.policies.judging import check_policy
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
 
-EPISODES = 64
-"""That judge."""
 TUNING = "tuning"
 """In the place of an adapter: what is tuned on a machine, for those that know it."""
 
@@ -35,6 +34,8 @@ class TrackTrial:
     seed: int
     blocks: tuple[int, ...]
     """Ground on the machine when it is judged, whole shifts, ascending."""
+    episodes: int = TRACK_EPISODES
+    """That judge."""
     tuned: str = field(default="", repr=False, compare=False)
     """Parameters tuned on the machine, as JSON, for an adapter that knows the machine."""
 
@@ -63,7 +64,7 @@ class TrackRun:
 
 def tuning_of(cell: TrackTrial) -> TrackTrial:
     """What is tuned on the machine of a cell."""
-    return replace(cell, adapter=TUNING, seed=0, blocks=())
+    return replace(cell, adapter=TUNING, seed=0, blocks=(), episodes=0)
 
 
 def find(cell: TrackTrial) -> Any:
@@ -90,7 +91,7 @@ def run(cell: TrackTrial) -> TrackRun:
             result.parts.append(done.parts)
             policy = adapter.learn(done.shift)
             ground += shift
-        judged = floor.judge(_checked(policy, knows), EPISODES, knows=knows)
+        judged = floor.judge(_checked(policy, knows), cell.episodes, knows=knows)
         result.judged[f"{blocks}"] = [judged.cost.tolist(), judged.good.tolist(), judged.finished.tolist()]
     return replace(result, cpu_seconds=time.process_time() - before)
 

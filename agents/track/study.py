@@ -21,12 +21,15 @@ TUNING_SECONDS, SHIFT, JUDGING = 100.0, 0.3, 8.0
 
 
 def cells_of(
-    problem: Problem, plants: Sequence[str], adapters: Sequence[str], blocks: tuple[int, ...], seeds: int
+    problem: Problem, plants: Sequence[str], adapters: Sequence[str], blocks: tuple[int, ...], seeds: int, episodes: int
 ) -> list[TrackTrial]:
     """Runs of adapters, and those of the anchors, machine by machine, so that what grinds is compiled once."""
     names = dict.fromkeys((*ANCHORS, *adapters))
     return [
-        TrackTrial(problem, plant, name, seed, blocks) for plant in plants for name in names for seed in range(seeds)
+        TrackTrial(problem, plant, name, seed, blocks, episodes)
+        for plant in plants
+        for name in names
+        for seed in range(seeds)
     ]
 
 
@@ -35,38 +38,46 @@ def held_out(count: int) -> tuple[str, ...]:
     return tuple(f"held-out:{seed}" for seed in range(1, count + 1))
 
 
-def whole_track(seeds: int, *, wide: bool) -> list[TrackTrial]:
+def whole_track(seeds: int, episodes: int, *, wide: bool) -> list[TrackTrial]:
     """The headline on 20 machines; if `wide`, more adapters, and all on another task, on 8 of these."""
     task, other, few = find_problem(TASK), find_problem(WIDE_TASK), held_out(WIDE_MACHINES)
-    cells = cells_of(task, held_out(MACHINES), HEADLINE, BLOCKS, seeds)
+    cells = cells_of(task, held_out(MACHINES), HEADLINE, BLOCKS, seeds, episodes)
     if wide:
-        cells += cells_of(task, few, WIDE, BLOCKS, seeds)
-        cells += cells_of(other, few, (*HEADLINE, *WIDE), WIDE_BLOCKS, seeds)
+        cells += cells_of(task, few, WIDE, BLOCKS, seeds, episodes)
+        cells += cells_of(other, few, (*HEADLINE, *WIDE), WIDE_BLOCKS, seeds, episodes)
     return list(dict.fromkeys(cells))
 
 
 def asked_for(
-    task: str, machines: Sequence[str], adapters: Sequence[str], blocks: str | None, seeds: int, *, wide: bool
+    problems: Sequence[Problem],
+    machines: Sequence[str],
+    adapters: Sequence[str],
+    blocks: str | None,
+    seeds: int,
+    episodes: int,
+    *,
+    wide: bool,
 ) -> list[TrackTrial]:
     """The cells that somebody asks for, those of the whole track where nothing is named.
 
     Raises:
-        GrindError: there is no such task, machine or adapter, or the blocks are no whole shifts.
+        GrindError: there is no such machine or adapter, or the blocks are no whole shifts.
     """
-    if task == TASK and not (machines or adapters or blocks):
-        return whole_track(seeds, wide=wide)
-    problem = find_problem(task)
+    if not (problems or machines or adapters or blocks):
+        return whole_track(seeds, episodes, wide=wide)
     plants = [name for each in machines for name in (held_out(int(each)) if each.isdecimal() else [each])]
     for name in plants:
         if not find_plants(name, modules=True).one:
             raise GrindError(f"{name!r} is the name of many machines: give a seed, as '{name}:1'")
-    for name in adapters:
-        if name not in KNOWING:
-            made(name).start(problem)
-    usual = BLOCKS if problem.name == TASK else WIDE_BLOCKS
-    chosen = usual if blocks is None else check_blocks(problem, blocks)
-    names = adapters or ((*HEADLINE, *WIDE) if wide else HEADLINE)
-    return cells_of(problem, plants or held_out(MACHINES), names, chosen, seeds)
+    names, cells = adapters or ((*HEADLINE, *WIDE) if wide else HEADLINE), list[TrackTrial]()
+    for problem in problems or [find_problem(TASK)]:
+        for name in adapters:
+            if name not in KNOWING:
+                made(name).start(problem)
+        usual = BLOCKS if problem.name == TASK else WIDE_BLOCKS
+        chosen = usual if blocks is None else check_blocks(problem, blocks)
+        cells += cells_of(problem, plants or held_out(MACHINES), names, chosen, seeds, episodes)
+    return cells
 
 
 def check_blocks(problem: Problem, text: str) -> tuple[int, ...]:

@@ -281,9 +281,12 @@ def test_what_is_no_study_is_answered_by_one_sentence(
 
 def test_a_study_is_cached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     in_process(monkeypatch)
-    words = ("plants", "--family", "model", "--program", "plate", "--question", "advise", "--runs", tmp_path)
-    assert status(monkeypatch, *words) == 0
-    (cached,) = (tmp_path / "plants").glob("advise-plate-on-model-*.json")
-    found = json.loads(cached.read_text())
-    assert found["adviser_cost"] < found["program_cost"]
+    words = ("plants", "--family", "model", "--tasks", "plate", "--question", "advise", "--runs", tmp_path)
+    found = []
+    for episodes in (1, 2):
+        assert status(monkeypatch, *words, "--episodes", episodes) == 0
+        cached = {*(tmp_path / "plants").glob("advise-plate-on-model-*.json")} - {path for path, _ in found}
+        found += [(path, json.loads(path.read_text())) for path in cached]
+    one, two = (numbers for _, numbers in found)
+    assert one["adviser_cost"] < one["program_cost"] and one["adviser_cost"] != two["adviser_cost"]
     assert "## advise" in (tmp_path / "plants.md").read_text()

@@ -240,9 +240,8 @@ def test_the_command_runs_the_track(module: str, tmp_path: Path, monkeypatch: py
     for name, number in (("EVALUATIONS", 4), ("STARTS", 1), ("EPISODES", 2)):
         monkeypatch.setattr(knowing, name, number)
     in_process(monkeypatch)
-    monkeypatch.setattr("agents.track.running.EPISODES", 2)
     words = ["track", "--machines", "public:1", "--adapters", "E7D1", "--adapters", f"{module}:Mine", "--seeds", "1"]
-    assert status(monkeypatch, *words, "--blocks", "60,0", "--runs", tmp_path) == 0
+    assert status(monkeypatch, *words, "--blocks", "60,0", "--episodes", "2", "--runs", tmp_path) == 0
     said = capsys.readouterr().out
     assert "1 runs, 1 to do: about 0.0 core-hours" in said and "4 runs, 4 to do: about 0.0 core-hours" in said
     rows = (tmp_path / "track.csv").read_text().splitlines()
