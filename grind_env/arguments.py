@@ -86,7 +86,6 @@ class Application(typer.Typer):
     """Commands whose files are checked before they do anything."""
 
     def command(self, name: str | None = None, **settings: Any) -> Callable[[Function], Function]:
-        """As that of Typer."""
         register = super().command(name, **settings)
 
         def add(function: Function) -> Function:

@@ -47,7 +47,6 @@ class Stack:
     def memory(
         self, simulation: Simulation | None, observation_space: spaces.Space[Any], action_space: spaces.Space[Any]
     ) -> EpisodeMemory:
-        """See `MemoryForm`."""
         return StackMemory(observation_space, action_space, self.n)
 
 
@@ -60,7 +59,6 @@ class BeliefForm:
     def memory(
         self, simulation: Simulation | None, observation_space: spaces.Space[Any], action_space: spaces.Space[Any]
     ) -> EpisodeMemory:
-        """See `MemoryForm`."""
         assert simulation is not None
         return BeliefMemory(simulation, self.members)
 
@@ -75,7 +73,6 @@ class Standard:
     def memory(
         self, simulation: Simulation | None, observation_space: spaces.Space[Any], action_space: spaces.Space[Any]
     ) -> EpisodeMemory:
-        """See `MemoryForm`."""
         assert isinstance(observation_space, spaces.Box)
         return StandardMemory(observation_space, np.array(self.mean), np.array(self.deviation))
 
@@ -100,7 +97,6 @@ class StandardMemory:
         """The episodes in `mask`, shape (N,), begin with their next observation."""
 
     def take(self, observations: Array, actions: Array | None, mask: Flags) -> Array:
-        """See `EpisodeMemory`."""
         return self._scaled(observations)
 
     def _scaled(self, observations: Array) -> Array:

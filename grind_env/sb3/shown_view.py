@@ -34,7 +34,6 @@ class ShownForm:
     name: str
 
     def view(self, simulation: Simulation) -> "ShownView":
-        """See `ViewForm`."""
         shown, task = self.shown, simulation.task
         if shown.task != task.name:
             raise GrindError(f"{self.name} was trained for {shown.task}, not for {task.name}")

@@ -95,7 +95,6 @@ class LearnerForm:
     actions: Actions
 
     def view(self, simulation: Simulation) -> LearnerView:
-        """See `ViewForm`."""
         return LearnerView(simulation, self.memory, self.actions)
 
 
