@@ -12,9 +12,8 @@ from tempfile import TemporaryDirectory
 from typing import Any, get_type_hints
 
 from agents.cells import sources
-from agents.commands.asked import StudyOptions
 from agents.provenance import ROOT, provenance
-from agents.study import Found, Study
+from agents.study import Found, Study, StudyOptions
 from agents.tables import csv_of, csv_rows
 from grind_env.envs import wrappers
 from grind_env.errors import GrindError

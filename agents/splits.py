@@ -5,10 +5,9 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import NamedTuple
 
-from agents.commands.asked import StudyOptions
 from agents.evaluations import Evaluations, chunks, joined, run_chunk
 from agents.reference.table import best_plan
-from agents.study import Found, Study
+from agents.study import Found, Study, StudyOptions
 from grind_env.envs.splits import EVERY
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import Evaluation

@@ -10,13 +10,14 @@ import numpy as np
 
 from agents.benchmark.judge import Sampled, judged
 from agents.benchmark.page import AgentVerdict, verdict
-from agents.benchmark.plan import AT, KINDS, BenchmarkCell, Request
-from agents.benchmark.results import PLANTS, Result
+from agents.benchmark.plan import AT, KINDS, BenchmarkCell, Request, chosen_problems
+from agents.benchmark.results import PLANTS, Result, read_results
 from agents.benchmark.summary import shown, tasks_of
-from agents.benchmark.trials import result, study
+from agents.benchmark.trials import result
+from agents.benchmark.trials import study as trials_of
 from agents.provenance import provenance
-from agents.study import Found, Options, Study
-from agents.tables import csv_of
+from agents.study import Found, Options, Study, StudyOptions
+from agents.tables import check_tables, csv_of
 from grind_env.files import csv_cell
 from grind_env.policies.evaluation import SEEDS, SEEDS_EACH
 from grind_env.policies.problem import Problem
@@ -66,6 +67,15 @@ class Replication(NamedTuple):
         return self.low <= self.found <= self.high
 
 
+def study(asked: StudyOptions, first: Sequence[int] | None, published: Path) -> Study:
+    """Return the study that runs published results on other seeds; errors as of `replicate`."""
+    check_tables(asked.results, "replicate", BEGINS)
+    known = read_results(published)
+    problems = chosen_problems(asked.tasks or ",".join(tasks_of(known)), asked.job, asked.parts) if known else []
+    firsts = list(dict.fromkeys(first or FIRSTS))
+    return replicate(known, problems, firsts, asked.episodes, asked.configs, asked.options)
+
+
 def replicate(
     published: Sequence[Result],
     problems: Sequence[Problem],
@@ -107,7 +117,7 @@ def replicate(
         episodes=episodes, interpolation_episodes=0, plants_episodes=episodes, runs=options.runs, configs=configs
     )
     requests = [replace(request, first=first) for first in firsts]
-    return study("replicate", cells, *requests, files=BEGINS, publish=partial(write, published))
+    return trials_of("replicate", cells, *requests, files=BEGINS, publish=partial(write, published))
 
 
 def _agents_of(cell: BenchmarkCell, runs: Path) -> list[Path]:

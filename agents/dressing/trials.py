@@ -1,7 +1,7 @@
 """The dress study as trials: a finding each, and their tables and pictures."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -11,10 +11,10 @@ from agents.benchmark.trained import from_file
 from agents.cells import RUNS, code_of, kept_evaluation
 from agents.dressing.figure import dress_figure
 from agents.dressing.study import PLANS, DressFinding, best_plan, csv_text, dressers, finding, intervals
-from agents.study import Study
+from agents.study import Study, StudyOptions
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.tasks import Dress
-from grind_env.files import write_atomically
+from grind_env.files import is_file, write_atomically
 from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.held import on
 from grind_env.policies.learned.saved import SUFFIX
@@ -23,7 +23,9 @@ from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
 from grind_env.policies.registry import make_policy, policy_names
 from grind_env.policies.tuned import write_whole
+from grind_env.targets import Own, check_own
 
+PICTURE = Own("picture of `python -m agents dress-study`, whose table would lie beside it", lambda head: False)
 BASELINES = ("random", "handbook", "constant", "constant_per_kind")
 """Policies that do not decide when to dress."""
 
@@ -53,9 +55,13 @@ class DressTrial:
         return f"{self.problem.name}, {self.question}: {what}"
 
 
-def study(problems: Sequence[Problem], episodes: int, runs: Path) -> Study:
+def study(asked: StudyOptions, plant: str | None) -> Study:
     """Return the study: four questions on each problem; those of the dresser only if a task says how it is set."""
-    trials = list[DressTrial]()
+    problems = [each if plant is None else on_plant(each, plant) for each in asked.problems]
+    for each in problems:
+        if not is_file(asked.results / f"{each.name}.csv"):
+            check_own(asked.results / f"{each.name}.png", PICTURE, "--results")
+    trials, episodes, runs = list[DressTrial](), asked.episodes, asked.options.runs.absolute()
     for problem in problems:
         every = tuple(intervals(problem.simulation()))
         trials += [DressTrial(problem, "interval", (each,), episodes) for each in every]

@@ -4,13 +4,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from agents.benchmark.figures import write_figure
+from agents.plants.asked import programs_of
 from agents.plants.figure import plants_figure
-from agents.plants.machines import PROGRAMS, StudyMachine
+from agents.plants.machines import FAMILY_NAMES, PROGRAMS, StudyMachine, machines
 from agents.plants.study import HOURS, QUESTIONS, Found, PlantsTrial, answer, code
 from agents.plants.verdicts import COLUMNS, family_rows, promises
 from agents.provenance import commit
-from agents.study import Study
+from agents.study import Study, StudyOptions
 from agents.tables import csv_of, csv_rows
+from grind_env.errors import GrindError, did_you_mean, quoted
 from grind_env.policies.tuned import write_whole
 from grind_env.table import Column, table_of
 
@@ -34,20 +36,35 @@ ASKED = (
 )
 
 
-def study(machines: Sequence[StudyMachine], questions: Sequence[str], runs: Path, episodes: int) -> Study:
-    """Return the study that asks every question of every machine."""
+def study(asked: StudyOptions, family: Sequence[str] | None, question: Sequence[str] | None) -> Study:
+    """Return the study that asks every question of every machine.
+
+    Raises:
+        GrindError: there is no such family, question or program.
+    """
+    programs = programs_of(
+        None if asked.tasks is None else [name.strip() for name in asked.tasks.split(",")], asked.job
+    )
+    families, questions = _chosen("--family", family, FAMILY_NAMES), _chosen("--question", question, tuple(QUESTIONS))
+    runs, drawn = asked.options.runs.absolute(), machines(families, asked.seeds, programs)
     return Study(
         name="plants",
         title="",
-        trials=[
-            PlantsTrial(question, machine, episodes, runs.absolute()) for question in questions for machine in machines
-        ],
+        trials=[PlantsTrial(each, machine, asked.episodes, runs) for each in questions for machine in drawn],
         run=answer,
         decides=code,
         seconds=lambda cell: 3600.0 * HOURS[cell.question],
         publish=write,
         files=BEGINS,
     )
+
+
+def _chosen(option: str, names: Sequence[str] | None, known: Sequence[str]) -> Sequence[str]:
+    """Return the names that were given, or all."""
+    for name in names or ():
+        if name not in known:
+            raise GrindError(f"{option} is {quoted(name)}{did_you_mean(name, known)}: choose {', '.join(known)}")
+    return tuple(dict.fromkeys(names)) if names else known
 
 
 def write(found: Mapping[PlantsTrial, Found], folder: Path) -> str:

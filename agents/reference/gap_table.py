@@ -3,13 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import fields
 
-from agents.commands.asked import StudyOptions
 from agents.evaluations import Evaluations, by_problem, chunks, run_chunk
 from agents.reference.gaps import ADAPTING_D, ADAPTING_E, BEST, FIXED, KNOWN, PLANNER, ROLES, Gap, TaskGaps, task_gaps
 from agents.reference.promises import PROMISES
 from agents.reference.scores import tune_missing
 from agents.reference.table import flat, spread_names
-from agents.study import Found, Study
+from agents.study import Found, Study, StudyOptions
 from agents.tuning.rules import tunable
 from grind_env.policies.registry import ABLATIONS, policy_names
 from grind_env.policies.statistics import Interval

@@ -5,11 +5,10 @@ from functools import partial
 from pathlib import Path
 
 from agents.cells import RESULTS
-from agents.commands.asked import StudyOptions
 from agents.evaluations import Evaluations, by_problem, chunks, run_chunk
 from agents.provenance import provenance
 from agents.reference.table import COLUMNS, ScoreRow, best_plan, flat, spread_names, table_rows
-from agents.study import Found, Options, Study
+from agents.study import Found, Options, Study, StudyOptions
 from agents.tables import csv_of
 from agents.tuning.rules import tunable, tune
 from grind_env.envs.names import OTHERS, task_names

@@ -2,10 +2,9 @@
 
 from dataclasses import fields
 
-from agents.commands.asked import StudyOptions
 from agents.safety.judging import LAGRANGIAN, RULES, UNCONSTRAINED, SafetyRow, SafetyTrial, decides, judge
 from agents.safety.page import page
-from agents.study import Study
+from agents.study import Study, StudyOptions
 
 STEP, EPISODE = 8e-5, 0.1
 """CPU-seconds, by measurement: of a step of a training, and of an episode of a rule, which looks ahead."""

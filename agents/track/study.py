@@ -4,7 +4,8 @@ import json
 from collections.abc import Sequence
 from dataclasses import replace
 
-from agents.study import Found, Study
+from agents.benchmark.plan import chosen_problems
+from agents.study import Study, StudyOptions
 from agents.track.adapters import BLOCKS, HEADLINE, WIDE, made
 from agents.track.knowing import ANCHORS, KNOWING
 from agents.track.page import BEGINS, write
@@ -48,35 +49,47 @@ def whole_track(seeds: int, episodes: int, *, wide: bool) -> list[TrackTrial]:
     return list(dict.fromkeys(cells))
 
 
-def asked_for(
-    problems: Sequence[Problem],
-    machines: Sequence[str],
-    adapters: Sequence[str],
-    blocks: str | None,
-    seeds: int,
-    episodes: int,
-    *,
-    wide: bool,
-) -> list[TrackTrial]:
-    """The cells that somebody asks for, those of the whole track where nothing is named.
+def study(
+    asked: StudyOptions, machines: Sequence[str] | None, adapters: Sequence[str] | None, blocks: str | None, wide: bool
+) -> Study:
+    """Tune on every machine that somebody asks for, by default those of the whole track, and return the study.
 
     Raises:
         GrindError: there is no such machine or adapter, or the blocks are no whole shifts.
     """
-    if not (problems or machines or adapters or blocks):
-        return whole_track(seeds, episodes, wide=wide)
+    if asked.tasks or machines or adapters or blocks:
+        problems = chosen_problems(asked.tasks or TASK, asked.job, asked.parts)
+        cells = cells_asked(problems, machines or (), adapters or (), blocks, asked, wide=wide)
+    else:
+        cells = whole_track(asked.seeds, asked.episodes, wide=wide)
+    before = _study(list(dict.fromkeys(map(tuning_of, cells))))
+    before.check(asked.results)
+    known = {cell: json.dumps(found) for cell, found in before.found(asked.options).items()}
+    return _study([replace(cell, tuned=known[tuning_of(cell)] * (cell.adapter in KNOWING)) for cell in cells])
+
+
+def cells_asked(
+    problems: Sequence[Problem],
+    machines: Sequence[str],
+    adapters: Sequence[str],
+    blocks: str | None,
+    asked: StudyOptions,
+    *,
+    wide: bool,
+) -> list[TrackTrial]:
+    """The cells that somebody asks for."""
     plants = [name for each in machines for name in (held_out(int(each)) if each.isdecimal() else [each])]
     for name in plants:
         if not find_plants(name, modules=True).one:
             raise GrindError(f"{name!r} is the name of many machines: give a seed, as '{name}:1'")
     names, cells = adapters or ((*HEADLINE, *WIDE) if wide else HEADLINE), list[TrackTrial]()
-    for problem in problems or [find_problem(TASK)]:
+    for problem in problems:
         for name in adapters:
             if name not in KNOWING:
                 made(name).start(problem)
         usual = BLOCKS if problem.name == TASK else WIDE_BLOCKS
         chosen = usual if blocks is None else check_blocks(problem, blocks)
-        cells += cells_of(problem, plants or held_out(MACHINES), names, chosen, seeds, episodes)
+        cells += cells_of(problem, plants or held_out(MACHINES), names, chosen, asked.seeds, asked.episodes)
     return cells
 
 
@@ -93,17 +106,6 @@ def check_blocks(problem: Problem, text: str) -> tuple[int, ...]:
                 f"--blocks has {quoted(number)}, but a shift of {problem.name} has {shift}: give multiples"
             )
     return tuple(sorted({int(number) for number in text.split(",")}))
-
-
-def tunings(cells: Sequence[TrackTrial]) -> Study:
-    """Return the study that tunes on every machine."""
-    return _study(list(dict.fromkeys(map(tuning_of, cells))))
-
-
-def track(cells: Sequence[TrackTrial], tuned: Found) -> Study:
-    """Return the study that runs every adapter, with what was tuned on every machine."""
-    known = {cell: json.dumps(found) for cell, found in tuned.items()}
-    return _study([replace(cell, tuned=known[tuning_of(cell)] * (cell.adapter in KNOWING)) for cell in cells])
 
 
 def _study(cells: Sequence[TrackTrial]) -> Study:

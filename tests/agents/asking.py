@@ -8,8 +8,7 @@ import pytest
 from rich.console import Console
 
 from agents import __main__, study
-from agents.commands.asked import StudyOptions
-from agents.study import Options
+from agents.study import Options, StudyOptions
 from grind_env.policies.problem import Problem
 
 

@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import pytest
 
-from agents.commands.dress_study import FOLDER
+from agents.commands.studies import DRESSES
 from agents.dressing.study import DressFinding, csv_text
 from agents.dressing.table import COLUMNS, DressStudy, read_studies, read_study
 from agents.provenance import ROOT
@@ -117,7 +117,7 @@ def test_a_table_without_an_answer_is_an_error(tmp_path):
 
 def test_the_page_says_what_the_checked_in_studies_say():
     text = PAGE.read_text(encoding="utf-8")
-    studies, plants = read_studies(FOLDER), read_studies(FOLDER / "plants")
+    studies, plants = read_studies(DRESSES), read_studies(DRESSES / "plants")
     assert (len(studies), len(plants)) == (11, 9)
     told = set(re.findall(r"\d+\.\d\d\b", text))
     assert told
