@@ -62,7 +62,7 @@ def track(
     blocks: Annotated[
         str | None, typer.Option(help="Blocks on a machine when it is judged; 0,60,300,1200 by default.")
     ] = None,
-    wide: Annotated[bool, typer.Option("--wide", help="More adapters, and WideRails, too, on 8 machines.")] = False,
+    wide: Annotated[bool, typer.Option("--wide", help="More adapters, and WideRails on 8 machines.")] = False,
     seeds: Annotated[int, typer.Option(min=1, help="Runs of each adapter on each machine.")] = 3,
 ) -> None:
     """Options of track."""
