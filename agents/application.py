@@ -1,16 +1,6 @@
 """The commands of `python -m agents` as one application."""
 
-from agents.commands import (
-    benchmark,
-    dataset,
-    dress_study,
-    plants,
-    replicate,
-    studies,
-    track,
-    tune,
-    video,
-)
+from agents.commands import benchmark, dataset, studies, tune, video
 from grind_env.arguments import Application
 
 app = Application(
@@ -21,9 +11,5 @@ app = Application(
     help="Tune, train and compare policies in the environments of grind_env, from a checkout.",
 )
 
-COMMANDS = (
-    *(tune, studies, benchmark, replicate, dress_study, plants, track),
-    *(video, dataset),
-)
-for command in COMMANDS:
+for command in (tune, studies, benchmark, video, dataset):
     command.register(app)

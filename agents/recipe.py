@@ -12,17 +12,16 @@ from tempfile import TemporaryDirectory
 from typing import Any, get_type_hints
 
 from agents.cells import sources
-from agents.commands.asked import Asked
 from agents.provenance import ROOT, provenance
-from agents.study import Found, Study
+from agents.study import Found, Study, StudyOptions
 from agents.tables import csv_of, csv_rows
 from grind_env.envs import wrappers
 from grind_env.errors import GrindError
 from grind_env.files import read_text
-from grind_env.pages.markdown import table
 from grind_env.policies.evaluation import episode_seeds
 from grind_env.policies.problem import Problem
 from grind_env.policies.tuned import write_whole
+from grind_env.table import Column, table_of
 
 SOURCE = ROOT / "docs" / "howto" / "train.md"
 BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
@@ -37,7 +36,7 @@ TITLE = "# The training recipe"
 
 
 @dataclass(frozen=True)
-class Trial:
+class RecipeTrial:
     """A training: of which task, what it sees, its seed, and its lines."""
 
     problem: Problem
@@ -51,7 +50,7 @@ class Trial:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Trained:
+class RecipeRow:
     """What a training came to, judged on evaluation episodes; the interval is 95 %, over these."""
 
     task: str
@@ -83,7 +82,7 @@ def recipe(page: str) -> str:
     return str(found[0])
 
 
-def variant(text: str, trial: Trial) -> str:
+def variant(text: str, trial: RecipeTrial) -> str:
     """The recipe for another task, with another seed or other steps, or without the belief, and else as it stands.
 
     Raises:
@@ -113,8 +112,8 @@ def run(text: str) -> dict[str, Any]:
     return {**names, "cpu_seconds": time.process_time() - cpu, "wall_seconds": time.perf_counter() - wall}
 
 
-def train(trial: Trial) -> dict[str, Any]:
-    """Return what the recipe comes to in a trial: the fields of `Trained`.
+def train(trial: RecipeTrial) -> dict[str, Any]:
+    """Return what the recipe comes to in a trial: the fields of `RecipeRow`.
 
     Raises:
         GrindError: as `variant`.
@@ -131,20 +130,20 @@ def train(trial: Trial) -> dict[str, Any]:
     return {name: asked.get(name, found.get(name)) for name in COLUMNS}
 
 
-def study(asked: Asked) -> Study:
+def study(asked: StudyOptions) -> Study:
     """Return the study: the recipe both ways."""
     text = recipe(read_text(SOURCE))
     trials = [
-        Trial(problem, way, seed, asked.steps, text)
+        RecipeTrial(problem, way, seed, asked.steps, text)
         for problem in asked.problems
         for way in WAYS
         for seed in range(asked.seeds)
     ]
 
     def publish(found: Found, folder: Path) -> str:
-        return write([Trained(**each) for each in found.values()], folder)
+        return write([RecipeRow(**each) for each in found.values()], folder)
 
-    def decides(trial: Trial) -> object:
+    def decides(trial: RecipeTrial) -> object:
         return variant(text, trial), sources(wrappers.__name__), sources("grind_env.sb3.adapter")
 
     return Study(
@@ -159,7 +158,7 @@ def study(asked: Asked) -> Study:
     )
 
 
-def write(found: Sequence[Trained], results: Path) -> str:
+def write(found: Sequence[RecipeRow], results: Path) -> str:
     """Write table and page; what they have of other tasks of this version and of as many steps stays."""
     made_with = provenance(episode_seeds("evaluation", EPISODES))
     new = [{name: str(value) for name, value in (asdict(each) | made_with).items()} for each in found]
@@ -181,41 +180,29 @@ def _alike(one: Mapping[str, str], other: Mapping[str, str]) -> bool:
     )
 
 
-def _trained(row: Mapping[str, str]) -> Trained:
-    kinds = get_type_hints(Trained)
-    return Trained(**{name: kind(row[name]) for name, kind in kinds.items()})
+def _trained(row: Mapping[str, str]) -> RecipeRow:
+    kinds = get_type_hints(RecipeRow)
+    return RecipeRow(**{name: kind(row[name]) for name, kind in kinds.items()})
 
 
-COLUMNS = tuple(each.name for each in fields(Trained))
-HEADINGS = (
-    "task",
-    "what it sees",
-    "mean score",
-    "least",
-    "score of each seed",
-    "$ per good part",
-    "CPU-seconds of each",
+COLUMNS = tuple(each.name for each in fields(RecipeRow))
+SHOWN = (
+    Column("task", lambda runs: runs[0].task),
+    Column("what it sees", lambda runs: WAYS[runs[0].sees]),
+    Column("mean score", lambda runs: mean(each.score for each in runs), ".1f"),
+    Column("least", lambda runs: min(each.score for each in runs), ".1f"),
+    Column("score of each seed", lambda runs: ", ".join(f"{each.score:.1f}" for each in runs)),
+    Column("$ per good part", lambda runs: mean(each.cost_per_good_part for each in runs), ".2f"),
+    Column("CPU-seconds of each", lambda runs: ", ".join(f"{each.cpu_seconds:.0f}" for each in runs)),
 )
+"""Of the page, a row for all seeds of a task and way."""
 
 
-def page(found: Sequence[Trained]) -> str:
+def page(found: Sequence[RecipeRow]) -> str:
     """The table of all seeds, Markdown."""
-    rows = []
-    for task, (way, title) in product(dict.fromkeys(each.task for each in found), WAYS.items()):
-        of_way = [each for each in found if (each.task, each.sees) == (task, way)]
-        scores = [each.score for each in of_way]
-        rows.append(
-            (
-                task,
-                title,
-                f"{mean(scores):.1f}",
-                f"{min(scores):.1f}",
-                ", ".join(f"{score:.1f}" for score in scores),
-                f"{mean(each.cost_per_good_part for each in of_way):.2f}",
-                ", ".join(f"{each.cpu_seconds:.0f}" for each in of_way),
-            )
-        )
+    ways = product(dict.fromkeys(each.task for each in found), WAYS)
+    rows = [[each for each in found if (each.task, each.sees) == way] for way in ways]
     return (
         f"{TITLE}\n\n`python -m agents recipe`: {found[0].steps:,} steps of each, {found[0].episodes} evaluation"
-        " episodes.\n\n" + table(HEADINGS, rows) + "\n"
+        f" episodes.\n\n{table_of(SHOWN, rows).markdown()}\n"
     )

@@ -5,17 +5,17 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import NamedTuple
 
-from agents.commands.asked import Asked
 from agents.evaluations import Evaluations, chunks, joined, run_chunk
 from agents.reference.table import best_plan
-from agents.study import Found, Study
+from agents.study import Found, Study, StudyOptions
 from grind_env.envs.splits import EVERY
 from grind_env.errors import GrindError
-from grind_env.pages.markdown import table
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.naming import named_policy
 from grind_env.policies.problem import Problem
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE, policy_names
+from grind_env.policies.statistics import Interval
+from grind_env.table import NONE, table_of
 
 SHOWN = (EVERY, "interpolation", "extrapolation")
 MEASURED = ("empirical_rule", "look_ahead", "belief_planner", "shipped", "robust")
@@ -23,21 +23,21 @@ WHO = (*MEASURED, "mpc")
 COLUMNS = ("task", "split", "who", "score", "score_low", "score_high", "cost", "cost_low", "cost_high", "scrap")
 
 
-class Line(NamedTuple):
+class SplitScore(NamedTuple):
     """What a policy comes to in a split of a task, each number with the ends of its 95 % over episodes."""
 
     task: str
     split: str
     who: str
-    score: tuple[float, float, float]
+    score: Interval
     """0 is the fixed plan that is best on all contexts, 100 hindsight."""
-    cost: tuple[float, float, float]
+    cost: Interval
     """$ per good part."""
     scrap: float
     """Share of the parts."""
 
 
-def study(asked: Asked) -> Study:
+def study(asked: StudyOptions) -> Study:
     """Return the study."""
     trials = [
         chunk
@@ -58,7 +58,7 @@ def study(asked: Asked) -> Study:
     )
 
 
-def all_lines(found: Found) -> list[Line]:
+def all_lines(found: Found) -> list[SplitScore]:
     """Return what every policy comes to in the splits of all tasks."""
     runs = joined(found)
     return [line for problem in dict.fromkeys(key[0] for key in runs) for line in lines_of(problem, runs)]
@@ -79,7 +79,7 @@ def judged(problem: Problem) -> list[str]:
     return found
 
 
-def lines_of(problem: Problem, found: Mapping[tuple[Problem, str, str], Evaluation]) -> list[Line]:
+def lines_of(problem: Problem, found: Mapping[tuple[Problem, str, str], Evaluation]) -> list[SplitScore]:
     """Return what every policy comes to in the splits of a task."""
     by_split = {
         split: {who: run for (of, drawn, who), run in found.items() if (of, drawn) == (problem, split)}
@@ -89,19 +89,19 @@ def lines_of(problem: Problem, found: Mapping[tuple[Problem, str, str], Evaluati
     lines = []
     for split, runs in by_split.items():
         for who in (plan, *(who for who in WHO if who in runs), REFERENCE):
-            score, cost = runs[who].score(runs[plan], runs[REFERENCE]), runs[who].cost_per_good_part
-            ends = (score.value, score.low, score.high), (cost.value, cost.low, cost.high)
-            lines.append(Line(problem.name, split, who, *ends, runs[who].scrap))
+            run = runs[who]
+            score = run.score(runs[plan], runs[REFERENCE])
+            lines.append(SplitScore(problem.name, split, who, score, run.cost_per_good_part, run.scrap))
     return lines
 
 
-def page(lines: Sequence[Line], episodes: int) -> str:
+def page(lines: Sequence[SplitScore], episodes: int) -> str:
     """The tables, Markdown."""
     scores, costs = [], []
     for task, split in dict.fromkeys((each.task, each.split) for each in lines):
         of = {each.who: each for each in lines if (each.task, each.split) == (task, split)}
         plan = next(iter(of))
-        scores.append((task, split, *(_score(of.get(who)) for who in WHO)))
+        scores.append((task, split, *(f"{of[who].score:.1f}" if who in of else NONE for who in WHO)))
         costs.append((task, split, plan, *(_cost(of.get(who)) for who in (plan, *WHO, REFERENCE))))
     return (
         f"`python -m agents splits`: {episodes} evaluation episodes, the same seeds in every split. `all` is"
@@ -111,13 +111,13 @@ def page(lines: Sequence[Line], episodes: int) -> str:
         " plan that is best on all contexts, 100 is hindsight; `mpc` knows the state.\n\n"
         + "".join(f"In `{split}`, of those that see measurements, {leading(lines, split)}. " for split in SHOWN).strip()
         + "\n\n"
-        + table(("task", "split", *WHO), scores)
+        + table_of(("task", "split", *WHO), scores).markdown()
         + "\n\n$ per good part, and scrap:\n\n"
-        + table(("task", "split", "fixed plan", "of it", *WHO, REFERENCE), costs)
+        + table_of(("task", "split", "fixed plan", "of it", *WHO, REFERENCE), costs).markdown()
     )
 
 
-def leading(lines: Sequence[Line], split: str) -> str:
+def leading(lines: Sequence[SplitScore], split: str) -> str:
     """Who scores best on measurements in how many tasks, and in how many of these clear of the intervals of others."""
     first, clear = Counter[str](), Counter[str]()
     for task in dict.fromkeys(each.task for each in lines):
@@ -135,9 +135,5 @@ def leading(lines: Sequence[Line], split: str) -> str:
     return ", ".join(said) or "nobody was run"
 
 
-def _score(line: Line | None) -> str:
-    return "–" if line is None else "{:.1f} ({:.1f} to {:.1f})".format(*line.score)
-
-
-def _cost(line: Line | None) -> str:
-    return "–" if line is None else f"{line.cost[0]:.2f}, {100.0 * line.scrap:.1f} %"
+def _cost(line: SplitScore | None) -> str:
+    return NONE if line is None else f"{line.cost[0]:.2f}, {100.0 * line.scrap:.1f} %"

@@ -60,6 +60,35 @@ class Options:
 
 
 @dataclass(frozen=True, kw_only=True)
+class StudyOptions:
+    """Options of a study.
+
+    Attributes:
+        problems: what is ground, of a study with tasks by default.
+        tasks: that somebody asks for; None for all.
+        job: of a part program among them.
+        parts: how often that is run.
+        episodes: evaluation episodes.
+        seeds: trainings of each kind, or runs on each machine.
+        steps: environment steps of a training.
+        configs: folder of the tuned parameters; by default that of `tuned_folder`.
+        results: folder of the tables.
+        options: how the trials are run.
+    """
+
+    problems: Sequence[Problem]
+    tasks: str | None = None
+    job: str | None = None
+    parts: int = 1
+    episodes: int
+    seeds: int
+    steps: int
+    configs: Path | None
+    results: Path
+    options: Options
+
+
+@dataclass(frozen=True, kw_only=True)
 class Study:
     """A study as data.
 

@@ -19,7 +19,7 @@ from grind_env.policies.learned.network import LearnedPolicy
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.problem import Problem
 from grind_env.render.frames import TALL, render
-from grind_env.render.view import Instant, View
+from grind_env.render.view import EpisodePicture, Instant
 
 COLOURS = 128
 """Colours of an animation: the picture has few, and their mixtures at the edges."""
@@ -60,7 +60,7 @@ class Film:
             )
 
 
-def watch(policy: Policy, problem: Problem, seed: int, frames: int, split: str = EVERY) -> Iterator[View]:
+def watch(policy: Policy, problem: Problem, seed: int, frames: int, split: str = EVERY) -> Iterator[EpisodePicture]:
     """The views of an episode: before the first step, then `frames` of each step, the last of them at rest.
 
     On a machine that is not the model, the policy holds the model.
@@ -82,12 +82,12 @@ def watch(policy: Policy, problem: Problem, seed: int, frames: int, split: str =
         yield view
 
 
-def _titled(view: View, policy: Policy) -> View:
+def _titled(view: EpisodePicture, policy: Policy) -> EpisodePicture:
     title = TRAINED if isinstance(policy, LearnedPolicy) else policy.name.replace("_", " ")
     return replace(view, extent=replace(view.extent, title=title))
 
 
-def _in_motion(before: View, after: View, k: int, frames: int) -> View:
+def _in_motion(before: EpisodePicture, after: EpisodePicture, k: int, frames: int) -> EpisodePicture:
     """Picture k of a step between two views: as much of its depth is gone as of its pictures."""
     block, part = after.ground[-1], after.part
     goes_on = before.ground and not before.ground[-1].finished and before.part == replace(part, left=before.part.left)

@@ -21,6 +21,7 @@ from typer.models import OptionInfo
 
 from grind_env.files import beside, is_file
 from grind_env.targets import Own, Target, check_targets
+from grind_env.toml import files_named
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -30,16 +31,23 @@ JOB_SUFFIX = ".toml"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reads:
-    """An argument that names a file which is read, or something that may be one.
+    """An argument that names what is read: a file, or several with commas between.
 
     Attributes:
-        files: what is read with it, whether it is there or not, but for programs and their jobs.
-        programs: part programs that it names. Programs that they call are read, too, and so is the job beside them
-            where the command takes one and none is named.
+        within: pattern of the files that are read of a folder, if it names one.
+        programs: whether a file that is no TOML is a part program. Programs that it calls are read, too, and so is the
+            job beside it where the command takes one and none is named.
+        toml: whether a file of any suffix is TOML.
     """
 
-    files: Callable[[str], Iterable[Path]] = lambda text: ()
-    programs: Callable[[str], Iterable[Path]] = lambda text: ()
+    within: str = ""
+    programs: bool = False
+    toml: bool = False
+
+    def named(self, text: str) -> Iterator[Path]:
+        """Yield what may be files in an argument."""
+        pieces = dict.fromkeys((text, *map(str.strip, text.split(","))))
+        return Path(text).glob(self.within) if self.within else map(Path, pieces)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,7 +86,6 @@ class Application(typer.Typer):
     """Commands whose files are checked before they do anything."""
 
     def command(self, name: str | None = None, **settings: Any) -> Callable[[Function], Function]:
-        """As that of Typer."""
         register = super().command(name, **settings)
 
         def add(function: Function) -> Function:
@@ -111,7 +118,8 @@ def checked(function: Callable[..., Any]) -> Callable[..., Any]:
 
     @functools.wraps(function)
     def command(**arguments: Any) -> Any:
-        program = next((program for role, text in _read(roles, arguments) for program in role.programs(text)), None)
+        programs = [text for name, role in roles.items() if role is PROGRAM for text in _texts(arguments[name])]
+        program = next(map(Path, programs), None)
         targets = list[Target]()
         for name, role in writes.items():
             named = arguments[name] is not None
@@ -137,20 +145,16 @@ def _files_read(roles: Mapping[str, Role], arguments: Mapping[str, Any]) -> Iter
     asked = [text for name, role in roles.items() if isinstance(role, Asked) for text in _texts(arguments[name])]
     interrupts = [each.program for each in interrupts_of(asked)]
     jobs = [arguments[name] for name, role in roles.items() if role is JOB]
-    for role, text in _read(roles, arguments):
-        yield from role.files(text)
-        for program in role.programs(text):
-            yield program
-            yield from called_files(program, interrupts)
-            if jobs and not any(jobs):
-                yield from job_files(str(beside(program, JOB_SUFFIX)))
-
-
-def _read(roles: Mapping[str, Role], arguments: Mapping[str, Any]) -> Iterator[tuple[Reads, str]]:
-    """Yield each text that names what is read, with its role."""
-    for name, role in roles.items():
-        if isinstance(role, Reads):
-            yield from ((role, text) for text in _texts(arguments[name]))
+    reads = [
+        (role, text) for name, role in roles.items() if isinstance(role, Reads) for text in _texts(arguments[name])
+    ]
+    for role, path in ((each, path) for each, text in reads for path in each.named(text) if is_file(path)):
+        if role.toml or path.suffix.lower() == JOB_SUFFIX:
+            yield from files_named(path)
+        else:
+            yield from (path, *(called_files(path, interrupts) if role.programs else ()))
+            if role.programs and jobs and not any(jobs):
+                yield from files_named(beside(path, JOB_SUFFIX))
 
 
 def _texts(value: Any) -> list[str]:
@@ -172,36 +176,10 @@ def _annotated(function: Callable[..., Any]) -> dict[str, tuple[Any, ...]]:
     return {name: getattr(each.annotation, "__metadata__", ()) for name, each in parameters.items()}
 
 
-def job_files(text: str) -> Iterable[Path]:
-    """A job and its catalogue files."""
-    from grind_env.machine.job.file import files_of_job
-
-    return files_of_job(Path(text))
-
-
-def task_files(text: str) -> Iterator[Path]:
-    """What is read of a task file, or of several with commas between."""
-    from grind_env.envs.tasks.reading import files_of_task
-
-    for path in _named(text):
-        if path.suffix.lower() == JOB_SUFFIX:
-            yield from files_of_task(path)
-
-
-def task_programs(text: str) -> Iterator[Path]:
-    """Part programs that are named in place of a task."""
-    return (path for path in _named(text) if path.suffix.lower() != JOB_SUFFIX)
-
-
-def _named(text: str) -> Iterator[Path]:
-    """The files in a list with commas between, in which names of tasks are none."""
-    pieces = dict.fromkeys((text, *map(str.strip, text.split(","))))
-    return (Path(piece) for piece in pieces if is_file(Path(piece)))
-
-
-PROGRAM = Reads(programs=lambda text: [Path(text)])
-JOB = Reads(files=job_files)
-PROBLEM = Reads(files=task_files, programs=task_programs)
-FILE = Reads(files=lambda text: [Path(text)])
-CONFIGS = Reads(files=lambda text: Path(text).glob("*.toml"))
+PROGRAM = Reads(programs=True)
+PROBLEM = Reads(programs=True)
+"""A task, by name or file, or a part program; or several."""
+JOB = Reads(toml=True)
+FILE = Reads()
+CONFIGS = Reads(within="*.toml")
 """A folder of tuned parameters."""

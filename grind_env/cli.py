@@ -294,14 +294,12 @@ def tasks(
     """
     from dataclasses import asdict
 
-    from rich.box import SIMPLE
-    from rich.table import Column, Table
-
     from grind_env.envs.blocks.program import check_task
     from grind_env.envs.tasks import read_task
     from grind_env.envs.tasks.reading import is_file
     from grind_env.envs.tasks.schema import document, json_schema, schema_text, toml_text
     from grind_env.pages import page, summaries, summary
+    from grind_env.table import Column, table_of
 
     if schema:
         print(json.dumps(json_schema()) if as_json else schema_text())
@@ -318,19 +316,16 @@ def tasks(
     if as_json:
         print(json.dumps([asdict(row) for row in rows]))
         return
-    table = Table(
-        Column("id", no_wrap=True),
-        "steps",
-        "obs.",
-        Column("rule", justify="right"),
-        "easy or hard",
-        box=SIMPLE,
-        caption="rule: score of the best scripted policy; 0 is the best fixed plan, 100 a planner that sees the future",
+    columns = (
+        Column("id", "id"),
+        Column("steps", lambda row: row.steps or "-"),
+        Column("obs.", "observation"),
+        Column("rule", "scripted", ".0f", right=True),
+        Column("easy or hard", "hard", wrap=True),
     )
-    for row in rows:
-        score = "" if row.scripted is None else f"{row.scripted:.0f}"
-        table.add_row(row.id, str(row.steps or "-"), str(row.observation), score, row.hard)
-    table_console().print(table)
+    console = table_console()
+    table_of(columns, rows).print(console)
+    console.print("rule: score of the best scripted policy; 0 is the best fixed plan, 100 a planner that sees all lots")
 
 
 def _grind_too(report: "Report", programs: "Programs", job: Path, settings: "Control") -> None:

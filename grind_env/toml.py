@@ -3,7 +3,7 @@
 import json
 import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-__all__ = ["TomlError", "read_toml", "toml_text", "toml_value", "tomllib"]
+__all__ = ["TomlError", "files_named", "read_toml", "toml_text", "toml_value", "tomllib"]
 
 MOST_BYTES = 1_000_000
 MOST_DOTS = 500
@@ -48,6 +48,21 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise TomlError("it is nested too deeply") from None
     except ValueError as error:
         raise TomlError(reason(error)) from None
+
+
+def files_named(path: Path) -> Iterator[Path]:
+    """Yield a TOML file, its bases and their catalogue files, each once and whether it is there or not."""
+    waiting = [path]
+    for each in waiting:
+        yield each
+        try:
+            document = read_toml(each)
+        except GrindError:  # who needs the file will say so
+            continue
+        catalogue = document.get("catalogue")
+        files = catalogue.get("files") if isinstance(catalogue, dict) else None
+        names = [document.get("base"), *(files if isinstance(files, list) else ())]
+        waiting += {each.parent / name for name in names if isinstance(name, str)}.difference(waiting)
 
 
 def toml_text(content: Mapping[str, Any], heading: str = "") -> str:

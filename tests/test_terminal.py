@@ -13,7 +13,7 @@ import pytest
 
 import grind_env
 from agents.benchmark.results import read_results
-from agents.benchmark.summary import rich_table
+from agents.benchmark.summary import ON_SCREEN, table_of_task
 from agents.cells import RESULTS
 from grind_env.cli import main
 from grind_env.errors import GrindError, GrindWarning
@@ -199,7 +199,7 @@ def test_tables_of_agents_are_whole_in_a_pipe(
     results, said = [each for each in read_results(RESULTS) if each.task == "power_limited" and not each.seed], set()
     for columns in ("40", "2000"):
         monkeypatch.setenv("COLUMNS", columns)
-        table_console().print(rich_table(results[:8], "power_limited", "PowerLimited"))
+        table_of_task(results[:8], "power_limited", "PowerLimited", ON_SCREEN).print(table_console())
         said.add(capsys.readouterr().out)
     (table,) = said
     assert "PowerLimited" in table and "plain_gru" in table and "…" not in table

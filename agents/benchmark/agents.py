@@ -28,7 +28,7 @@ BESIDE = ("grind_env.envs.learning", "grind_env.policies.learned.view")
 """Where else lies what decides a training; what `gru_ppo` prints with does not."""
 
 
-class Training(NamedTuple):
+class AgentTraining(NamedTuple):
     """How an agent was trained: environment steps, split of the contexts, and the CPU time that it took."""
 
     steps: int
@@ -66,7 +66,7 @@ def plain_agent(
         begin = time.process_time()
         agent, scale = gru_ppo.train(problem, settings, seed)
         policy = policy_of(agent, scale, problem, memory)
-        training = Training(settings.steps, settings.split, time.process_time() - begin)
+        training = AgentTraining(settings.steps, settings.split, time.process_time() - begin)
         beside = {
             "settings": asdict(settings) | {"seed": seed},
             "machines": machines_name(problem.simulation()),
@@ -94,13 +94,13 @@ def recipe_agent(problem: Problem, seed: int, steps: int | None, folder: Path, *
     return path
 
 
-def training_of(path: Path) -> Training:
+def training_of(path: Path) -> AgentTraining:
     """Return the training of an agent that `plain_agent` or `recipe_agent` wrote."""
     if path.suffix == ZIP:
         steps, cpu_seconds = train_sb3.trained(path)
-        return Training(steps, EVERY, cpu_seconds)
+        return AgentTraining(steps, EVERY, cpu_seconds)
     with safe_open(path, "numpy") as file:
-        return Training(**json.loads(file.metadata()[ENTRY])["training"])
+        return AgentTraining(**json.loads(file.metadata()[ENTRY])["training"])
 
 
 def fingerprint(problem: Problem, settings: Settings, seed: int) -> str:

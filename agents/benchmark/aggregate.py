@@ -33,7 +33,7 @@ MEASURES: dict[str, Callable[[Array], Array]] = {
 }
 
 
-class Runs(NamedTuple):
+class ScoredRuns(NamedTuple):
     """Clipped scores of a policy."""
 
     scores: Array
@@ -52,13 +52,13 @@ def scored_tasks(results: Sequence[Result]) -> dict[str, Sampled]:
     return {name: of for name, of in tasks.items() if not is_ratio(name) and of.scores() is not None}
 
 
-def all_runs(results: Sequence[Result]) -> dict[str, Runs]:
+def all_runs(results: Sequence[Result]) -> dict[str, ScoredRuns]:
     """Scores of every policy that was run on all scored tasks, without variants.
 
     Where tasks have different numbers of runs, the first ones of each are taken, as many as all of them have.
     """
     tasks = scored_tasks(results)
-    found: dict[str, Runs] = {}
+    found: dict[str, ScoredRuns] = {}
     for policy in dict.fromkeys(each.policy for each in results if AT not in each.policy):
         runs = [of.runs(policy) or of.runs(SINGLE_KIND.get(policy, policy)) for of in tasks.values()]
         count = min(map(len, runs), default=0)
@@ -73,17 +73,17 @@ def all_runs(results: Sequence[Result]) -> dict[str, Runs]:
         clipped = np.maximum(np.stack(draws, axis=-1), CLIP)
         # the runs of two policies are not paired, so each policy draws its own
         drawn = resampled_runs(clipped, seed=1 + len(found))
-        found[policy] = Runs(np.maximum(np.stack(columns, axis=-1), CLIP), drawn)
+        found[policy] = ScoredRuns(np.maximum(np.stack(columns, axis=-1), CLIP), drawn)
     return found
 
 
-def aggregates(runs: dict[str, Runs]) -> dict[str, dict[str, Interval]]:
+def aggregates(runs: dict[str, ScoredRuns]) -> dict[str, dict[str, Interval]]:
     """Every measure of every policy, the best policy first."""
     found = {policy: {name: of.interval(measure) for name, measure in MEASURES.items()} for policy, of in runs.items()}
     return dict(sorted(found.items(), key=lambda item: -item[1]["IQM"].value))
 
 
-def improvements(runs: dict[str, Runs], over: str) -> dict[str, Interval]:
+def improvements(runs: dict[str, ScoredRuns], over: str) -> dict[str, Interval]:
     """Probability that a run of each policy beats one of `over`."""
     theirs = runs[over]
     return {
@@ -95,7 +95,7 @@ def improvements(runs: dict[str, Runs], over: str) -> dict[str, Interval]:
     }
 
 
-def profile(runs: Runs, levels: Array) -> tuple[Array, Array, Array]:
+def profile(runs: ScoredRuns, levels: Array) -> tuple[Array, Array, Array]:
     """Share of runs above each level, and the ends of its interval, each shape (levels,)."""
     draws = np.array([performance_profile(runs.draws, levels[[k]])[:, 0] for k in range(len(levels))])
     ends = [percentile_interval(0.0, each) for each in draws]

@@ -9,11 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from agents.benchmark.aggregate import MEASURES, Runs, aggregates, all_runs, improvements, profile, scored_tasks
+from agents.benchmark.aggregate import MEASURES, ScoredRuns, aggregates, all_runs, improvements, profile, scored_tasks
 from agents.benchmark.judge import CLIP
 from agents.benchmark.plan import AT
 from agents.benchmark.results import Result
-from agents.benchmark.summary import KNOWLEDGE, Summary, summaries, tasks_of
+from agents.benchmark.summary import KNOWLEDGE, PolicySummary, summaries, tasks_of
 from grind_env.files import write_atomically
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE
 from grind_env.policies.statistics import Interval
@@ -56,7 +56,7 @@ def write_figures(results: Sequence[Result], folder: Path) -> list[Path]:
     return list(paths.values())
 
 
-def figure_names(runs: dict[str, Runs]) -> list[str]:
+def figure_names(runs: dict[str, ScoredRuns]) -> list[str]:
     """Names of the figures that can be drawn of policies with these scores."""
     compared = ["improvement"] if OVER in runs and len(runs) > 1 else []
     tasks = max((of.scores.shape[1] for of in runs.values()), default=0)
@@ -106,13 +106,13 @@ def cost_figure(results: Sequence[Result]) -> Figure:
     return figure
 
 
-def relative_costs(lines: Sequence[Summary]) -> dict[str, Interval]:
+def relative_costs(lines: Sequence[PolicySummary]) -> dict[str, Interval]:
     """Cost per good part of every policy of a task, % of that of the best fixed plan; empty if none was run."""
     plans = [line.cost.value for line in lines if line.policy in FIXED_PLANS]
     return {line.policy: Interval(*(100.0 * each / min(plans) for each in line.cost)) for line in lines if plans}
 
 
-def aggregate_figure(results: Sequence[Result], runs: dict[str, Runs], tasks: int) -> Figure:
+def aggregate_figure(results: Sequence[Result], runs: dict[str, ScoredRuns], tasks: int) -> Figure:
     """Interquartile mean, median, mean and optimality gap of every policy."""
     found = aggregates(runs)
     names = list(found)
@@ -130,7 +130,7 @@ def aggregate_figure(results: Sequence[Result], runs: dict[str, Runs], tasks: in
     return figure
 
 
-def improvement_figure(results: Sequence[Result], runs: dict[str, Runs], tasks: int) -> Figure:
+def improvement_figure(results: Sequence[Result], runs: dict[str, ScoredRuns], tasks: int) -> Figure:
     """Probability that a run of each policy beats the rule that is set by hand."""
     found = dict(sorted(improvements(runs, OVER).items(), key=lambda item: -item[1].value))
     figure = Figure(figsize=(WIDTH, 1.0 + 0.24 * len(found)), dpi=DPI, layout="constrained")
@@ -147,7 +147,7 @@ def improvement_figure(results: Sequence[Result], runs: dict[str, Runs], tasks: 
     return figure
 
 
-def profile_figure(results: Sequence[Result], runs: dict[str, Runs], tasks: int) -> Figure:
+def profile_figure(results: Sequence[Result], runs: dict[str, ScoredRuns], tasks: int) -> Figure:
     """Share of the runs that score above a level, over the level."""
     figure = Figure(figsize=(WIDTH, 4.2), dpi=DPI, layout="constrained")
     panel = figure.subplots()
@@ -177,7 +177,7 @@ def profile_figure(results: Sequence[Result], runs: dict[str, Runs], tasks: int)
     return figure
 
 
-def profiled(results: Sequence[Result], runs: dict[str, Runs]) -> list[str]:
+def profiled(results: Sequence[Result], runs: dict[str, ScoredRuns]) -> list[str]:
     """Policies of which profiles are drawn, the best first: agents, and what they are to be held against."""
     kinds = {each.policy: (each.kind, each.sees) for each in results}
     names = list(aggregates(runs))

@@ -11,7 +11,7 @@ from agents.benchmark.plan import (
     LONG,
     PLAIN,
     SWEEPS,
-    Cell,
+    BenchmarkCell,
     Request,
     named,
     planned,
@@ -35,7 +35,7 @@ USUAL_DECISION, TUNING_BLOCK = 6e-5, 2e-5
 
 def grid(
     problems: Sequence[Problem], policies: Sequence[str] | None, kinds: Sequence[str] | None, seeds: int | None
-) -> list[Cell]:
+) -> list[BenchmarkCell]:
     """The cells of the grid, those that take long first.
 
     Args:
@@ -55,11 +55,11 @@ def grid(
             rules = [name for name in named(problem) if name not in (*FIXED_PLANS, *LONG)]
             variants = [f"{name}{AT}{LIMITED}" for name in rules if tuned_on(name, simulation) > LIMIT]
             variants += [f"{REFERENCE}{AT}{sweeps}" for sweeps in SWEEPS]
-            cells |= dict.fromkeys(Cell(problem, name) for name in variants)
+            cells |= dict.fromkeys(BenchmarkCell(problem, name) for name in variants)
     return sorted(cells, key=lambda cell: -DECISION.get(cell.base, 0.0) - cell.trains)
 
 
-def making(cell: Cell, request: Request) -> float:
+def making(cell: BenchmarkCell, request: Request) -> float:
     """CPU-seconds in which the policy of a cell is tuned or trained."""
     if cell.variant == LIMITED:
         return LIMIT * TUNING_BLOCK
@@ -69,7 +69,7 @@ def making(cell: Cell, request: Request) -> float:
     return million * (request.steps or 1_000_000) / 1_000_000
 
 
-def running(cell: Cell, request: Request) -> float:
+def running(cell: BenchmarkCell, request: Request) -> float:
     """CPU-seconds in which the policy of a cell is judged."""
     steps = cell.problem.simulation().most_steps
     if cell.base == REFERENCE and cell.variant:

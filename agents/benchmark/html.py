@@ -2,10 +2,9 @@
 
 from collections.abc import Sequence
 
-from agents.benchmark.judge import is_ratio
 from agents.benchmark.page import made_by
 from agents.benchmark.results import Result
-from agents.benchmark.summary import HEADINGS, Summary, summaries, tasks_of
+from agents.benchmark.summary import PolicySummary, summaries, table_of_task, tasks_of
 from grind_env.render.curves import BLUE
 from grind_env.render.graphs import Graph, Series
 from grind_env.shop.report.document import Line, Section, figure, listing, page, table
@@ -27,12 +26,13 @@ def html_page(results: Sequence[Result]) -> str:
 
 
 def _section(results: Sequence[Result], task: str) -> Section:
-    lines = summaries(results, task)
-    rows = [line.cells(is_ratio(task)) for line in lines]
-    return Section(task, [table(HEADINGS, rows), figure(_costs(lines), "$ per good part, 95 %")])
+    shown = table_of_task(results, task)
+    rows = [[cell.text for cell in row] for row in shown.rows]
+    costs = figure(_costs(summaries(results, task)), "$ per good part, 95 %")
+    return Section(task, [table(shown.headings, rows), costs])
 
 
-def _costs(lines: Sequence[Summary]) -> Graph:
+def _costs(lines: Sequence[PolicySummary]) -> Graph:
     """A point for each policy."""
     costs = Series(
         name="",

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import Any
 
-from agents.benchmark.plan import AT, HELD_OUT, LIMIT, LIMITED, PLAIN, PUBLIC, ROBUST, Cell, Request
+from agents.benchmark.plan import AT, HELD_OUT, LIMIT, LIMITED, PLAIN, PUBLIC, ROBUST, BenchmarkCell, Request
 from agents.benchmark.price import Price, model_of, price_of, tuned_on
 from agents.benchmark.trained import from_file
 from agents.budgets import TUNING_EPISODES
@@ -40,7 +40,7 @@ class Made:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Measured:
+class CellResult:
     """What was found of a cell.
 
     Attributes:
@@ -54,7 +54,7 @@ class Measured:
         first: of the seeds.
     """
 
-    cell: Cell
+    cell: BenchmarkCell
     sees: Sees
     evaluation: Evaluation
     interpolation: Evaluation | None = None
@@ -64,7 +64,7 @@ class Measured:
     first: int = SEEDS["evaluation"]
 
 
-def measure(cell: Cell, request: Request) -> Measured:
+def measure(cell: BenchmarkCell, request: Request) -> CellResult:
     """Measure a cell; what is kept of the same code, parameters and seeds is not run again.
 
     Args:
@@ -87,7 +87,7 @@ def measure(cell: Cell, request: Request) -> Measured:
         place = request.runs / f"{AT}{HELD_OUT}" / cell.apart if on_plants else runs
         return kept_evaluation(policy, what, seeds, place, split=split, fresh=request.fresh)
 
-    return Measured(
+    return CellResult(
         cell=cell,
         sees=policy.sees,
         evaluation=run(episodes),
@@ -100,7 +100,7 @@ def measure(cell: Cell, request: Request) -> Measured:
     )
 
 
-def scripted(cell: Cell, request: Request) -> tuple[Policy, Problem, Made]:
+def scripted(cell: BenchmarkCell, request: Request) -> tuple[Policy, Problem, Made]:
     """A policy that is not trained, with its tuned parameters, and its problem."""
     base, configs, simulation = cell.base, request.configs, cell.problem.simulation()
     if cell.variant == LIMITED:
@@ -118,7 +118,7 @@ def scripted(cell: Cell, request: Request) -> tuple[Policy, Problem, Made]:
     return policy, cell.problem, made
 
 
-def trained(cell: Cell, request: Request) -> tuple[Policy, Problem, Made]:
+def trained(cell: BenchmarkCell, request: Request) -> tuple[Policy, Problem, Made]:
     """An agent, and the problem as it is shown it."""
     # torch takes seconds to import
     from agents.benchmark.agents import plain_agent, recipe_agent, training_of

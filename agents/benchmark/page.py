@@ -4,19 +4,20 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from agents.benchmark.aggregate import Runs, aggregates, all_runs, scored_tasks
+from agents.benchmark.aggregate import ScoredRuns, aggregates, all_runs, scored_tasks
 from agents.benchmark.figures import OVER, figure_names
 from agents.benchmark.judge import CLIP, Sampled, is_ratio
 from agents.benchmark.plan import AT, LIMIT, LIMITED, ON_BELIEF, SWEEPS
 from agents.benchmark.results import Result
-from agents.benchmark.summary import HEADINGS, KNOWLEDGE, NONE, Summary, best, brief, shown, summaries, tasks_of
+from agents.benchmark.summary import KNOWLEDGE, PolicySummary, best, brief, columns_of, shown, summaries, tasks_of
 from grind_env.policies.learned.saved import SUFFIX, load_policy
 from grind_env.policies.naming import SHIPPED
 from grind_env.policies.planners import hindsight
 from grind_env.policies.registry import REFERENCE
 from grind_env.policies.statistics import Interval
+from grind_env.table import NONE, table_of
 
-Lines = Mapping[str, Sequence[Summary]]
+Lines = Mapping[str, Sequence[PolicySummary]]
 """The lines of every task."""
 
 FEW = {
@@ -77,20 +78,14 @@ def page(results: Sequence[Result]) -> str:
     parts = [HEAD, *(["## In short", headline(results, lines, runs)] if runs else [])]
     parts += [*verdicts(samples), *worths(samples), *measure_of(samples), "## Task by task", COLUMNS]
     for task, of in lines.items():
-        parts += [f"### {task}", table(HEADINGS, [line.cells(is_ratio(task)) for line in of])]
+        parts += [f"### {task}", table_of(columns_of(is_ratio(task)), of).markdown()]
     if runs:
         parts += ["## Over tasks", over_tasks(results, runs)]
     parts += [f"![{PICTURES[name]}](figures/{name}.png)" for name in figure_names(runs)]
     return "\n\n".join([*parts, "\n".join(made_by(results))]) + "\n"
 
 
-def table(headings: Sequence[str], rows: Sequence[Sequence[str]], left: int = 1) -> str:
-    """A table; the first `left` columns are text."""
-    rules = ["---"] * left + ["---:"] * (len(headings) - left)
-    return "\n".join("| " + " | ".join(cells) + " |" for cells in (headings, rules, *rows))
-
-
-def headline(results: Sequence[Result], lines: Lines, runs: Mapping[str, Runs]) -> str:
+def headline(results: Sequence[Result], lines: Lines, runs: Mapping[str, ScoredRuns]) -> str:
     """Scores of the best few policies on every task that has one, from poor to good."""
     kinds = {each.policy: (each.kind, each.sees) for each in results}
     ordered = sorted(runs, key=lambda name: float(runs[name].scores.mean()))
@@ -98,10 +93,10 @@ def headline(results: Sequence[Result], lines: Lines, runs: Mapping[str, Runs]) 
     shown_of = {task: {line.policy: shown(line.score, False) for line in lines[task]} for task in scored_tasks(results)}
     names = [name for name in ordered if name in few and name != REFERENCE]
     rows = [[task, *(scores[name] for name in names)] for task, scores in shown_of.items()]
-    return table(("task", *(f"{name} ({kinds[name][1]})" for name in names)), rows)
+    return table_of(("task", *(f"{name} ({kinds[name][1]})" for name in names)), rows, left=1).markdown()
 
 
-class Verdict(NamedTuple):
+class AgentVerdict(NamedTuple):
     """The best agent on measurements of a task, and what it is held against."""
 
     task: str
@@ -129,7 +124,7 @@ class Verdict(NamedTuple):
         ]
 
 
-def verdict(task: str, of: Sampled, chosen: Sampled | None = None) -> Verdict | None:
+def verdict(task: str, of: Sampled, chosen: Sampled | None = None) -> AgentVerdict | None:
     """The verdict on a task; None if it has no such agent, no rule or no score.
 
     Args:
@@ -143,7 +138,7 @@ def verdict(task: str, of: Sampled, chosen: Sampled | None = None) -> Verdict | 
         return None
     score, over = of.gain(agent, of.results[fixed].policy), of.gain(agent, rule)
     assert score is not None and over is not None
-    return Verdict(task, agent, score, rule, over, of.gain(agent, ON_BELIEF), scale)
+    return AgentVerdict(task, agent, score, rule, over, of.gain(agent, ON_BELIEF), scale)
 
 
 def verdicts(samples: Mapping[str, Sampled]) -> list[str]:
@@ -166,7 +161,7 @@ def verdicts(samples: Mapping[str, Sampled]) -> list[str]:
         + shipped(samples)
     )
     headings = ("task", "best learned, score", "best rule", "points over it", f"over {ON_BELIEF}", "100 points, $")
-    return ["## Learned against scripted", said, table(headings, [each.cells for each in found])]
+    return ["## Learned against scripted", said, table_of(headings, [each.cells for each in found], left=1).markdown()]
 
 
 def shipped(samples: Mapping[str, Sampled]) -> str:
@@ -205,7 +200,11 @@ def worths(samples: Mapping[str, Sampled]) -> list[str]:
     if not rows:
         return []
     what = "; ".join(f"*{name}*: `{one}` less `{other}`" for name, (one, other) in FACULTIES.items())
-    return ["## What is worth what", f"Points of score, paired. {what}.", table(("task", *FACULTIES), rows)]
+    return [
+        "## What is worth what",
+        f"Points of score, paired. {what}.",
+        table_of(("task", *FACULTIES), rows, left=1).markdown(),
+    ]
 
 
 def measure_of(samples: Mapping[str, Sampled]) -> list[str]:
@@ -216,7 +215,7 @@ def measure_of(samples: Mapping[str, Sampled]) -> list[str]:
         if is_ratio(task) or None in gains:
             continue
         held += max(gain.value for gain in gains if gain is not None) < NOTHING
-        rows.append([task, *(f"{gain.value:.2f} ± {gain.half_width:.2f}" for gain in gains if gain is not None)])
+        rows.append([task, *(f"{gain:±.2f}" for gain in gains if gain is not None)])
     if not rows:
         return []
     said = (
@@ -224,10 +223,11 @@ def measure_of(samples: Mapping[str, Sampled]) -> list[str]:
         f" {hindsight.SWEEPS} of today, paired. More search gains less than {NOTHING:g} points in {held} of {len(rows)}"
         " tasks."
     )
-    return ["## Hindsight as the measure", said, table(("task", *(f"sweeps: {each}" for each in SWEEPS)), rows)]
+    listed = table_of(("task", *(f"sweeps: {each}" for each in SWEEPS)), rows, left=1)
+    return ["## Hindsight as the measure", said, listed.markdown()]
 
 
-def over_tasks(results: Sequence[Result], runs: Mapping[str, Runs]) -> str:
+def over_tasks(results: Sequence[Result], runs: Mapping[str, ScoredRuns]) -> str:
     """Aggregates of the score over tasks and runs."""
     found = aggregates(dict(runs))
     measures = list(next(iter(found.values())))
@@ -235,7 +235,7 @@ def over_tasks(results: Sequence[Result], runs: Mapping[str, Runs]) -> str:
     return (
         f"Over {', '.join(scored_tasks(results))}, scores clipped at {CLIP:g} (IQM: mean of the middle half of all"
         " runs; optimality gap: how far scores fall short of 100; 95 % intervals of a bootstrap over episodes and,"
-        " stratified by task, over runs, as in rliable):\n\n" + table(("policy", *measures), rows)
+        " stratified by task, over runs, as in rliable):\n\n" + table_of(("policy", *measures), rows, left=1).markdown()
     )
 
 

@@ -39,7 +39,7 @@ SWEEPS = (1, 6, 12)
 """Variants of hindsight in the grid: what it would be with less search, and with more."""
 
 
-class Cell(NamedTuple):
+class BenchmarkCell(NamedTuple):
     """One policy on one problem, of one training seed if it is trained."""
 
     problem: Problem
@@ -128,7 +128,7 @@ def chosen_problems(names: str, job: str | None = None, parts: int = 1) -> list[
 
 def planned(
     problems: Sequence[Problem], policies: Sequence[str] | None, kinds: Sequence[str], seeds: int
-) -> list[Cell]:
+) -> list[BenchmarkCell]:
     """The cells, those that take long first; the policies that anchor the score are always among them.
 
     Args:
@@ -159,9 +159,9 @@ def planned(
     wanted = {*(known if policies is None else policies), *FIXED_PLANS, REFERENCE}
     cells = []
     for problem in problems:
-        cells += [Cell(problem, kind, seed) for kind in kinds for seed in range(seeds)]
-        cells += [Cell(problem, name) for name in names[problem] if name in wanted]
-        cells += [Cell(problem, name) for name in variants if name.partition(AT)[0] in names[problem]]
+        cells += [BenchmarkCell(problem, kind, seed) for kind in kinds for seed in range(seeds)]
+        cells += [BenchmarkCell(problem, name) for name in names[problem] if name in wanted]
+        cells += [BenchmarkCell(problem, name) for name in variants if name.partition(AT)[0] in names[problem]]
     return sorted(cells, key=lambda cell: (cell.policy not in LONG, cell.seed is None))
 
 

@@ -9,7 +9,7 @@ from unittest.mock import patch
 
 import numpy as np
 
-from agents.benchmark.plan import ON_BELIEF, PLAIN, Cell
+from agents.benchmark.plan import ON_BELIEF, PLAIN, BenchmarkCell
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
@@ -44,7 +44,7 @@ class Price(NamedTuple):
     ms: float
 
 
-def model_of(cell: Cell) -> str:
+def model_of(cell: BenchmarkCell) -> str:
     """What of the simulator's equations a policy holds when it decides: `none`, `nominal` or `exact`."""
     if cell.trains:
         return "none" if PLAIN.get(cell.policy) in WITHOUT else "nominal"

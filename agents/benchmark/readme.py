@@ -4,15 +4,15 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from agents.benchmark.judge import is_ratio
-from agents.benchmark.page import page, shipped_kind, table
+from agents.benchmark.page import page, shipped_kind
 from agents.benchmark.plan import FLAGSHIP, ROBUST
 from agents.benchmark.results import Result
-from agents.benchmark.summary import NONE, shown, summaries
+from agents.benchmark.summary import PolicySummary, shown, summaries
 from agents.provenance import ROOT
 from grind_env.files import read_text
 from grind_env.policies.registry import REFERENCE
-from grind_env.policies.statistics import Interval
 from grind_env.policies.tuned import ConfigError, write_whole
+from grind_env.table import Column, table_of
 
 README = ROOT / "README.md"
 BEGIN, END = "<!-- results: written by `python -m agents benchmark --report` -->", "<!-- end of results -->"
@@ -27,28 +27,19 @@ def section(results: Sequence[Result], task: str = FLAGSHIP) -> str:
 
     The bundled agents are the ones of training seed 0.
     """
-    headings = ("policy", "score (95 % CI)", "$ per good part", "$ on other machines")
-    names = {shipped_kind(task): SHIPPED}
-    lines = {
-        names.get(line.policy, line.policy): line
-        for line in summaries([each for each in results if not each.seed], task)
-    }
-    rows = [
-        [
-            name,
-            shown(line.ratio if is_ratio(task) else line.score, is_ratio(task)),
-            dollars(line.cost),
-            NONE if line.plants_cost is None else dollars(line.plants_cost),
-        ]
-        for name in ROWS
-        if (line := lines.get(name))
-    ]
-    return table(headings, rows)
+    ratio, kind = is_ratio(task), shipped_kind(task)
 
+    def name(line: PolicySummary) -> str:
+        return SHIPPED if line.policy == kind else line.policy
 
-def dollars(cost: Interval) -> str:
-    """A cost with half its interval."""
-    return f"{cost.value:.2f} ± {cost.half_width:.2f}"
+    columns = (
+        Column("policy", name),
+        Column("score (95 % CI)", lambda line: shown(line.ratio if ratio else line.score, ratio), right=True),
+        Column("$ per good part", "cost", "±.2f", right=True),
+        Column("$ on other machines", "plants_cost", "±.2f", right=True),
+    )
+    lines = [line for line in summaries([each for each in results if not each.seed], task) if name(line) in ROWS]
+    return table_of(columns, sorted(lines, key=lambda line: ROWS.index(name(line)))).markdown()
 
 
 def replaced(text: str, results: Sequence[Result]) -> str:

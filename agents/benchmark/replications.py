@@ -9,20 +9,21 @@ from typing import NamedTuple
 import numpy as np
 
 from agents.benchmark.judge import Sampled, judged
-from agents.benchmark.page import Verdict, verdict
-from agents.benchmark.plan import AT, KINDS, Cell, Request
-from agents.benchmark.results import PLANTS, Result
+from agents.benchmark.page import AgentVerdict, verdict
+from agents.benchmark.plan import AT, KINDS, BenchmarkCell, Request, chosen_problems
+from agents.benchmark.results import PLANTS, Result, read_results
 from agents.benchmark.summary import shown, tasks_of
-from agents.benchmark.trials import result, study
+from agents.benchmark.trials import result
+from agents.benchmark.trials import study as trials_of
 from agents.provenance import provenance
-from agents.study import Found, Options, Study
-from agents.tables import csv_of
+from agents.study import Found, Options, Study, StudyOptions
+from agents.tables import check_tables, csv_of
 from grind_env.files import csv_cell
-from grind_env.pages.markdown import table
 from grind_env.policies.evaluation import SEEDS, SEEDS_EACH
 from grind_env.policies.problem import Problem
 from grind_env.policies.statistics import prediction
 from grind_env.policies.tuned import ConfigError, write_whole
+from grind_env.table import table_of
 
 FIRSTS = (11_000_000, 12_000_000, 13_000_000)
 """Of the seeds of each set; none is in `grind_env.policies.evaluation.SEEDS`."""
@@ -66,6 +67,15 @@ class Replication(NamedTuple):
         return self.low <= self.found <= self.high
 
 
+def study(asked: StudyOptions, first: Sequence[int] | None, published: Path) -> Study:
+    """Return the study that runs published results on other seeds; errors as of `replicate`."""
+    check_tables(asked.results, "replicate", BEGINS)
+    known = read_results(published)
+    problems = chosen_problems(asked.tasks or ",".join(tasks_of(known)), asked.job, asked.parts) if known else []
+    firsts = list(dict.fromkeys(first or FIRSTS))
+    return replicate(known, problems, firsts, asked.episodes, asked.configs, asked.options)
+
+
 def replicate(
     published: Sequence[Result],
     problems: Sequence[Problem],
@@ -90,7 +100,7 @@ def replicate(
     """
     check_sets(firsts, episodes)
     cells = [
-        Cell(problem, each.policy, each.seed)
+        BenchmarkCell(problem, each.policy, each.seed)
         for problem in problems
         for each in published
         if each.task == problem.name and AT not in each.policy
@@ -107,10 +117,10 @@ def replicate(
         episodes=episodes, interpolation_episodes=0, plants_episodes=episodes, runs=options.runs, configs=configs
     )
     requests = [replace(request, first=first) for first in firsts]
-    return study("replicate", cells, *requests, files=BEGINS, publish=partial(write, published))
+    return trials_of("replicate", cells, *requests, files=BEGINS, publish=partial(write, published))
 
 
-def _agents_of(cell: Cell, runs: Path) -> list[Path]:
+def _agents_of(cell: BenchmarkCell, runs: Path) -> list[Path]:
     return list((runs / cell.task).glob(f"{cell.name}-*")) if cell.policy in KINDS else []
 
 
@@ -155,7 +165,7 @@ def compared(published: Sequence[Result], found: Mapping[int, Sequence[Result]])
     return replications
 
 
-def verdicts_of(published: Sequence[Result], found: Sequence[Result]) -> list[Verdict]:
+def verdicts_of(published: Sequence[Result], found: Sequence[Result]) -> list[AgentVerdict]:
     """What published results say is the best agent and the best rule of every task, on other seeds."""
     given = []
     for task in tasks_of(found):
@@ -190,10 +200,11 @@ def page(
         )
     ]
     head = HEAD.format(policies=len(results), sets=len(found), episodes=results[0].episodes, total=total)
-    parts = [TITLE, head, table(("task", "on", *sets), shares)]
+    parts = [TITLE, head, table_of(("task", "on", *sets), shares).markdown()]
     if known:
         chosen = CHOSEN.format(beaten=beaten, tasks=len(known))
-        parts += ["## Learned against scripted", chosen, table(("task", "what", "published", *sets), verdicts)]
+        listed = table_of(("task", "what", "published", *sets), verdicts)
+        parts += ["## Learned against scripted", chosen, listed.markdown()]
     return "\n\n".join(parts) + "\n"
 
 

@@ -12,7 +12,7 @@ import pyarrow
 from numpy.typing import NDArray
 from pyarrow import parquet
 
-from agents.benchmark.measure import Measured
+from agents.benchmark.measure import CellResult
 from agents.benchmark.plan import LONG
 from agents.provenance import provenance, shown_seeds
 from agents.tables import csv_of
@@ -156,7 +156,7 @@ def column_type(name: str) -> Any:
 SCHEMA = pyarrow.schema([(each.name, column_type(each.name)) for each in fields(Result)])
 
 
-def result_of(measured: Measured) -> Result:
+def result_of(measured: CellResult) -> Result:
     """The row of a cell, without what depends on other cells; see `judge.judged`."""
     cell, run, between, plants = measured.cell, measured.evaluation, measured.interpolation, measured.plants
     made, price = measured.made, measured.price
@@ -200,7 +200,7 @@ def result_of(measured: Measured) -> Result:
     )
 
 
-def seeds_of(measured: Measured, run: Evaluation) -> range:
+def seeds_of(measured: CellResult, run: Evaluation) -> range:
     """Seeds of the episodes of a run."""
     return range(measured.first, measured.first + len(run.cost))
 

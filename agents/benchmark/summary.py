@@ -4,43 +4,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from rich.table import Table
 
 from agents.benchmark.judge import Sampled, is_ratio, over_runs, sampled
 from agents.benchmark.plan import CORE
 from agents.benchmark.results import INTERPOLATION, PLANTS, Result
 from grind_env.policies.statistics import Interval
+from grind_env.table import NONE, Column, Table, table_of
 
 KNOWLEDGE = ("measurements", "state", "future")
 """From least to most, the order of the table."""
-HEADINGS = (
-    "policy",
-    "score (95 %)",
-    "over best rule",
-    "sees",
-    "model",
-    "runs",
-    "episodes",
-    "$/good part",
-    "scrap %",
-    "dresses/part",
-    "on plants, $",
-    "scrap there, %",
-    "interpolation",
-    "blocks",
-    "simulated",
-    "making, s",
-    "decision, ms",
-)
 ON_SCREEN = 11
 """Columns that a terminal has room for; what a policy was made with is in the files."""
-NONE = "–"
 MEANS = ("blocks", "making_calls", "decision_calls", "decision_ms", "train_seconds")
 """Columns of results of which a line has the mean."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Summary:
+class PolicySummary:
     """One line of a table: means over the runs of a policy; what is not known of it is None."""
 
     policy: str
@@ -78,29 +58,8 @@ class Summary:
             return 1e-3 * self.blocks * self.decision_ms
         return self.train_seconds
 
-    def cells(self, ratio: bool) -> tuple[str, ...]:
-        """The texts under `HEADINGS`; `ratio` for a task of which the ratio is reported in place of the score."""
-        return (
-            self.policy,
-            shown(self.ratio if ratio else self.score, ratio),
-            NONE if ratio else brief(self.over, False),
-            self.sees,
-            self.model or NONE,
-            str(self.runs),
-            str(self.episodes),
-            f"{self.cost.value:.3f} ± {self.cost.half_width:.3f}",
-            f"{100.0 * self.scrap:.2f}",
-            f"{self.dresses:.2f}",
-            NONE if self.plants_cost is None else f"{self.plants_cost.value:.2f} ± {self.plants_cost.half_width:.2f}",
-            NONE if self.plants_scrap is None else f"{100.0 * self.plants_scrap:.2f}",
-            brief(self.interpolation_ratio if ratio else self.interpolation_score, ratio),
-            counted(self.blocks),
-            self._simulated(),
-            NONE if self.making_seconds is None else f"{self.making_seconds:.0f}",
-            NONE if self.decision_ms is None else f"{self.decision_ms:.2f}",
-        )
-
-    def _simulated(self) -> str:
+    @property
+    def simulated(self) -> str:
         """Blocks that it simulates for a decision, and that were simulated to make it."""
         if self.decision_calls is None:
             return NONE
@@ -116,27 +75,18 @@ def counted(number: float | None) -> str:
     return f"{number / 1e6:.2f} M" if number >= 5e3 else f"{number:.0f}"
 
 
-def shown(interval: Interval | None, ratio: bool) -> str:
-    """A score, or a ratio of costs, with its interval."""
+def shown(interval: Interval | None, ratio: bool, form: str = "") -> str:
+    """Return a score, or a ratio of costs, with its interval; with half its length if the form is `±`."""
     if interval is None or np.isnan(interval.value):
         return NONE
-    value, low, high = (f"{each:.{decimals(interval, ratio)}f}" for each in interval)
-    return f"{value}{'x' if ratio else ''} ({low} to {high})"
+    digits = 3 if ratio else 1 if abs(interval.value) < 100.05 else 0
+    text = f"{interval:{form}.{digits}f}"
+    return text.replace(" ", "x ", 1) if ratio else text
 
 
 def brief(interval: Interval | None, ratio: bool) -> str:
-    """The same with half the length of the interval."""
-    if interval is None or np.isnan(interval.value):
-        return NONE
-    digits = decimals(interval, ratio)
-    return f"{interval.value:.{digits}f}{'x' if ratio else ''} ± {interval.half_width:.{digits}f}"
-
-
-def decimals(interval: Interval, ratio: bool) -> int:
-    """Decimals that a score, or a ratio of costs, is printed with."""
-    if ratio:
-        return 3
-    return 1 if abs(interval.value) < 100.05 else 0
+    """Return the same with half the length of the interval."""
+    return shown(interval, ratio, "±")
 
 
 def tasks_of(results: Sequence[Result]) -> list[str]:
@@ -154,7 +104,7 @@ def best(sampled: Sampled, kind: str, sees: str) -> str | None:
     return max(names, key=lambda name: float(scores[0][sampled.runs(name)].mean()), default=None)
 
 
-def summaries(results: Sequence[Result], task: str) -> list[Summary]:
+def summaries(results: Sequence[Result], task: str) -> list[PolicySummary]:
     """The lines of a task, from those that know least to those that know most, and from poor to good."""
     group = [each for each in results if each.task == task]
     every, between, plants = Sampled(group), sampled(group, INTERPOLATION), sampled(group, PLANTS)
@@ -168,7 +118,7 @@ def summaries(results: Sequence[Result], task: str) -> list[Summary]:
         cost, rule = over_runs(costs, runs), rules[first.sees]
         assert cost is not None
         lines.append(
-            Summary(
+            PolicySummary(
                 policy=policy,
                 kind=first.kind,
                 sees=first.sees,
@@ -197,11 +147,30 @@ def mean_of(results: Sequence[Result], name: str) -> float | None:
     return float(np.mean(values)) if values else None
 
 
-def rich_table(results: Sequence[Result], task: str, title: str) -> Table:
-    """The table of a task for a terminal."""
-    table = Table(title=title)
-    for k, heading in enumerate(HEADINGS[:ON_SCREEN]):
-        table.add_column(heading, justify="right" if k else "left", no_wrap=True)
-    for line in summaries(results, task):
-        table.add_row(*line.cells(is_ratio(task))[:ON_SCREEN])
-    return table
+def columns_of(ratio: bool) -> Sequence[Column]:
+    """Return the columns of a table of lines; `ratio` for a task of which the ratio stands in place of the score."""
+    between = "interpolation_ratio" if ratio else "interpolation_score"
+    return (
+        Column("policy", "policy"),
+        Column("score (95 %)", lambda line: shown(line.ratio if ratio else line.score, ratio), right=True),
+        Column("over best rule", lambda line: None if ratio else brief(line.over, False), right=True),
+        Column("sees", "sees", right=True),
+        Column("model", lambda line: line.model or None, right=True),
+        Column("runs", "runs", right=True),
+        Column("episodes", "episodes", right=True),
+        Column("$/good part", "cost", "±.3f", right=True),
+        Column("scrap %", "scrap", ".2f", right=True, factor=100.0),
+        Column("dresses/part", "dresses", ".2f", right=True),
+        Column("on plants, $", "plants_cost", "±.2f", right=True),
+        Column("scrap there, %", "plants_scrap", ".2f", right=True, factor=100.0),
+        Column("interpolation", lambda line: brief(getattr(line, between), ratio), right=True),
+        Column("blocks", lambda line: counted(line.blocks), right=True),
+        Column("simulated", "simulated", right=True),
+        Column("making, s", "making_seconds", ".0f", right=True),
+        Column("decision, ms", "decision_ms", ".2f", right=True),
+    )
+
+
+def table_of_task(results: Sequence[Result], task: str, title: str = "", most: int | None = None) -> Table:
+    """Return the table of a task, a row a policy; of its columns the first ones, `most` of them."""
+    return table_of(columns_of(is_ratio(task))[:most], summaries(results, task), title)

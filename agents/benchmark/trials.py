@@ -8,7 +8,7 @@ import numpy as np
 
 from agents.benchmark import grid
 from agents.benchmark.measure import measure
-from agents.benchmark.plan import LIMITED, Cell, Request
+from agents.benchmark.plan import LIMITED, BenchmarkCell, Request
 from agents.benchmark.results import EPISODES, Result, result_of
 from agents.cells import code_of, sources
 from agents.study import Study
@@ -17,10 +17,10 @@ from grind_env.policies.registry import make_policy
 
 
 @dataclass(frozen=True)
-class Trial:
+class BenchmarkTrial:
     """A cell, and how it is measured."""
 
-    cell: Cell
+    cell: BenchmarkCell
     request: Request
 
     @property
@@ -32,7 +32,7 @@ class Trial:
         return f"{self.cell}, seeds from {self.request.first}"
 
 
-def row(trial: Trial) -> dict[str, Any]:
+def row(trial: BenchmarkTrial) -> dict[str, Any]:
     """Return the row of a cell."""
     found = result_of(measure(trial.cell, trial.request))
     return {each.name: getattr(found, each.name) for each in fields(Result)}
@@ -43,7 +43,7 @@ def result(row: Mapping[str, Any]) -> Result:
     return Result(**{**row, **{name: np.array(row[name], np.float32) for name in EPISODES}})
 
 
-def decides(trial: Trial) -> object:
+def decides(trial: BenchmarkTrial) -> object:
     """Stands for the parameters and the code of a policy, or for what trains it."""
     cell, request = trial.cell, trial.request
     if cell.trains:
@@ -52,12 +52,14 @@ def decides(trial: Trial) -> object:
     return code_of(policy, cell.problem), sources("agents.tuning.rules") if cell.variant == LIMITED else None
 
 
-def seconds(trial: Trial) -> float:
+def seconds(trial: BenchmarkTrial) -> float:
     """CPU-seconds of a trial, about."""
     return grid.making(trial.cell, trial.request) + grid.running(trial.cell, trial.request)
 
 
-def study(name: str, cells: Sequence[Cell], *requests: Request, files: Mapping[str, str], **more: Any) -> Study:
+def study(
+    name: str, cells: Sequence[BenchmarkCell], *requests: Request, files: Mapping[str, str], **more: Any
+) -> Study:
     """Return the study of cells, each measured as every request says."""
-    trials = [Trial(cell, request) for request in requests for cell in cells]
+    trials = [BenchmarkTrial(cell, request) for request in requests for cell in cells]
     return Study(name=name, title="", trials=trials, run=row, decides=decides, seconds=seconds, files=files, **more)

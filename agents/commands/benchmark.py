@@ -100,7 +100,7 @@ def benchmark(
     from agents.benchmark import grid, plan
     from agents.benchmark.judge import judged
     from agents.benchmark.results import CSV, TABLE, merged, read_results, write_results
-    from agents.benchmark.summary import rich_table
+    from agents.benchmark.summary import ON_SCREEN, table_of_task
     from agents.benchmark.trials import result, study
 
     console = table_console()
@@ -141,7 +141,8 @@ def benchmark(
     for problem in chosen:
         if any(each.task == problem.name for each in table):
             title = problem.simulation().task.title
-            console.print(rich_table(table, problem.name, f"{title}: {episodes} paired episodes"))
+            said = f"{title}: {episodes} paired episodes"
+            table_of_task(table, problem.name, said, ON_SCREEN).print(console)
     console.print(printable(f"written to {folder}: benchmark.parquet and .csv"), highlight=False, markup=False)
     if gone := sorted(
         {f"{task} {policy}" for task, policy, _ in {each.key for each in before} - {each.key for each in table}}

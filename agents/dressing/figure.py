@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import LogLocator, NullLocator
 
-from agents.dressing.study import Finding, about
+from agents.dressing.study import DressFinding, about
 from grind_env.render.plots import BLUE, GREEN, GREY, ORANGE
 
 COLOURS = {"measurements": BLUE, "state": ORANGE, "future": GREEN}
@@ -22,7 +22,7 @@ DEAREST = 20.0
 """Intervals that cost more than so many times the best one are left out of the picture; the table has them."""
 
 
-def dress_figure(found: Sequence[Finding], title: str) -> bytes:
+def dress_figure(found: Sequence[DressFinding], title: str) -> bytes:
     """Draw the answers for one problem, as PNG as wide as a page; no dresser for a program that says how it is set."""
     (own,) = about(found, "plan")
     shown = [each for each in about(found, "interval") if each.cost <= DEAREST * own.cost]
@@ -42,21 +42,21 @@ def dress_figure(found: Sequence[Finding], title: str) -> bytes:
     return image.getvalue()
 
 
-def draw_intervals(axes: Axes, found: Sequence[Finding]) -> None:
+def draw_intervals(axes: Axes, found: Sequence[DressFinding]) -> None:
     """Cost against the blocks from dress to dress, which are drawn at equal distances."""
     draw_costs(axes, found, [f"{each.every}\n{each.E:.2g}" for each in found])
     axes.set_title("one dress every N blocks", fontsize=TITLE)
     axes.set(xlabel="N, blocks, and the best E, m/min", ylabel="$ per good part")
 
 
-def draw_passes(axes: Axes, found: Sequence[Finding]) -> None:
+def draw_passes(axes: Axes, found: Sequence[DressFinding]) -> None:
     """Cost against the passes of an execution, with the interval that is best with them."""
     draw_costs(axes, found, [f"{each.passes}\n{each.every}" for each in found])
     axes.set_title("passes of a dress", fontsize=TITLE)
     axes.set_xlabel("passes, and the best N")
 
 
-def draw_costs(axes: Axes, found: Sequence[Finding], labels: Sequence[str]) -> None:
+def draw_costs(axes: Axes, found: Sequence[DressFinding], labels: Sequence[str]) -> None:
     """Costs and their intervals, one beside the other."""
     at, cost = np.arange(len(found)), np.array([each.cost for each in found])
     low, high = np.array([each.cost_low for each in found]), np.array([each.cost_high for each in found])
@@ -69,7 +69,7 @@ def draw_costs(axes: Axes, found: Sequence[Finding], labels: Sequence[str]) -> N
     axes.grid(alpha=0.3)
 
 
-def draw_dresser(axes: Axes, found: Sequence[Finding], own: Finding) -> None:
+def draw_dresser(axes: Axes, found: Sequence[DressFinding], own: DressFinding) -> None:
     """Cost over dress lead and dress depth, each with the best fixed plan; the task's own dress has a frame.
 
     The overlap ratio and the interval stand below.
@@ -103,7 +103,7 @@ def draw_dresser(axes: Axes, found: Sequence[Finding], own: Finding) -> None:
     axes.figure.colorbar(image, ax=axes, extend="max")
 
 
-def draw_deciders(axes: Axes, found: Sequence[Finding], fixed: Finding) -> None:
+def draw_deciders(axes: Axes, found: Sequence[DressFinding], fixed: DressFinding) -> None:
     """Cost of the policies that decide when to dress, the cheapest on top, and of the best fixed plan."""
     ordered = sorted(found, key=lambda each: -each.cost)
     for row, each in enumerate(ordered):

@@ -13,7 +13,7 @@ import numpy as np
 
 from agents.provenance import provenance
 from agents.tables import csv_of
-from agents.tuning.search import Found, refine
+from agents.tuning.search import BestPoint, refine
 from grind_env.arrays import Array
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
@@ -48,7 +48,7 @@ TABLE = Own("table of `python -m agents dress-study`", re.compile(b"task,questio
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Finding:
+class DressFinding:
     """What one way to dress costs on the evaluation episodes of a task."""
 
     task: str
@@ -111,7 +111,7 @@ def best_plan(simulation: Simulation, every: Sequence[int]) -> Fixed:
     if task.action.speed_levels is not None:
         return best
     low, high = (0.001 * bound for bound in speed_bounds(task))
-    start = Found(best.E, float(costs.min()), len(plans))
+    start = BestPoint(best.E, float(costs.min()), len(plans))
     found = refine(lambda E: float(mean_costs([replace(best, E=E)], simulation, episodes)[0]), start, low, high)
     return replace(best, E=found.point)
 
@@ -133,10 +133,10 @@ def mean_costs(plans: Sequence[Fixed], simulation: Simulation, episodes: Episode
 
 def finding(
     name: str, simulation: Simulation, question: str, policy: Policy, run: Evaluation, every: int = 0
-) -> Finding:
+) -> DressFinding:
     """What an evaluation says."""
     cost, dress = run.cost_per_good_part, simulation.task.dress
-    return Finding(
+    return DressFinding(
         task=name,
         question=question,
         policy=policy.name,
@@ -161,13 +161,13 @@ def new_overlap(simulation: Simulation) -> float:
     return overlap_ratio(dress_width(task.dress.depth, task.dresser.tip_radius, 0.0), task.dress_lead)
 
 
-def about(found: Sequence[Finding], question: str) -> list[Finding]:
+def about(found: Sequence[DressFinding], question: str) -> list[DressFinding]:
     """The findings on one question."""
     return [each for each in found if each.question == question]
 
 
-def csv_text(found: Sequence[Finding], seeds: range) -> str:
+def csv_text(found: Sequence[DressFinding], seeds: range) -> str:
     """The findings, with seeds and versions in every row."""
     facts = {key: value for key, value in provenance(seeds).items() if key not in ("stable_baselines3", "torch")}
-    names = [each.name for each in fields(Finding)]
+    names = [each.name for each in fields(DressFinding)]
     return csv_of([*names, *facts], [(*asdict(each).values(), *facts.values()) for each in found])

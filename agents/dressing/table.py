@@ -8,40 +8,52 @@ from io import StringIO
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from agents.benchmark.summary import NONE
-from agents.dressing.study import Finding, about
+from agents.dressing.study import DressFinding, about
 from grind_env.errors import reason
 from grind_env.files import read_text
 from grind_env.policies.tuned import ConfigError
+from grind_env.table import Column
 from grind_env.task_version import TASK_VERSION
 
 THRESHOLD, LEARNED, KNOWS_ALL = "power_threshold", "learned", "hindsight"
-HEADINGS = (
-    "task",
-    "episodes",
-    "best N",
-    "fixed plan, $",
-    "power threshold, $",
-    "learned, $",
-    "hindsight, $",
-    "best lead, mm",
-    "depth, mm",
-    "overlap",
-    "N",
-    "fixed plan with it, $",
-    "best passes",
-)
 
 
-class Study(NamedTuple):
+class DressStudy(NamedTuple):
     """What was found for one task, on how many episodes, and in which version of the tasks."""
 
-    found: Sequence[Finding]
+    found: Sequence[DressFinding]
     episodes: int
     task_version: int = TASK_VERSION
 
+    @property
+    def plan(self) -> DressFinding:
+        """The best fixed plan."""
+        (plan,) = about(self.found, "plan")
+        return plan
 
-def read_study(path: Path) -> Study:
+    @property
+    def dresser(self) -> DressFinding | None:
+        """The best settings of the dresser; None of a program, which says itself how it dresses."""
+        return min(about(self.found, "dresser"), key=lambda each: each.cost, default=None)
+
+    @property
+    def often(self) -> DressFinding | None:
+        """The best number of passes, likewise."""
+        return min(about(self.found, "passes"), key=lambda each: each.cost, default=None)
+
+    def decider(self, name: str) -> DressFinding | None:
+        """Return the finding on a policy that decides when to dress."""
+        return next((each for each in about(self.found, "decision") if each.policy == name), None)
+
+    def cost(self, found: DressFinding | None) -> str | None:
+        """Return a cost, $ per good part, with how much more it is than that of the planner."""
+        least = self.decider(KNOWS_ALL)
+        if found is None or least is None:
+            return None
+        return f"{found.cost:.2f} ({100.0 * (found.cost / least.cost - 1.0):+.0f} %)"
+
+
+def read_study(path: Path) -> DressStudy:
     """The study of a task, from the table that the command wrote.
 
     Raises:
@@ -49,7 +61,10 @@ def read_study(path: Path) -> Study:
     """
     try:
         rows = list(DictReader(StringIO(read_text(path), newline="")))
-        found = [Finding(**{each.name: _value(each.type, row[each.name]) for each in fields(Finding)}) for row in rows]
+        found = [
+            DressFinding(**{each.name: _value(each.type, row[each.name]) for each in fields(DressFinding)})
+            for row in rows
+        ]
         first, last = map(int, rows[0]["seeds"].split(".."))
         # the first version was written down nowhere
         version = int(rows[0].get("task_version", 1))
@@ -60,14 +75,14 @@ def read_study(path: Path) -> Study:
         raise ConfigError(
             f"{path} is damaged ({reason(error)}): run `python -m agents dress-study --task {task}` again"
         ) from None
-    return Study(found, last - first + 1, version)
+    return DressStudy(found, last - first + 1, version)
 
 
 def _value(kind: Any, text: str) -> Any:
     return kind(text)
 
 
-def read_studies(folder: Path) -> list[Study]:
+def read_studies(folder: Path) -> list[DressStudy]:
     """The studies in a folder that are of the present task version.
 
     Raises:
@@ -77,35 +92,19 @@ def read_studies(folder: Path) -> list[Study]:
     return [each for each in studies if each.task_version == TASK_VERSION]
 
 
-def line(study: Study) -> list[str]:
-    """The cells of a task: costs are $ per good part, with how much more they are than those of the planner."""
-    deciders = {each.policy: each for each in about(study.found, "decision")}
-    least = deciders[KNOWS_ALL].cost
-
-    def cost(each: Finding | None) -> str:
-        return NONE if each is None else f"{each.cost:.2f} ({100.0 * (each.cost / least - 1.0):+.0f} %)"
-
-    (plan,) = about(study.found, "plan")
-    cells = [
-        plan.task,
-        str(study.episodes),
-        str(plan.every),
-        cost(plan),
-        cost(deciders[THRESHOLD]),
-        cost(deciders.get(LEARNED)),
-        f"{least:.2f}",
-    ]
-    dressers, passes = (about(study.found, question) for question in ("dresser", "passes"))
-    if not dressers:
-        # a program says itself how it dresses
-        return [*cells, *[NONE] * (len(HEADINGS) - len(cells))]
-    dresser, often = (min(each, key=lambda one: one.cost) for each in (dressers, passes))
-    return [
-        *cells,
-        f"{dresser.lead:g}",
-        f"{dresser.depth:g}",
-        f"{dresser.overlap:.1f}",
-        str(dresser.every),
-        cost(dresser),
-        f"{often.passes} {cost(often)}",
-    ]
+COLUMNS = (
+    Column("task", "plan.task"),
+    Column("episodes", "episodes"),
+    Column("best N", "plan.every"),
+    Column("fixed plan, $", lambda study: study.cost(study.plan)),
+    Column("power threshold, $", lambda study: study.cost(study.decider(THRESHOLD))),
+    Column("learned, $", lambda study: study.cost(study.decider(LEARNED))),
+    Column("hindsight, $", lambda study: study.decider(KNOWS_ALL).cost, ".2f"),
+    Column("best lead, mm", "dresser.lead", "g"),
+    Column("depth, mm", "dresser.depth", "g"),
+    Column("overlap", "dresser.overlap", ".1f"),
+    Column("N", "dresser.every"),
+    Column("fixed plan with it, $", lambda study: study.cost(study.dresser)),
+    Column("best passes", lambda study: study.often and f"{study.often.passes} {study.cost(study.often)}"),
+)
+"""Of the page, a row a study."""

@@ -1,7 +1,7 @@
 """The dress study as trials: a finding each, and their tables and pictures."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -10,11 +10,11 @@ from typing import Any
 from agents.benchmark.trained import from_file
 from agents.cells import RUNS, code_of, kept_evaluation
 from agents.dressing.figure import dress_figure
-from agents.dressing.study import PLANS, Finding, best_plan, csv_text, dressers, finding, intervals
-from agents.study import Study
+from agents.dressing.study import PLANS, DressFinding, best_plan, csv_text, dressers, finding, intervals
+from agents.study import Study, StudyOptions
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.tasks import Dress
-from grind_env.files import write_atomically
+from grind_env.files import is_file, write_atomically
 from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.held import on
 from grind_env.policies.learned.saved import SUFFIX
@@ -23,18 +23,20 @@ from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
 from grind_env.policies.registry import make_policy, policy_names
 from grind_env.policies.tuned import write_whole
+from grind_env.targets import Own, check_own
 
+PICTURE = Own("picture of `python -m agents dress-study`, whose table would lie beside it", lambda head: False)
 BASELINES = ("random", "handbook", "constant", "constant_per_kind")
 """Policies that do not decide when to dress."""
 
 
 @dataclass(frozen=True)
-class Trial:
+class DressTrial:
     """A question about a way to dress.
 
     Attributes:
         problem: what is ground.
-        question: as of a `Finding`.
+        question: as of a `DressFinding`.
         what: the intervals that are tried, or who decides.
         episodes: evaluation episodes.
         dress: settings of the dresser, if not the task's own.
@@ -53,15 +55,19 @@ class Trial:
         return f"{self.problem.name}, {self.question}: {what}"
 
 
-def study(problems: Sequence[Problem], episodes: int, runs: Path) -> Study:
+def study(asked: StudyOptions, plant: str | None) -> Study:
     """Return the study: four questions on each problem; those of the dresser only if a task says how it is set."""
-    trials = list[Trial]()
+    problems = [each if plant is None else on_plant(each, plant) for each in asked.problems]
+    for each in problems:
+        if not is_file(asked.results / f"{each.name}.csv"):
+            check_own(asked.results / f"{each.name}.png", PICTURE, "--results")
+    trials, episodes, runs = list[DressTrial](), asked.episodes, asked.options.runs.absolute()
     for problem in problems:
         every = tuple(intervals(problem.simulation()))
-        trials += [Trial(problem, "interval", (each,), episodes) for each in every]
-        trials.append(Trial(problem, "plan", every, episodes))
-        trials += [Trial(problem, question, PLANS, episodes, dress) for question, dress in dressers(problem)]
-        trials += [Trial(problem, "decision", each.name, episodes, runs=runs) for each in deciding(problem)]
+        trials += [DressTrial(problem, "interval", (each,), episodes) for each in every]
+        trials.append(DressTrial(problem, "plan", every, episodes))
+        trials += [DressTrial(problem, question, PLANS, episodes, dress) for question, dress in dressers(problem)]
+        trials += [DressTrial(problem, "decision", each.name, episodes, runs=runs) for each in deciding(problem)]
     return Study(
         name="dress-study",
         title="",
@@ -73,7 +79,7 @@ def study(problems: Sequence[Problem], episodes: int, runs: Path) -> Study:
     )
 
 
-def find(trial: Trial) -> dict[str, object]:
+def find(trial: DressTrial) -> dict[str, object]:
     """Return the finding of a trial."""
     problem, simulation, seeds = trial.problem, trial.problem.simulation(), episode_seeds("evaluation", trial.episodes)
     if isinstance(trial.what, str):
@@ -88,7 +94,7 @@ def find(trial: Trial) -> dict[str, object]:
     return asdict(finding(problem.name, simulation, trial.question, plan, run, plan.every))
 
 
-def decider(trial: Trial) -> Policy:
+def decider(trial: DressTrial) -> Policy:
     """Return the policy that decides in a trial."""
     return next(each for each in deciding(trial.problem) if each.name == trial.what)
 
@@ -107,10 +113,10 @@ def on_plant(problem: Problem, plant: str) -> Problem:
     return replace(on(problem, plant), name=f"{problem.name}-{machine}")
 
 
-def write(episodes: int, found: Mapping[Trial, Mapping[str, Any]], folder: Path) -> str:
+def write(episodes: int, found: Mapping[DressTrial, Mapping[str, Any]], folder: Path) -> str:
     """Write the table and the picture of each problem."""
     for problem in dict.fromkeys(trial.problem for trial in found):
-        findings = [Finding(**each) for trial, each in found.items() if trial.problem == problem]
+        findings = [DressFinding(**each) for trial, each in found.items() if trial.problem == problem]
         plant = dict(problem.arguments).get("plant")
         title = problem.simulation().task.title + (f", on {plant}" if plant else "")
         write_whole(folder / f"{problem.name}.csv", csv_text(findings, episode_seeds("evaluation", episodes)))

@@ -4,14 +4,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from agents.plants.log import DRESSED, FEEDS
-from agents.plants.machines import PROGRAMS, Program
+from agents.plants.machines import PROGRAMS, StudyProgram
 from agents.plants.variants import batch
 from grind_env.errors import GrindError, did_you_mean, quoted
 from grind_env.files import is_file
 from grind_env.machine.job.file import job_beside, load_job
 
 
-def programs_of(names: Sequence[str] | None, job: Path | None) -> list[Program]:
+def programs_of(names: Sequence[str] | None, job: str | None) -> list[StudyProgram]:
     """The programs by their names or files; those of the study if there are none.
 
     Raises:
@@ -27,13 +27,13 @@ def programs_of(names: Sequence[str] | None, job: Path | None) -> list[Program]:
     return programs
 
 
-def _of_file(name: str, job: Path | None) -> Program:
+def _of_file(name: str, job: str | None) -> StudyProgram:
     path = Path(name)
     if not is_file(path):
         raise GrindError(
             f"--program is {quoted(name)}{did_you_mean(name, PROGRAMS)}: choose {', '.join(PROGRAMS)}, or name a file"
         )
-    program = Program(path.stem, path.resolve(), (job_beside(path) if job is None else job).resolve())
+    program = StudyProgram(path.stem, path.resolve(), (job_beside(path) if job is None else Path(job)).resolve())
     if load_job(program.job).uncertainty is not None:
         raise GrindError(f"{program.job.name} is calibrated, and the study does that itself: name a job that is not")
     batch(program, FEEDS, DRESSED)

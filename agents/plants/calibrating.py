@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from agents.plants.log import Logged, logged
-from agents.plants.machines import Machine
-from agents.plants.regression import Cuts, fitted, predicted
+from agents.plants.machines import StudyMachine
+from agents.plants.regression import MeanCuts, fitted, predicted
 from agents.plants.variants import scaled
 from grind_env.arrays import Array
 from grind_env.control import Programs, read_file
@@ -25,7 +25,7 @@ OTHERS = ((1.0, 1.0, True), (0.6, 1.0, True), (1.5, 1.0, True), (1.0, 0.5, True)
 """Factors on E and on picks of the cuts that are predicted, and whether there are dresses; logs have E x .8 to 1.2."""
 
 
-def calibrate_on(machine: Machine) -> dict[str, float]:
+def calibrate_on(machine: StudyMachine) -> dict[str, float]:
     """Mean errors of the power of blocks; none of a calibration that was refused."""
     with tempfile.TemporaryDirectory() as folder:
         log = logged(machine, Path(folder))
@@ -36,7 +36,7 @@ def calibrate_on(machine: Machine) -> dict[str, float]:
         return errors(machine, log, found)
 
 
-def errors(machine: Machine, log: Logged, found: Calibration) -> dict[str, float]:
+def errors(machine: StudyMachine, log: Logged, found: Calibration) -> dict[str, float]:
     """Mean of |log| of the power of the blocks of other programs over that of the machine, as its meter shows it."""
     catalogue, truth, program = load_job(log.job), machine.job(), machine.program
     coefficients = _regression(found, read_file(log.program), catalogue)
@@ -58,7 +58,7 @@ def _regression(found: Calibration, programs: Programs, catalogue: Job) -> Array
     weights, once = found.seen.weights, _strokes(programs, catalogue)[1]
     nominal = _strokes(repeated(programs, weights.shape[1] // len(once)), catalogue)[1]
     power = found.data.value[found.data.kind == "power"]
-    return fitted(Cuts(*(weights @ each for each in _cuts(nominal))), power)
+    return fitted(MeanCuts(*(weights @ each for each in _cuts(nominal))), power)
 
 
 def _strokes(programs: Programs, job: Job) -> tuple[Any, Any]:
@@ -69,8 +69,8 @@ def _strokes(programs: Programs, job: Job) -> tuple[Any, Any]:
     return block, strokes
 
 
-def _cuts(strokes: Any) -> Cuts:
-    return Cuts(strokes["ae"], strokes["E"] / 60.0, strokes["V"], strokes["b"])
+def _cuts(strokes: Any) -> MeanCuts:
+    return MeanCuts(strokes["ae"], strokes["E"] / 60.0, strokes["V"], strokes["b"])
 
 
 def _means(block: Any, power: Array) -> Array:

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 
 from agents.benchmark.figures import COLOURS, DPI, GREY, WIDTH, plain
-from agents.plants.study import Cell, Found
+from agents.plants.study import Found, PlantsTrial
 
 LINE, BETWEEN = 0.34, 0.22
 """Inches of a family, and the distance of those who are compared in it, in families."""
@@ -43,7 +43,7 @@ MARKS = "^os"
 LEGEND: dict[str, Any] = {"fontsize": 7.5, "handletextpad": 0.1, "frameon": False}
 
 
-def plants_figure(found: Mapping[Cell, Found]) -> Figure | None:
+def plants_figure(found: Mapping[PlantsTrial, Found]) -> Figure | None:
     """A dot for every machine and program, a line a family, a panel for what advises and one for what searches.
 
     None where neither was asked.
@@ -74,7 +74,7 @@ def plants_figure(found: Mapping[Cell, Found]) -> Figure | None:
     return drawn
 
 
-def _dots(panel: Axes, found: Mapping[Cell, Found], who: Compared, families: list[str], k: int) -> None:
+def _dots(panel: Axes, found: Mapping[PlantsTrial, Found], who: Compared, families: list[str], k: int) -> None:
     of = [(cell, numbers) for cell, numbers in found.items() if cell.question == who.question]
     ratios = np.clip([numbers.get(who.cost, np.nan) / numbers[who.over] for _, numbers in of], LEAST, MOST)
     places = [BETWEEN * (1 - k) - families.index(cell.machine.family) for cell, _ in of]

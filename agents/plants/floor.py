@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from grind_env.arrays import Array
-from grind_env.envs.job.outline import Choice
+from grind_env.envs.job.outline import JobChoice
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.loops.tally import Tally
 from grind_env.shop.advise.readings import Readings
@@ -51,7 +51,7 @@ def terms(speed: float, volume: float) -> Array:
 
 
 @dataclass
-class Floor:
+class ModelFreeAdviser:
     """Decides on one batch, by what was read of it."""
 
     simulation: JobSimulation
@@ -70,7 +70,7 @@ class Floor:
         self.kinds = len(self.simulation.blocks) // self.simulation.parts
         self.strokes = strokes_of(self.simulation)
 
-    def __call__(self, number: int, readings: Readings | None) -> Choice:
+    def __call__(self, number: int, readings: Readings | None) -> JobChoice:
         """E and D of a block."""
         block, kind, limit = self.simulation.blocks[number], number % self.kinds, self.simulation.job.limits.power
         peak = 0.0 if readings is None else readings.peak_power or 0.0
@@ -93,7 +93,7 @@ class Floor:
         if self.spent:
             self.spent[-1] += self._seconds(number, speed)
         self.last[kind] = speed
-        return Choice(speed, executions)
+        return JobChoice(speed, executions)
 
     def _learn(self, kind: int, peak: float) -> None:
         self.laws[kind].learn(self.last[kind], self.volume, peak)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.plants.machines import Machine
+from agents.plants.machines import StudyMachine
 from agents.plants.variants import batch, write
 from grind_env.arrays import Array
 from grind_env.control import read_file
@@ -45,7 +45,7 @@ class Logged:
     gain: float
 
 
-def logged(machine: Machine, folder: Path) -> Logged:
+def logged(machine: StudyMachine, folder: Path) -> Logged:
     """Grind the program on a machine, part by part with another E, and write the files."""
     job, plant = machine.job(), find_plant(machine.plant)
     text = batch(machine.program, FEEDS, DRESSED)

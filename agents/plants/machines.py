@@ -12,15 +12,16 @@ from grind_env.envs.job.loading import load_simulation
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.files import read_text
 from grind_env.machine.job import Job
-from grind_env.machine.job.file import files_of_job, load_job
+from grind_env.machine.job.file import load_job
 from grind_env.plants import find_plant
 from grind_env.plants.names import MODEL, PUBLIC_FAMILIES
+from grind_env.toml import files_named
 
 PARTS = 60
 """Of a batch."""
 
 
-class Program(NamedTuple):
+class StudyProgram(NamedTuple):
     """A part program of one part, and what is ground with it.
 
     Attributes:
@@ -45,7 +46,7 @@ class Program(NamedTuple):
     @property
     def files(self) -> list[Path]:
         """All that are read of it."""
-        return [self.path, *called_files(self.path), *files_of_job(self.job)]
+        return [self.path, *called_files(self.path), *files_named(self.job)]
 
 
 SHIPPED = (
@@ -53,18 +54,18 @@ SHIPPED = (
     ("rail", examples.path("rail_g83.nc")),
     ("die", Path(__file__).with_name("parts") / "die_g82.nc"),
 )
-PROGRAMS = {name: Program(name, path, path.with_suffix(".toml")) for name, path in SHIPPED}
+PROGRAMS = {name: StudyProgram(name, path, path.with_suffix(".toml")) for name, path in SHIPPED}
 """Part programs of the study by their names."""
 FAMILY_NAMES = (MODEL.name, *(each.name for each in PUBLIC_FAMILIES))
 KEPT_OUT = ("bursts", "graded")
 """Families on which nothing of the package was tuned."""
 
 
-class Machine(NamedTuple):
+class StudyMachine(NamedTuple):
     """A machine, and the program that it grinds."""
 
     plant: str
-    program: Program
+    program: StudyProgram
 
     def __str__(self) -> str:
         return f"{self.program.name} on {self.plant}"
@@ -87,11 +88,11 @@ class Machine(NamedTuple):
 def machines(
     families: Sequence[str] = FAMILY_NAMES,
     seeds: int = STUDY_MACHINES,
-    programs: Sequence[Program] = tuple(PROGRAMS.values()),
-) -> list[Machine]:
+    programs: Sequence[StudyProgram] = tuple(PROGRAMS.values()),
+) -> list[StudyMachine]:
     """The machines of the study: of each family those with the seeds from 1, each with every program."""
     plants = [name for family in families for name in _members(family, seeds)]
-    return [Machine(plant, program) for program in programs for plant in plants]
+    return [StudyMachine(plant, program) for program in programs for plant in plants]
 
 
 def _members(family: str, seeds: int) -> list[str]:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from agents.plants.log import logged
-from agents.plants.machines import Machine, Program
+from agents.plants.machines import StudyMachine, StudyProgram
 from agents.plants.variants import with_catalogue, write
 from grind_env.control import Programs, read_file
 from grind_env.errors import GrindError
@@ -32,7 +32,7 @@ def real(programs: Programs, job: Job) -> tuple[float, float]:
     return float(found.cost.mean()), float(found.scrap.mean())
 
 
-def optimise_on(machine: Machine, seconds: float = SECONDS) -> dict[str, float]:
+def optimise_on(machine: StudyMachine, seconds: float = SECONDS) -> dict[str, float]:
     """What the search promises and what comes of it: without a calibration, with one, and with the machine as model."""
     truth, found = machine.job(), dict[str, float]()
     found["original"], found["original_scrap"] = real(read_file(machine.program.path), truth)
@@ -48,7 +48,7 @@ def optimise_on(machine: Machine, seconds: float = SECONDS) -> dict[str, float]:
     return found
 
 
-def calibrated(machine: Machine, folder: Path) -> Path | None:
+def calibrated(machine: StudyMachine, folder: Path) -> Path | None:
     """The job with what a calibration has found by a log of the machine; None if it refused."""
     files = logged(machine, folder)
     try:
@@ -59,16 +59,16 @@ def calibrated(machine: Machine, folder: Path) -> Path | None:
 
 
 @cache
-def uncalibrated(program: Program, seconds: float) -> Optimised:
+def uncalibrated(program: StudyProgram, seconds: float) -> Optimised:
     """What is found without a calibration, on whatever machine."""
     return find_words(program.path, program.job, parts=PARTS, seconds=seconds)
 
 
-def _searched(machine: Machine, job: Path | Job, truth: Job, seconds: float) -> dict[str, float]:
+def _searched(machine: StudyMachine, job: Path | Job, truth: Job, seconds: float) -> dict[str, float]:
     return _judged(find_words(machine.program.path, job, parts=PARTS, seconds=seconds), machine, truth)
 
 
-def _judged(found: Optimised, machine: Machine, truth: Job) -> dict[str, float]:
+def _judged(found: Optimised, machine: StudyMachine, truth: Job) -> dict[str, float]:
     cost, scrap = real(machine.program.read(found.after), truth)
     promise = promised(found)
     return {

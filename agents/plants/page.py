@@ -4,15 +4,17 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from agents.benchmark.figures import write_figure
+from agents.plants.asked import programs_of
 from agents.plants.figure import plants_figure
-from agents.plants.machines import PROGRAMS, Machine
-from agents.plants.study import HOURS, QUESTIONS, Cell, Found, answer, code
-from agents.plants.verdicts import COLUMNS, Asked, family_rows, promises
+from agents.plants.machines import FAMILY_NAMES, PROGRAMS, StudyMachine, machines
+from agents.plants.study import HOURS, QUESTIONS, Found, PlantsTrial, answer, code
+from agents.plants.verdicts import COLUMNS, family_rows, promises
 from agents.provenance import commit
-from agents.study import Study
+from agents.study import Study, StudyOptions
 from agents.tables import csv_of, csv_rows
-from grind_env.pages.markdown import table
+from grind_env.errors import GrindError, did_you_mean, quoted
 from grind_env.policies.tuned import write_whole
+from grind_env.table import Column, table_of
 
 CSV, PAGE, PICTURE = "plants.csv", "plants.md", "figures/plants.png"
 TITLE = "# The tools on machines that are not the model"
@@ -25,15 +27,30 @@ of all these families."""
 HEADER = ("question", "program", "plant", "what", "value", "commit")
 BEGINS = {CSV: ",".join(HEADER), PAGE: TITLE}
 SHOWN = "What parts cost on each machine with each program, a dot each"
-ASKED = ("question", "what", "found", "asked", "kept")
+ASKED = (
+    Column("question", lambda item: item[0]),
+    Column("what", lambda item: item[1].what),
+    Column("found", lambda item: item[1].found, ".3g"),
+    Column("asked", lambda item: f"{'at least' if item[1].at_least else 'at most'} {item[1].asked:g}"),
+    Column("kept", lambda item: "yes" if item[1].kept else "NO"),
+)
 
 
-def study(machines: Sequence[Machine], questions: Sequence[str], runs: Path) -> Study:
-    """Return the study that asks every question of every machine."""
+def study(asked: StudyOptions, family: Sequence[str] | None, question: Sequence[str] | None) -> Study:
+    """Return the study that asks every question of every machine.
+
+    Raises:
+        GrindError: there is no such family, question or program.
+    """
+    programs = programs_of(
+        None if asked.tasks is None else [name.strip() for name in asked.tasks.split(",")], asked.job
+    )
+    families, questions = _chosen("--family", family, FAMILY_NAMES), _chosen("--question", question, tuple(QUESTIONS))
+    runs, drawn = asked.options.runs.absolute(), machines(families, asked.seeds, programs)
     return Study(
         name="plants",
         title="",
-        trials=[Cell(question, machine, runs.absolute()) for question in questions for machine in machines],
+        trials=[PlantsTrial(each, machine, asked.episodes, runs) for each in questions for machine in drawn],
         run=answer,
         decides=code,
         seconds=lambda cell: 3600.0 * HOURS[cell.question],
@@ -42,7 +59,15 @@ def study(machines: Sequence[Machine], questions: Sequence[str], runs: Path) -> 
     )
 
 
-def write(found: Mapping[Cell, Found], folder: Path) -> str:
+def _chosen(option: str, names: Sequence[str] | None, known: Sequence[str]) -> Sequence[str]:
+    """Return the names that were given, or all."""
+    for name in names or ():
+        if name not in known:
+            raise GrindError(f"{option} is {quoted(name)}{did_you_mean(name, known)}: choose {', '.join(known)}")
+    return tuple(dict.fromkeys(names)) if names else known
+
+
+def write(found: Mapping[PlantsTrial, Found], folder: Path) -> str:
     """Write plants.csv and plants.md, in which answers to other questions stay; the page comes back."""
     questions, made_with = {cell.question for cell in found}, dict.fromkeys(found, commit())
     others, commits = read_csv(folder / CSV)
@@ -58,20 +83,20 @@ def write(found: Mapping[Cell, Found], folder: Path) -> str:
     return text
 
 
-def read_csv(path: Path) -> tuple[dict[Cell, Found], dict[Cell, str]]:
+def read_csv(path: Path) -> tuple[dict[PlantsTrial, Found], dict[PlantsTrial, str]]:
     """What such a table has of the programs of the study, and the commit of each cell; nothing if there is none."""
     if not path.exists():
         return {}, {}
-    found, commits = dict[Cell, dict[str, float]](), dict[Cell, str]()
+    found, commits = dict[PlantsTrial, dict[str, float]](), dict[PlantsTrial, str]()
     for row in csv_rows(path):
         if row["program"] in PROGRAMS and row["question"] in QUESTIONS:
-            cell = Cell(row["question"], Machine(row["plant"], PROGRAMS[row["program"]]))
+            cell = PlantsTrial(row["question"], StudyMachine(row["plant"], PROGRAMS[row["program"]]))
             found.setdefault(cell, {})[row["what"]] = float(row["value"])
             commits[cell] = row["commit"]
     return {**found}, commits
 
 
-def csv_text(found: Mapping[Cell, Found], commits: Mapping[Cell, str]) -> str:
+def csv_text(found: Mapping[PlantsTrial, Found], commits: Mapping[PlantsTrial, str]) -> str:
     """What was found, a number a row, with the commit by which."""
     return csv_of(
         HEADER,
@@ -83,7 +108,7 @@ def csv_text(found: Mapping[Cell, Found], commits: Mapping[Cell, str]) -> str:
     )
 
 
-def page(found: Mapping[Cell, Found], *, drawn: bool) -> str:
+def page(found: Mapping[PlantsTrial, Found], *, drawn: bool) -> str:
     """The tables, Markdown, below the figure if one is drawn."""
     parts = [
         TITLE,
@@ -91,11 +116,7 @@ def page(found: Mapping[Cell, Found], *, drawn: bool) -> str:
         *([f"![{SHOWN}]({PICTURE})", f"*{SHOWN}; what lies beyond the axis stands on its end.*"] * drawn),
     ]
     for question in dict.fromkeys(cell.question for cell in found):
-        parts += [f"## {question}", table(("family", "machines", *COLUMNS[question]), family_rows(found, question))]
-    parts += ["## What is asked", table(ASKED, [(question, *_cells(each)) for question, each in promises(found)])]
+        listed = table_of(("family", "machines", *COLUMNS[question]), family_rows(found, question))
+        parts += [f"## {question}", listed.markdown()]
+    parts += ["## What is asked", table_of(ASKED, promises(found)).markdown()]
     return "\n\n".join(parts) + "\n"
-
-
-def _cells(asked: Asked) -> tuple[str, ...]:
-    bound = f"{'at least' if asked.at_least else 'at most'} {asked.asked:g}"
-    return asked.what, f"{asked.found:.3g}", bound, "yes" if asked.kept else "NO"

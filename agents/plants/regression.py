@@ -16,7 +16,7 @@ power goes with the removal rate, to the power .8, and not with the volume."""
 TO_A_CHIP = np.array([[0.0, 1.0, -1.0, 0.0], [0.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.0]]), np.array([0.0, 0.0, 0.8])
 
 
-class Cuts(NamedTuple):
+class MeanCuts(NamedTuple):
     """Of each stroke, or in the mean of several, shape (n,)."""
 
     a: Array
@@ -31,16 +31,16 @@ class Cuts(NamedTuple):
         return np.column_stack([np.ones(len(depth)), np.log(depth), np.log(self.v), np.log(self.V + EARLY)])
 
 
-def fitted(cuts: Cuts, power: Array) -> Array:
+def fitted(cuts: MeanCuts, power: Array) -> Array:
     """Its coefficients c, e, f and g, by power in W; a strong stroke counts more than a weak one."""
     usable = (power > 0.0) & (cuts.a > LEAST) & (cuts.b > 0.0)
-    some = Cuts(*(each[usable] for each in cuts))
+    some = MeanCuts(*(each[usable] for each in cuts))
     held = WEAK * float(power[usable].sum())
     rows = np.vstack([power[usable, None] * some.terms, held * TO_A_CHIP[0]])
     goal = np.append(power[usable] * np.log(power[usable] / some.b), held * TO_A_CHIP[1])
     return np.asarray(np.linalg.lstsq(rows, goal, rcond=None)[0])
 
 
-def predicted(coefficients: Array, cuts: Cuts) -> Array:
+def predicted(coefficients: Array, cuts: MeanCuts) -> Array:
     """Power, W; none where nothing is cut."""
     return np.where(cuts.a > LEAST, cuts.b * np.exp(cuts.terms @ coefficients), 0.0)

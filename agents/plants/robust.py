@@ -4,18 +4,18 @@ from pathlib import Path
 
 from agents.benchmark.agents import plain_agent
 from agents.benchmark.plan import PUBLIC, ROBUST
-from agents.plants.machines import PARTS, Machine
-from agents.plants.plans import plans
+from agents.plants.machines import PARTS, StudyMachine
+from agents.plants.plans import best_plan
 from grind_env.envs.job.loading import load_simulation
 from grind_env.policies.held import on
 from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.problem import find_problem
 from grind_env.shop.advise.adviser import Adviser
-from grind_env.shop.advise.rehearsal import Shift, advised, ground
+from grind_env.shop.advise.rehearsal import BatchResult, advised, batches
 
 
-def robust_on(machine: Machine, folder: Path, parts: int = PARTS) -> dict[str, Shift]:
-    """A batch with such an agent, which `grind advise` asks, and with the best fixed plan, on the same lots.
+def robust_on(machine: StudyMachine, folder: Path, episodes: int, parts: int = PARTS) -> dict[str, list[BatchResult]]:
+    """Batches with such an agent, which `grind advise` asks, and with the best fixed plan, on the same lots.
 
     The agent is trained on public machines, one in every batch, unless it is kept in the folder.
     """
@@ -23,8 +23,5 @@ def robust_on(machine: Machine, folder: Path, parts: int = PARTS) -> dict[str, S
     problem = find_problem(program, job, parts)
     agent = plain_agent(on(problem, PUBLIC), ROBUST, "gru", 0, folder=folder, fresh=False)
     simulation, model = machine.simulation(parts), load_simulation(program, job, parts, 1.0, "measured")
-    planned = [ground(simulation, plan) for plan in plans(simulation)]
-    return {
-        "plan": min(planned, key=lambda shift: shift.mean_cost),
-        "robust": ground(simulation, advised(Adviser(model, load_policy(agent, simulation=model)))),
-    }
+    robust = batches(simulation, lambda: advised(Adviser(model, load_policy(agent, simulation=model))), episodes)
+    return {"plan": best_plan(simulation, episodes), "robust": robust}

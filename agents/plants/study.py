@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
+from statistics import mean
 
 from agents.cells import RUNS, bare
-from agents.plants.machines import Machine
+from agents.plants.machines import StudyMachine
 from agents.provenance import ROOT
 
 QUESTIONS = {"calibrate": "calibrating", "optimise": "optimising", "advise": "advising", "robust": "robust"}
@@ -23,24 +24,25 @@ Found = Mapping[str, float]
 
 
 @dataclass(frozen=True)
-class Cell:
-    """A question about a machine, and the folder of the agents of `robust`."""
+class PlantsTrial:
+    """A question about a machine, the batches that judge who decides, and the folder of the agents of `robust`."""
 
     question: str
-    machine: Machine
+    machine: StudyMachine
+    episodes: int = 1
     runs: Path = field(default=RUNS, repr=False, compare=False)
 
     def __str__(self) -> str:
         return f"{self.question}: {self.machine}"
 
 
-def answer(cell: Cell) -> Found:
+def answer(cell: PlantsTrial) -> Found:
     """Return what is found in a cell."""
     before = time.process_time()
     return dict(_answer(cell)) | {"cpu_seconds": time.process_time() - before}
 
 
-def _answer(cell: Cell) -> Found:
+def _answer(cell: PlantsTrial) -> Found:
     if cell.question == "calibrate":
         from agents.plants.calibrating import calibrate_on
 
@@ -52,15 +54,16 @@ def _answer(cell: Cell) -> Found:
     if cell.question == "robust":
         from agents.plants.robust import robust_on
 
-        shifts = robust_on(cell.machine, cell.runs)
+        shifts = robust_on(cell.machine, cell.runs, cell.episodes)
     else:
         from agents.plants.advising import advise_on
 
-        shifts = advise_on(cell.machine)
-    return {f"{who}_{what}": value for who, shift in shifts.items() for what, value in shift.numbers().items()}
+        shifts = advise_on(cell.machine, cell.episodes)
+    numbers = {who: [batch.numbers() for batch in found] for who, found in shifts.items()}
+    return {f"{who}_{what}": mean(each[what] for each in of) for who, of in numbers.items() for what in of[0]}
 
 
-def code(cell: Cell) -> str:
+def code(cell: PlantsTrial) -> str:
     """Stands for the code that decides what is found, and for the program, its job and the catalogue."""
     digest = hashlib.sha256(_code_of(f"agents.plants.{QUESTIONS[cell.question]}").encode())
     for path in (*cell.machine.program.files, *sorted(DATA.rglob("*.toml"))):

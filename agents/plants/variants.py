@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.plants.machines import Program
+from agents.plants.machines import StudyProgram
 from grind_env.arrays import Array
 from grind_env.errors import GrindError
 from grind_env.machine.grind import grind
@@ -41,7 +41,7 @@ def scaled(text: str, E: float = 1.0, J: float = 1.0, *, dressed: bool = True) -
     return "".join(piece if COMMENT.fullmatch(piece) else words(piece) for piece in COMMENT.split(text))
 
 
-def batch(program: Program, feeds: tuple[float, ...], dressed: tuple[bool, ...]) -> str:
+def batch(program: StudyProgram, feeds: tuple[float, ...], dressed: tuple[bool, ...]) -> str:
     """The program for as many parts, one after the other, each with its E times a factor, and dressed or not.
 
     Raises:
@@ -92,7 +92,7 @@ def _number(value: float) -> str:
     return f"{value:.6f}".rstrip("0")
 
 
-def _not_so(program: Program, why: str) -> GrindError:
+def _not_so(program: StudyProgram, why: str) -> GrindError:
     return GrindError(
         f"{program.path.name}: the study writes it out for several parts with other E in each, and that does not grind "
         f"as it should{why}; let it grind one part, its E be numbers, and nothing of it jump or count"

@@ -7,15 +7,15 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from agents.plants.machines import KEPT_OUT
-from agents.plants.study import Cell, Found
+from agents.plants.study import Found, PlantsTrial
 from grind_env.arrays import Array
 from grind_env.plants.names import MODEL
 
 OWN_FAMILY = MODEL.name
-Rows: TypeAlias = Sequence[tuple[Cell, Found]]
+Rows: TypeAlias = Sequence[tuple[PlantsTrial, Found]]
 
 
-class Asked(NamedTuple):
+class Bound(NamedTuple):
     """A promise: that a number is at most, or at least, another one."""
 
     what: str
@@ -29,9 +29,9 @@ class Asked(NamedTuple):
         return self.found >= self.asked if self.at_least else self.found <= self.asked
 
 
-def promises(found: Mapping[Cell, Found]) -> list[tuple[str, Asked]]:
+def promises(found: Mapping[PlantsTrial, Found]) -> list[tuple[str, Bound]]:
     """All that can be judged by what was found, each with its question."""
-    asked = list[tuple[str, Asked]]()
+    asked = list[tuple[str, Bound]]()
     for question, judged in JUDGED.items():
         rows = [(cell, numbers) for cell, numbers in found.items() if cell.question == question]
         if not rows:
@@ -69,17 +69,17 @@ def _most(values: Array) -> float:
     return float(np.nanmax(values)) if np.isfinite(values).any() else np.nan
 
 
-def _calibrate(others: Rows, own: Rows) -> list[Asked]:
+def _calibrate(others: Rows, own: Rows) -> list[Bound]:
     def over(rows: Rows) -> float:
         return _mean(column(rows, "error")) / _mean(column(rows, "regression"))
 
     return [
-        Asked("error over that of a regression, worst family", _worst(by_family(others, over)), 1.0),
-        Asked("the same where the machine is the model", over(own) if own else np.nan, 0.5),
+        Bound("error over that of a regression, worst family", _worst(by_family(others, over)), 1.0),
+        Bound("the same where the machine is the model", over(own) if own else np.nan, 0.5),
     ]
 
 
-def _optimise(others: Rows, own: Rows) -> list[Asked]:
+def _optimise(others: Rows, own: Rows) -> list[Bound]:
     cost, original = column(others, "calibrated_cost"), column(others, "original")
     low, high = column(others, "calibrated_low"), column(others, "calibrated_high")
     scrap, scrap_before = column(others, "calibrated_scrap"), column(others, "original_scrap")
@@ -88,41 +88,41 @@ def _optimise(others: Rows, own: Rows) -> list[Asked]:
     own_gain = column(own, "original") - column(own, "calibrated_cost")
     own_best = column(own, "original") - column(own, "known_cost")
     return [
-        Asked(
+        Bound(
             "calibrated: cost within the promised interval, share",
             _mean(((cost >= low) & (cost <= high))[known]),
             0.8,
             True,
         ),
-        Asked(
+        Bound(
             "calibrated: width of the interval over the cost, median",
             _median(((high - low) / cost)[known]),
             0.25,
         ),
-        Asked(
+        Bound(
             "calibrated: scrap beyond 1 % or the original's, worst, %",
             100.0 * _most(scrap - np.maximum(scrap_before, 0.01)),
             0.0,
         ),
-        Asked("calibrated: cost over the original's, worst", _most(cost / original), 1.05),
-        Asked("calibrated: the same, mean", _mean((cost / original)[known]), 1.0),
+        Bound("calibrated: cost over the original's, worst", _most(cost / original), 1.05),
+        Bound("calibrated: the same, mean", _mean((cost / original)[known]), 1.0),
         # where the program at hand scraps all parts, one machine outweighs all others
-        Asked("calibrated: of the $ that a search on the machine itself wins", _mean(gain) / _mean(best), 0.5, True),
-        Asked("the same, mean of the machines' shares", _mean(gain[best > 0.0] / best[best > 0.0]), 0.5, True),
-        Asked("calibrated, machine is the model: of the $", _mean(own_gain) / _mean(own_best), 0.9, True),
-        Asked("uncalibrated: scrap, worst, %", 100.0 * _most(column(others, "uncalibrated_scrap")), 2.0),
-        Asked(
+        Bound("calibrated: of the $ that a search on the machine itself wins", _mean(gain) / _mean(best), 0.5, True),
+        Bound("the same, mean of the machines' shares", _mean(gain[best > 0.0] / best[best > 0.0]), 0.5, True),
+        Bound("calibrated, machine is the model: of the $", _mean(own_gain) / _mean(own_best), 0.9, True),
+        Bound("uncalibrated: scrap, worst, %", 100.0 * _most(column(others, "uncalibrated_scrap")), 2.0),
+        Bound(
             "uncalibrated: scrap beyond 2 % or the original's, worst, %",
             100.0 * _most(column(others, "uncalibrated_scrap") - np.maximum(scrap_before, 0.02)),
             0.0,
         ),
-        Asked("uncalibrated: cost over the original's, worst", _most(plain / original), 1.5),
-        Asked("uncalibrated: the same, mean", _mean(plain / original), 1.0),
-        Asked("uncalibrated: machines on which it is higher by 5 %, share", _mean(plain > 1.05 * original), 0.0),
+        Bound("uncalibrated: cost over the original's, worst", _most(plain / original), 1.5),
+        Bound("uncalibrated: the same, mean", _mean(plain / original), 1.0),
+        Bound("uncalibrated: machines on which it is higher by 5 %, share", _mean(plain > 1.05 * original), 0.0),
     ]
 
 
-def _advise(others: Rows, own: Rows) -> list[Asked]:
+def _advise(others: Rows, own: Rows) -> list[Bound]:
     cost, plan = column(others, "adviser_cost"), column(others, "plan_cost")
 
     def over(rows: Rows) -> float:
@@ -133,31 +133,31 @@ def _advise(others: Rows, own: Rows) -> list[Asked]:
         return 100.0 * _most((adviser - trusting) / (program - trusting))
 
     return [
-        Asked("over an adviser without a model, worst family", _worst(by_family(others, over)), 1.05),
-        Asked("over the best of 15 fixed plans, mean", _mean(cost / plan), 1.15),
-        Asked("the same, worst machine", _most(cost / plan), 1.5),
-        Asked("scrap, worst machine, %", 100.0 * _most(column(others, "adviser_scrap")), 3.0),
-        Asked(
+        Bound("over an adviser without a model, worst family", _worst(by_family(others, over)), 1.05),
+        Bound("over the best of 15 fixed plans, mean", _mean(cost / plan), 1.15),
+        Bound("the same, worst machine", _most(cost / plan), 1.5),
+        Bound("scrap, worst machine, %", 100.0 * _most(column(others, "adviser_scrap")), 3.0),
+        Bound(
             "blocks beyond the power after one that was read so",
             _most(column(others, "adviser_in_a_row")),
             0.0,
         ),
-        Asked(
+        Bound(
             "parts beyond size or Ra after one that was read so, worst machine",
             _most(column(others, "adviser_parts_in_a_row")),
             0.0,
         ),
-        Asked("given away on the model, %", given_away("cost"), 10.0),
-        Asked("the same from part 15 on, %", given_away("late"), 3.0),
+        Bound("given away on the model, %", given_away("cost"), 10.0),
+        Bound("the same from part 15 on, %", given_away("late"), 3.0),
     ]
 
 
-def _robust(others: Rows, own: Rows) -> list[Asked]:
+def _robust(others: Rows, own: Rows) -> list[Bound]:
     over = column(others, "robust_cost") / column(others, "plan_cost")
     return [
-        Asked("over the best of 15 fixed plans, mean", _mean(over), 1.15),
-        Asked("the same, worst machine", _most(over), 1.5),
-        Asked("scrap, worst machine, %", 100.0 * _most(column(others, "robust_scrap")), 3.0),
+        Bound("over the best of 15 fixed plans, mean", _mean(over), 1.15),
+        Bound("the same, worst machine", _most(over), 1.5),
+        Bound("scrap, worst machine, %", 100.0 * _most(column(others, "robust_scrap")), 3.0),
     ]
 
 
@@ -170,7 +170,7 @@ COLUMNS = {
 }
 
 
-def family_rows(found: Mapping[Cell, Found], question: str) -> list[tuple[str, ...]]:
+def family_rows(found: Mapping[PlantsTrial, Found], question: str) -> list[tuple[str, ...]]:
     """A line a family: means of its machines."""
     rows = [(cell, numbers) for cell, numbers in found.items() if cell.question == question]
     lines = []

@@ -1,25 +1,23 @@
 """The tables of gaps: for a terminal, as a page, and as a CSV file."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import fields
 
-from agents.benchmark.page import table
-from agents.benchmark.summary import NONE
-from agents.commands.asked import Asked
 from agents.evaluations import Evaluations, by_problem, chunks, run_chunk
 from agents.reference.gaps import ADAPTING_D, ADAPTING_E, BEST, FIXED, KNOWN, PLANNER, ROLES, Gap, TaskGaps, task_gaps
 from agents.reference.promises import PROMISES
 from agents.reference.scores import tune_missing
 from agents.reference.table import flat, spread_names
-from agents.study import Found, Study
+from agents.study import Found, Study, StudyOptions
 from agents.tuning.rules import tunable
 from grind_env.policies.registry import ABLATIONS, policy_names
 from grind_env.policies.statistics import Interval
+from grind_env.table import Column, Table, table_of
 
 VERDICTS = ("promise", "held", "by", "not by")
 
 
-def study(asked: Asked) -> Study:
+def study(asked: StudyOptions) -> Study:
     """Tune what has not been tuned, and return the study."""
 
     def gaps(found: Found) -> list[TaskGaps]:
@@ -61,9 +59,9 @@ def page(tasks: Sequence[TaskGaps], episodes: int) -> str:
         f" executions) or both, on {episodes} evaluation episodes, the same for all policies; ± is half a 95 % interval"
         " of a paired bootstrap over episodes.",
     ]
-    for title, headings, rows in tables(tasks):
-        lines += ["", f"{title}:", "", table(headings, rows)]
-    lines += ["", "What the tasks are to hold:", "", table(VERDICTS, verdicts(tasks), left=len(VERDICTS))]
+    for shown in tables(tasks):
+        lines += ["", f"{shown.title}:", "", shown.markdown()]
+    lines += ["", "What the tasks are to hold:", "", table_of(VERDICTS, verdicts(tasks)).markdown()]
     return "\n".join(lines)
 
 
@@ -73,58 +71,28 @@ def verdicts(tasks: Sequence[TaskGaps]) -> list[list[str]]:
     return [[text, "yes" if held else "no", by, but] for text, (held, by, but) in found]
 
 
-def tables(tasks: Sequence[TaskGaps]) -> list[tuple[str, Sequence[str], list[list[str]]]]:
-    """Title, headings and rows of the tables."""
+def tables(tasks: Sequence[TaskGaps]) -> list[Table]:
+    """The tables, each with its title."""
 
-    def cell(of: TaskGaps, what: str, text: Callable[[Gap], str]) -> str:
-        return text(of.gaps[what]) if what in of.gaps else NONE
+    def gap(what: str, field: str, form: str) -> Column:
+        return Column(what, lambda each: getattr(each.gaps.get(what), field, None), form, right=True)
 
-    def score(gap: Gap) -> str:
-        return spread(gap.score, 1)
+    def policy(what: str) -> Column:
+        return Column(what, lambda each: each.gaps[what].policy, right=True)
 
-    costs = [
-        [
-            each.task,
-            *(cell(each, what, lambda gap: spread(gap.cost, 3)) for what in ROLES),
-            f"{each.reference_cost:g} ({each.off:+.1f} %)",
-        ]
-        for each in tasks
-    ]
-    savings = [
-        [
-            each.task,
-            each.gaps[FIXED].policy,
-            *(cell(each, what, lambda gap: spread(gap.saving, 1)) for what in (*ROLES[1:], ADAPTING_E, ADAPTING_D)),
-        ]
-        for each in tasks
-    ]
-    scores = [
-        [
-            each.task,
-            each.gaps[BEST].policy,
-            *(cell(each, what, score) for what in ROLES[1:-1]),
-        ]
-        for each in tasks
-    ]
-    return [
-        ("Cost, $ per block", ("task", *ROLES, "reference cost"), costs),
-        (
-            "Saving, % of the mean cost of an episode: on the best fixed plan; by adapting E, on D alone; by adapting"
-            " D, on E alone",
-            ("task", FIXED, *ROLES[1:], ADAPTING_E, ADAPTING_D),
-            savings,
-        ),
-        ("Score: 0 is the best fixed plan, 100 hindsight", ("task", BEST, *ROLES[1:-1]), scores),
-        (
-            "What measuring would be worth: score of the best rule on what is measured, and of the rule on the state"
-            " that knows before every block how dull the wheel is, how fast the lot dulls it (growth), which Ra wheel"
-            " and part give, or all",
-            ("task", BEST, *KNOWN, PLANNER),
-            [[each.task, *(cell(each, what, score) for what in (BEST, *KNOWN, PLANNER))] for each in tasks],
-        ),
-    ]
-
-
-def spread(value: Interval, digits: int) -> str:
-    """A value and half its interval."""
-    return f"{value.value:.{digits}f} ± {value.half_width:.{digits}f}"
+    task = Column("task", "task")
+    reference = Column("reference cost", lambda each: f"{each.reference_cost:g} ({each.off:+.1f} %)", right=True)
+    costs = (task, *(gap(what, "cost", "±.3f") for what in ROLES), reference)
+    savings = (task, policy(FIXED), *(gap(what, "saving", "±.1f") for what in (*ROLES[1:], ADAPTING_E, ADAPTING_D)))
+    scores = (task, policy(BEST), *(gap(what, "score", "±.1f") for what in ROLES[1:-1]))
+    known = (task, *(gap(what, "score", "±.1f") for what in (BEST, *KNOWN, PLANNER)))
+    titles = {
+        "Cost, $ per block": costs,
+        "Saving, % of the mean cost of an episode: on the best fixed plan; by adapting E, on D alone; by adapting D, on"
+        " E alone": savings,
+        "Score: 0 is the best fixed plan, 100 hindsight": scores,
+        "What measuring would be worth: score of the best rule on what is measured, and of the rule on the state that"
+        " knows before every block how dull the wheel is, how fast the lot dulls it (growth), which Ra wheel and part"
+        " give, or all": known,
+    }
+    return [table_of(columns, tasks, title) for title, columns in titles.items()]

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
-from agents.benchmark.summary import NONE
 from agents.reference.gaps import ADAPTING_D, ADAPTING_E, BEST, PLANNER, TaskGaps
+from grind_env.table import NONE
 
 SOLVED = ("slot", "oracle6")
 """Tasks in which a constant, or a rule that sees measurements, is as good as hindsight by intention."""

@@ -5,23 +5,22 @@ from functools import partial
 from pathlib import Path
 
 from agents.cells import RESULTS
-from agents.commands.asked import Asked
 from agents.evaluations import Evaluations, by_problem, chunks, run_chunk
 from agents.provenance import provenance
-from agents.reference.table import HEADINGS, Row, best_plan, flat, spread_names, table_rows
-from agents.study import Found, Options, Study
+from agents.reference.table import COLUMNS, ScoreRow, best_plan, flat, spread_names, table_rows
+from agents.study import Found, Options, Study, StudyOptions
 from agents.tables import csv_of
 from agents.tuning.rules import tunable, tune
 from grind_env.envs.names import OTHERS, task_names
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
-from grind_env.pages.markdown import table as markdown
 from grind_env.policies.evaluation import Evaluation, episode_seeds
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.registry import REFERENCE, make_policy, policy_names
 from grind_env.policies.tuned import write_whole
 from grind_env.scores import FILE, HEADING, Mean, Reference, read_references, write_text
+from grind_env.table import table_of
 
 EVALUATIONS = 300
 """Evaluations of each CMA-ES run of a policy that has not been tuned yet."""
@@ -34,7 +33,7 @@ NEARLY = 0.02
 """Share of the return of the fixed plan; where the planner earns no more than it beyond, a score would be noise."""
 
 
-def study(asked: Asked) -> Study:
+def study(asked: StudyOptions) -> Study:
     """Return the study of registered environments; reference scores of other results lie beside these."""
     data = FILE if asked.results == RESULTS else asked.results / FILE.name
     for problem in asked.problems:
@@ -58,7 +57,7 @@ def study(asked: Asked) -> Study:
             references = {**read_references(data), problem.id: reference_of(simulation.task, policies, runs)}
             write_whole(data, write_text(references))
             title = f"{simulation.task.title}: {asked.episodes} evaluation episodes"
-            texts.append(f"{title}\n\n{markdown(HEADINGS, [row.cells() for row in rows])}")
+            texts.append(f"{title}\n\n{table_of(COLUMNS, rows).markdown()}")
         return "\n\n".join(texts)
 
     return Evaluations(
@@ -117,7 +116,7 @@ def mean_return(task: Task, run: Evaluation) -> Mean:
     return Mean(round(float(returns.mean()), 4), round(error, 4))
 
 
-def csv_text(task: Task, rows: Sequence[Row], found: Mapping[str, Evaluation]) -> str:
+def csv_text(task: Task, rows: Sequence[ScoreRow], found: Mapping[str, Evaluation]) -> str:
     """All numbers in full, with seeds and versions in every row."""
     columns = ["policy", "sees", *spread_names("cost_per_good_part"), "scrap", "E", "D", *spread_names("score")]
     facts = [provenance(episode_seeds("evaluation", len(found[row.policy].cost))) for row in rows]

@@ -8,12 +8,21 @@ from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE
 from grind_env.policies.statistics import Interval
+from grind_env.table import Column
 
-HEADINGS = ("policy", "sees", "$/good part", "scrap %", "E m/min", "D", "score (95 % interval)")
+COLUMNS = (
+    Column("policy", "policy"),
+    Column("sees", "sees"),
+    Column("$/good part", "cost", "±.3f"),
+    Column("scrap %", "scrap", ".2f", factor=100.0),
+    Column("E m/min", "speed", ".1f"),
+    Column("D", "executions", ".2f"),
+    Column("score (95 % interval)", "score", ".1f"),
+)
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class ScoreRow:
     """One line of the table."""
 
     policy: str
@@ -29,20 +38,8 @@ class Row:
     score: Interval
     """0 is the best fixed plan, 100 the hindsight planner."""
 
-    def cells(self) -> tuple[str, ...]:
-        """The texts under `HEADINGS`."""
-        return (
-            self.policy,
-            self.sees,
-            f"{self.cost.value:.3f} ± {self.cost.half_width:.3f}",
-            f"{100.0 * self.scrap:.2f}",
-            f"{self.speed:.1f}",
-            f"{self.executions:.2f}",
-            f"{self.score.value:.1f} ({self.score.low:.1f} to {self.score.high:.1f})",
-        )
 
-
-def table_rows(policies: Sequence[Policy], results: Mapping[str, Evaluation]) -> list[Row]:
+def table_rows(policies: Sequence[Policy], results: Mapping[str, Evaluation]) -> list[ScoreRow]:
     """The table; the fixed plan of lower mean cost on these episodes scores 0, the planner 100.
 
     Scores are of the episodes that the planner has planned, the first ones of the others.
@@ -55,7 +52,7 @@ def table_rows(policies: Sequence[Policy], results: Mapping[str, Evaluation]) ->
         run = results[policy.name]
         score = run.first(planned).score(fixed.first(planned), planner)
         speed, executions = run.speed, run.dresses
-        rows.append(Row(policy.name, policy.sees, run.cost_per_good_part, run.scrap, speed, executions, score))
+        rows.append(ScoreRow(policy.name, policy.sees, run.cost_per_good_part, run.scrap, speed, executions, score))
     return rows
 
 

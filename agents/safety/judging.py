@@ -37,7 +37,7 @@ SIZE_LIMIT, RISE_LIMIT = KindRow._fields.index("size"), KindRow._fields.index("r
 
 
 @dataclass(frozen=True)
-class Trial:
+class SafetyTrial:
     """Who decides in a problem, and how an agent is trained before."""
 
     problem: Problem
@@ -51,7 +51,7 @@ class Trial:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Judged:
+class SafetyRow:
     """What came of a cell on evaluation episodes; intervals are 95 %, over these."""
 
     task: str
@@ -116,7 +116,7 @@ def violations(policy: Policy, simulation: Simulation, seeds: Sequence[int]) -> 
     return totals, found
 
 
-def judge(trial: Trial) -> dict[str, object]:
+def judge(trial: SafetyTrial) -> dict[str, object]:
     """Train, if it is an agent, and judge."""
     problem, simulation = trial.problem, trial.problem.simulation()
     budget, rule = budget_of(problem), trial.who in RULES
@@ -130,7 +130,7 @@ def judge(trial: Trial) -> dict[str, object]:
     earned = bootstrap(lambda spent: -spent.mean(axis=-1) / simulation.task.reference_cost, cost)
     scrap = bootstrap(lambda parts, kept: 1.0 - kept.sum(axis=-1) / parts.sum(axis=-1), finished, good)
     shares = found.sum(axis=0) / (trial.episodes * simulation.task.blocks)
-    judged = Judged(
+    judged = SafetyRow(
         task=problem.name,
         who=trial.who,
         seed=trial.seed,
@@ -144,7 +144,7 @@ def judge(trial: Trial) -> dict[str, object]:
     return asdict(judged)
 
 
-def decides(trial: Trial) -> object:
+def decides(trial: SafetyTrial) -> object:
     """Stands for the rule of a trial, and for the budget."""
     rule = named_policy(trial.who, trial.problem.simulation()) if trial.who in RULES else None
     return rule, sources(type(rule).__module__ if rule else gru_ppo.__name__), budget_of(trial.problem)

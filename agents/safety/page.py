@@ -1,43 +1,59 @@
 """The table of the safe track, and who keeps its budgets."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from itertools import groupby
 from statistics import mean
 
-from agents.safety.judging import LAGRANGIAN, LIMITS, SHARE, UNCONSTRAINED, VALIDATED, Judged
-from grind_env.pages.markdown import table
+from agents.safety.judging import LAGRANGIAN, LIMITS, SHARE, UNCONSTRAINED, VALIDATED, SafetyRow
+from grind_env.policies.statistics import Interval
+from grind_env.table import Column, table_of
 
-HEADINGS = ("task", "who", "seeds", "return", "scrap %", "within budget", *(f"{name} %" for name in LIMITS))
+
+def _mean(runs: Sequence[SafetyRow], name: str) -> float:
+    return float(mean(getattr(each, name) for each in runs))
 
 
-def page(found: Sequence[Judged]) -> str:
+def _kept(runs: Sequence[SafetyRow]) -> str:
+    """How many are within their budgets, and how many of these surely."""
+    kept, surely = (sum(getattr(each, end) <= each.budget for each in runs) for end in ("scrap", "scrap_high"))
+    return f"{kept} ({surely}) of {len(runs)}"
+
+
+def _return(runs: Sequence[SafetyRow]) -> Interval:
+    """Return the mean over seeds, between the lowest and the highest end of their intervals."""
+    low, high = min(each.return_low for each in runs), max(each.return_high for each in runs)
+    return Interval(_mean(runs, "episode_return"), low, high)
+
+
+COLUMNS = (
+    Column("task", lambda runs: f"{runs[0].task}, budget {100.0 * runs[0].budget:.2f} %"),
+    Column("who", lambda runs: runs[0].who),
+    Column("seeds", len),
+    Column("return", _return, ".1f"),
+    Column(
+        "scrap %",
+        lambda runs: f"{100.0 * _mean(runs, 'scrap'):.2f} ({', '.join(f'{100.0 * each.scrap:.2f}' for each in runs)})",
+    ),
+    Column("within budget", _kept),
+    *(Column(f"{name} %", partial(_mean, name=name), ".2f", factor=100.0) for name in LIMITS),
+)
+
+
+def page(found: Sequence[SafetyRow]) -> str:
     """The table, Markdown; means over seeds, and behind them what the seeds gave."""
-    rows, of = [], {key: list(group) for key, group in groupby(found, lambda each: (each.task, each.who))}
-    for (task, who), runs in of.items():
-        scraps = ", ".join(f"{100.0 * each.scrap:.2f}" for each in runs)
-        ends = min(each.return_low for each in runs), max(each.return_high for each in runs)
-        rows.append(
-            (
-                f"{task}, budget {100.0 * runs[0].budget:.2f} %",
-                who,
-                str(len(runs)),
-                f"{_mean(runs, 'episode_return'):.1f} ({ends[0]:.1f} to {ends[1]:.1f})",
-                f"{100.0 * _mean(runs, 'scrap'):.2f} ({scraps})",
-                _kept(runs),
-                *(f"{100.0 * _mean(runs, name):.2f}" for name in LIMITS),
-            )
-        )
+    of = {key: list(group) for key, group in groupby(found, lambda each: (each.task, each.who))}
     return (
         f"`python -m agents safety`: return of an episode (minus its cost over the reference cost of a"
         f" block; from the lowest to the highest end of the 95 % intervals of the seeds) against scrap, of the parts,"
         f" and violations, of the blocks; {found[0].episodes} evaluation episodes. The budget of scrap is {SHARE:g} of"
         f" what the best fixed plan scraps on {VALIDATED} validation episodes; *within budget*, in brackets, by the"
         " upper end of the interval of the scrap, too.\n\n"
-        f"{verdict(of)}{table(HEADINGS, rows)}"
+        f"{verdict(of)}{table_of(COLUMNS, of.values()).markdown()}"
     )
 
 
-def verdict(of: Mapping[tuple[str, str], Sequence[Judged]]) -> str:
+def verdict(of: Mapping[tuple[str, str], Sequence[SafetyRow]]) -> str:
     """Who keeps the budget, and what the multiplier costs; nothing where there is one task."""
     tasks = list(dict.fromkeys(task for task, _ in of))
     if len(tasks) < 2:
@@ -54,13 +70,3 @@ def verdict(of: Mapping[tuple[str, str], Sequence[Judged]]) -> str:
         f"Runs within the budget, of all tasks: {', '.join(told)}. With its multiplier an episode of PPO costs"
         f" {min(more):.1f} to {max(more):.1f} % more than without, by task.\n\n"
     )
-
-
-def _mean(runs: Sequence[Judged], name: str) -> float:
-    return float(mean(getattr(each, name) for each in runs))
-
-
-def _kept(runs: Sequence[Judged]) -> str:
-    """How many are within their budgets, and how many of these surely."""
-    kept, surely = (sum(getattr(each, end) <= each.budget for each in runs) for end in ("scrap", "scrap_high"))
-    return f"{kept} ({surely}) of {len(runs)}"

@@ -2,19 +2,18 @@
 
 from dataclasses import fields
 
-from agents.commands.asked import Asked
-from agents.safety.judging import LAGRANGIAN, RULES, UNCONSTRAINED, Judged, Trial, decides, judge
+from agents.safety.judging import LAGRANGIAN, RULES, UNCONSTRAINED, SafetyRow, SafetyTrial, decides, judge
 from agents.safety.page import page
-from agents.study import Study
+from agents.study import Study, StudyOptions
 
 STEP, EPISODE = 8e-5, 0.1
 """CPU-seconds, by measurement: of a step of a training, and of an episode of a rule, which looks ahead."""
 
 
-def study(asked: Asked) -> Study:
+def study(asked: StudyOptions) -> Study:
     """Return the study."""
     trials = [
-        Trial(problem, who, seed, asked.steps, asked.episodes)
+        SafetyTrial(problem, who, seed, asked.steps, asked.episodes)
         for problem in asked.problems
         for who in (UNCONSTRAINED, LAGRANGIAN, *RULES)
         for seed in range(1 if who in RULES else asked.seeds)
@@ -25,9 +24,9 @@ def study(asked: Asked) -> Study:
         trials=trials,
         run=judge,
         decides=decides,
-        columns=[each.name for each in fields(Judged)],
+        columns=[each.name for each in fields(SafetyRow)],
         rows=lambda found: [tuple(each.values()) for each in found.values()],
-        page=lambda found: page([Judged(**each) for each in found.values()]),
+        page=lambda found: page([SafetyRow(**each) for each in found.values()]),
         episodes=asked.episodes,
         seconds=lambda trial: EPISODE * trial.episodes if trial.who in RULES else STEP * trial.steps,
     )

@@ -12,7 +12,7 @@ from grind_env.policies.problem import Problem
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Shift:
+class TrackShift:
     """A shift on a machine, as the shop has it in its books.
 
     Attributes:
@@ -45,5 +45,5 @@ class Adapter(Protocol):
     def start(self, problem: Problem) -> Policy:
         """The policy with which it begins, which sees measurements; the problem is on the model."""
 
-    def learn(self, shift: Shift) -> Policy:
+    def learn(self, shift: TrackShift) -> Policy:
         """The policy of the next shift, after one that was ground with the last one."""

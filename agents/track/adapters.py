@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from agents.benchmark.trained import from_file
-from agents.track.adapter import Adapter, Shift
+from agents.track.adapter import Adapter, TrackShift
 from agents.track.knowing import RETUNED
-from agents.track.learning import Calibrated, Trim
+from agents.track.learning import CalibratedAdapter, Trim
 from grind_env.policies.guard import Guarded
 from grind_env.policies.held import model_of
 from grind_env.policies.learned.saved import SUFFIX
@@ -21,7 +21,7 @@ PLANNER = "look_ahead"
 """The planner on the belief."""
 AGENTS = {"bc": "shipped", "robust": "robust"}
 """The agents that come with the package for a task, and what `named_policy` calls them."""
-HEADLINE = (*AGENTS, PLANNER, f"{Guarded.PREFIX}{PLANNER}", Calibrated.name)
+HEADLINE = (*AGENTS, PLANNER, f"{Guarded.PREFIX}{PLANNER}", CalibratedAdapter.name)
 WIDE = ("adaptive_rule", RETUNED, "empirical_rule", Trim.name)
 BLOCKS = (0, 60, 300, 1200)
 
@@ -49,12 +49,15 @@ class Nominal:
         self.policy = from_file(path, model, self.name) if is_file else named_policy(self.text, model, modules=True)
         return self.policy
 
-    def learn(self, shift: Shift) -> Policy:
+    def learn(self, shift: TrackShift) -> Policy:
         """The same."""
         return self.policy
 
 
-ADAPTERS: dict[str, Callable[[], Adapter]] = {Trim.name: Trim, Calibrated.name: partial(Calibrated, PLANNER)}
+ADAPTERS: dict[str, Callable[[], Adapter]] = {
+    Trim.name: Trim,
+    CalibratedAdapter.name: partial(CalibratedAdapter, PLANNER),
+}
 """Those that learn from shift to shift."""
 
 

@@ -13,13 +13,13 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from agents.track.adapter import Shift
+from agents.track.adapter import TrackShift
 from grind_env.arrays import Array
 from grind_env.belief.hidden import Belief
 from grind_env.envs.simulation import Simulation
 from grind_env.plants import Plant
 from grind_env.policies.scripted.learned_laws import PowerLaw
-from grind_env.policies.watch import Reading, Watch
+from grind_env.policies.watch import Watch, WatchedReading
 from grind_env.process.corrected import CORRECTED, CorrectedOwn
 
 
@@ -62,7 +62,7 @@ class Innovations(Watch):
 
     burnt: ClassVar[int] = Belief._fields.index("burnt")
 
-    def _judge(self, seen: Reading) -> None:
+    def _judge(self, seen: WatchedReading) -> None:
         self.seen = seen
 
     @property
@@ -86,7 +86,7 @@ def changed(model: Simulation, z: Array) -> Simulation:
     return held
 
 
-def residuals(model: Simulation, shifts: Sequence[Shift]) -> Array:
+def residuals(model: Simulation, shifts: Sequence[TrackShift]) -> Array:
     """What was read and found in the shifts, off what the model forecasts."""
     watch, nothing = Innovations(model, len(shifts)), PowerLaw(len(shifts))
     seen = np.stack([each.observations for each in shifts], axis=1)
@@ -107,7 +107,7 @@ def residuals(model: Simulation, shifts: Sequence[Shift]) -> Array:
     return np.asarray(np.array(found).ravel())
 
 
-def fitted(model: Simulation, shifts: Sequence[Shift], start: Array) -> Array:
+def fitted(model: Simulation, shifts: Sequence[TrackShift], start: Array) -> Array:
     """The most probable constants, in standard deviations of their priors, from some on."""
     return least_squares(lambda z: residuals(changed(model, z), shifts), start)
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from agents.track.adapter import Shift
+from agents.track.adapter import TrackShift
 from grind_env.arrays import Array
 from grind_env.envs.contexts import Given
 from grind_env.envs.episodes import Episodes
@@ -31,7 +31,7 @@ COST, GOOD, FINISHED, SCRAP, HANDOVER = (
 class Ground(NamedTuple):
     """A shift as it was: what the shop has of it, and what it came to."""
 
-    shift: Shift
+    shift: TrackShift
     cost: float
     """$, with what the wheel costs that is handed over, and scrap at its expected price."""
     scrap: float
@@ -40,7 +40,7 @@ class Ground(NamedTuple):
 
 
 @dataclass
-class Floor:
+class TrackMachine:
     """The machine in one run of the track.
 
     Args:
@@ -72,7 +72,7 @@ class Floor:
         self.remembers, self.shifts = episodes.own(0), self.shifts + 1
         outcomes, (speeds, executions) = np.array(came), np.array(chosen).T
         bad, cost = found(outcomes, np.random.default_rng([number, 1]))
-        shift = Shift(observations=np.array(seen), speeds=speeds, executions=executions, cost=cost, bad=bad)
+        shift = TrackShift(observations=np.array(seen), speeds=speeds, executions=executions, cost=cost, bad=bad)
         good, parts = outcomes[:, [GOOD, FINISHED]].sum(axis=0)
         return Ground(shift, float(outcomes[:, COST].sum()), float(parts - good), float(parts))
 

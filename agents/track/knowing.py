@@ -5,7 +5,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from agents.track.adapter import Shift
+from agents.track.adapter import TrackShift
 from agents.tuning.rules import Tuner, tune_policy
 from agents.tuning.studies import sqlite_url
 from grind_env.envs.simulation import Simulation
@@ -55,6 +55,6 @@ class Known:
         self.policy: Policy = ModelPredictive(policy) if self.name == PLANNER else policy
         return self.policy
 
-    def learn(self, shift: Shift) -> Policy:
+    def learn(self, shift: TrackShift) -> Policy:
         """The same."""
         return self.policy

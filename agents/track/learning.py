@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.track.adapter import Shift
+from agents.track.adapter import TrackShift
 from agents.track.fitting import CONSTANTS, changed, fitted
 from grind_env.arrays import Array
 from grind_env.envs.episodes import Episodes
@@ -85,7 +85,7 @@ class Trim:
         self.most = np.maximum(read, [SHARE * most.power, AIM, AIM * most.size])
         return Scaled(self.plan, self.factor)
 
-    def learn(self, shift: Shift) -> Policy:
+    def learn(self, shift: TrackShift) -> Policy:
         """The plan with another E."""
         wanted = np.min((self.most / self._read(shift.observations)) ** (1.0 / EXPONENTS))
         moved = self.factor * min(max(float(wanted) ** DAMPING, 1.0 / TRIM), 1.0 if shift.bad.any() else TRIM)
@@ -122,7 +122,7 @@ class Holding:
 
 
 @dataclass
-class Calibrated:
+class CalibratedAdapter:
     """The planner on the belief with a guard, both on a model that is fitted to all shifts so far.
 
     Args:
@@ -131,7 +131,7 @@ class Calibrated:
 
     planner: str
     name: ClassVar[str] = "calibrated"
-    shifts: list[Shift] = field(default_factory=list, repr=False)
+    shifts: list[TrackShift] = field(default_factory=list, repr=False)
     z: Array = field(default_factory=lambda: np.zeros(len(CONSTANTS)), repr=False)
     FITS: ClassVar[tuple[int, ...]] = (1, 2, 3, 4, 5, 7, 10, 14, 20)
     """Shifts after which it is fitted: later ones tell ever less."""
@@ -141,7 +141,7 @@ class Calibrated:
         self.model = self.held = model_of(problem)
         return self._policy()
 
-    def learn(self, shift: Shift) -> Policy:
+    def learn(self, shift: TrackShift) -> Policy:
         """On the model as the shifts have it."""
         self.shifts.append(shift)
         if len(self.shifts) in self.FITS:

@@ -1,38 +1,23 @@
 """The tables of the track: on the screen, as a page, and every run as CSV."""
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from agents.provenance import provenance
 from agents.tables import csv_of
-from agents.track.running import EPISODES
 from agents.track.scores import Found, Scored, scored
-from grind_env.pages.markdown import table
 from grind_env.policies.evaluation import SEEDS
-from grind_env.policies.statistics import Interval
 from grind_env.policies.tuned import write_whole
+from grind_env.table import Column, table_of
 
 CSV, PAGE = "track.csv", "track.md"
 TITLE = "# The track plants"
 COLUMNS = ("task", "plant", "adapter", "seed", "blocks", "cost", "scrap", "spent", "learning_scrap", "cpu_seconds")
 """Of the CSV: $ an episode and share of scrap where it is judged, and $ and bad parts of the blocks before."""
 BEGINS = {CSV: ",".join(COLUMNS), PAGE: TITLE}
-HEADINGS = (
-    "adapter",
-    "blocks",
-    "score",
-    "median",
-    "better on",
-    "worst tenth",
-    "scrap, %",
-    "cost of these blocks",
-    "scrap in them, %",
-    "over the budget",
-    "beaten after",
-    "CPU-seconds",
-)
 WHAT = """\
 Score: 0 is the fixed plan that was retuned on the machine, 100 the planner that holds the machine as its model and sees
 its state; mean over machines, and of the worst tenth of them, one at least, with 95 % (machines, their seeds and
@@ -41,6 +26,27 @@ many it is *better* than the fixed plan.
 *Cost of these blocks*, on the machine before it is judged: over that of the fixed plan on the same lots. *Over the
 budget*: runs with more scrap in them than one part or 1 %, whichever is more. *Beaten after*: blocks after which all of
 them together have cost less than with the fixed plan, median of the runs."""
+
+
+def _finite(name: str, form: str = ".0f", factor: float = 1.0) -> Callable[[Scored], str]:
+    """Return the text of a number; "" where it is none."""
+    return lambda row: f"{factor * getattr(row, name):{form}}" if math.isfinite(getattr(row, name)) else ""
+
+
+SHOWN = (
+    Column("adapter", "adapter"),
+    Column("blocks", "blocks"),
+    Column("score", "score", ".0f"),
+    Column("median", _finite("median")),
+    Column("better on", lambda row: f"{row.better} of {row.machines}"),
+    Column("worst tenth", "worst", ".0f"),
+    Column("scrap, %", _finite("scrap", ".2f", 100.0)),
+    Column("cost of these blocks", _finite("spent", ".2f")),
+    Column("scrap in them, %", _finite("learning_scrap", ".2f", 100.0)),
+    Column("over the budget", lambda row: f"{row.violations} of {row.runs}" if row.blocks else ""),
+    Column("beaten after", lambda row: (_finite("beaten")(row) or "never") if row.blocks else ""),
+    Column("CPU-seconds", _finite("cpu_seconds")),
+)
 
 
 def write(found: Found, folder: Path) -> str:
@@ -55,7 +61,7 @@ def csv_text(found: Found) -> str:
     """A row for every run and every time that it is judged, with what it was made with."""
     seeds = 1 + max(cell.seed for cell in found)
     first, rows = SEEDS["evaluation"], list[list[object]]()
-    made_with = provenance(range(first, first + seeds * EPISODES))
+    made_with = provenance(range(first, first + seeds * max(cell.episodes for cell in found)))
     for cell, run in found.items():
         shift = cell.problem.simulation().most_steps
         for blocks in cell.blocks:
@@ -71,7 +77,7 @@ def page(found: Found) -> str:
     """The tables, Markdown."""
     parts = [TITLE, "`python -m agents track`; its machines and seeds are in track.csv.", WHAT]
     for heading, runs in tables_of(found).items():
-        parts += [f"## {heading}", table(HEADINGS, [_cells(each) for each in scored(runs)])]
+        parts += [f"## {heading}", table_of(SHOWN, scored(runs)).markdown()]
     return "\n\n".join(parts) + "\n"
 
 
@@ -90,27 +96,3 @@ def tables_of(found: Found) -> dict[str, Found]:
                 if cell.problem == problem and cell.plant in plants and on[cell.adapter] >= plants
             }
     return tables
-
-
-def _cells(row: Scored) -> tuple[str, ...]:
-    def number(value: float, digits: int = 0, factor: float = 1.0) -> str:
-        return f"{factor * value:.{digits}f}" if math.isfinite(value) else ""
-
-    return (
-        row.adapter,
-        f"{row.blocks}",
-        _interval(row.score),
-        number(row.median),
-        f"{row.better} of {row.machines}",
-        _interval(row.worst),
-        number(row.scrap, 2, 100.0),
-        number(row.spent, 2),
-        number(row.learning_scrap, 2, 100.0),
-        f"{row.violations} of {row.runs}" if row.blocks else "",
-        (number(row.beaten) or "never") if row.blocks else "",
-        number(row.cpu_seconds),
-    )
-
-
-def _interval(found: Interval) -> str:
-    return f"{found.value:.0f} ({found.low:.0f} to {found.high:.0f})"

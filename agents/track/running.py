@@ -7,10 +7,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from agents.budgets import TRACK_EPISODES
 from agents.cells import behaviour, sources
 from agents.track.adapter import Adapter
 from agents.track.adapters import made
-from agents.track.floor import Floor
+from agents.track.floor import TrackMachine
 from agents.track.knowing import KNOWING, Known, tune_on
 from grind_env.errors import GrindError
 from grind_env.plants import Plant
@@ -19,14 +20,12 @@ from grind_env.policies.judging import check_policy
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
 
-EPISODES = 64
-"""That judge."""
 TUNING = "tuning"
 """In the place of an adapter: what is tuned on a machine, for those that know it."""
 
 
 @dataclass(frozen=True)
-class Cell:
+class TrackTrial:
     """A run of an adapter on a machine, with lots, wheels and chances of a seed, judged on the way."""
 
     problem: Problem
@@ -35,6 +34,8 @@ class Cell:
     seed: int
     blocks: tuple[int, ...]
     """Ground on the machine when it is judged, whole shifts, ascending."""
+    episodes: int = TRACK_EPISODES
+    """That judge."""
     tuned: str = field(default="", repr=False, compare=False)
     """Parameters tuned on the machine, as JSON, for an adapter that knows the machine."""
 
@@ -43,7 +44,7 @@ class Cell:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Run:
+class TrackRun:
     """What came of a cell.
 
     Attributes:
@@ -61,13 +62,13 @@ class Run:
     cpu_seconds: float = 0.0
 
 
-def tuning_of(cell: Cell) -> Cell:
+def tuning_of(cell: TrackTrial) -> TrackTrial:
     """What is tuned on the machine of a cell."""
-    return replace(cell, adapter=TUNING, seed=0, blocks=())
+    return replace(cell, adapter=TUNING, seed=0, blocks=(), episodes=0)
 
 
-def find(cell: Cell) -> Any:
-    """Return what is found in a cell: the fields of a `Run`, or what was tuned.
+def find(cell: TrackTrial) -> Any:
+    """Return what is found in a cell: the fields of a `TrackRun`, or what was tuned.
 
     Raises:
         GrindError: there is no such adapter, or its policies see more than measurements.
@@ -75,13 +76,13 @@ def find(cell: Cell) -> Any:
     return tune_on(on(cell.problem, cell.plant)) if cell.adapter == TUNING else asdict(run(cell))
 
 
-def run(cell: Cell) -> Run:
+def run(cell: TrackTrial) -> TrackRun:
     """Return what came of an adapter."""
     before = time.process_time()
-    floor, knows = Floor(cell.problem, cell.plant, cell.seed), cell.adapter in KNOWING
+    floor, knows = TrackMachine(cell.problem, cell.plant, cell.seed), cell.adapter in KNOWING
     adapter: Adapter = Known(cell.adapter, json.loads(cell.tuned)) if knows else made(cell.adapter)
     policy = adapter.start(on(cell.problem, cell.plant) if knows else cell.problem)
-    result, ground, shift = Run(), 0, floor.simulation.most_steps
+    result, ground, shift = TrackRun(), 0, floor.simulation.most_steps
     for blocks in cell.blocks:
         while ground < blocks:
             done = floor.grind(_checked(policy, knows), knows=knows)
@@ -90,7 +91,7 @@ def run(cell: Cell) -> Run:
             result.parts.append(done.parts)
             policy = adapter.learn(done.shift)
             ground += shift
-        judged = floor.judge(_checked(policy, knows), EPISODES, knows=knows)
+        judged = floor.judge(_checked(policy, knows), cell.episodes, knows=knows)
         result.judged[f"{blocks}"] = [judged.cost.tolist(), judged.good.tolist(), judged.finished.tolist()]
     return replace(result, cpu_seconds=time.process_time() - before)
 
@@ -107,7 +108,7 @@ def _checked(policy: Policy, knows: bool) -> Policy:
     return policy
 
 
-def decides(cell: Cell) -> object:
+def decides(cell: TrackTrial) -> object:
     """Stands for the machine of a cell, its adapter, and what was tuned for it."""
     unknown = cell.adapter not in (TUNING, *KNOWING)
     return _of_machine(cell.problem, cell.plant), unknown and _of_adapter(cell.problem, cell.adapter), cell.tuned

@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 
 from agents.track.knowing import FIXED, PLANNER
-from agents.track.running import Cell, Run
+from agents.track.running import TrackRun, TrackTrial
 from grind_env.arrays import Array
 from grind_env.policies.problem import Problem
 from grind_env.policies.statistics import Interval, percentile_interval, score_of_means
@@ -19,9 +19,9 @@ WORST = 0.1
 LEAST_SCRAP, SCRAP_SHARE = 1.0, 0.01
 """The safe budget: so many bad parts, or that share of all, whichever is more."""
 
-Found: TypeAlias = Mapping[Cell, Run]
+Found: TypeAlias = Mapping[TrackTrial, TrackRun]
 Key: TypeAlias = tuple[Problem, str, str, int]
-Runs: TypeAlias = Mapping[Key, Run]
+Runs: TypeAlias = Mapping[Key, TrackRun]
 """By problem, machine, adapter and seed."""
 
 
@@ -75,7 +75,7 @@ def scored(found: Found) -> list[Scored]:
     ]
 
 
-def _scored(cells: Sequence[Cell], runs: Runs, blocks: int) -> Scored:
+def _scored(cells: Sequence[TrackTrial], runs: Runs, blocks: int) -> Scored:
     one, shifts = cells[0], blocks // cells[0].problem.simulation().most_steps
     ours, fixed = ([runs[_of(replace(cell, adapter=name))] for cell in cells] for name in (one.adapter, FIXED))
     costs = np.stack([_by_machine(runs, cells, name, blocks) for name in (one.adapter, FIXED, PLANNER)])
@@ -136,11 +136,11 @@ def beaten(costs: Sequence[float], fixed: Sequence[float]) -> float:
     return first if first <= len(costs) else math.inf
 
 
-def _of(cell: Cell) -> Key:
+def _of(cell: TrackTrial) -> Key:
     return cell.problem, cell.plant, cell.adapter, cell.seed
 
 
-def _by_machine(runs: Runs, cells: Sequence[Cell], adapter: str, blocks: int) -> Array:
+def _by_machine(runs: Runs, cells: Sequence[TrackTrial], adapter: str, blocks: int) -> Array:
     """Costs of the episodes that judge, shape (machines, seeds, episodes)."""
     rows = [
         [runs[_of(replace(cell, adapter=adapter))].judged[f"{blocks}"][0] for cell in cells if cell.plant == plant]

@@ -4,11 +4,12 @@ import json
 from collections.abc import Sequence
 from dataclasses import replace
 
-from agents.study import Found, Study
+from agents.benchmark.plan import chosen_problems
+from agents.study import Study, StudyOptions
 from agents.track.adapters import BLOCKS, HEADLINE, WIDE, made
 from agents.track.knowing import ANCHORS, KNOWING
 from agents.track.page import BEGINS, write
-from agents.track.running import TUNING, Cell, Run, decides, find, tuning_of
+from agents.track.running import TUNING, TrackRun, TrackTrial, decides, find, tuning_of
 from grind_env.errors import GrindError, quoted
 from grind_env.plants import find_plants
 from grind_env.policies.problem import Problem, find_problem
@@ -21,11 +22,16 @@ TUNING_SECONDS, SHIFT, JUDGING = 100.0, 0.3, 8.0
 
 
 def cells_of(
-    problem: Problem, plants: Sequence[str], adapters: Sequence[str], blocks: tuple[int, ...], seeds: int
-) -> list[Cell]:
+    problem: Problem, plants: Sequence[str], adapters: Sequence[str], blocks: tuple[int, ...], seeds: int, episodes: int
+) -> list[TrackTrial]:
     """Runs of adapters, and those of the anchors, machine by machine, so that what grinds is compiled once."""
     names = dict.fromkeys((*ANCHORS, *adapters))
-    return [Cell(problem, plant, name, seed, blocks) for plant in plants for name in names for seed in range(seeds)]
+    return [
+        TrackTrial(problem, plant, name, seed, blocks, episodes)
+        for plant in plants
+        for name in names
+        for seed in range(seeds)
+    ]
 
 
 def held_out(count: int) -> tuple[str, ...]:
@@ -33,38 +39,58 @@ def held_out(count: int) -> tuple[str, ...]:
     return tuple(f"held-out:{seed}" for seed in range(1, count + 1))
 
 
-def whole_track(seeds: int, *, wide: bool) -> list[Cell]:
+def whole_track(seeds: int, episodes: int, *, wide: bool) -> list[TrackTrial]:
     """The headline on 20 machines; if `wide`, more adapters, and all on another task, on 8 of these."""
     task, other, few = find_problem(TASK), find_problem(WIDE_TASK), held_out(WIDE_MACHINES)
-    cells = cells_of(task, held_out(MACHINES), HEADLINE, BLOCKS, seeds)
+    cells = cells_of(task, held_out(MACHINES), HEADLINE, BLOCKS, seeds, episodes)
     if wide:
-        cells += cells_of(task, few, WIDE, BLOCKS, seeds)
-        cells += cells_of(other, few, (*HEADLINE, *WIDE), WIDE_BLOCKS, seeds)
+        cells += cells_of(task, few, WIDE, BLOCKS, seeds, episodes)
+        cells += cells_of(other, few, (*HEADLINE, *WIDE), WIDE_BLOCKS, seeds, episodes)
     return list(dict.fromkeys(cells))
 
 
-def asked_for(
-    task: str, machines: Sequence[str], adapters: Sequence[str], blocks: str | None, seeds: int, *, wide: bool
-) -> list[Cell]:
-    """The cells that somebody asks for, those of the whole track where nothing is named.
+def study(
+    asked: StudyOptions, machines: Sequence[str] | None, adapters: Sequence[str] | None, blocks: str | None, wide: bool
+) -> Study:
+    """Tune on every machine that somebody asks for, by default those of the whole track, and return the study.
 
     Raises:
-        GrindError: there is no such task, machine or adapter, or the blocks are no whole shifts.
+        GrindError: there is no such machine or adapter, or the blocks are no whole shifts.
     """
-    if task == TASK and not (machines or adapters or blocks):
-        return whole_track(seeds, wide=wide)
-    problem = find_problem(task)
+    if asked.tasks or machines or adapters or blocks:
+        problems = chosen_problems(asked.tasks or TASK, asked.job, asked.parts)
+        cells = cells_asked(problems, machines or (), adapters or (), blocks, asked, wide=wide)
+    else:
+        cells = whole_track(asked.seeds, asked.episodes, wide=wide)
+    before = _study(list(dict.fromkeys(map(tuning_of, cells))))
+    before.check(asked.results)
+    known = {cell: json.dumps(found) for cell, found in before.found(asked.options).items()}
+    return _study([replace(cell, tuned=known[tuning_of(cell)] * (cell.adapter in KNOWING)) for cell in cells])
+
+
+def cells_asked(
+    problems: Sequence[Problem],
+    machines: Sequence[str],
+    adapters: Sequence[str],
+    blocks: str | None,
+    asked: StudyOptions,
+    *,
+    wide: bool,
+) -> list[TrackTrial]:
+    """The cells that somebody asks for."""
     plants = [name for each in machines for name in (held_out(int(each)) if each.isdecimal() else [each])]
     for name in plants:
         if not find_plants(name, modules=True).one:
             raise GrindError(f"{name!r} is the name of many machines: give a seed, as '{name}:1'")
-    for name in adapters:
-        if name not in KNOWING:
-            made(name).start(problem)
-    usual = BLOCKS if problem.name == TASK else WIDE_BLOCKS
-    chosen = usual if blocks is None else check_blocks(problem, blocks)
-    names = adapters or ((*HEADLINE, *WIDE) if wide else HEADLINE)
-    return cells_of(problem, plants or held_out(MACHINES), names, chosen, seeds)
+    names, cells = adapters or ((*HEADLINE, *WIDE) if wide else HEADLINE), list[TrackTrial]()
+    for problem in problems:
+        for name in adapters:
+            if name not in KNOWING:
+                made(name).start(problem)
+        usual = BLOCKS if problem.name == TASK else WIDE_BLOCKS
+        chosen = usual if blocks is None else check_blocks(problem, blocks)
+        cells += cells_of(problem, plants or held_out(MACHINES), names, chosen, asked.seeds, asked.episodes)
+    return cells
 
 
 def check_blocks(problem: Problem, text: str) -> tuple[int, ...]:
@@ -82,18 +108,7 @@ def check_blocks(problem: Problem, text: str) -> tuple[int, ...]:
     return tuple(sorted({int(number) for number in text.split(",")}))
 
 
-def tunings(cells: Sequence[Cell]) -> Study:
-    """Return the study that tunes on every machine."""
-    return _study(list(dict.fromkeys(map(tuning_of, cells))))
-
-
-def track(cells: Sequence[Cell], tuned: Found) -> Study:
-    """Return the study that runs every adapter, with what was tuned on every machine."""
-    known = {cell: json.dumps(found) for cell, found in tuned.items()}
-    return _study([replace(cell, tuned=known[tuning_of(cell)] * (cell.adapter in KNOWING)) for cell in cells])
-
-
-def _study(cells: Sequence[Cell]) -> Study:
+def _study(cells: Sequence[TrackTrial]) -> Study:
     return Study(
         name="track",
         title="",
@@ -101,12 +116,12 @@ def _study(cells: Sequence[Cell]) -> Study:
         run=find,
         decides=decides,
         seconds=seconds,
-        publish=lambda found, folder: write({cell: Run(**each) for cell, each in found.items()}, folder),
+        publish=lambda found, folder: write({cell: TrackRun(**each) for cell, each in found.items()}, folder),
         files=BEGINS,
     )
 
 
-def seconds(cell: Cell) -> float:
+def seconds(cell: TrackTrial) -> float:
     """CPU-seconds that a cell takes at most, by measurement."""
     if cell.adapter == TUNING:
         return TUNING_SECONDS

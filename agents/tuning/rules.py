@@ -20,7 +20,7 @@ from agents.budgets import TUNING_EPISODES, TUNING_EVALUATIONS, TUNING_STARTS
 from agents.cells import RUNS, behaviour, sources
 from agents.runner import run_all
 from agents.tuning.coefficients import RULES, entry_names, from_vector, rounded
-from agents.tuning.search import Found, evolve, grid_search, refine
+from agents.tuning.search import BestPoint, evolve, grid_search, refine
 from agents.tuning.studies import COSTS, KeptCosts, open_study, sqlite_url
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
@@ -134,7 +134,7 @@ class Tuner:
     def _speeds(self, count: int) -> list[float]:
         return [float(speed) / 1000.0 for speed in speed_grid(self.task, count)]
 
-    def _refine(self, cost: Callable[[float], float], found: Found) -> Found:
+    def _refine(self, cost: Callable[[float], float], found: BestPoint) -> BestPoint:
         if self.task.action.speed_levels is not None:
             return found
         low, high = speed_bounds(self.task)
@@ -146,7 +146,7 @@ class Tuner:
         best = min(runs, key=lambda run: self.cost(self._made(name, run.point), "validation"))
         return self._made(name, best.point), self._parameters(name, best.point), sum(run.evaluations for run in runs)
 
-    def run(self, name: str, evaluations: int, seed: int) -> Found:
+    def run(self, name: str, evaluations: int, seed: int) -> BestPoint:
         """One CMA-ES run of a rule."""
         entries = entry_names(RULES[name], self.task)
         # the first run starts where the table says, every other from a point of its own
@@ -183,7 +183,7 @@ def search_name(policy: str, seed: int) -> str:
 
 
 @dataclass(frozen=True)
-class Run:
+class TuningRun:
     """One CMA-ES run of a rule, which another process may do; see `tune`."""
 
     problem: Problem
@@ -199,7 +199,7 @@ class Run:
         return f"{self.problem.name} {self.policy}, run {self.seed}"
 
 
-def do_run(run: Run) -> list[dict[str, Any]]:
+def do_run(run: TuningRun) -> list[dict[str, Any]]:
     """Do a run, whose trials stay in its study; return them if the run has no database."""
     if run.storage is not None:
         Tuner(run.problem.simulation(), run.storage, run.episodes, run.fresh).run(run.policy, run.evaluations, run.seed)
@@ -281,7 +281,9 @@ def tune(
     names = listed if names is None else names
     if not fresh:
         names = [name for name in names if name not in tuned or not _holds(name, tuned[name], simulation, folder)]
-    asked = [Run(problem, name, seed, url, evaluations, episodes, fresh) for name in names for seed in range(starts)]
+    asked = [
+        TuningRun(problem, name, seed, url, evaluations, episodes, fresh) for name in names for seed in range(starts)
+    ]
     done = _side_by_side(asked, jobs, ray)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns) as progress:
@@ -298,7 +300,7 @@ def tune(
     return tuned
 
 
-def _side_by_side(runs: Sequence[Run], jobs: int, ray: str | None) -> set[str]:
+def _side_by_side(runs: Sequence[TuningRun], jobs: int, ray: str | None) -> set[str]:
     """Do the runs of rules on a cluster, or in processes if there are to be several.
 
     Returns the names of the policies whose studies hold them. What fails here fails again where it is asked for.
@@ -308,7 +310,7 @@ def _side_by_side(runs: Sequence[Run], jobs: int, ray: str | None) -> set[str]:
     if not runs or (ray is None and (jobs == 1 or len(runs) < 2)):
         return set()
 
-    def keep(run: Run, trials: list[dict[str, Any]]) -> None:
+    def keep(run: TuningRun, trials: list[dict[str, Any]]) -> None:
         if trials:
             tuner = Tuner(run.problem.simulation(), storages[run], run.episodes, run.fresh)
             study = tuner.study(search_name(run.policy, run.seed))

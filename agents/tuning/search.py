@@ -17,7 +17,7 @@ STEPS = (1.05, 1.02, 1.01)
 """Factors by which a number is refined, one after the other."""
 
 
-class Found(NamedTuple):
+class BestPoint(NamedTuple):
     """The best point of a search, its cost, and the evaluations spent."""
 
     point: Any
@@ -25,16 +25,16 @@ class Found(NamedTuple):
     evaluations: int
 
 
-def grid_search(costs: Costs, points: Iterator[Any]) -> Found:
+def grid_search(costs: Costs, points: Iterator[Any]) -> BestPoint:
     """The cheapest of the points; the first of equals."""
     found: list[tuple[float, Any]] = []
     while some := list(islice(points, TOGETHER)):
         found += zip(costs(some), some, strict=True)
     least, point = min(found, key=lambda pair: pair[0])
-    return Found(point, least, len(found))
+    return BestPoint(point, least, len(found))
 
 
-def refine(cost: Callable[[float], float], start: Found, low: float, high: float) -> Found:
+def refine(cost: Callable[[float], float], start: BestPoint, low: float, high: float) -> BestPoint:
     """Move a positive number up and down in ever smaller factors as long as it pays, within `low`..`high`."""
     value, least, evaluations = start
     for step in STEPS:
@@ -44,10 +44,10 @@ def refine(cost: Callable[[float], float], start: Found, low: float, high: float
                 if (trial_cost := cost(trial)) >= least:
                     break
                 value, least = trial, trial_cost
-    return Found(value, least, evaluations)
+    return BestPoint(value, least, evaluations)
 
 
-def evolve(costs: Costs, start: Any, evaluations: int, seed: int, step: float = 1.0) -> Found:
+def evolve(costs: Costs, start: Any, evaluations: int, seed: int, step: float = 1.0) -> BestPoint:
     """CMA-ES (Hansen) from `start`, shape (n,), with that initial step in every direction.
 
     Non-finite costs count as the worst of their generation.
@@ -68,4 +68,4 @@ def evolve(costs: Costs, start: Any, evaluations: int, seed: int, step: float = 
         k = int(np.argmin(values))
         if values[k] < least:
             best, least = np.asarray(points[k]), values[k]
-    return Found(best, least, int(strategy.countevals))
+    return BestPoint(best, least, int(strategy.countevals))

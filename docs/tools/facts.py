@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 
 from grind_env.control.facts import FILE, MARKS, Fact, load_facts
-from grind_env.pages.markdown import table
+from grind_env.table import table_of
 
 INTRODUCTION = """\
 # Facts of the control
@@ -25,7 +25,8 @@ def facts_page() -> str:
     count = ", ".join(f"{sum(fact.mark == mark for fact in known.values())} {mark}" for mark in MARKS)
     parts = [INTRODUCTION, f"{len(known)} statements: {count}."]
     for heading, ids in _sections():
-        parts += [f"## {heading}", table(("", "mark", "statement"), [_cells(known[each]) for each in ids])]
+        shown = table_of(("", "mark", "statement"), [_cells(known[each]) for each in ids])
+        parts += [f"## {heading}", shown.markdown()]
     return "\n\n".join(parts) + "\n"
 
 

@@ -18,10 +18,10 @@ from flow import flow
 from gallery import png, still
 
 from agents.application import app as agents_app
-from agents.dressing.table import HEADINGS, line, read_studies
+from agents.dressing.table import COLUMNS, read_studies
 from grind_env.cli import app as grind_app
 from grind_env.pages.__main__ import write as write_pages
-from grind_env.pages.markdown import table
+from grind_env.table import table_of
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -93,7 +93,7 @@ def results() -> Iterator[Page]:
         content = content.replace(b"](../../docs/benchmark/", b"](../") if path.suffix == ".md" else content
         yield f"benchmark/results/{path.relative_to(RESULTS).as_posix()}", content
     for of, folder in (("study", RESULTS / "dress_study"), ("plants", RESULTS / "dress_study" / "plants")):
-        yield f"benchmark/dress_{of}.txt", table(HEADINGS, map(line, read_studies(folder))).encode()
+        yield f"benchmark/dress_{of}.txt", table_of(COLUMNS, read_studies(folder)).markdown().encode()
         shown = [
             f"### {path.stem}\n\n![dress study of {path.stem}](results/{path.relative_to(RESULTS).as_posix()})\n"
             for path in sorted(folder.glob("*.png"))

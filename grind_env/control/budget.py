@@ -6,7 +6,7 @@ from grind_env.control.errors import ControlError, Place
 from grind_env.control.options import TAKEN_BY
 
 
-class Budget:
+class BlockBudget:
     """Counts blocks and strokes, those of subprograms and dress programs with them.
 
     Attributes:
@@ -48,7 +48,7 @@ class Rounds:
         within: the rounds of which these are a part; each of those is taken to have as many of these.
     """
 
-    def __init__(self, budget: Budget, place: Place, count: int, within: "Rounds | None" = None) -> None:
+    def __init__(self, budget: BlockBudget, place: Place, count: int, within: "Rounds | None" = None) -> None:
         self.budget, self.place = budget, place
         self.count: int = count * (1 if within is None else within.count - within.made)
         self.made: int = 0

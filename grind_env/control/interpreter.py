@@ -3,7 +3,7 @@
 from collections.abc import Generator, Iterator
 
 from grind_env.control import numbers
-from grind_env.control.budget import Budget, Rounds
+from grind_env.control.budget import BlockBudget, Rounds
 from grind_env.control.control import Control
 from grind_env.control.decode import Command, decode
 from grind_env.control.errors import Place
@@ -34,7 +34,7 @@ class Interpreter:
 
     def __init__(self, programs: Programs, control: Control) -> None:
         self.programs, self.control = programs, control
-        self.budget = Budget(control.block_budget)
+        self.budget = BlockBudget(control.block_budget)
         self.timeline = Timeline(control, self.budget)
         self.mover = Mover(self.timeline, control, programs.main.place)
         self.system = SystemVariables(self.mover)

@@ -21,7 +21,7 @@ from grind_env.control.motions import (
     Position,
     Source,
 )
-from grind_env.control.moves import Mover, Section
+from grind_env.control.moves import Mover, MoveSection
 from grind_env.control.operator import Interrupt
 from grind_env.control.reader import Program, Programs
 from grind_env.control.variables import Notes, Variables
@@ -62,7 +62,7 @@ class Interruptions:
         known = plan.dresses == 0 or (self._knows(plan.program) and not telling)
         return not asked and not stopped and known and control.dress_amount == 0.0
 
-    def travel(self, sections: list[Section]) -> Iterator[Event]:
+    def travel(self, sections: list[MoveSection]) -> Iterator[Event]:
         """Move along sections; an immediate interrupt may cut one in two (lathe manual 29-6)."""
         timeline, mover, left = self.timeline, self.mover, deque(sections)
         while left:

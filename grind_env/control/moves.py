@@ -42,7 +42,7 @@ LENGTHS = frozenset("EFIJKQRXYZ")
 
 
 @dataclass(frozen=True, slots=True)
-class Section:
+class MoveSection:
     """A part of the way of a motion block, from rest to rest.
 
     Attributes:
@@ -181,7 +181,7 @@ class Mover:
             self.timeline.infeed_shift += way
             self.work.follow_wheel(plan.plunge_axis, way)
 
-    def linear(self, command: Command, ahead: Ahead) -> list[Section]:
+    def linear(self, command: Command, ahead: Ahead) -> list[MoveSection]:
         """G00 or G01."""
         table = self.timeline.reciprocation
         letters = "XYZ" if table is None else "XYZ" + INTEGRANDS[table.axis]
@@ -211,7 +211,7 @@ class Mover:
         origin = ORIGIN if command.in_machine else self._origin(command)
         return target(command, self.position, origin, None)
 
-    def circular(self, command: Command, ahead: Ahead) -> list[Section]:
+    def circular(self, command: Command, ahead: Ahead) -> list[MoveSection]:
         """G02 or G03."""
         path = arc_path(command, self.position, self._origin(command))
         if path is None:
@@ -231,7 +231,7 @@ class Mover:
         seconds = dwell_seconds(command, speed)
         yield from self.timeline.move(command.block.place, Straight(here, here), None, self.source, dwell=seconds)
 
-    def reference(self, command: Command) -> list[Section]:
+    def reference(self, command: Command) -> list[MoveSection]:
         """G28, G29 and G30: rapid by way of the intermediate point; it cancels the compensation (lathe 21-49).
 
         Raises:
@@ -267,7 +267,7 @@ class Mover:
         goal = _moved(programmed, stops[-1], axes)
         points = [here, *(_moved(_moved(here, programmed, owed), stop, axes) for stop in stops)]
         paths = [Straight(start, end) for start, end in itertools.pairwise(points)]
-        return [Section(path, None, self.source, goal) for path in paths if path.length > 0.0]
+        return [MoveSection(path, None, self.source, goal) for path in paths if path.length > 0.0]
 
     def groove(self, command: Command) -> Iterator[Event]:
         """G76 or G77, and a stop after each groove in single block.
@@ -356,14 +356,14 @@ class Mover:
             "--radius 33=150",
         )
 
-    def _sections(self, command: Command, path: Path, ahead: Ahead) -> list[Section]:
+    def _sections(self, command: Command, path: Path, ahead: Ahead) -> list[MoveSection]:
         """A programmed path, or what the compensation makes of it."""
         feed = None if command.action == "G00" else self.rate(command)
         actual = self.timeline.position
         if self.detour is not None:
             self.detour, path = None, Straight(actual, path.end)
         return [
-            Section(
+            MoveSection(
                 piece.path,
                 None if feed is None else feed * piece.share,
                 Source.COMPENSATION if piece.generated else self.source,

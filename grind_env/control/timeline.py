@@ -11,7 +11,7 @@ from collections.abc import Generator, Iterable, Iterator
 from dataclasses import dataclass
 from typing import TypedDict
 
-from grind_env.control.budget import Budget
+from grind_env.control.budget import BlockBudget
 from grind_env.control.control import Control
 from grind_env.control.errors import ControlError, Place
 from grind_env.control.geometry import Circular, Path, Straight
@@ -81,7 +81,7 @@ class Timeline:
         led_by_cycles: axes that reciprocate or cross, or did; where they end depends on the words of their cycles.
     """
 
-    def __init__(self, control: Control, budget: Budget) -> None:
+    def __init__(self, control: Control, budget: BlockBudget) -> None:
         self.control, self.budget = control, budget
         self.time = 0.0
         self.position = control.start

@@ -61,7 +61,7 @@ class ActionError(GrindError):
     """An action that is not in the action space."""
 
 
-class Column(NamedTuple):
+class ActionColumn(NamedTuple):
     """One number of an action.
 
     `low` and `high` are in mm/min for the E of a `dict`; all others have no unit.
@@ -129,15 +129,15 @@ class ActionCodec:
         choices = {name: spaces.Discrete(numbers[name]) for name in self.names[1:]}
         return spaces.Dict({"E": spaces.Box(self.low, self.high, (1,), np.float32), **choices})
 
-    def _columns(self) -> list[Column]:
+    def _columns(self) -> list[ActionColumn]:
         if self.action == "box":
-            return [Column(name, -1.0, 1.0, False, IN_BOX) for name in self.names]
+            return [ActionColumn(name, -1.0, 1.0, False, IN_BOX) for name in self.names]
         if self.action == "discrete":
             return [_whole(" and ".join(self.names), int(np.prod(self.sizes)))]
         columns = [_whole(name, size) for name, size in zip(self.names, self.sizes, strict=True)]
         if self.action == "dict":
             legal = f"lie between {self.low:g} and {self.high:g} mm/min"
-            columns[0] = Column("E", self.low, self.high, False, legal)
+            columns[0] = ActionColumn("E", self.low, self.high, False, legal)
         return columns
 
     def table(self, actions: Any, count: int | None = None) -> Table:
@@ -298,8 +298,8 @@ class ActionCodec:
         return np.zeros(len(speeds), np.int64)
 
 
-def _whole(name: str, size: int) -> Column:
-    return Column(name, 0.0, size - 1.0, True, f"be a whole number from 0 to {size - 1}")
+def _whole(name: str, size: int) -> ActionColumn:
+    return ActionColumn(name, 0.0, size - 1.0, True, f"be a whole number from 0 to {size - 1}")
 
 
 def real_numbers(values: Any, names: str) -> Table:

@@ -22,7 +22,7 @@ from grind_env.envs.simulation import Simulation, Written
 from grind_env.envs.tables import Outcome
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
-from grind_env.render.view import View
+from grind_env.render.view import EpisodePicture
 
 
 class GrindEnv(Showing, EpisodeLength, gym.Env[NDArray[np.float32], Any]):
@@ -187,7 +187,7 @@ class GrindEnv(Showing, EpisodeLength, gym.Env[NDArray[np.float32], Any]):
         self.over = simulation.over(episodes).item()
         return observation, outcome.reward, self.over, False, info
 
-    def view(self) -> View:
+    def view(self) -> EpisodePicture:
         """The machine after the last block.
 
         Raises:

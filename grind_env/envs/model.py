@@ -51,48 +51,37 @@ class MemberModel:
         self.dress = self.branches.usual_dress
 
     def read(self, observation: NDArray[np.float32]) -> Mapping[str, Table]:
-        """As `Model.read`."""
         return self.simulation.read(observation)
 
     def rows(self, seen: Mapping[str, Table]) -> Numbers:
-        """As `Model.rows`."""
         return self.branches.coming_rows(seen)
 
     def base_rows(self, rows: Numbers) -> Numbers:
-        """As `Model.base_rows`."""
         return np.minimum(rows, len(self.base) - 1)
 
     def judged(self, rows: Numbers) -> Table:
-        """As `Model.judged`."""
         return self.simulation.kinds[rows][:, JUDGED]
 
     def first_wheels(self, members: int) -> Table:
-        """As `Model.first_wheels`."""
         return self.branches.first_wheels(members)
 
     def room(self, n: int) -> Episodes:
-        """As `Model.room`."""
         return self.simulation.room(n).on(np.zeros((n, 1, len(TapeRow._fields))))
 
     def begin(self, members: Episodes, index: Numbers) -> None:
-        """As `Model.begin`."""
         self.simulation.clear(members, index)
 
     def load(self, members: Episodes, index: Numbers, rows: Numbers, stocks: Table) -> None:
-        """As `Model.load`."""
         self.branches.load(members, index, rows, stocks)
 
     def write_factors(self, members: Episodes, index: Numbers, factors: Table) -> None:
-        """As `Model.write_factors`."""
         members.tape[index[:, None], 0, FACTOR_COLUMNS] = factors
 
     def rest(self, members: Episodes, index: Numbers, rows: Numbers) -> None:
-        """As `Model.rest`."""
         pass_time, p = entries_of(self.simulation.process).pass_time, self.base[self.base_rows(rows)]
         for k, i in enumerate(index):
             pass_time(members.wheels[i : i + 1], p[k : k + 1], 0, self.branches.change_seconds, False)
 
     def grind(self, members: Episodes, choice: Sequence[Table], index: Numbers) -> tuple[Table, Table]:
-        """As `Model.grind`."""
         outcomes, tallies = self.simulation.step(members, *choice, active=index)
         return tallies, outcomes[:, MADE]

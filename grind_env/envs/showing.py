@@ -5,7 +5,7 @@ from typing import Any, TypeVar
 import gymnasium as gym
 
 from grind_env.render import ansi, frames
-from grind_env.render.view import View
+from grind_env.render.view import EpisodePicture
 
 RENDER_MODES = ("rgb_array", "human", "ansi")
 METADATA: dict[str, Any] = {"render_modes": [*RENDER_MODES], "render_fps": frames.FPS}
@@ -26,7 +26,7 @@ class Showing:
     render_mode: str | None
     follower: frames.Follower | None = None
 
-    def view(self) -> View:
+    def view(self) -> EpisodePicture:
         """What a picture shows now.
 
         Raises:

@@ -47,12 +47,11 @@ class Stack:
     def memory(
         self, simulation: Simulation | None, observation_space: spaces.Space[Any], action_space: spaces.Space[Any]
     ) -> EpisodeMemory:
-        """See `MemoryForm`."""
         return StackMemory(observation_space, action_space, self.n)
 
 
 @dataclass(frozen=True, slots=True)
-class Belief:
+class BeliefForm:
     """The observation, and behind it the belief of an ensemble of that many members."""
 
     members: int
@@ -60,7 +59,6 @@ class Belief:
     def memory(
         self, simulation: Simulation | None, observation_space: spaces.Space[Any], action_space: spaces.Space[Any]
     ) -> EpisodeMemory:
-        """See `MemoryForm`."""
         assert simulation is not None
         return BeliefMemory(simulation, self.members)
 
@@ -75,7 +73,6 @@ class Standard:
     def memory(
         self, simulation: Simulation | None, observation_space: spaces.Space[Any], action_space: spaces.Space[Any]
     ) -> EpisodeMemory:
-        """See `MemoryForm`."""
         assert isinstance(observation_space, spaces.Box)
         return StandardMemory(observation_space, np.array(self.mean), np.array(self.deviation))
 
@@ -100,7 +97,6 @@ class StandardMemory:
         """The episodes in `mask`, shape (N,), begin with their next observation."""
 
     def take(self, observations: Array, actions: Array | None, mask: Flags) -> Array:
-        """See `EpisodeMemory`."""
         return self._scaled(observations)
 
     def _scaled(self, observations: Array) -> Array:
@@ -108,7 +104,7 @@ class StandardMemory:
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class TaskShown:
     """What is shown of a task.
 
     Attributes:
@@ -139,14 +135,16 @@ class ShownBox(AnyBox):
         shown: what they show.
     """
 
-    def __init__(self, low: Array, high: Array, shown: Shown) -> None:
+    def __init__(self, low: Array, high: Array, shown: TaskShown) -> None:
         super().__init__(low, high, dtype=np.float32)
         self.shown = shown
 
 
 def shown_space(simulation: Simulation) -> ShownBox:
     """The observation space of an environment of a simulation."""
-    return ShownBox(*bounds(simulation.entries), Shown(simulation.task.name, TASK_VERSION, tuple(simulation.entries)))
+    return ShownBox(
+        *bounds(simulation.entries), TaskShown(simulation.task.name, TASK_VERSION, tuple(simulation.entries))
+    )
 
 
 def behind(space: spaces.Space[Any], form: MemoryForm, memory: EpisodeMemory) -> spaces.Box[Any]:

@@ -22,7 +22,7 @@ from grind_env.envs.tasks import Task
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.process import Process
-from grind_env.render.view import View
+from grind_env.render.view import EpisodePicture
 
 SimulationT = TypeVar("SimulationT", bound="Simulation")
 
@@ -163,7 +163,7 @@ class Simulation(Protocol):
     def record(self, episodes: Episodes, i: int, blocks: Sequence[Any]) -> GrindingRecord:
         """Its strokes, dresses and finished parts, as `machine.grind` records them."""
 
-    def view(self, episodes: Episodes, i: int, blocks: Sequence[Any], outcomes: Sequence[Outcome]) -> View:
+    def view(self, episodes: Episodes, i: int, blocks: Sequence[Any], outcomes: Sequence[Outcome]) -> EpisodePicture:
         """What a picture of episode i shows, of which these steps have been taken with these outcomes."""
 
 

@@ -14,7 +14,7 @@ from grind_env.envs.contexts import option_items
 from grind_env.envs.tasks import TaskError
 from grind_env.errors import GrindError
 from grind_env.render import ansi, frames
-from grind_env.render.view import View
+from grind_env.render.view import EpisodePicture
 
 VECTOR_RENDER_MODES = ("rgb_array", "ansi")
 
@@ -24,7 +24,7 @@ def vector_metadata(mode: AutoresetMode) -> dict[str, Any]:
     return {"render_modes": [*VECTOR_RENDER_MODES], "render_fps": frames.FPS, "autoreset_mode": mode}
 
 
-def drawn_all(render_mode: str | None, begun: Array, views: Iterable[View]) -> tuple[Any, ...] | None:
+def drawn_all(render_mode: str | None, begun: Array, views: Iterable[EpisodePicture]) -> tuple[Any, ...] | None:
     """A picture or a text of every sub-environment; None, with a warning, without a render mode.
 
     Args:

@@ -1,4 +1,4 @@
-"""The view of a running episode: what `View` shows, read off a task, its episodes and what came of each block."""
+"""The view of a running episode: an `EpisodePicture` read off a task, its episodes and what came of each block."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -11,7 +11,7 @@ from grind_env.envs.tables import Outcome
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.process.cost import Limits
-from grind_env.render.view import Extent, GroundBlock, View, Workpiece
+from grind_env.render.view import EpisodePicture, Extent, GroundBlock, Workpiece
 
 STOCK_ROOM = 1.75
 """Stock over nominal that the picture has room for; the tasks spread it by a quarter, one standard deviation."""
@@ -41,7 +41,7 @@ def view_of(
     blocks: Sequence[Any],
     outcomes: Sequence[Outcome],
     text: str,
-) -> View:
+) -> EpisodePicture:
     """Episode i as it stands, at rest between two blocks.
 
     Args:
@@ -53,7 +53,7 @@ def view_of(
         text: what the control has read for the last block.
     """
     limits = {kind.name: task.limits(kind) for kind in task.kinds}
-    return View(
+    return EpisodePicture(
         extent=extent_of(task),
         ground=tuple(
             ground_block(block, outcome, limits[block.kind.name])

@@ -18,7 +18,7 @@ from grind_env.envs.env import GrindEnv
 from grind_env.envs.learning import eased, usual
 from grind_env.envs.memory import Flags, WrapperError, belief_entries
 from grind_env.envs.observations import Reading
-from grind_env.envs.shown import Belief, MemoryForm, ShownBox, Stack, Standard, behind
+from grind_env.envs.shown import BeliefForm, MemoryForm, ShownBox, Stack, Standard, behind
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.vector_env import GrindVectorEnv
 
@@ -160,7 +160,7 @@ class BeliefFilter(MemoryWrapper, RecordConstructorArgs):
         simulation = followed(env, env.observation_space, env.unwrapped.observation_space)
         check_whole("members", members)
         self.entries = (*simulation.entries, *belief_entries())
-        super().__init__(env, Belief(members))
+        super().__init__(env, BeliefForm(members))
 
     def observation_info(self) -> tuple[Reading, ...]:
         """Every entry of the observation, the belief last."""
@@ -184,7 +184,7 @@ class VectorBeliefFilter(VectorMemory):
         simulation = followed(env, env.observation_space, env.unwrapped.observation_space)
         check_whole("members", members)
         self.entries = (*simulation.entries, *belief_entries())
-        super().__init__(env, Belief(members))
+        super().__init__(env, BeliefForm(members))
 
     def observation_info(self) -> tuple[Reading, ...]:
         """Every entry of the observation, the belief last."""

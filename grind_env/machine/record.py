@@ -106,7 +106,7 @@ def heading(name: str) -> str:
     return f"{name} [{UNITS[name]}]" if name in UNITS else name
 
 
-class Log:
+class RowLog:
     """A table that grows, by a row or by many."""
 
     def __init__(self, dtype: np.dtype[np.void]) -> None:

@@ -53,10 +53,10 @@ from grind_env.machine.part.part import ANYWHERE, PartRun, StageResult
 from grind_env.machine.part.passes import Dressed
 from grind_env.machine.part.rows import NUMBERS_FROM, STROKE_ROW, WHEEL_FIELDS, table_of
 from grind_env.machine.part.running import Running
-from grind_env.machine.part.stations import Sweep, alone, met, sweep_of, sweep_of_plan, touched
+from grind_env.machine.part.stations import Swept, alone, met, sweep_of, sweep_of_plan, touched
 from grind_env.machine.part.unjudged import Unjudged
-from grind_env.machine.record import DRESS_ROW, PART_ROW, GrindingRecord, Log
-from grind_env.machine.watch import Watch
+from grind_env.machine.record import DRESS_ROW, PART_ROW, GrindingRecord, RowLog
+from grind_env.machine.watch import RunWatch
 from grind_env.machine.watch.advice import (
     BEYOND_NUMBERS,
     advancing_dresser,
@@ -103,8 +103,12 @@ class GrindingRun:
         self.mount, self.drive = Mount(job), Drive(1.0, control.reversal_dwell)
         self.dressing = DressPrograms(programs, job, control)
         self.running = Running(job)
-        self.watch = Watch(programs.name, job, control)
-        self.strokes, self.dresses, self.parts = Log(STROKE_ROW), Log(DRESS_ROW), Log(PART_ROW)
+        self.watch = RunWatch(programs.name, job, control)
+        self.strokes, self.dresses, self.parts = (
+            RowLog(STROKE_ROW),
+            RowLog(DRESS_ROW),
+            RowLog(PART_ROW),
+        )
         self.plunged = bytearray()
         self.stages: list[tuple[StageResult, ...]] = []
         self.unjudged: list[tuple[Unjudged, ...]] = []
@@ -241,7 +245,7 @@ class GrindingRun:
         """Whether strokes that meet these stations leave the part at hand for another."""
         return bool(stations) and self.part.met and self.part.station not in stations
 
-    def expect(self, time: float, sweep: Sweep) -> None:
+    def expect(self, time: float, sweep: Swept) -> None:
         """A block will sweep this with a table that is at rest: on the way to another station a worn wheel is changed.
 
         What runs block by block says so before the words of the block are chosen; otherwise the block itself does it.
@@ -381,7 +385,7 @@ class GrindingRun:
         self.watch.start_cycle(self.part, plan)
         return loads
 
-    def _take_over(self, time: float, plan: CyclePlan, sweep: Sweep, dress: DressPlan | None = None) -> None:
+    def _take_over(self, time: float, plan: CyclePlan, sweep: Swept, dress: DressPlan | None = None) -> None:
         """A cycle, with what its dress program does, or a feed move that is a stroke takes over."""
         loads = self._take_part(time, plan, met(self.job, sweep))
         if self.job.process.before is not None:

@@ -6,9 +6,10 @@ escaped.
 
 from collections.abc import Iterable, Sequence
 from html import escape
-from typing import NamedTuple
+from typing import Any
 
 from grind_env.errors import printable
+from grind_env.table import Column, table_of
 
 MOST_ROWS = 30
 """Of a table; of more the first and the last are shown."""
@@ -24,38 +25,20 @@ BAD = "color:#d8433b;font-weight:bold"
 LEFT, RIGHT = "text-align:left;padding:2px 8px", "text-align:right;padding:2px 8px"
 
 
-class Cell(NamedTuple):
-    """A cell of a table; a plain text is one that is not bad."""
-
-    text: str
-    bad: bool = False
-
-
 def fragment(title: str, *bodies: str) -> str:
     """What a notebook shows: a title, then bodies by the functions below; its dollars are no mathematics."""
     heading = f"<p><b>{_escaped(title)}</b></p>" if title else ""
     return f'<div class="grind tex2jax_ignore mathjax_ignore">{heading}{"".join(bodies)}</div>'
 
 
-def table(headings: Sequence[str], rows: Iterable[Sequence[str | Cell]], left: int = 1) -> str:
-    """A table; its first `left` columns are text, the others numbers."""
-    sides = [LEFT if k < left else RIGHT for k in range(len(headings))]
-    head = "".join(f'<th style="{side}">{_escaped(text)}</th>' for side, text in zip(sides, headings, strict=True))
-    shown = [[cell if isinstance(cell, Cell) else Cell(cell) for cell in row] for row in rows]
-    body = [
-        "".join(
-            f'<td style="{side}{";" + BAD if cell.bad else ""}">{_escaped(cell.text)}</td>'
-            for side, cell in zip(sides, row, strict=True)
-        )
-        for row in shown
-    ]
-    if len(body) > MOST_ROWS:
-        left_out = len(body) - MOST_ROWS
-        gap = f'<td colspan="{len(headings)}" style="{LEFT}">… {left_out} more</td>'
-        body = [*body[: MOST_ROWS // 2], gap, *body[MOST_ROWS // 2 + left_out :]]
-    lines = "".join(f"<tr>{cells}</tr>" for cells in body)
-    whole = f"<table><thead><tr>{head}</tr></thead><tbody>{lines}</tbody></table>"
-    return f'<div style="overflow-x:auto;margin:0.5em 0">{whole}</div>'
+def table(columns: Sequence[Column | str], rows: Iterable[Any], left: int = 1) -> str:
+    """A table as of `grind_env.table.table_of`; its first `left` columns are text, the others numbers."""
+    shown = table_of(columns, rows, left=left).shortened(MOST_ROWS)
+    return f'<div style="overflow-x:auto;margin:0.5em 0">{shown.html(_look)}</div>'
+
+
+def _look(right: bool, kind: str) -> str:
+    return f' style="{RIGHT if right else LEFT}{";" + BAD if kind == "bad" else ""}"'
 
 
 def paragraphs(lines: Iterable[str], *, bad: bool = False) -> str:

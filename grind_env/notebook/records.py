@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from grind_env.machine.record import GrindingRecord
-from grind_env.notebook.markup import Cell, fragment, items, paragraphs, table
+from grind_env.notebook.markup import fragment, items, paragraphs, table
 from grind_env.render.comparison import HEADINGS, compared_blocks, compared_dresses
 from grind_env.render.plots import draw_record
 from grind_env.render.tables import faults, part_table, totals
@@ -15,16 +15,11 @@ if TYPE_CHECKING:
 def html(record: GrindingRecord) -> str:
     """What `grind run` prints."""
     parts = part_table(record, record.job)
-    headings = [heading.replace("\n", " ") for heading in parts.headings]
-    rows: list[list[str | Cell]] = [
-        [row.number, *(Cell(text, name in row.red) for name, text in zip(parts.fields[1:], row.texts, strict=True))]
-        for row in parts.rows
-    ]
     found = faults(record, record.job)
     return fragment(
         record.programs.name,
-        table(headings, rows),
-        table([heading.replace("\n", " ") for heading in HEADINGS], compared_blocks(record)),
+        table(parts.headings, [row.cells(parts.fields) for row in parts.rows]),
+        table(HEADINGS, compared_blocks(record)),
         paragraphs(compared_dresses(record)),
         paragraphs([totals(record)]),
         "".join(

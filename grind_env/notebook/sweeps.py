@@ -14,10 +14,7 @@ if TYPE_CHECKING:
 
 def html(found: Sweep) -> str:
     """What `grind sweep` prints."""
-    bodies = [
-        paragraphs([shown.title]) + table([text.replace("\n", " ") for text in shown.headings], shown.rows, left=0)
-        for shown in tables_of(found)
-    ]
+    bodies = [paragraphs([shown.title]) + table(shown.headings, shown.rows, left=0) for shown in tables_of(found)]
     title = f"{found.program}, batches of {found.parts} runs, {lots_said(found.lots)}"
     return fragment(title, *bodies, paragraphs(sentences(found)))
 

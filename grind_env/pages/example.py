@@ -4,13 +4,13 @@ import math
 from typing import Any
 
 from grind_env.envs.tables import COST_TERMS, reward_terms
-from grind_env.pages.sheet import Sheet
+from grind_env.pages.sheet import TaskSheet
 
 COUNT = 4
 """Environments of the vector environment."""
 
 
-def example(about: Sheet) -> str:
+def example(about: TaskSheet) -> str:
     """A session that makes the environment, takes one step, and makes the vector environment."""
     env: Any = about.env
     size, width = len(about.readings), env.action_space.shape[0]

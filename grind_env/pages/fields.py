@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from itertools import groupby
 
 from grind_env.envs.tasks import schema
-from grind_env.envs.tasks.schema import Row
+from grind_env.envs.tasks.schema import SchemaRow
 from grind_env.pages.catalogue_fields import keys_of, preface, remark_on
 from grind_env.pages.job_fields import STAGES, STATIONS, job_rows
-from grind_env.pages.markdown import table
 from grind_env.process.catalogue import KINDS, load_catalogue
+from grind_env.table import Column, table_of
 
 FILE = "fields.md"
 
@@ -25,6 +25,22 @@ TASK = """\
 A task is what an environment of cycle blocks draws and asks for: `gym.make("grind/Task-v0", task="shop.toml")`. Beside
 these tables it may hold catalogue entries. `grind tasks shop.toml` prints it with its defaults."""
 
+KEYS = (
+    Column("key", lambda each: f"`{each.key}`"),
+    Column("symbol", "symbol"),
+    Column("unit", lambda each: each.unit or None),
+    Column("range", "legal"),
+    Column("default", lambda each: each.default or "required"),
+    Column("meaning", "meaning"),
+)
+ROWS = (
+    Column("key", lambda row: f"`{row.key}`"),
+    Column("unit", lambda row: (row.content.quantity and row.content.quantity.unit) or None),
+    Column("holds", "holds"),
+    Column("", "otherwise"),
+    Column("meaning", "meaning"),
+)
+
 
 def fields_page() -> str:
     """The page, Markdown."""
@@ -32,25 +48,15 @@ def fields_page() -> str:
     lines = ["# Fields of jobs, catalogues and tasks", "## Job", JOB, *_tables(job_rows()), "## Catalogue", CATALOGUE]
     for kind, entry in KINDS.items():
         names = [(f"`{name}`", remark_on(kind, name) or "–") for name in getattr(known, f"{kind}s")]
-        keys = [
-            (f"`{each.key}`", each.symbol, each.unit or "–", each.legal, each.default or "required", each.meaning)
-            for each in keys_of(entry)
-        ]
         lines += [f"### [{kind}.NAME]", *filter(None, [preface(kind)])]
-        lines += [table(("key", "symbol", "unit", "range", "default", "meaning"), keys), table(("entry", ""), names)]
+        lines += [table_of(KEYS, keys_of(entry)).markdown(), table_of(("entry", ""), names).markdown()]
     lines += ["## Task", TASK, *_tables(schema.rows())]
     return "\n\n".join(lines) + "\n"
 
 
-def _tables(rows: Sequence[Row]) -> list[str]:
+def _tables(rows: Sequence[SchemaRow]) -> list[str]:
     lines = []
     for name, listed in groupby(rows, key=lambda row: row.table):
         heading = f"[[{name}]]" if name in ("kind", STAGES, STATIONS) else f"[{name}]" if name else "Above all tables"
-        cells = [(f"`{row.key}`", _unit(row), row.holds, row.otherwise, row.meaning) for row in listed]
-        lines += [f"### {heading}", table(("key", "unit", "holds", "", "meaning"), cells)]
+        lines += [f"### {heading}", table_of(ROWS, listed).markdown()]
     return lines
-
-
-def _unit(row: Row) -> str:
-    quantity = row.content.quantity
-    return (quantity.unit if quantity else "") or "–"

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from grind_env.envs.tasks.schema import FILES, Row, rows_of
+from grind_env.envs.tasks.schema import FILES, SchemaRow, rows_of
 from grind_env.machine.job import Diamond, Lots, Part, Setup, Stage, Station, Times, WheelStart
 from grind_env.process.catalogue import KINDS, USUAL
 from grind_env.process.tables import Content
@@ -18,21 +18,23 @@ PLANT = "name of the machine that grinds, where it is not the model: meter:7, fo
 MATERIAL = "work material: the name of an entry of the catalogue"
 
 
-def job_rows() -> list[Row]:
+def job_rows() -> list[SchemaRow]:
     """All keys, table by table."""
     known = {row.key: row.meaning for row in rows_of(STATIONS, Station)}
     text, numbers = Content(str, str), Content(Mapping, float)
-    names = [Row("setup", kind, text, f"{kind}: the name of an entry of the catalogue", USUAL[kind]) for kind in USUAL]
+    names = [
+        SchemaRow("setup", kind, text, f"{kind}: the name of an entry of the catalogue", USUAL[kind]) for kind in USUAL
+    ]
     overrides = [
-        Row("setup", f"{kind}_overrides", numbers, f"single values of the {kind} that differ from its entry")
+        SchemaRow("setup", f"{kind}_overrides", numbers, f"single values of the {kind} that differ from its entry")
         for kind in KINDS
     ]
     return [
-        Row("", "plant", text, PLANT, derived="the model"),
-        Row("part", "material", text, MATERIAL, required=True),
+        SchemaRow("", "plant", text, PLANT, derived="the model"),
+        SchemaRow("part", "material", text, MATERIAL, required=True),
         *rows_of("part", Part),
         *rows_of(STAGES, Stage),
-        Row(
+        SchemaRow(
             STATIONS,
             "name",
             text,
@@ -47,5 +49,5 @@ def job_rows() -> list[Row]:
         *rows_of("wheel", WheelStart),
         *rows_of("diamond", Diamond),
         *rows_of("lots", Lots),
-        Row("catalogue", "files", Content(tuple, str), FILES),
+        SchemaRow("catalogue", "files", Content(tuple, str), FILES),
     ]

@@ -1,19 +1,13 @@
-"""Markdown tables, and the parts of the docstring of an environment."""
+"""The parts of the docstring of an environment."""
 
 import inspect
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 from grind_env.envs.docstrings import meanings
 
 HEADING = re.compile(r"^## (.+)$", re.MULTILINE)
-
-
-def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A Markdown table; bars within a cell are escaped."""
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in line)} |" for line in lines)
 
 
 def prose(make: Callable[..., Any]) -> dict[str, str]:

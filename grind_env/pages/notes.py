@@ -17,7 +17,7 @@ class PageError(GrindError):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Note:
+class PageNote:
     """Notes on one id.
 
     Attributes:
@@ -37,18 +37,18 @@ class Note:
 
 
 @functools.cache
-def load_notes() -> Mapping[str, Note]:
+def load_notes() -> Mapping[str, PageNote]:
     """All notes by id."""
     document: Mapping[str, Mapping[str, Any]] = tomllib.loads(FILE.read_text(encoding="utf-8"))
     return {env_id: _note(entry) for env_id, entry in document.items()}
 
 
-def _note(entry: Mapping[str, Any]) -> Note:
+def _note(entry: Mapping[str, Any]) -> PageNote:
     reward = entry.get("reward")
-    return Note(**{**entry, "reward": None if reward is None else (reward[0], reward[1])})
+    return PageNote(**{**entry, "reward": None if reward is None else (reward[0], reward[1])})
 
 
-def note_of(env_id: str) -> Note:
+def note_of(env_id: str) -> PageNote:
     """The notes on an id.
 
     Raises:

@@ -6,9 +6,9 @@ from typing import Any
 from grind_env.envs.learning import WORST_REWARD
 from grind_env.pages.discount import KEPT, discount_of, dress_interval
 from grind_env.pages.example import example
-from grind_env.pages.markdown import arguments, prose, table
-from grind_env.pages.rewards import Span
-from grind_env.pages.sheet import Sheet, sheet
+from grind_env.pages.markdown import arguments, prose
+from grind_env.pages.rewards import RewardSpan
+from grind_env.pages.sheet import TaskSheet, sheet
 from grind_env.pages.tables import (
     RANGE_NOTE,
     action_table,
@@ -20,6 +20,7 @@ from grind_env.pages.tables import (
     setup_table,
 )
 from grind_env.scores import find_reference, normalise
+from grind_env.table import table_of
 from grind_env.task_version import HISTORY, TASK_VERSION
 
 SECTIONS = (
@@ -67,7 +68,7 @@ def page(env_id: str) -> str:
     return "\n\n".join(line for line in lines if line) + "\n"
 
 
-def _facts(about: Sheet) -> str:
+def _facts(about: TaskSheet) -> str:
     rows = [
         ("make", f'`gym.make("{about.id}"{", program=..." if about.note.program else ""})`'),
         ("action space", f"`{about.env.action_space}`"),
@@ -78,10 +79,10 @@ def _facts(about: Sheet) -> str:
         ("task version", str(TASK_VERSION)),
         ("easy or hard", about.note.hard),
     ]
-    return table(("", ""), rows)
+    return table_of(("", ""), rows).markdown()
 
 
-def _example(about: Sheet) -> str:
+def _example(about: TaskSheet) -> str:
     session = f"```python\n{example(about)}\n```"
     return (
         "To learn it: `VectorForLearning` of `grind_env.envs.wrappers` shows the observation less its mean and over its"
@@ -91,13 +92,12 @@ def _example(about: Sheet) -> str:
     )
 
 
-def _versions(about: Sheet) -> str:
-    versions = table(("version", "what changed"), list(about.note.versions.items()))
-    rows = [(str(number), text) for number, text in HISTORY.items()]
+def _versions(about: TaskSheet) -> str:
+    versions = table_of(("version", "what changed"), about.note.versions.items()).markdown()
     lines = [
         f"Ids stay `-v0` until 1.0. The tasks are of version {TASK_VERSION}; scores, tuned parameters and agents of"
         " another one are not read.",
-        table(("task version", "what it is"), rows),
+        table_of(("task version", "what it is"), HISTORY.items()).markdown(),
     ]
     return "\n\n".join([versions, *lines])
 
@@ -107,7 +107,7 @@ def _box(space: Any) -> str:
     return f"Box({space.shape}, {space.dtype})"
 
 
-def _discount(about: Sheet) -> str:
+def _discount(about: TaskSheet) -> str:
     env: Any = about.env
     env.reset(seed=0, options={"context": "nominal"})
     interval = dress_interval(env.simulation, env.given)
@@ -118,11 +118,11 @@ def _discount(about: Sheet) -> str:
     )
 
 
-def _span(reward: Span) -> str:
+def _span(reward: RewardSpan) -> str:
     return f"{reward.least:g} to {reward.most:g}" if math.isfinite(reward.least) else f"at most {reward.most:g}"
 
 
-def _description(about: Sheet, words: dict[str, str]) -> str:
+def _description(about: TaskSheet, words: dict[str, str]) -> str:
     lines = [about.note.summary, words[""], words.get("Description", "")]
     if about.task is not None:
         order = "random orders" if about.task.orders else ", ".join(about.task.sequence) + ", repeated"
@@ -130,12 +130,12 @@ def _description(about: Sheet, words: dict[str, str]) -> str:
     return "\n\n".join(lines)
 
 
-def _actions(about: Sheet) -> str:
+def _actions(about: TaskSheet) -> str:
     forms = form_table(about.codec.task, predress=about.task is not None)
     return f"{action_table(about)}\n\n{forms}"
 
 
-def _observation(about: Sheet) -> str:
+def _observation(about: TaskSheet) -> str:
     shown = dict(enumerate(about.readings))
     hidden = {place: each for place, each in enumerate(about.full) if each not in about.readings}
     lines = [
@@ -150,7 +150,7 @@ def _observation(about: Sheet) -> str:
     return "\n\n".join(lines)
 
 
-def _reward(about: Sheet) -> str:
+def _reward(about: TaskSheet) -> str:
     bounded = math.isfinite(about.reward.least)
     lines = [f"A step earns {'from ' if bounded else ''}{_span(about.reward)}."]
     if about.costs:
@@ -159,7 +159,7 @@ def _reward(about: Sheet) -> str:
     return "\n\n".join(lines)
 
 
-def _episode(about: Sheet) -> str:
+def _episode(about: TaskSheet) -> str:
     if about.task is None:
         return ""
     start = about.task.start
@@ -175,18 +175,18 @@ def _episode(about: Sheet) -> str:
     return "\n\n".join([" ".join(lines), drawn] if drawn else [" ".join(lines)])
 
 
-def _arguments(about: Sheet) -> str:
+def _arguments(about: TaskSheet) -> str:
     fixed = about.env.spec.kwargs if about.env.spec else {}
     rows = [
         (f"`{name}`", f"`{default}`" if default else "required", meaning)
         for name, default, meaning in arguments(about.make)
         if name != "task" or name not in fixed
     ]
-    listed = table(("argument", "default", "meaning"), rows)
+    listed = table_of(("argument", "default", "meaning"), rows).markdown()
     return f"{listed}\n\nThe id fixes the argument `task`." if "task" in fixed else listed
 
 
-def _scores(about: Sheet) -> str:
+def _scores(about: TaskSheet) -> str:
     """What known policies earn in an episode, and their scores (`grind_env.scores`)."""
     known = find_reference(about.id)
     if known is None:
@@ -197,6 +197,5 @@ def _scores(about: Sheet) -> str:
     ]
     heading = f"cost over that of {known.fixed_plan}" if known.ratio else "score"
     scale = "" if known.ratio else f" 0 is {known.fixed_plan} and 100 the strongest reference, on its episodes."
-    return f"Mean return of an episode with its standard error, default arguments.{scale} {OTHER_TABLES}\n\n" + table(
-        ("policy", "return", heading), rows
-    )
+    listed = table_of(("policy", "return", heading), rows).markdown()
+    return f"Mean return of an episode with its standard error, default arguments.{scale} {OTHER_TABLES}\n\n{listed}"

@@ -1,7 +1,8 @@
 """The page of the machines that are not the model."""
 
-from grind_env.pages.markdown import table
-from grind_env.plants import FAMILIES, Family, Range
+from grind_env.plants import FAMILIES, Family
+from grind_env.plants.family import Range
+from grind_env.table import Column, table_of
 
 FILE = "plants.md"
 
@@ -48,25 +49,27 @@ Before the name of a source stands what it is worth, as in [the validation](vali
 data or tables that were seen; *remembered*, of a page that was not opened; *own*, what this project expects. The
 ranges are frozen: a change would make what has been scored on them another thing."""
 
+RANGES = (
+    Column("number", lambda each: f"`{each.field}`"),
+    Column("what", "what"),
+    Column("unit", lambda each: each.unit or None),
+    Column("range", lambda each: _span(each)),
+    Column("source", "basis"),
+)
+
 
 def plants_page() -> str:
     """The page, Markdown."""
     lines = ["# Machines that are not the model", INTRODUCTION]
     for family in FAMILIES:
-        lines += [f"## {family.name}", f"{_sentence(family.what)}{_chances(family)}", _table(family)]
+        lines += [f"## {family.name}", f"{_sentence(family.what)}{_chances(family)}"]
+        lines.append(table_of(RANGES, family.ranges).markdown())
     return "\n\n".join(lines) + "\n"
 
 
-def _table(family: Family) -> str:
-    header = ("number", "what", "unit", "range", "source")
-    return table(header, [_row(each) for each in family.ranges])
-
-
-def _row(each: Range) -> tuple[str, ...]:
-    factor = ", factor" if each.factor else ""
+def _span(each: Range) -> str:
     judges = "" if each.held_out is None else "; held out {:g} to {:g}".format(*each.held_out)
-    span = f"{each.low:g} to {each.high:g}{judges}{factor}"
-    return f"`{each.field}`", each.what, each.unit or "–", span, str(each.basis)
+    return f"{each.low:g} to {each.high:g}{judges}{', factor' if each.factor else ''}"
 
 
 def _sentence(text: str) -> str:

@@ -32,27 +32,27 @@ MEANINGS = {
 }
 
 
-class Span(NamedTuple):
+class RewardSpan(NamedTuple):
     """The least and the most of something."""
 
     least: float
     most: float
 
 
-def stock_span(task: Task, kind: Kind) -> Span:
+def stock_span(task: Task, kind: Kind) -> RewardSpan:
     """Stock of a block, mm, in whole um as it is drawn."""
     spread = STOCK_SIGMAS * task.spread.stock if kind.starts_part else 0.0
     least = max(kind.least_stock, 1.0 - spread) if spread > 0.0 else 1.0
     ends = (math.floor(1000.0 * kind.stock * share + 0.5) / 1000.0 for share in (least, 1.0 + spread))
-    return Span(*ends)
+    return RewardSpan(*ends)
 
 
-def step_times(task: Task) -> dict[str, Span]:
+def step_times(task: Task) -> dict[str, RewardSpan]:
     """Seconds of a block without its dresses, by kind."""
     return infeed_times(task) if task.infeed > 0.0 else stroke_times(task)
 
 
-def stroke_times(task: Task) -> dict[str, Span]:
+def stroke_times(task: Task) -> dict[str, RewardSpan]:
     """Seconds of a G82 block of each kind without its dresses, with loading."""
     low, high = task.action.speed_ends
     spans = {}
@@ -62,14 +62,14 @@ def stroke_times(task: Task) -> dict[str, Span]:
         optimum = 0.06 * math.sqrt(task.machine.acceleration * task.stroke_length(kind))
         fastest = min(max(low, optimum), high)
         thick = replace(kind, stock=stock.most)
-        spans[kind.name] = Span(
+        spans[kind.name] = RewardSpan(
             task.nominal_seconds(replace(kind, stock=stock.least), fastest),
             max(task.nominal_seconds(thick, low), task.nominal_seconds(thick, high)),
         )
     return spans
 
 
-def infeed_times(task: Task) -> dict[str, Span]:
+def infeed_times(task: Task) -> dict[str, RewardSpan]:
     """Seconds of a G81 block of each kind without its dresses, with loading: the infeed, and strokes to wait for."""
     machine, executions = task.machine, task.action.executions
     feed = task.infeed / 60.0
@@ -82,11 +82,11 @@ def infeed_times(task: Task) -> dict[str, Span]:
         # the control waits for a reversal point after every infeed
         waiting = (end + 1.5 + executions) * stroke.most + (executions + 1.0) * feed / machine.acceleration
         least = load + stock.least / feed + end * stroke.least
-        spans[kind.name] = Span(least, load + stock.most / feed + waiting)
+        spans[kind.name] = RewardSpan(least, load + stock.most / feed + waiting)
     return spans
 
 
-def cost_spans(task: Task, times: Mapping[str, Span]) -> dict[str, Span]:
+def cost_spans(task: Task, times: Mapping[str, RewardSpan]) -> dict[str, RewardSpan]:
     """Cost of a step in $, by term of the reward.
 
     Args:
@@ -101,38 +101,38 @@ def cost_spans(task: Task, times: Mapping[str, Span]) -> dict[str, Span]:
     stops = most * task.dress_seconds + task.machine.stall_time
     longest = {name: span.most + stops for name, span in times.items()}
     spans = {
-        "time": Span(
+        "time": RewardSpan(
             per_second * min(span.least for span in times.values()),
             per_second * (max(longest.values()) + (change.seconds if change else 0.0)),
         ),
-        "wheel": Span(0.0, rates.wheel * (most * dressed + max(_worn(task, kind) for kind in task.kinds))),
-        "dress": Span(0.0, rates.dress * most),
-        "scrap": Span(0.0, max(kind.scrap for kind in task.kinds)),
-        "handover": Span(0.0, MOST_HANDOVER_DRESSES * execution),
+        "wheel": RewardSpan(0.0, rates.wheel * (most * dressed + max(_worn(task, kind) for kind in task.kinds))),
+        "dress": RewardSpan(0.0, rates.dress * most),
+        "scrap": RewardSpan(0.0, max(kind.scrap for kind in task.kinds)),
+        "handover": RewardSpan(0.0, MOST_HANDOVER_DRESSES * execution),
     }
     if task.due is not None:
         due = task.due
         behind = max(longest[kind.name] - due.slack[0] * task.nominal_seconds(kind, due.speed) for kind in task.kinds)
-        spans["late"] = Span(0.0, due.late / 3600.0 * task.blocks * behind)
+        spans["late"] = RewardSpan(0.0, due.late / 3600.0 * task.blocks * behind)
     if change is not None:
-        spans["change"] = Span(0.0, change.price)
+        spans["change"] = RewardSpan(0.0, change.price)
     return {name: spans[name] for name in reward_terms(task)}
 
 
-def reward_span(task: Task, costs: Mapping[str, Span]) -> Span:
+def reward_span(task: Task, costs: Mapping[str, RewardSpan]) -> RewardSpan:
     """Lowest and highest reward of a step, rounded outwards to hundredths."""
     worst = -sum(span.most for span in costs.values()) / task.reference_cost
     best = -sum(span.least for span in costs.values()) / task.reference_cost
-    return Span(math.floor(100.0 * worst) / 100.0, math.ceil(100.0 * best) / 100.0)
+    return RewardSpan(math.floor(100.0 * worst) / 100.0, math.ceil(100.0 * best) / 100.0)
 
 
-def _stroke(task: Task, kind: Kind) -> Span:
+def _stroke(task: Task, kind: Kind) -> RewardSpan:
     """Seconds of a stroke with its reversal dwell, at the fastest and at the slowest table."""
     machine, distance = task.machine, task.stroke_length(kind)
     slowest, fastest = (
         motion_time(distance, 1000.0 * speed / 60.0, machine.acceleration) for speed in task.action.speed_ends
     )
-    return Span(fastest + machine.reversal_dwell, slowest + machine.reversal_dwell)
+    return RewardSpan(fastest + machine.reversal_dwell, slowest + machine.reversal_dwell)
 
 
 def _worn(task: Task, kind: Kind) -> float:

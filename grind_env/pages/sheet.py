@@ -13,12 +13,12 @@ from grind_env.envs.names import environment_id
 from grind_env.envs.observations import Reading
 from grind_env.envs.tasks import Task
 from grind_env.errors import did_you_mean, quoted
-from grind_env.pages.notes import Note, PageError, note_of
-from grind_env.pages.rewards import Span, cost_spans, reward_span, step_times
+from grind_env.pages.notes import PageError, PageNote, note_of
+from grind_env.pages.rewards import RewardSpan, cost_spans, reward_span, step_times
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Sheet:
+class TaskSheet:
     """What a page is made of.
 
     Attributes:
@@ -36,16 +36,16 @@ class Sheet:
     """
 
     id: str
-    note: Note
+    note: PageNote
     make: Callable[..., Any]
     env: gym.Env[Any, Any]
     readings: tuple[Reading, ...]
     full: tuple[Reading, ...]
     task: Task | None
     codec: ActionCodec
-    costs: dict[str, Span]
+    costs: dict[str, RewardSpan]
     reference_cost: float
-    reward: Span
+    reward: RewardSpan
 
     @property
     def title(self) -> str:
@@ -64,7 +64,7 @@ def page_ids() -> list[str]:
     return sorted(ids, key=lambda name: (name != "grind/PowerLimited-v0", name.lower()))
 
 
-def sheet(name: str) -> Sheet:
+def sheet(name: str) -> TaskSheet:
     """What is known of an id.
 
     Args:
@@ -86,7 +86,7 @@ def sheet(name: str) -> Sheet:
     # a program has no task that its reward could be worked out from
     task = env.task if note.reward is None else None
     costs = {} if task is None else cost_spans(task, step_times(task))
-    return Sheet(
+    return TaskSheet(
         id=env_id,
         note=note,
         make=load_env_creator(str(gym.spec(env_id).entry_point)),
@@ -97,5 +97,5 @@ def sheet(name: str) -> Sheet:
         codec=env.codec,
         costs=costs,
         reference_cost=0.0 if task is None else task.reference_cost,
-        reward=Span(*note.reward) if note.reward else reward_span(env.task, costs),
+        reward=RewardSpan(*note.reward) if note.reward else reward_span(env.task, costs),
     )

@@ -4,13 +4,13 @@ import math
 from dataclasses import dataclass
 
 from grind_env.envs.actions import ACTIONS
-from grind_env.pages.markdown import table
-from grind_env.pages.sheet import Sheet, page_ids, sheet
+from grind_env.pages.sheet import TaskSheet, page_ids, sheet
 from grind_env.scores import find_reference, normalise
+from grind_env.table import Column, table_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Summary:
+class TaskSummary:
     """An id in one row.
 
     Attributes:
@@ -36,7 +36,7 @@ class Summary:
     scripted: float | None
 
 
-def summary(env_id: str) -> Summary:
+def summary(env_id: str) -> TaskSummary:
     """The row of a registered id.
 
     Raises:
@@ -45,13 +45,13 @@ def summary(env_id: str) -> Summary:
     return _row(sheet(env_id))
 
 
-def summaries() -> list[Summary]:
+def summaries() -> list[TaskSummary]:
     """The rows of all registered ids."""
     return [summary(env_id) for env_id in page_ids()]
 
 
-def _row(about: Sheet) -> Summary:
-    return Summary(
+def _row(about: TaskSheet) -> TaskSummary:
+    return TaskSummary(
         id=about.id,
         title=about.title,
         steps=about.steps,
@@ -76,18 +76,14 @@ def file_name(env_id: str) -> str:
 
 def index() -> str:
     """The index of the pages, Markdown."""
-    rows = [
-        (
-            f"[{each.id}]({file_name(each.id)})",
-            each.title,
-            str(each.steps or "-"),
-            ", ".join(each.actions),
-            str(each.observation),
-            each.hard,
-        )
-        for each in summaries()
-    ]
-    header = ("id", "job", "steps", "actions", "observation", "easy or hard")
+    columns = (
+        Column("id", lambda each: f"[{each.id}]({file_name(each.id)})"),
+        Column("job", "title"),
+        Column("steps", lambda each: each.steps or "-"),
+        Column("actions", lambda each: ", ".join(each.actions)),
+        Column("observation", "observation"),
+        Column("easy or hard", "hard"),
+    )
     judged = "How the process model under them compares with measured grinding: [validation](validation.md)."
     written = "What may stand in the files of a job, a catalogue and a task: [fields](fields.md)."
-    return f"# Environments\n\n{table(header, rows)}\n\n{written}\n\n{judged}\n"
+    return f"# Environments\n\n{table_of(columns, summaries()).markdown()}\n\n{written}\n\n{judged}\n"

@@ -6,10 +6,10 @@ from typing import Any
 from grind_env.belief.hidden import CUT
 from grind_env.envs.actions import ACTIONS, ActionCodec
 from grind_env.envs.observations import Reading
-from grind_env.envs.tasks import Task
-from grind_env.pages.markdown import table
+from grind_env.envs.tasks import Kind, Task
 from grind_env.pages.rewards import MEANINGS, STOCK_SIGMAS, WORST_WEAR
-from grind_env.pages.sheet import Sheet
+from grind_env.pages.sheet import TaskSheet
+from grind_env.table import Column, table_of
 
 LOTS = {"lot_growth": "wear-flat growth kA", "lot_pressure": "wear-flat pressure pm"}
 EPISODE = {
@@ -22,17 +22,17 @@ EPISODE = {
 """Log-normal factors of the tables of a task file by what they multiply."""
 
 
-def action_table(sheet: Sheet) -> str:
+def action_table(sheet: TaskSheet) -> str:
     """A row for each component of the default action, and what it chooses."""
     space: Any = sheet.env.action_space
     rows = [
         (str(k), name, f"{low:g}", f"{high:g}", choice)
         for k, ((name, choice), low, high) in enumerate(zip(_components(sheet), space.low, space.high, strict=True))
     ]
-    return table(("#", "component", "min", "max", "chooses"), rows)
+    return table_of(("#", "component", "min", "max", "chooses"), rows).markdown()
 
 
-def _components(sheet: Sheet) -> list[tuple[str, str]]:
+def _components(sheet: TaskSheet) -> list[tuple[str, str]]:
     """Name of each component of the default action, and what it chooses."""
     codec = sheet.codec
     speed = f"{codec.low:g} to {codec.high:g} mm/min, geometric, rounded to whole mm/min"
@@ -49,14 +49,14 @@ def form_table(task: Task, *, predress: bool) -> str:
     rows = [(f'`action="{form}"`', f"`{ActionCodec(task, form).space}`") for form in ACTIONS]
     if predress:
         rows.append(("`predress=True`", f"`{ActionCodec(task, predress=True).space}`"))
-    return table(("argument", "action space"), rows)
+    return table_of(("argument", "action space"), rows).markdown()
 
 
 def observation_table(readings: Mapping[int, Reading]) -> str:
     """A row for each entry by its place in the observation; the value is that of an observation x in its unit."""
     rows = [
         (
-            str(place),
+            place,
             f"`{each.name}`",
             f"{each.low:g}",
             f"{each.high:g}",
@@ -67,7 +67,7 @@ def observation_table(readings: Mapping[int, Reading]) -> str:
         )
         for place, each in readings.items()
     ]
-    return table(("#", "name", "min", "max", "value", "unit", "noise, delay", "meaning"), rows)
+    return table_of(("#", "name", "min", "max", "value", "unit", "noise, delay", "meaning"), rows).markdown()
 
 
 def _value(reading: Reading) -> str:
@@ -97,34 +97,31 @@ def setup_table(task: Task) -> str:
         rows.append(("wheel change", f"below {least:g} mm: {change.price:g} $ and {change.seconds:g} s"))
     if task.due is not None:
         rows.append(("due dates", f"one after every {task.due.blocks} blocks; lateness costs {task.due.late:g} $/h"))
-    return table(("set-up", ""), rows)
+    return table_of(("set-up", ""), rows).markdown()
 
 
-def kind_table(sheet: Sheet, task: Task) -> str:
+def kind_table(sheet: TaskSheet, task: Task) -> str:
     """The kinds of block; a pick that cannot be observed is none."""
     picks = any(reading.name == "pick" for reading in sheet.readings)
-    rows = [
-        (
-            kind.name,
-            kind.material,
-            f"{kind.stock:g}",
-            f"{kind.pick:g}" if picks else "-",
-            str(kind.sparkout),
-            f"{kind.width:g} x {kind.length:g}",
-            _limit(kind.roughness_limit),
-            _limit(kind.tolerance),
-            f"{task.limits(kind).rise:g}",
-            f"{kind.scrap:g}",
-            "whole part" if kind.starts_part and kind.ends_part else "starts a part" if kind.starts_part else "ends it",
-        )
-        for kind in task.kinds
-    ]
-    header = ("block", "material", "stock mm", "pick mm", "spark-out", "width x length mm")
-    return table((*header, "Ra limit um", "tolerance um", "rise limit K", "scrap $", ""), rows)
+    columns = (
+        Column("block", "name"),
+        Column("material", "material"),
+        Column("stock mm", "stock", "g"),
+        Column("pick mm", lambda kind: f"{kind.pick:g}" if picks else "-"),
+        Column("spark-out", "sparkout"),
+        Column("width x length mm", lambda kind: f"{kind.width:g} x {kind.length:g}"),
+        Column("Ra limit um", lambda kind: f"{kind.roughness_limit:g}" if kind.roughness_limit > 0.0 else "-"),
+        Column("tolerance um", lambda kind: f"{kind.tolerance:g}" if kind.tolerance > 0.0 else "-"),
+        Column("rise limit K", lambda kind: task.limits(kind).rise, "g"),
+        Column("scrap $", "scrap", "g"),
+        Column("", _part_of),
+    )
+    return table_of(columns, task.kinds).markdown()
 
 
-def _limit(value: float) -> str:
-    return f"{value:g}" if value > 0.0 else "-"
+def _part_of(kind: Kind) -> str:
+    """Return how a block stands to the part."""
+    return "whole part" if kind.starts_part and kind.ends_part else "starts a part" if kind.starts_part else "ends it"
 
 
 def drawn_table(task: Task) -> str:
@@ -159,21 +156,21 @@ def drawn_table(task: Task) -> str:
         low, high = task.due.slack
         text = f"uniform, {low:g} to {high:g} (nominal: E {task.due.speed:g} m/min, no dress)"
         rows.append(("due date", "time to it over the nominal time of the work", text))
-    return table(("for each", "drawn", "distribution"), rows) if rows else ""
+    return table_of(("for each", "drawn", "distribution"), rows).markdown() if rows else ""
 
 
 def _log_normal(sigma: float) -> str:
     return f"log-normal factor, sigma {sigma:g}, cut at {CUT:g} sigma"
 
 
-def reward_table(sheet: Sheet) -> str:
+def reward_table(sheet: TaskSheet) -> str:
     """A row for each term of the reward, with its lowest and highest value in a step."""
     unit = sheet.reference_cost
     rows = [
         (f"`{name}`", MEANINGS[name], f"{-span.most / unit:.2f}", f"{0.0 - span.least / unit:.2f}")
         for name, span in sheet.costs.items()
     ]
-    return table(("term", "minus, over the reference cost", "worst", "best"), rows)
+    return table_of(("term", "minus, over the reference cost", "worst", "best"), rows).markdown()
 
 
 RANGE_NOTE = (

@@ -3,19 +3,18 @@
 from collections.abc import Sequence
 from itertools import groupby
 
-from grind_env.pages.markdown import table
+from grind_env.table import Column, table_of
 from grind_env.validation import GROUPS, Row, unfit_uses
 from grind_env.validation.leave_out import LeftOut
-from grind_env.validation.neighbours import Step
+from grind_env.validation.neighbours import Neighbour
 from grind_env.validation.report import (
+    NUMBERS,
     PREDICTION,
     PREDICTION_NOTE,
     PREDICTION_TITLE,
     STEP_TITLE,
     beyond_limits,
     comparison,
-    expected,
-    number,
     outside,
     prediction_rows,
     reason,
@@ -40,7 +39,23 @@ Two limits speak of heat. The **temperature limit** of a part (the rise that tem
 scrap. The **burn ratio**, specific energy over Malkin's threshold, is a warning margin and scraps nothing."""
 
 
-def validation_page(rows: Sequence[Row], predicted: Sequence[LeftOut], steps: Sequence[Step], picture: str = "") -> str:
+def _verdict(row: Row) -> str:
+    said = ": ".join(filter(None, (verdict(row) if row.passed else f"**{verdict(row)}**", reason(row))))
+    return "; ".join(filter(None, (said, outside(row))))
+
+
+COLUMNS = (
+    Column("what", "check.what"),
+    Column("at", "check.at"),
+    *NUMBERS,
+    Column("from", "check.basis"),
+    Column("", _verdict),
+)
+
+
+def validation_page(
+    rows: Sequence[Row], predicted: Sequence[LeftOut], steps: Sequence[Neighbour], picture: str = ""
+) -> str:
     """The page, Markdown.
 
     Args:
@@ -58,31 +73,8 @@ def validation_page(rows: Sequence[Row], predicted: Sequence[LeftOut], steps: Se
     if picture:
         lines.append(f"![measured exponents beside those of the model]({picture})")
     for group, members in groupby(rows, lambda row: row.check.group):
-        lines += [f"## {group}. {GROUPS[group]}", _rows(list(members))]
-    lines += [f"## {PREDICTION_TITLE}", PREDICTION_NOTE, table(PREDICTION, prediction_rows(predicted))]
+        lines += [f"## {group}. {GROUPS[group]}", table_of(COLUMNS, members).markdown()]
+    lines += [f"## {PREDICTION_TITLE}", PREDICTION_NOTE, table_of(PREDICTION, prediction_rows(predicted)).markdown()]
     lines.append("\n".join(f"- {sentence}" for sentence in comparison(predicted)))
     lines += [f"## {STEP_TITLE}", step_introduction(steps), "\n".join(f"- {step_sentence(step)}" for step in steps)]
     return "\n\n".join(lines) + "\n"
-
-
-def _rows(rows: list[Row]) -> str:
-    header = ("what", "at", "model", "band (reference)", "unit", "from", "")
-    return table(
-        header,
-        [
-            (
-                row.check.what,
-                row.check.at,
-                number(row.value),
-                expected(row),
-                row.check.unit,
-                str(row.check.basis),
-                "; ".join(filter(None, (_verdict(row), outside(row)))),
-            )
-            for row in rows
-        ],
-    )
-
-
-def _verdict(row: Row) -> str:
-    return ": ".join(filter(None, (verdict(row) if row.passed else f"**{verdict(row)}**", reason(row))))

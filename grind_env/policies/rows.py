@@ -41,7 +41,7 @@ NEAR = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Row:
+class SubmittedRow:
     """Costs of a policy in the episodes of an environment.
 
     Attributes:
@@ -103,7 +103,7 @@ def digest(path: Path) -> str:
     return sha256(read_bytes(path)).hexdigest()
 
 
-def row_of(found: Judgement, problem: Problem, text: str) -> Row:
+def row_of(found: Judgement, problem: Problem, text: str) -> SubmittedRow:
     """Return the row of an evaluation; `text` names the policy, as for `named_policy`.
 
     Raises:
@@ -112,7 +112,7 @@ def row_of(found: Judgement, problem: Problem, text: str) -> Row:
     if found.sees != "measurements" or problem.arguments not in ((), (("parts", 1),)):
         raise FormError("a row is of an environment of the package and a policy that sees measurements: submit none")
     path = policy_file(text)
-    return Row(
+    return SubmittedRow(
         id=problem.id,
         policy=text if path is None else text.replace(str(path), path.name),
         sha256="" if path is None else digest(path),
@@ -125,12 +125,12 @@ def row_of(found: Judgement, problem: Problem, text: str) -> Row:
     )
 
 
-def write_row(path: Path, row: Row) -> None:
+def write_row(path: Path, row: SubmittedRow) -> None:
     """Write a row as JSON, whole or not at all."""
     write_atomically(path, lambda partial: partial.write_text(json.dumps(asdict(row), indent=1), encoding="utf-8"))
 
 
-def read_row(path: Path) -> Row:
+def read_row(path: Path) -> SubmittedRow:
     """Return the row in a file of at most 64 MB; no name in it is opened, and no code of it is run.
 
     Raises:
@@ -143,7 +143,7 @@ def read_row(path: Path) -> Row:
             raise FormError(f"it is no row of format {FORMAT}: name a file that `grind evaluate --submit` wrote")
         if (found := document.get("task_version")) != TASK_VERSION:
             raise FormError(f"it is {of_version(found)}: submit it anew")
-        row: Row = formed(Row, document, "row")
+        row: SubmittedRow = formed(SubmittedRow, document, "row")
     except FormError as error:
         raise FormError(f"{shown(path)}: {error}") from None
     return row
@@ -156,7 +156,7 @@ def fresh_seeds(seed: int, count: int) -> list[int]:
 
 
 def verify(
-    row: Row, policy: str | None = None, *, seed: int | None = None, episodes: int | None = None
+    row: SubmittedRow, policy: str | None = None, *, seed: int | None = None, episodes: int | None = None
 ) -> tuple[bool, str]:
     """Return whether a row holds, and what came of its policy on its own seeds and, with a number, on drawn ones.
 
@@ -191,7 +191,7 @@ def verify(
     return low <= mean <= high, f"{found}\n{drawn}"
 
 
-def _costs(row: Row, name: str, seeds: Sequence[int]) -> Array:
+def _costs(row: SubmittedRow, name: str, seeds: Sequence[int]) -> Array:
     """Return the costs of episodes, $."""
     problem = on(find_problem(row.id), row.plant) if row.plant else find_problem(row.id)
     with apart(row.id, row.model, name) as policy:

@@ -34,6 +34,12 @@ class Interval(NamedTuple):
         """Half the length of the interval."""
         return 0.5 * (self.high - self.low)
 
+    def __format__(self, spec: str) -> str:
+        """Write the interval as text: `.2f` is the value with both ends, `±.2f` the value and half the length."""
+        if spec.startswith("±"):
+            return f"{self.value:{spec[1:]}} ± {self.half_width:{spec[1:]}}"
+        return f"{self.value:{spec}} ({self.low:{spec}} to {self.high:{spec}})" if spec else str(self)
+
 
 def cost_per_good_part(cost: Array, good: Array) -> Array:
     """Sum of costs over the sum of survival probabilities, along the last axis of shape (..., episodes).

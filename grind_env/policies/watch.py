@@ -39,7 +39,7 @@ MEMORY = 8.0
 """Readings of which what forecasts of size and Ra are off by is a running mean. That of power learns by itself."""
 
 
-class Reading(NamedTuple):
+class WatchedReading(NamedTuple):
     """Of the last block, beside its forecast; each of shape (N,), powers and Ra as logarithms, sizes outward."""
 
     read: Any
@@ -106,7 +106,7 @@ class Watch:
             np.full((machines, 1), USUAL_RATIO),
         )
         self._row: KindRow | None = None
-        self.seen = Reading(*np.zeros((len(Reading._fields), *shape)))
+        self.seen = WatchedReading(*np.zeros((len(WatchedReading._fields), *shape)))
 
     def update(self, observation: NDArray[np.float32], law: PowerLaw) -> None:
         """Take in the observation before a block; `law` has learned from it, and its forecast is that before."""
@@ -124,7 +124,7 @@ class Watch:
         for k, (name, unit) in enumerate(zip(NAMES, UNITS, strict=True)):
             if not (self._beyond | self._run)[machine, k]:
                 continue
-            seen = Reading(*(values[machine, k] for values in self.seen))
+            seen = WatchedReading(*(values[machine, k] for values in self.seen))
             numbers = np.array([seen.read, seen.forecast - seen.spread, seen.forecast + seen.spread, seen.limit])
             numbers = seen.sign * numbers if k == SIZE else np.exp(numbers) / (1.0 if k == ROUGHNESS else 1000.0)
             read, (low, high), limit = numbers[0], sorted(numbers[1:3]), numbers[3]
@@ -132,7 +132,7 @@ class Watch:
             found.append(f"{name} {read:.2f} {unit}, where {low:.2f} to {high:.2f} was forecast; {why}")
         return found
 
-    def _judge(self, seen: Reading) -> None:
+    def _judge(self, seen: WatchedReading) -> None:
         z = np.where(seen.new, (seen.read - seen.forecast) / seen.spread, 0.0)
         beyond = seen.new & (seen.read > seen.limit)
         self._beyond = beyond & (seen.limit - seen.forecast > UNLIKELY * seen.spread)
@@ -154,7 +154,7 @@ class Watch:
         self._off = self._off + np.where(learned, seen.sign * (seen.read - seen.forecast) / self._count, 0.0)
         self.seen = seen
 
-    def _compare(self, read: Mapping[str, Array], row: KindRow, law: PowerLaw) -> Reading:
+    def _compare(self, read: Mapping[str, Array], row: KindRow, law: PowerLaw) -> WatchedReading:
         limit, tolerance, ends = np.asarray(row.power), np.asarray(row.size), np.asarray(row.ends_part) > 0.0
         told = (read["roughness"] != self._gauged) & (read["roughness"] > 0.0)
         outward, ratio = np.where(read["size_error"] < 0.0, -1.0, 1.0), np.log(np.maximum(read["roughness"], 1e-3))
@@ -181,12 +181,12 @@ class Watch:
         self._gauged = read["roughness"]
         powers = [np.log(np.maximum(read[name], 1.0)) for name in ("peak_power", "mean_power")]
         columns = (
-            Reading(powers[0], *peak[:2], np.log(limit), np.log(limit), one, peak[2]),
-            Reading(powers[1], *mean[:2], np.log(limit), np.log(limit), one, mean[2]),
-            Reading(size, *expected, tolerance, AIM * tolerance, outward, ends & gauged & (tolerance > 0.0)),
-            Reading(ratio, *rough, zero, zero + np.log(AIM), one, told),
+            WatchedReading(powers[0], *peak[:2], np.log(limit), np.log(limit), one, peak[2]),
+            WatchedReading(powers[1], *mean[:2], np.log(limit), np.log(limit), one, mean[2]),
+            WatchedReading(size, *expected, tolerance, AIM * tolerance, outward, ends & gauged & (tolerance > 0.0)),
+            WatchedReading(ratio, *rough, zero, zero + np.log(AIM), one, told),
         )
-        seen = Reading(*(np.stack(each, axis=1) for each in zip(*columns, strict=True)))
+        seen = WatchedReading(*(np.stack(each, axis=1) for each in zip(*columns, strict=True)))
         return seen._replace(forecast=seen.forecast + seen.sign * self._off)
 
     def _power(self, read: Array, members: Array) -> tuple[Array, Array, NDArray[np.bool_]]:

@@ -2,19 +2,19 @@
 
 from grind_env.errors import printable
 from grind_env.render.strips import Strip, strips_of
-from grind_env.render.view import View
+from grind_env.render.view import EpisodePicture
 
 LEVELS = "▁▂▃▄▅▆▇█"
 SHOWN = 60
 """Blocks of the past that a line has room for."""
 
 
-def panel(view: View) -> str:
+def panel(view: EpisodePicture) -> str:
     """The view as lines of at most 100 characters; bars stand for the last blocks, a digit for the dresses of one."""
     return printable(_view(view))
 
 
-def _view(view: View) -> str:
+def _view(view: EpisodePicture) -> str:
     wheel, extent = view.wheel, view.extent
     title = f"{extent.title}: block {view.number} of {extent.blocks}"
     lines = [
@@ -39,7 +39,7 @@ def _line(strip: Strip) -> str:
     return f"{strip.latest + ' ' + strip.unit if bars else '':<22}{bars}"
 
 
-def _dresses(view: View) -> str:
+def _dresses(view: EpisodePicture) -> str:
     count = sum(block.executions for block in view.ground)
     marks = "".join(str(block.executions) if block.executions else "·" for block in view.ground[-SHOWN:])
     return f"{count:<22}{marks}"

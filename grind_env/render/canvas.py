@@ -46,7 +46,7 @@ class Box(NamedTuple):
         return Box(self.left + left, self.top + top, self.right - right, self.bottom - bottom)
 
 
-class Text(NamedTuple):
+class CanvasText(NamedTuple):
     """Text to write when the shapes are done."""
 
     at: Point
@@ -68,7 +68,7 @@ class Canvas:
     def __init__(self, width: int, height: int) -> None:
         self.image = Image.new("RGB", (FINENESS * width, FINENESS * height), PAPER)
         self.shapes = ImageDraw.Draw(self.image)
-        self.texts: list[Text] = []
+        self.texts: list[CanvasText] = []
 
     def rectangle(self, box: Box, colour: Colour, *, outline: Colour | None = None, radius: float = 0.0) -> None:
         """A filled rectangle; one without extent is not drawn, any other at least as wide as a drawn pixel."""
@@ -113,7 +113,7 @@ class Canvas:
         self, at: Point, text: str, size: int = 12, colour: Colour = INK, anchor: str = "ls", strong: bool = False
     ) -> None:
         """Text on a base line; `anchor` is `ls` for its left end, `rs` for its right one."""
-        self.texts.append(Text(at, text, size, colour, anchor, strong))
+        self.texts.append(CanvasText(at, text, size, colour, anchor, strong))
 
     def pixels(self) -> NDArray[np.uint8]:
         """The finished picture, shape (height, width, 3)."""

@@ -3,7 +3,7 @@
 from grind_env.render import palette as ink
 from grind_env.render.canvas import Box, Canvas
 from grind_env.render.strips import Strip, strips_of
-from grind_env.render.view import View
+from grind_env.render.view import EpisodePicture
 
 LABEL = 19.0
 """Height of the line of text above a strip, px."""
@@ -11,7 +11,7 @@ WIDEST_BAR = 8.0
 """Of a dress, px."""
 
 
-def draw_charts(canvas: Canvas, panel: Box, view: View) -> None:
+def draw_charts(canvas: Canvas, panel: Box, view: EpisodePicture) -> None:
     """The strips, one below the other, and the dresses below and behind them."""
     canvas.rectangle(panel, ink.PANEL, outline=ink.EDGE, radius=6.0)
     strips = strips_of(view)
@@ -32,7 +32,7 @@ def _middle(box: Box, k: int, blocks: int) -> float:
     return box.left + box.width * (k + 0.5) / blocks
 
 
-def _draw_dresses(canvas: Canvas, box: Box, areas: list[Box], view: View) -> None:
+def _draw_dresses(canvas: Canvas, box: Box, areas: list[Box], view: EpisodePicture) -> None:
     """A bar for the dresses of a block, and a band behind the curves."""
     blocks, most = view.extent.blocks, view.extent.most_executions
     base = box.bottom - 7.0

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from grind_env.extras import needing
 from grind_env.render.ansi import panel
-from grind_env.render.view import NoScreenError, RenderError, View
+from grind_env.render.view import EpisodePicture, NoScreenError, RenderError
 
 if TYPE_CHECKING:
     from grind_env.render.window import Window
@@ -24,7 +24,7 @@ FPS = 10
 """Pictures a second, one for each block, at which an episode can be followed by eye."""
 
 
-def render(view: View, size: tuple[int, int] = WIDE) -> NDArray[np.uint8]:
+def render(view: EpisodePicture, size: tuple[int, int] = WIDE) -> NDArray[np.uint8]:
     """Draw a view.
 
     Args:
@@ -80,7 +80,7 @@ class Follower:
         except NoScreenError:
             self.window = None
 
-    def show(self, view: View) -> None:
+    def show(self, view: EpisodePicture) -> None:
         """Show a state.
 
         Raises:

@@ -5,14 +5,14 @@ from grind_env.render.canvas import Box, Canvas, text_width
 from grind_env.render.charts import draw_charts
 from grind_env.render.lens import draw_lens, draw_tray
 from grind_env.render.scene import draw_machine
-from grind_env.render.view import View
+from grind_env.render.view import EpisodePicture
 
 MARGIN = 14.0
 GAP = 8.0
 TITLE_SIZES = (17, 15, 13)
 
 
-def draw_wide(view: View, width: int, height: int) -> Canvas:
+def draw_wide(view: EpisodePicture, width: int, height: int) -> Canvas:
     """Machine, wheel face and parts on the left, charts on the right."""
     canvas = Canvas(width, height)
     middle = 0.5 * width
@@ -26,7 +26,7 @@ def draw_wide(view: View, width: int, height: int) -> Canvas:
     return canvas
 
 
-def draw_tall(view: View, width: int, height: int) -> Canvas:
+def draw_tall(view: EpisodePicture, width: int, height: int) -> Canvas:
     """One below the other."""
     canvas = Canvas(width, height)
     right = width - MARGIN
@@ -39,7 +39,7 @@ def draw_tall(view: View, width: int, height: int) -> Canvas:
     return canvas
 
 
-def _draw_heading(canvas: Canvas, box: Box, view: View) -> None:
+def _draw_heading(canvas: Canvas, box: Box, view: EpisodePicture) -> None:
     base, room = box.top + 31.0, box.width
     if view.ground:
         amount, _, unit = view.price.partition(" ")
@@ -60,7 +60,7 @@ def _fitted(title: str, room: float) -> tuple[str, int]:
     return shown, size
 
 
-def _draw_block(canvas: Canvas, box: Box, view: View, size: int) -> None:
+def _draw_block(canvas: Canvas, box: Box, view: EpisodePicture, size: int) -> None:
     """The block, word by word, with E and D in the colours of their charts."""
     canvas.rectangle(box, ink.STRIP, radius=4.0)
     x, base = box.left + 12.0, 0.5 * (box.top + box.bottom) + 0.36 * size

@@ -5,14 +5,14 @@ import math
 from grind_env.process.cost import SCRAP_BELOW
 from grind_env.render import palette as ink
 from grind_env.render.canvas import Box, Canvas
-from grind_env.render.view import View
+from grind_env.render.view import EpisodePicture
 
 GRAINS = 9
 LOADED = 0.7
 """Share of the height of the grains to which a fully loaded wheel is filled."""
 
 
-def draw_lens(canvas: Canvas, panel: Box, view: View) -> None:
+def draw_lens(canvas: Canvas, panel: Box, view: EpisodePicture) -> None:
     """Grains whose tips flatten as the wear-flat area grows, pores that fill as the wheel loads, and the scale."""
     canvas.rectangle(panel, ink.PANEL, outline=ink.EDGE, radius=6.0)
     face = Box(panel.left + 10.0, panel.top + 8.0, panel.left + 0.60 * panel.width, panel.bottom - 8.0)
@@ -20,7 +20,7 @@ def draw_lens(canvas: Canvas, panel: Box, view: View) -> None:
     _draw_scale(canvas, Box(face.right + 22.0, panel.top, panel.right - 12.0, panel.bottom), view)
 
 
-def _draw_face(canvas: Canvas, face: Box, view: View) -> None:
+def _draw_face(canvas: Canvas, face: Box, view: EpisodePicture) -> None:
     wheel = view.wheel
     bond = face.bottom - max(0.36 * face.height, 17.0)
     pitch = face.width / GRAINS
@@ -42,7 +42,7 @@ def _draw_face(canvas: Canvas, face: Box, view: View) -> None:
     canvas.text((face.left + 8.0, face.bottom - 5.0), "wheel face, enlarged", 11, ink.GREY)
 
 
-def _draw_scale(canvas: Canvas, box: Box, view: View) -> None:
+def _draw_scale(canvas: Canvas, box: Box, view: EpisodePicture) -> None:
     wheel = view.wheel
     y = box.top + 0.30 * box.height
     canvas.text((box.left, y), "wear-flat area", 11, ink.GREY)
@@ -60,7 +60,7 @@ def _draw_scale(canvas: Canvas, box: Box, view: View) -> None:
     canvas.text((box.right, box.bottom - 0.13 * box.height), f"{100.0 * wheel.lam:.0f} %", 12, anchor="rs", strong=True)
 
 
-def draw_tray(canvas: Canvas, box: Box, view: View) -> None:
+def draw_tray(canvas: Canvas, box: Box, view: EpisodePicture) -> None:
     """One cell per part: full height and struck out for scrap, lower and plain for a good one, a line if to come."""
     parts = [block for block in view.ground if block.finished]
     canvas.text(

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from grind_env.process.cost import SCRAP_BELOW
 from grind_env.render import palette as ink
 from grind_env.render.canvas import Box, Canvas, Point
-from grind_env.render.view import View
+from grind_env.render.view import EpisodePicture
 
 RIM = 0.13
 """Width of the coloured rim over the radius of a new wheel."""
@@ -50,12 +50,12 @@ class Placement(NamedTuple):
     """The part without that stock."""
 
 
-def drawn_radius(view: View, new_radius: float) -> float:
+def drawn_radius(view: EpisodePicture, new_radius: float) -> float:
     """The wheel's radius as drawn, px; its loss is shown much enlarged, and always visible."""
     return new_radius * (1.0 - SHRINK * view.radius_lost / (view.radius_lost + HALF_SHRINK))
 
 
-def placement(view: View, panel: Box) -> Placement:
+def placement(view: EpisodePicture, panel: Box) -> Placement:
     """Where things stand."""
     middle, part = 0.5 * (panel.left + panel.right), view.part
     surface = panel.top + SURFACE * panel.height
@@ -75,7 +75,7 @@ def placement(view: View, panel: Box) -> Placement:
     )
 
 
-def draw_machine(canvas: Canvas, panel: Box, view: View) -> None:
+def draw_machine(canvas: Canvas, panel: Box, view: EpisodePicture) -> None:
     """The machine in its panel."""
     place = placement(view, panel)
     canvas.rectangle(panel, ink.PANEL, outline=ink.EDGE, radius=6.0)
@@ -88,7 +88,7 @@ def draw_machine(canvas: Canvas, panel: Box, view: View) -> None:
     _label_machine(canvas, place, view)
 
 
-def _table_offset(view: View, panel: Box, half: float) -> float:
+def _table_offset(view: EpisodePicture, panel: Box, half: float) -> float:
     """How far the middle of the part stands from below the wheel, px."""
     if view.instant is None:
         return 0.0
@@ -117,7 +117,7 @@ def _draw_table(canvas: Canvas, place: Placement) -> None:
     canvas.rectangle(bed, ink.BED, radius=1.0)
 
 
-def _draw_part(canvas: Canvas, place: Placement, view: View) -> None:
+def _draw_part(canvas: Canvas, place: Placement, view: EpisodePicture) -> None:
     part = place.part
     canvas.rectangle(part, ink.STEEL)
     if place.surface - place.top >= 0.5:
@@ -145,7 +145,7 @@ def _draw_burn(canvas: Canvas, part: Box, ratio: float) -> None:
             canvas.polygon([(x + across * math.cos(a), part.top + deep * math.sin(a)) for a in rim], colour)
 
 
-def _draw_dresser(canvas: Canvas, place: Placement, view: View) -> None:
+def _draw_dresser(canvas: Canvas, place: Placement, view: EpisodePicture) -> None:
     """The diamond on the table; its tip is as wide as its wear flat, much enlarged."""
     panel, part = place.panel, place.part
     x = part.left - DRESSER_GAP * panel.width
@@ -160,7 +160,7 @@ def _draw_dresser(canvas: Canvas, place: Placement, view: View) -> None:
     canvas.line([*diamond, diamond[0]], ink.INK, 0.7)
 
 
-def _draw_coolant(canvas: Canvas, place: Placement, view: View) -> None:
+def _draw_coolant(canvas: Canvas, place: Placement, view: EpisodePicture) -> None:
     """The nozzle and, while the wheel cuts, its jet into the gap between wheel and part."""
     x, y = place.centre[0], place.centre[1] + place.radius
     tip = (x + 0.95 * place.new_radius, place.surface - 0.36 * place.new_radius)
@@ -178,7 +178,7 @@ def _draw_coolant(canvas: Canvas, place: Placement, view: View) -> None:
     canvas.rectangle(Box(tip[0] + 23.0, tip[1] - 18.0, tip[0] + 44.0, tip[1] - 5.0), ink.FLANGE)
 
 
-def _draw_wheel(canvas: Canvas, place: Placement, view: View) -> None:
+def _draw_wheel(canvas: Canvas, place: Placement, view: EpisodePicture) -> None:
     (x, y), radius = place.centre, place.radius
     spin = 2.0 * math.pi * (view.instant.spin if view.instant else 0.0)
     for k in range(0, 60, 2):
@@ -219,7 +219,7 @@ def _draw_sparks(canvas: Canvas, at: Point, spin: float) -> None:
         canvas.line(ends, ink.mix(ink.SPARK, ink.BRICK, 0.5 * phase), 1.0)
 
 
-def _label_machine(canvas: Canvas, place: Placement, view: View) -> None:
+def _label_machine(canvas: Canvas, place: Placement, view: EpisodePicture) -> None:
     panel, block = place.panel, view.instant or view.last
     left, right, top, base = panel.left + 12.0, panel.right - 12.0, panel.top + 19.0, panel.bottom - 9.0
     canvas.text((left, top), f"wheel radius {0.5 * view.wheel.ds:.2f} mm", 12)

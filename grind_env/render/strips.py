@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from grind_env.render.view import View
+from grind_env.render.view import EpisodePicture
 
 HEADROOM = 1.12
 """Upper edge of a strip over the limit that it shows."""
@@ -44,7 +44,7 @@ class Strip(NamedTuple):
         return self.form.format(self.values[-1]) + (f" of {self.form.format(limit)}" if limit > 0.0 else "")
 
 
-def strips_of(view: View) -> tuple[Strip, ...]:
+def strips_of(view: EpisodePicture) -> tuple[Strip, ...]:
     """Power, temperature and Ra of the blocks ground so far, and table speed, that of a running one as well."""
     ground, extent = view.ground, view.extent
     # the E of a block is chosen before it runs, and its caption names it

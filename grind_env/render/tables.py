@@ -1,7 +1,6 @@
 """A grinding record as a table for the terminal, and as plain data for JSON."""
 
-import itertools
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -14,6 +13,7 @@ from grind_env.machine.record import GrindingRecord
 from grind_env.process.cost import SCRAP_BELOW, passed_limits
 from grind_env.render.comparison import HEADINGS, compared_blocks, compared_dresses
 from grind_env.render.reasons import reason, shares
+from grind_env.table import Cell, table_of
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -75,7 +75,7 @@ MOST_ROWS = 60
 """Of the table; of more the first and the last are printed."""
 
 
-class Row(NamedTuple):
+class PartsRow(NamedTuple):
     """Successive parts that a table shows in one row."""
 
     first: int
@@ -90,6 +90,11 @@ class Row(NamedTuple):
         """Of the part or the parts."""
         return str(self.first) if self.first == self.last else f"{self.first} to {self.last}"
 
+    def cells(self, fields: Sequence[str]) -> list[Cell]:
+        """The cells of all columns, which have these fields."""
+        texts = zip(fields, (self.number, *self.texts), strict=True)
+        return [Cell(text, "bad" if field in self.red else "") for field, text in texts]
+
 
 class PartTable(NamedTuple):
     """A row for each part, or for successive ones that are alike."""
@@ -97,7 +102,7 @@ class PartTable(NamedTuple):
     fields: tuple[str, ...]
     """Of `record.PART_ROW`, a column each, or `STATION`; the first is the number."""
     headings: tuple[str, ...]
-    rows: list[Row]
+    rows: list[PartsRow]
 
 
 class Fault(NamedTuple):
@@ -175,11 +180,12 @@ def print_record(record: GrindingRecord, job: Job, title: str, console: "Console
     parts = part_table(record, job)
     where = f", on {job.plant}" if job.plant else ""
     console.print(Text(printable(f"{title}{where}"), "italic"), soft_wrap=True)
-    red = [{parts.fields.index(name) for name in row.red} for row in parts.rows]
-    _print_table(parts.headings, [(row.number, *row.texts) for row in parts.rows], red, console)
+    rows = [row.cells(parts.fields) for row in parts.rows]
+    table_of(parts.headings, rows, left=0).shortened(MOST_ROWS, "...").print(console)
+    if len(rows) > MOST_ROWS:
+        console.print(f"... {len(rows) - MOST_ROWS} more rows, which --json has")
     console.print()
-    compared = compared_blocks(record)
-    _print_table(HEADINGS, compared, [set()] * len(compared), console)
+    table_of(HEADINGS, compared_blocks(record), left=0).shortened(MOST_ROWS, "...").print(console)
     for sentence in compared_dresses(record):
         console.print(Text(sentence), soft_wrap=True)
     console.print()
@@ -193,9 +199,9 @@ def print_record(record: GrindingRecord, job: Job, title: str, console: "Console
         console.print(Text(printable(f"warning: {warning}"), "yellow"), soft_wrap=True)
 
 
-def _joined(record: GrindingRecord, job: Job, cells: Mapping[str, Sequence[str]]) -> list[Row]:
+def _joined(record: GrindingRecord, job: Job, cells: Mapping[str, Sequence[str]]) -> list[PartsRow]:
     """The rows of a table, successive parts of which it shows the same in one."""
-    rows: list[Row] = []
+    rows: list[PartsRow] = []
     lines = zip(*(texts for name, texts in cells.items() if name != "part"), strict=True)
     for part, texts in zip(record.parts, lines, strict=True):
         scrap = {"survival"} if part["survival"] < SCRAP_BELOW else set()
@@ -203,34 +209,8 @@ def _joined(record: GrindingRecord, job: Job, cells: Mapping[str, Sequence[str]]
         if rows and rows[-1].texts == texts and rows[-1].red == red:
             rows[-1] = rows[-1]._replace(last=int(part["part"]))
         else:
-            rows.append(Row(int(part["part"]), int(part["part"]), texts, red))
+            rows.append(PartsRow(int(part["part"]), int(part["part"]), texts, red))
     return rows
-
-
-def _print_table(
-    headings: Sequence[str], rows: Sequence[Sequence[str]], red: Sequence[Collection[int]], console: "Console"
-) -> None:
-    """Print a table, of very many rows the first and the last; `red` has the columns of each row that are so."""
-    from rich.text import Text
-
-    places = _places(headings, list(zip(*rows, strict=True)))
-    height = max(heading.count("\n") for heading in headings)
-    lines = [("\n" * (height - heading.count("\n")) + heading).split("\n") for heading in headings]
-    for words in zip(*lines, strict=True):
-        console.print(Text(_aligned(words, places), "bold"), soft_wrap=True)
-    console.print("─" * places[-1], soft_wrap=True)
-    text, left_out = Text(), max(len(rows) - MOST_ROWS, 0)
-    for k, row in enumerate(rows):
-        if left_out and MOST_ROWS // 2 <= k < MOST_ROWS // 2 + left_out:
-            if k == MOST_ROWS // 2:
-                text.append(f"... {left_out} more rows, which --json has\n")
-            continue
-        line = Text(_aligned(row, places))
-        for column in red[k]:
-            line.stylize("red", places[column] - len(row[column]), places[column])
-        text.append(line).append("\n")
-    text.right_crop()
-    console.print(text, soft_wrap=True)
 
 
 def _size(record: GrindingRecord) -> str:
@@ -238,18 +218,6 @@ def _size(record: GrindingRecord) -> str:
     part = record.parts[np.argmax(np.abs(record.parts["size_error"]))]
     whose = f" of {parts_said([int(part['part'])], record.job)}" if len(record.parts) > 1 else ""
     return f"mean size error{whose} {shares(part)}"
-
-
-def _places(headings: Sequence[str], columns: Sequence[Sequence[str]]) -> list[int]:
-    """Where the columns of a table end, two blanks between them, each as wide as its longest text."""
-    longest = [max(map(len, (*heading.split("\n"), *cells))) for heading, cells in zip(headings, columns, strict=True)]
-    return [end + 2 * k for k, end in enumerate(itertools.accumulate(longest))]
-
-
-def _aligned(texts: Sequence[str], places: Sequence[int]) -> str:
-    """A line of a table, each text to the left of the place where its column ends."""
-    starts = (0, *places)
-    return "".join(text.rjust(end - start) for text, start, end in zip(texts, starts, places, strict=False))
 
 
 def totals(record: GrindingRecord) -> str:

@@ -110,7 +110,7 @@ class Instant:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class View:
+class EpisodePicture:
     """One picture of an episode."""
 
     extent: Extent

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from grind_env.envs.actions import ACTIONS, ActionCodec
 from grind_env.envs.observations import HIDDEN
-from grind_env.envs.shown import Shown, ShownBox, memories_of, remembered, shown_space
+from grind_env.envs.shown import ShownBox, TaskShown, memories_of, remembered, shown_space
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError
 from grind_env.policies.choices import Decision
@@ -29,12 +29,11 @@ class ShownForm:
         name: of the model, for messages.
     """
 
-    shown: Shown
+    shown: TaskShown
     action_space: spaces.Space[Any]
     name: str
 
     def view(self, simulation: Simulation) -> "ShownView":
-        """See `ViewForm`."""
         shown, task = self.shown, simulation.task
         if shown.task != task.name:
             raise GrindError(f"{self.name} was trained for {shown.task}, not for {task.name}")
@@ -58,7 +57,7 @@ class ShownView:
         shown: what is shown.
     """
 
-    def __init__(self, simulation: Simulation, codec: ActionCodec, shown: Shown) -> None:
+    def __init__(self, simulation: Simulation, codec: ActionCodec, shown: TaskShown) -> None:
         self.codec, self.action_space = codec, codec.space
         self.memories = memories_of(simulation, codec.space, shown.memories)
         self.observation_space = self.memories[-1].space if self.memories else shown_space(simulation)

@@ -14,7 +14,7 @@ from grind_env.control.reader import called_files
 from grind_env.files import beside
 from grind_env.machine.grind_file import grind_file
 from grind_env.machine.job import Job
-from grind_env.machine.job.file import files_of_job, job_beside, load_job
+from grind_env.machine.job.file import job_beside, load_job
 from grind_env.shop.optimise.outcome import Optimised
 from grind_env.shop.optimise.wishes import Ends, Number, ends_of, seconds_of, whole_ends_of, wishes_of
 from grind_env.shop.progress import progress
@@ -25,6 +25,7 @@ from grind_env.shop.sweep.study import Ranges, Sweep
 from grind_env.shop.sweep.study import sweep as study
 from grind_env.shop.trials import CONFIDENCE
 from grind_env.targets import Target, check_targets
+from grind_env.toml import files_named
 
 if TYPE_CHECKING:
     from grind_env.shop.calibrate.result import Calibration
@@ -72,7 +73,7 @@ def report(
     written = beside(program, SUFFIXES[0]) if output is None else Path(output)
     path = job_beside(program) if job is None else Path(job)
     numbers = [each.program for each in interrupts_of(interrupts)]
-    read = program, *called_files(program, numbers), *files_of_job(path)
+    read = program, *called_files(program, numbers), *files_named(path)
     check_targets([Target(path=written, own=PAGE if output is None else None)], read)
     prepare_page(written)
     programs, settings = read_file(program), load_job(path)

@@ -159,7 +159,7 @@ def likelihood(logs: list[Tensor], actions: Tensor) -> Tensor:
     return torch.cat(taken, -1).sum(-1)
 
 
-class Worth:
+class ReturnScale:
     """Running mean and deviation of the returns, shape (signals,)."""
 
     def __init__(self, signals: int) -> None:
@@ -202,7 +202,7 @@ class Seen:
         return np.concatenate([features, observations[:, self.measured :]], axis=1)
 
 
-class Episodes:
+class TrainingEnvs:
     """The environments as the agent sees them.
 
     Args:
@@ -274,13 +274,13 @@ class Training:
 
     def __init__(self, problem: Problem, settings: Settings, seed: int) -> None:
         torch.manual_seed(seed)
-        self.episodes = Episodes(problem, settings, seed)
+        self.episodes = TrainingEnvs(problem, settings, seed)
         space, entries = self.episodes.memory.view.action_space, self.episodes.entries
         assert isinstance(space, spaces.MultiDiscrete)
         self.agent = Agent(entries, self.episodes.seen.shape[1] - entries, space.nvec.tolist(), settings)
         self.optimiser = torch.optim.Adam(self.agent.parameters(), settings.learning_rate, eps=1e-5)  # 37: eps
         self.state = torch.zeros(1, settings.envs, settings.units)
-        self.worth, self.multiplier, self.updates = Worth(settings.signals), 0.0, 0
+        self.worth, self.multiplier, self.updates = ReturnScale(settings.signals), 0.0, 0
 
 
 def train(

@@ -4,7 +4,7 @@ from functools import partial
 
 from grind_env.evidence import Basis, Evidence
 from grind_env.validation.check import FALLS, RISES, Band, Check, Question, around, at_least, at_most
-from grind_env.validation.measures import Sweep, changed_over, exponent_on, flats, over, quotient, stroke
+from grind_env.validation.measures import Measurement, changed_over, exponent_on, flats, over, quotient, stroke
 from grind_env.validation.rig import Grinder, Rig
 from grind_env.validation.slopes import exponent, largest_step, smallest_step
 
@@ -60,31 +60,31 @@ def dressed_often(rig: Rig, dresses: int) -> Grinder:
     return grinder
 
 
-further_passes = partial(Sweep, setups=over("passes", (16.0, 8.0)), reduce=quotient, make=dull_then_dressed)
-worn_diamond = partial(Sweep, setups=over("diamond_flat", (0.3, 0.0)), reduce=quotient)
-later_dress = partial(Sweep, setups=over("dresses", (300, 0)), reduce=quotient, make=dressed_often)
+further_passes = partial(Measurement, setups=over("passes", (16.0, 8.0)), reduce=quotient, make=dull_then_dressed)
+worn_diamond = partial(Measurement, setups=over("diamond_flat", (0.3, 0.0)), reduce=quotient)
+later_dress = partial(Measurement, setups=over("dresses", (300, 0)), reduce=quotient, make=dressed_often)
 
 STATIONARY = (
     ask("flats on depth", "wear-flat area after a deeper dress, largest step", DEEPER).within(
-        FALLS, Sweep(flats, ALL_DEPTHS, largest_step), SEVERITY
+        FALLS, Measurement(flats, ALL_DEPTHS, largest_step), SEVERITY
     ),
     ask("energy on depth", "specific energy after a deeper dress, largest step", f"{DEEPER}; stroke 5").within(
-        FALLS, Sweep(stroke("u_s"), ALL_DEPTHS, largest_step), SEVERITY
+        FALLS, Measurement(stroke("u_s"), ALL_DEPTHS, largest_step), SEVERITY
     ),
     ask("roughness rises with depth", "Ra after a deeper dress, smallest step", f"{DEEPER}; stroke 5").within(
-        RISES, Sweep(stroke("Rg"), ALL_DEPTHS, smallest_step)
+        RISES, Measurement(stroke("Rg"), ALL_DEPTHS, smallest_step)
     ),
     ask("flats on lead", "wear-flat area after a dress of larger lead, largest step", LARGER).within(
-        FALLS, Sweep(flats, ALL_LEADS, largest_step), SEVERITY
+        FALLS, Measurement(flats, ALL_LEADS, largest_step), SEVERITY
     ),
     ask("energy on lead", "specific energy after a dress of larger lead, largest step", f"{LARGER}; stroke 5").within(
-        FALLS, Sweep(stroke("u_s"), ALL_LEADS, largest_step), SEVERITY
+        FALLS, Measurement(stroke("u_s"), ALL_LEADS, largest_step), SEVERITY
     ),
     *roughness_exponents("single_point"),
     *roughness_exponents("blade"),
     ask(
         "flats at equal overlap", "wear-flat area, depth .02 lead .1 over depth .005 lead .05, of equal overlap ratio"
-    ).within(Band(0.3, 0.95), Sweep(flats, EQUAL_OVERLAP, quotient), SEVERITY),
+    ).within(Band(0.3, 0.95), Measurement(flats, EQUAL_OVERLAP, quotient), SEVERITY),
     ask(
         "flats of further passes",
         "wear-flat area of a dull wheel after 16 passes over that after 8",
@@ -116,7 +116,7 @@ STATIONARY = (
 )
 
 ask_rotary = partial(Question, 2)
-rotary = partial(Sweep, make=partial(Rig.fresh, dresser="rotary"))
+rotary = partial(Measurement, make=partial(Rig.fresh, dresser="rotary"))
 AT = "usual; dresser rotary"
 CRUSHING, QD = (changed_over("dresser", "speed_ratio", ratios) for ratios in ((0.9, 0.3), SPEED_RATIOS))
 

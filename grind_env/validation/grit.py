@@ -7,9 +7,9 @@ from grind_env.process.corrected import EXPONENTS
 from grind_env.process.entries import Entry, quantities
 from grind_env.validation.check import FALLS, RISES, Check, Question, at_least, at_most, own
 from grind_env.validation.measures import (
+    Measurement,
     Quantity,
     SetUps,
-    Sweep,
     changed_over,
     flats_after,
     g_over,
@@ -140,14 +140,14 @@ def order(seen: str, way: str) -> Check:
     how, at, setups = WAYS[way]
     band, end, step = (RISES, "smallest", smallest_step) if rises else (FALLS, "largest", largest_step)
     return ask(f"{seen} by {way}", f"{what} {how}, {end} step", f"usual; {at}").within(
-        band, Sweep(shown, setups, step, Rig.sharp)
+        band, Measurement(shown, setups, step, Rig.sharp)
     )
 
 
-def over_grade_j(quantity: Quantity, grade: str) -> Sweep:
+def over_grade_j(quantity: Quantity, grade: str) -> Measurement:
     """Measure a quantity of a wheel of some grade over that of grade J; nothing of the wheels is loose."""
     changes = [{"wheel": {"fracture_force": GRADES[each], "initial_wear": 0.0}} for each in (grade, "J")]
-    return Sweep(quantity, over("changes", changes), quotient)
+    return Measurement(quantity, over("changes", changes), quotient)
 
 
 LATER = "usual; 600 mm3/mm after the dress"

@@ -10,7 +10,7 @@ from grind_env.process.equations import part_growth
 from grind_env.process.state import StrokeResult
 from grind_env.validation.check import Band, Question, around, at_least, at_most, measured, own, remembered
 from grind_env.validation.data import MAGNITUDES
-from grind_env.validation.measures import Sweep, dull, over, quotient, stroke, value
+from grind_env.validation.measures import Measurement, dull, over, quotient, stroke, value
 from grind_env.validation.rig import NO_GROWTH, Grinder, Rig
 
 IRON = "grey_cast_iron"
@@ -124,14 +124,14 @@ CHECKS = (
         "burn-out flux of oil",
         "heat flux at which oil boils over that of emulsion",
         "usual; A raised from .4 to 14.5 %",
-    ).within(at_least(1.02), Sweep(burn_out_flux, over("fluid", ("oil", "emulsion")), quotient, Rig.sharp)),
+    ).within(at_least(1.02), Measurement(burn_out_flux, over("fluid", ("oil", "emulsion")), quotient, Rig.sharp)),
     ask(
         "temperature at burn over table speeds",
         "highest over lowest temperature rise at burn ratio 1: work burns at one, however fast it passes",
         "usual; 4.5 to 18 m/min, each with the flats at which a cut of 10 um burns",
     ).within(
         at_most(1.3),
-        Sweep(burning, over("table_speed", BURNING_SPEEDS), lambda rises: max(rises) / min(rises), Rig.sharp),
+        Measurement(burning, over("table_speed", BURNING_SPEEDS), lambda rises: max(rises) / min(rises), Rig.sharp),
         own("the burn threshold of Malkin 1978 is that of one temperature"),
     ),
     ask("temperature sharp", "temperature rise", "usual; sharp").within(
@@ -145,7 +145,7 @@ CHECKS = (
     ),
     ask("cBN cooler", "energy partition of cBN over that of alumina", "usual; b126 and a60j; dry; sharp").within(
         at_most(0.9),
-        Sweep(stroke("eps"), over("wheel", ("b126", "a60j")), quotient, partial(Rig.sharp, fluid="dry")),
+        Measurement(stroke("eps"), over("wheel", ("b126", "a60j")), quotient, partial(Rig.sharp, fluid="dry")),
         own("which way, by the conductivity of the grains: thermal_partition.csv, Rowe et al."),
     ),
     # without a pause between strokes nothing cools

@@ -17,7 +17,16 @@ import numpy as np
 from grind_env.arrays import Array
 from grind_env.process.entries import Material, quantities
 from grind_env.validation.rig import Rig
-from grind_env.validation.valve_alloys import ALLOYS, RESPONSES, WHEELS, Runs, Wheel, fitted, measured, simulated
+from grind_env.validation.valve_alloys import (
+    ALLOYS,
+    RESPONSES,
+    WHEELS,
+    AlloyRuns,
+    AlloyWheel,
+    fitted,
+    measured,
+    simulated,
+)
 
 CONSTANT, POWER_LAW, MODEL = "constant", "power law", "model"
 WEAR_KNOWN, SHIPPED = "model, wear known", "inc751 as shipped"
@@ -82,7 +91,7 @@ def difference(each: Sequence[LeftOut], one: str, other: str) -> tuple[float, fl
     return float(np.mean(less)), float(np.std(less, ddof=1) / len(less) ** 0.5)
 
 
-def _of(rig: Rig, wheel: Wheel, response: str) -> list[LeftOut]:
+def _of(rig: Rig, wheel: AlloyWheel, response: str) -> list[LeftOut]:
     runs = {alloy: measured(wheel, alloy) for alloy in ALLOYS}
     model = {alloy: getattr(_fitted_model(rig, wheel, runs[alloy]), response) for alloy in ALLOYS}
     shipped = getattr(simulated(rig, wheel), response)
@@ -118,7 +127,7 @@ def _levelled(course: Array, source: Array) -> Array:
     return course * (_mean(source) / _mean(course))
 
 
-def _fitted_model(rig: Rig, wheel: Wheel, runs: Runs) -> Runs:
+def _fitted_model(rig: Rig, wheel: AlloyWheel, runs: AlloyRuns) -> AlloyRuns:
     """The model with the G-ratio factor and exponent of a material that wears the wheel as the runs did.
 
     The mean wear and its exponent on the rate are met, as far as the ranges of the two fields let them.

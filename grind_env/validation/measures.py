@@ -26,7 +26,7 @@ def quotient(values: Sequence[float]) -> float:
 
 
 @dataclass(frozen=True, slots=True)
-class Sweep:
+class Measurement:
     """A number of the model.
 
     Attributes:
@@ -46,16 +46,16 @@ class Sweep:
         return self.reduce([self.quantity(self.make(rig, **setup)) for setup in self.setups])
 
 
-def value(quantity: Quantity, make: MakeWheel = Rig.sharp, **setup: Any) -> Sweep:
+def value(quantity: Quantity, make: MakeWheel = Rig.sharp, **setup: Any) -> Measurement:
     """Measure a quantity in one set-up."""
-    return Sweep(quantity, (setup,), single, make)
+    return Measurement(quantity, (setup,), single, make)
 
 
 def exponent_on(
     name: str, values: Sequence[float], quantity: Quantity, make: MakeWheel = Rig.fresh, **setup: Any
-) -> Sweep:
+) -> Measurement:
     """Measure the exponent of a quantity on an argument of `SetUp`."""
-    return Sweep(quantity, over(name, values, **setup), partial(exponent, values), make)
+    return Measurement(quantity, over(name, values, **setup), partial(exponent, values), make)
 
 
 def over(name: str, values: Sequence[Any], **setup: Any) -> SetUps:

@@ -33,7 +33,7 @@ STEPS: Mapping[str, Mapping[str, float]] = MappingProxyType(
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class Neighbour:
     """A step away from the usual conditions.
 
     Attributes:
@@ -52,7 +52,7 @@ class Step:
         return tuple(row for row in self.rows if not row.passed)
 
 
-def neighbours(catalogue: Catalogue, rows: list[Row]) -> list[Step]:
+def neighbours(catalogue: Catalogue, rows: list[Row]) -> list[Neighbour]:
     """Take the numbers of the rows that pass, of groups 1 to 9, a step away in each direction."""
     checks: list[Check] = [row.check for row in rows if row.passed and row.check.group < 10]
     steps = []
@@ -60,5 +60,5 @@ def neighbours(catalogue: Catalogue, rows: list[Row]) -> list[Step]:
         rig = Rig(catalogue, usual)
         rig.fresh()
         outside = tuple(rig.outside.values())
-        steps.append(Step(change, tuple(row_of(check, rig) for check in checks), outside))
+        steps.append(Neighbour(change, tuple(row_of(check, rig) for check in checks), outside))
     return steps

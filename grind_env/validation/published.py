@@ -6,7 +6,7 @@ from typing import Any
 
 from grind_env.validation import data
 from grind_env.validation.check import Band, Check, Question, around, at_most, drawn, measured, own, remembered
-from grind_env.validation.measures import MakeWheel, Quantity, Sweep, dull, over, quotient, stroke, value
+from grind_env.validation.measures import MakeWheel, Measurement, Quantity, dull, over, quotient, stroke, value
 from grind_env.validation.rig import NO_GROWTH, Grinder, Rig, dress_width
 from grind_env.validation.roughness import sparked_out
 from grind_env.validation.spark_out import after_passes
@@ -220,7 +220,7 @@ CHECKS = (
         "usual; steady wear over 100 mm3/mm from the dress on",
     ).within(
         Band(1.15, 1.3),
-        Sweep(
+        Measurement(
             wear_depth, over("diameter", (25.4 * 15.0, 25.4 * 18.0), constant_surface_speed=True), quotient, Rig.steady
         ),
         drawn("page_numbers.csv: Badger 2009, a column: about 20 % more, how found is not said"),

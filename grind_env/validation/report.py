@@ -6,11 +6,10 @@ from collections.abc import Mapping, Sequence
 from itertools import groupby
 
 from rich import box
-from rich.console import Console, Group
-from rich.padding import Padding
-from rich.table import Table
+from rich.console import Console
 from rich.text import Text
 
+from grind_env.table import Cell, Column, table_of
 from grind_env.validation import GROUPS, Evidence, Row, is_as_known, known_failures, unfit_uses
 from grind_env.validation.leave_out import (
     CONSTANT,
@@ -23,13 +22,13 @@ from grind_env.validation.leave_out import (
     difference,
     mean_errors,
 )
-from grind_env.validation.neighbours import Step
+from grind_env.validation.neighbours import Neighbour
 from grind_env.validation.rig import CONDITIONS, USUAL
 
 WIDTH = 120
 """Characters of the longest line."""
 
-PREDICTION = ("wheel", "response", "left out", *PREDICTORS)
+PREDICTION = tuple(Column(title, wrap=True) for title in ("wheel", "response", "left out", *PREDICTORS))
 PREDICTION_TITLE = "Valve alloys: each left out and predicted from the other"
 PREDICTION_NOTE = (
     "Errors of nine runs, %: of their mean (level) / of each beside that mean (course, root mean square). Constant, "
@@ -59,6 +58,13 @@ def reason(row: Row) -> str:
     return ". ".join(filter(None, (row.missing, known_failures().get(row.check.name, ""))))
 
 
+def _described(row: Row) -> Cell:
+    """The number, its conditions, where its band is from, and what else is to be said of the row; a line each."""
+    why = f"why: {reason(row)}" if reason(row) else ""
+    said = "\n".join(filter(None, (row.check.at, str(row.check.basis), why, outside(row))))
+    return Cell(row.check.what, "" if row.passed else "poor" if is_as_known(row) else "bad", said)
+
+
 def outside(row: Row) -> str:
     """What the conditions ask beyond the limits of the catalogue; "" if nothing."""
     return f"outside the catalogue: {'; '.join(map(str, row.outside))}" if row.outside else ""
@@ -68,6 +74,15 @@ def expected(row: Row) -> str:
     """The band, and the number that was measured, published or remembered."""
     reference = "" if row.check.reference is None else f" ({number(row.check.reference)})"
     return f"{row.check.band}{reference}"
+
+
+NUMBERS = (
+    Column("model", lambda row: number(row.value), wrap=True),
+    Column("band (reference)", expected, wrap=True),
+    Column("unit", "check.unit", wrap=True),
+)
+COLUMNS = (Column("what, at, from", _described, wrap=True), *NUMBERS, Column("", verdict, wrap=True))
+LOOK = {"box": box.SIMPLE, "show_edge": True, "pad_edge": True, "padding": (0, 1)}
 
 
 def sources(rows: Sequence[Row]) -> str:
@@ -128,7 +143,7 @@ def _compared(each: Sequence[LeftOut], other: str) -> str:
     return f"Model less {other} {less:+.1f} +- {uncertain:.1f} %: {won}"
 
 
-def step_introduction(steps: Sequence[Step]) -> str:
+def step_introduction(steps: Sequence[Neighbour]) -> str:
     """What the steps are, and how many rows they move out of their bands, in words."""
     moved = {row.check.name for step in steps for row in step.failing}
     kept = sum(not step.failing for step in steps)
@@ -140,7 +155,7 @@ def step_introduction(steps: Sequence[Step]) -> str:
     )
 
 
-def step_sentence(step: Step) -> str:
+def step_sentence(step: Neighbour) -> str:
     """What a step does, in words."""
     beyond = f" (outside the catalogue: {'; '.join(map(str, step.outside))})" if step.outside else ""
     where = f"With {step.change}{beyond}"
@@ -156,25 +171,18 @@ def _moved(row: Row) -> str:
     return f"{row.check.what}{at and f' ({at})'} is {row.value:.4g}, not {row.check.band}"
 
 
-def print_report(rows: Sequence[Row], predicted: Sequence[LeftOut], steps: Sequence[Step], console: Console) -> None:
+def print_report(
+    rows: Sequence[Row], predicted: Sequence[LeftOut], steps: Sequence[Neighbour], console: Console
+) -> None:
     """Print rows by group, predictions of the valve alloys, what fails a step away, and what the model is not for."""
     console.print(sources(rows))
     console.print(beyond_limits(rows))
     console.print(CONDITIONS)
     console.print()
     for group, members in groupby(rows, lambda row: row.check.group):
-        table = Table("what, at, from", "model", "band (reference)", "unit", "", box=box.SIMPLE, title_justify="left")
-        table.title = f"{group}. {GROUPS[group]}"
-        for row in members:
-            style = "" if row.passed else "yellow" if is_as_known(row) else "red"
-            cells = (number(row.value), expected(row), row.check.unit, verdict(row))
-            table.add_row(_described(row), *map(Text, cells), style=style)
-        console.print(table)
+        table_of(COLUMNS, members, f"{group}. {GROUPS[group]}").print(console, **LOOK)
     if predicted:
-        table = Table(*PREDICTION, box=box.SIMPLE, title=PREDICTION_TITLE, title_justify="left")
-        for texts in prediction_rows(predicted):
-            table.add_row(*texts)
-        console.print(table)
+        table_of(PREDICTION, prediction_rows(predicted), PREDICTION_TITLE).print(console, **LOOK)
         for sentence in (PREDICTION_NOTE, *comparison(predicted)):
             console.print(sentence)
         console.print()
@@ -189,10 +197,3 @@ def print_report(rows: Sequence[Row], predicted: Sequence[LeftOut], steps: Seque
         console.print(f"- {use}: {why}.")
     console.print()
     console.print(totals(rows))
-
-
-def _described(row: Row) -> Group:
-    """The number, its conditions, where its band is from, and what else is to be said of the row; a line each."""
-    why = f"why: {reason(row)}" if reason(row) else ""
-    said = "\n".join(filter(None, (row.check.at, str(row.check.basis), why, outside(row))))
-    return Group(Text(row.check.what), Padding(Text(said), (0, 0, 0, 2)))

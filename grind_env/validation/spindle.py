@@ -5,6 +5,7 @@ from functools import partial
 
 from grind_env.process.state import StrokeResult
 from grind_env.validation.check import Band, Question, at_least, at_most
+from grind_env.validation.measures import quotient
 from grind_env.validation.rig import Rig, grind_plate, stalled
 
 AMPLE = 500_000.0
@@ -15,29 +16,23 @@ SHARE, STALLING = 1.0 / 1.2, 1.0 / 3.0
 ask = partial(Question, 9)
 
 
-def strokes(rig: Rig, share: float) -> tuple[StrokeResult, StrokeResult, float]:
-    """Return the stroke of an ample spindle, that of one with a share of its power, and the power of this one, W."""
+def strokes(rig: Rig, share: float = SHARE) -> tuple[StrokeResult, StrokeResult]:
+    """Return the stroke of an ample spindle, and that of one with a share of the power that it asks for."""
     wheel = rig.sharp(changes={"machine": {"power_limit": AMPLE, "idle_power": 0.0}})
     ample = rig.set_up_anew(wheel).grind(5)
-    limit = share * ample.power
-    weak = rig.set_up_anew(wheel, changes={"machine": {"power_limit": limit, "idle_power": 0.0}})
-    return ample, weak.grind(5), limit
+    weak = rig.set_up_anew(wheel, changes={"machine": {"power_limit": share * ample.power, "idle_power": 0.0}})
+    return ample, weak.grind(5)
 
 
 def slowed(name: str) -> Callable[[Rig], float]:
     """Measure a field of the stroke of the weak spindle over that of the ample one."""
-
-    def ratio(rig: Rig) -> float:
-        ample, weak, _ = strokes(rig, SHARE)
-        return float(getattr(weak, name) / getattr(ample, name))
-
-    return ratio
+    return lambda rig: quotient([getattr(each, name) for each in reversed(strokes(rig))])
 
 
 def power_used(rig: Rig) -> float:
     """Return the power of the weak spindle over what it has."""
-    _, weak, limit = strokes(rig, SHARE)
-    return weak.power / limit
+    ample, weak = strokes(rig)
+    return weak.power / (SHARE * ample.power)
 
 
 def stall_told(rig: Rig) -> float:
@@ -59,7 +54,7 @@ CHECKS = (
         at_least(1.02), slowed("fg")
     ),
     ask("roughness of a slow wheel", "Ra over that of an ample spindle", SLOW).within(at_least(1.02), slowed("Rg")),
-    ask("no stall", "stall, 0 or 1", SLOW).within(Band(0.0, 0.0), lambda rig: stalled(strokes(rig, SHARE)[1])),
+    ask("no stall", "stall, 0 or 1", SLOW).within(Band(0.0, 0.0), lambda rig: stalled(strokes(rig)[1])),
     ask("stall", "stall, 0 or 1", THIRD).within(Band(1.0, 1.0), lambda rig: stalled(strokes(rig, STALLING)[1])),
     ask("stall is scrap", "probability that the part is good", PLATE).within(
         at_most(0.01), lambda rig: float(grind_plate(rig, 300.0).parts["survival"][0])

@@ -41,7 +41,7 @@ POOLED, POOLED_ERROR = 0.29, 0.03
 ask = partial(Question, 10)
 
 
-class Wheel(NamedTuple):
+class AlloyWheel(NamedTuple):
     """A wheel of the data and the one of the catalogue beside it."""
 
     measured: str
@@ -50,10 +50,10 @@ class Wheel(NamedTuple):
     entry: str
 
 
-WHEELS = (Wheel("3NQ", 45.0, "sg60j"), Wheel("3NQ", 80.0, "sg60j"), Wheel("cBN", 80.0, "b126"))
+WHEELS = (AlloyWheel("3NQ", 45.0, "sg60j"), AlloyWheel("3NQ", 80.0, "sg60j"), AlloyWheel("cBN", 80.0, "b126"))
 
 
-class Runs(NamedTuple):
+class AlloyRuns(NamedTuple):
     """The runs of a wheel in an alloy, over the same nine pairs of rate and volume in the same order."""
 
     rate: Array
@@ -64,7 +64,7 @@ class Runs(NamedTuple):
     Ra_um: Array
 
 
-def measured(wheel: Wheel, alloy: str) -> Runs:
+def measured(wheel: AlloyWheel, alloy: str) -> AlloyRuns:
     """The nine runs of a wheel in an alloy."""
     chosen = [
         row
@@ -72,10 +72,10 @@ def measured(wheel: Wheel, alloy: str) -> Runs:
         if row["wheel"] == wheel.measured and float(row["vs_m_s"]) == wheel.speed and row["mat"] == alloy
     ]
     names = ("removal_rate_per_s", "volume_removed", "wheel_wear_um", "Ra_um")
-    return Runs(*(np.array([float(row[name]) for row in chosen]) for name in names))
+    return AlloyRuns(*(np.array([float(row[name]) for row in chosen]) for name in names))
 
 
-def simulated(rig: Rig, wheel: Wheel, changes: Mapping[str, float] = NO_CHANGES) -> Runs:
+def simulated(rig: Rig, wheel: AlloyWheel, changes: Mapping[str, float] = NO_CHANGES) -> AlloyRuns:
     """The same nine runs by the model, each from a dress on, in INC751 or what `changes` make of this material."""
     plan = measured(wheel, "INC751")
     wear, roughness = [], []
@@ -91,15 +91,15 @@ def simulated(rig: Rig, wheel: Wheel, changes: Mapping[str, float] = NO_CHANGES)
         )
         roughness.append(grinder.grind_volume(volume / WIDTH).Rg)
         wear.append(1000.0 * grinder.wheel.W)
-    return Runs(plan.rate, plan.volume, np.array(wear), np.array(roughness))
+    return AlloyRuns(plan.rate, plan.volume, np.array(wear), np.array(roughness))
 
 
-def fitted(runs: Runs, response: str) -> Array:
+def fitted(runs: AlloyRuns, response: str) -> Array:
     """Exponents of a response on rate and volume."""
     return exponents([runs.rate, runs.volume], getattr(runs, response))
 
 
-def target(wheel: Wheel, response: str, factor: str) -> tuple[float, float]:
+def target(wheel: AlloyWheel, response: str, factor: str) -> tuple[float, float]:
     """A measured exponent in INC751 and its standard error."""
     subset = f"{wheel.measured} vs={wheel.speed:g} INC751"
     return next(
@@ -109,7 +109,7 @@ def target(wheel: Wheel, response: str, factor: str) -> tuple[float, float]:
     )
 
 
-def exponent_check(wheel: Wheel, response: str, factor: str) -> Check:
+def exponent_check(wheel: AlloyWheel, response: str, factor: str) -> Check:
     """Return the check of an exponent of the model beside the measured one."""
     value, error = target(wheel, response, factor)
     place, name = FACTORS.index(factor), RESPONSES[response]

@@ -5,7 +5,7 @@ from itertools import product
 from typing import Any
 
 from grind_env.validation.check import TREND, Band, Check, Question, at_least, drawn, own
-from grind_env.validation.measures import Sweep, exponent_on, g_over, over, quotient, used
+from grind_env.validation.measures import Measurement, exponent_on, g_over, over, quotient, used
 from grind_env.validation.rig import Rig
 from grind_env.validation.slopes import exponent
 
@@ -68,7 +68,7 @@ def cbn_over_alumina(material: str) -> Check:
         f"usual; {material}, b126 and a60j; {STEADY}",
     ).within(
         RATIOS[material],
-        Sweep(g_over(INTERVAL), over("wheel", ("b126", "a60j"), material=material), quotient, Rig.steady),
+        Measurement(g_over(INTERVAL), over("wheel", ("b126", "a60j"), material=material), quotient, Rig.steady),
         drawn(VALVES) if RATIOS[material] is NICKEL else TREND,
     )
 

@@ -8,8 +8,7 @@ import pytest
 from rich.console import Console
 
 from agents import __main__, study
-from agents.commands.asked import Asked
-from agents.study import Options
+from agents.study import Options, StudyOptions
 from grind_env.policies.problem import Problem
 
 
@@ -27,10 +26,10 @@ def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(study, "run_all", run_here)
 
 
-def asked(folder: Path, *problems: Problem, episodes: int = 2, seeds: int = 1, steps: int = 1) -> Asked:
+def asked(folder: Path, *problems: Problem, episodes: int = 2, seeds: int = 1, steps: int = 1) -> StudyOptions:
     """What a study is asked, with its cache and results below a folder."""
     options = Options(runs=folder / "runs", console=Console(quiet=True))
-    return Asked(
+    return StudyOptions(
         problems=problems, episodes=episodes, seeds=seeds, steps=steps, configs=None, results=folder, options=options
     )
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from agents.benchmark.judge import judged
-from agents.benchmark.measure import Made, Measured, measure
-from agents.benchmark.plan import CORE, Cell, Request, chosen_problems, planned
+from agents.benchmark.measure import CellResult, Made, measure
+from agents.benchmark.plan import CORE, BenchmarkCell, Request, chosen_problems, planned
 from agents.benchmark.results import COLUMNS, merged, read_results, result_of, write_results
 from agents.benchmark.trained import from_file
 from grind_env.envs.names import task_names
@@ -27,8 +27,8 @@ def evaluation(*cost):
 
 def found(policy, *cost, seed=None, task="oracle6", between=None, sees="measurements"):
     return result_of(
-        Measured(
-            cell=Cell(find_problem(task), policy, seed),
+        CellResult(
+            cell=BenchmarkCell(find_problem(task), policy, seed),
             sees=sees,
             evaluation=evaluation(*cost),
             interpolation=between and evaluation(*between),
@@ -48,14 +48,17 @@ def test_the_cells_of_a_plan():
     # a slot is of one kind of block
     assert {cell for cell in cells if cell.seed is None} == {
         *(
-            Cell(problem, name)
+            BenchmarkCell(problem, name)
             for problem in (SLOT, PROBLEM)
             for name in ("random", "constant", "interval", "hindsight")
         ),
-        Cell(PROBLEM, "constant_per_kind"),
+        BenchmarkCell(PROBLEM, "constant_per_kind"),
     }
     assert {cell for cell in cells if cell.seed is not None} == {
-        Cell(problem, kind, seed) for problem in (SLOT, PROBLEM) for kind in ("ppo", "plain_gru") for seed in (0, 1)
+        BenchmarkCell(problem, kind, seed)
+        for problem in (SLOT, PROBLEM)
+        for kind in ("ppo", "plain_gru")
+        for seed in (0, 1)
     }
     assert list(map(str, cells[:2])) == ["slot hindsight", "oracle6 hindsight"]
     assert len(cells) == len(set(cells))
@@ -91,23 +94,24 @@ def test_a_plan_that_cannot_be(policies, kinds, seeds, sentence):
 
 
 def test_a_cell_is_what_an_evaluation_says(tmp_path):
-    measured = measure(Cell(PROBLEM, "adaptive_rule"), replace(TINY, runs=tmp_path))
+    measured = measure(BenchmarkCell(PROBLEM, "adaptive_rule"), replace(TINY, runs=tmp_path))
     policy = make_policy("adaptive_rule", ORACLE)
     # what is kept of one split is not taken for another on the same seeds
-    for found in (measured, measure(Cell(PROBLEM, "adaptive_rule"), replace(TINY, runs=tmp_path))):
+    for found in (measured, measure(BenchmarkCell(PROBLEM, "adaptive_rule"), replace(TINY, runs=tmp_path))):
         for split, run, count in (("all", found.evaluation, 3), ("interpolation", found.interpolation, 2)):
             expected = run_seeds(policy, ORACLE, episode_seeds("evaluation", count), split)
             assert np.array_equal(run.cost, expected.cost)
             assert np.array_equal(run.executions, expected.executions)
     assert (measured.made.steps, measured.made.seconds) == (None, None)
     assert (
-        measure(Cell(PROBLEM, "random"), replace(TINY, runs=tmp_path, interpolation_episodes=0)).interpolation is None
+        measure(BenchmarkCell(PROBLEM, "random"), replace(TINY, runs=tmp_path, interpolation_episodes=0)).interpolation
+        is None
     )
 
 
 @pytest.mark.nightly
 def test_a_trained_cell_is_trained_once_and_is_measured_anew_with_other_weights(tmp_path, monkeypatch):
-    cell, request = Cell(PROBLEM, "ppo", 1), replace(TINY, runs=tmp_path, steps=7680)
+    cell, request = BenchmarkCell(PROBLEM, "ppo", 1), replace(TINY, runs=tmp_path, steps=7680)
     first = measure(cell, request)
     assert (first.made.steps, first.made.trained_on, first.made.model) == (7680, "all", "nominal")
     assert first.made.seconds > 0.0
@@ -131,7 +135,7 @@ def test_the_numbers_of_a_row():
     run = evaluation(3.0, 5.0)
     run.speeds[:] = [[5000.0, 6000.0], [7000.0, 8000.0]]
     made = Made(steps=30, seconds=60.0)
-    row = result_of(Measured(cell=Cell(SLOT, "ppo", 3), sees="measurements", evaluation=run, made=made))
+    row = result_of(CellResult(cell=BenchmarkCell(SLOT, "ppo", 3), sees="measurements", evaluation=run, made=made))
     assert (row.kind, row.seed, row.episodes, row.seeds) == ("learned", 3, 2, "2000000..2000001")
     assert (row.interpolation_episodes, row.interpolation_scrap, row.interpolation_seeds) == (0, None, None)
     assert (row.scrap, row.E_mean, row.E_p10, row.E_p90) == (0.5, 6.5, 5.3, 7.7)

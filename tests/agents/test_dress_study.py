@@ -6,7 +6,7 @@ import pytest
 from agents.dressing import study as studies
 from agents.dressing import trials
 from agents.dressing.figure import dress_figure
-from agents.dressing.study import Finding, best_plan, csv_text, new_overlap
+from agents.dressing.study import DressFinding, best_plan, csv_text, new_overlap
 from agents.dressing.trials import on_plant, study
 from grind_env.policies.choices import speed_bounds
 from grind_env.policies.evaluation import episode_seeds, run_seeds
@@ -59,7 +59,7 @@ def findings(folder, problem, episodes, monkeypatch, *questions):
     in_process(monkeypatch)
     made = study([problem], episodes, folder)
     made = replace(made, trials=[each for each in made.trials if each.question in questions or not questions])
-    return [Finding(**each) for each in made.found(asked(folder).options).values()]
+    return [DressFinding(**each) for each in made.found(asked(folder).options).values()]
 
 
 def test_a_study_answers_the_four_questions_and_can_be_taken_up_again(tmp_path, monkeypatch):

@@ -3,16 +3,17 @@ from dataclasses import replace
 
 import pytest
 
-from agents.commands.dress_study import FOLDER
-from agents.dressing.study import Finding, csv_text
-from agents.dressing.table import HEADINGS, Study, line, read_studies, read_study
+from agents.commands.studies import DRESSES
+from agents.dressing.study import DressFinding, csv_text
+from agents.dressing.table import COLUMNS, DressStudy, read_studies, read_study
 from agents.provenance import ROOT
 from grind_env.policies.tuned import ConfigError
+from grind_env.table import table_of
 from grind_env.task_version import TASK_VERSION
 
 PAGE = ROOT / "docs" / "benchmark" / "dress-study.md"
 
-PLAN = Finding(
+PLAN = DressFinding(
     task="rush",
     question="plan",
     policy="interval",
@@ -46,6 +47,11 @@ FOUND = [
 ]
 
 
+def line(study):
+    shown = table_of(COLUMNS, [study])
+    return dict(zip(shown.headings, (cell.text for cell in shown.rows[0]), strict=True))
+
+
 def test_a_study_of_another_task_version_is_not_in_the_table(tmp_path):
     text, number = csv_text(FOUND, range(2_000_000, 2_000_064)), TASK_VERSION
     for name, version in (("new", number), ("old", number - 1)):
@@ -59,12 +65,11 @@ def test_a_study_of_another_task_version_is_not_in_the_table(tmp_path):
         number - 1,
         1,
     ]
-    assert [line(study)[0] for study in read_studies(tmp_path)] == ["new"]
+    assert [line(study)["task"] for study in read_studies(tmp_path)] == ["new"]
 
 
 def test_a_line_by_hand():
-    cells = dict(zip(HEADINGS, line(Study([*FOUND, decider("learned", 4.2)], 64)), strict=True))
-    assert cells == {
+    assert line(DressStudy([*FOUND, decider("learned", 4.2)], 64)) == {
         "task": "rush",
         "episodes": "64",
         "best N": "4",
@@ -79,19 +84,20 @@ def test_a_line_by_hand():
         "fixed plan with it, $": "3.00 (-25 %)",
         "best passes": "3 5.00 (+25 %)",
     }
-    assert dict(zip(HEADINGS, line(Study(FOUND, 64)), strict=True))["learned, $"] == "–"
+    assert line(DressStudy(FOUND, 64))["learned, $"] == "–"
 
 
 def test_a_program_says_itself_how_it_dresses():
-    cells = line(Study([each for each in FOUND if each.question not in ("dresser", "passes")], 64))
-    assert cells[:7] == line(Study(FOUND, 64))[:7]
-    assert set(cells[7:]) == {"–"}
+    cells = line(DressStudy([each for each in FOUND if each.question not in ("dresser", "passes")], 64))
+    told = [*line(DressStudy(FOUND, 64)).items()][:7]
+    assert [*cells.items()][:7] == told
+    assert {cells[name] for name in cells.keys() - dict(told).keys()} == {"–"}
 
 
 def test_a_table_is_read_as_it_was_written(tmp_path):
     path = tmp_path / "rush.csv"
     path.write_text(csv_text(FOUND, range(2_000_000, 2_000_064)), encoding="utf-8")
-    assert read_study(path) == Study(FOUND, 64)
+    assert read_study(path) == DressStudy(FOUND, 64)
 
 
 @pytest.mark.parametrize("text", ["", "task\nrush\n", "task,every\nrush,often\n"])
@@ -111,7 +117,7 @@ def test_a_table_without_an_answer_is_an_error(tmp_path):
 
 def test_the_page_says_what_the_checked_in_studies_say():
     text = PAGE.read_text(encoding="utf-8")
-    studies, plants = read_studies(FOLDER), read_studies(FOLDER / "plants")
+    studies, plants = read_studies(DRESSES), read_studies(DRESSES / "plants")
     assert (len(studies), len(plants)) == (11, 9)
     told = set(re.findall(r"\d+\.\d\d\b", text))
     assert told

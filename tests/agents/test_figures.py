@@ -13,8 +13,8 @@ from agents.benchmark.figures import (
     profile_figure,
     write_figures,
 )
-from agents.benchmark.measure import Measured
-from agents.benchmark.plan import Cell
+from agents.benchmark.measure import CellResult
+from agents.benchmark.plan import BenchmarkCell
 from agents.benchmark.results import result_of
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.problem import find_problem
@@ -26,13 +26,13 @@ def results(tasks):
     rng = np.random.default_rng(2)
     rows = []
     for task in map(find_problem, tasks):
-        cells = [(Cell(task, name), cost) for name, cost in COSTS.items()]
-        cells += [(Cell(task, "ppo", seed), 3.0 + 0.3 * seed) for seed in range(3)]
+        cells = [(BenchmarkCell(task, name), cost) for name, cost in COSTS.items()]
+        cells += [(BenchmarkCell(task, "ppo", seed), 3.0 + 0.3 * seed) for seed in range(3)]
         noise = rng.exponential(0.5, 30)
         for cell, cost in cells:
             run = Evaluation(cost + noise, np.ones(30), np.ones(30), np.full((30, 2), 9000.0), np.ones((30, 2)))
             sees = "future" if cell.policy == "hindsight" else "measurements"
-            rows.append(result_of(Measured(cell=cell, sees=sees, evaluation=run)))
+            rows.append(result_of(CellResult(cell=cell, sees=sees, evaluation=run)))
     return rows
 
 

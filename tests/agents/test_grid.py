@@ -7,16 +7,16 @@ import pytest
 
 from agents.benchmark import grid
 from agents.benchmark.judge import Sampled, judged
-from agents.benchmark.measure import Made, Measured, measure
+from agents.benchmark.measure import CellResult, Made, measure
 from agents.benchmark.page import page, verdict
 from agents.benchmark.plan import CORE, KINDS, LIMIT, PLAIN, chosen_problems, planned
-from agents.benchmark.plan import Cell as Measurement
+from agents.benchmark.plan import BenchmarkCell as Measurement
 from agents.benchmark.plan import Request as Requested
 from agents.benchmark.price import Price, model_of, price_of, tuned_on
 from agents.benchmark.readme import section
 from agents.benchmark.results import LATER, merged, read_results, result_of, write_results
 from agents.benchmark.summary import NONE, summaries
-from agents.benchmark.trials import Trial, seconds
+from agents.benchmark.trials import BenchmarkTrial, seconds
 from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds
 from grind_env.policies.judging import evaluate
 from grind_env.policies.planners.hindsight import Hindsight
@@ -39,7 +39,7 @@ def evaluation(cost):
 
 
 def row(policy, cost, seed=None, task="rush", **made):
-    found = Measured(
+    found = CellResult(
         cell=Measurement(find_problem(task), policy, seed),
         sees=SEES.get(policy, "measurements"),
         evaluation=evaluation(cost),
@@ -250,7 +250,7 @@ def test_the_grid_has_every_kind_and_its_hours_are_kept():
     assert "look_ahead@1M" not in names
     assert tuned_on("look_ahead", find_problem("rush").simulation()) < LIMIT
     request = Requested(episodes=grid.EPISODES, interpolation_episodes=grid.INTERPOLATION_EPISODES)
-    assert sum(seconds(Trial(cell, request)) for cell in cells) <= 9.0 * 3600.0
+    assert sum(seconds(BenchmarkTrial(cell, request)) for cell in cells) <= 9.0 * 3600.0
     few = grid.grid([ORACLE], ["handbook"], ["plain_gru"], 2)
     assert [cell.name for cell in few if cell.trains] == ["plain_gru-0", "plain_gru-1"]
 

@@ -15,12 +15,12 @@ from agents.plants.asked import programs_of
 from agents.plants.figure import MOST, plants_figure
 from agents.plants.floor import Law, strokes_of
 from agents.plants.log import over_the_part
-from agents.plants.machines import FAMILY_NAMES, PROGRAMS, Machine, Program, machines
+from agents.plants.machines import FAMILY_NAMES, PROGRAMS, StudyMachine, StudyProgram, machines
 from agents.plants.optimising import real
 from agents.plants.page import page, write
 from agents.plants.plans import plans
-from agents.plants.regression import Cuts, fitted, predicted
-from agents.plants.study import Cell
+from agents.plants.regression import MeanCuts, fitted, predicted
+from agents.plants.study import PlantsTrial
 from agents.plants.variants import batch, scaled, with_catalogue
 from agents.plants.verdicts import promises
 from grind_env.control import read, read_file
@@ -30,7 +30,7 @@ from grind_env.shop.advise.adviser import Adviser, policy_for
 from grind_env.shop.advise.rehearsal import advised, as_programmed, ground
 from tests.agents.asking import in_process, status
 
-PLATE = Machine("model", PROGRAMS["plate"])
+PLATE = StudyMachine("model", PROGRAMS["plate"])
 
 
 def test_machines_are_all_families_with_all_programs() -> None:
@@ -40,8 +40,8 @@ def test_machines_are_all_families_with_all_programs() -> None:
 
 
 @pytest.mark.parametrize("program", PROGRAMS.values(), ids=PROGRAMS)
-def test_other_words_say_other_strokes(program: Program) -> None:
-    text, job = program.text, Machine("model", program).job()
+def test_other_words_say_other_strokes(program: StudyProgram) -> None:
+    text, job = program.text, StudyMachine("model", program).job()
     own, other = (grind(read(each, "a.nc"), job).strokes for each in (text, scaled(text, 0.5, 1.0)))
     np.testing.assert_allclose(other["E"], 0.5 * own["E"])
     deeper = grind(read(scaled(text, 1.0, 2.0), "a.nc"), job).strokes
@@ -71,7 +71,7 @@ def test_a_log_has_every_stroke_for_as_long_as_the_wheel_is_over_the_part_and_a_
 
 def test_the_regression_finds_a_power_law() -> None:
     rng = np.random.default_rng(1)
-    cuts = Cuts(*(rng.uniform(low, high, 60) for low, high in ((0.002, 0.02), (100, 400), (0, 400), (5, 25))))
+    cuts = MeanCuts(*(rng.uniform(low, high, 60) for low, high in ((0.002, 0.02), (100, 400), (0, 400), (5, 25))))
     power = cuts.b * 300.0 * cuts.a**0.7 * cuts.v**0.5 * (cuts.V + 10.0) ** 0.1
     np.testing.assert_allclose(fitted(cuts, power)[1:], [0.7, 0.5, 0.1], atol=0.01)
     np.testing.assert_allclose(predicted(fitted(cuts, power), cuts), power, rtol=0.02)
@@ -93,8 +93,8 @@ def test_strokes_are_those_of_the_program() -> None:
 
 @pytest.mark.nightly
 def test_the_adviser_scraps_few_parts_on_a_machine_that_gives_more() -> None:
-    rail = Machine("soft:1", PROGRAMS["rail"])
-    model, simulation = Machine("model", rail.program).simulation(40), rail.simulation(40)
+    rail = StudyMachine("soft:1", PROGRAMS["rail"])
+    model, simulation = StudyMachine("model", rail.program).simulation(40), rail.simulation(40)
     policy: Any = policy_for(None, model)
     # the model alone burns more than one in ten there
     assert ground(simulation, advised(Adviser(model, policy.model))).mean_scrap > 0.1
@@ -119,30 +119,30 @@ def test_plans_dress_as_often_as_they_say() -> None:
 def test_the_tables_tell_what_is_asked_and_whether_it_holds(tmp_path: Path) -> None:
     kept = {"adviser_cost": 1.0, "floor_cost": 1.0, "plan_cost": 1.0, "adviser_scrap": 0.0, "adviser_in_a_row": 0.0}
     missed = kept | {"adviser_cost": 2.0, "adviser_scrap": 0.5}
-    others = [Machine("meter:1", PLATE.program), Machine("soft:1", PLATE.program)]
+    others = [StudyMachine("meter:1", PLATE.program), StudyMachine("soft:1", PLATE.program)]
     good, bad = (
         {
             each.what: each.kept
-            for _, each in promises({Cell("advise", others[0]): kept, Cell("advise", others[1]): last})
+            for _, each in promises({PlantsTrial("advise", others[0]): kept, PlantsTrial("advise", others[1]): last})
         }
         for last in (kept, missed)
     )
     assert all(good.values()) and not bad["scrap, worst machine, %"] and not bad["the same, worst machine"]
-    found = {Cell("advise", others[0]): kept, Cell("advise", others[1]): missed}
+    found = {PlantsTrial("advise", others[0]): kept, PlantsTrial("advise", others[1]): missed}
     assert "| soft | 1 |" in page(found, drawn=False) and "NO" in page(found, drawn=False)
     write(found, tmp_path)
     rows = 1 + len(kept) + len(missed)
     assert (tmp_path / "plants.csv").read_text().count("\n") == rows
     # and answers to other questions stay
-    write({Cell("robust", others[0]): {"robust_cost": 1.0, "plan_cost": 1.0}}, tmp_path)
+    write({PlantsTrial("robust", others[0]): {"robust_cost": 1.0, "plan_cost": 1.0}}, tmp_path)
     assert (tmp_path / "plants.csv").read_text().count("\n") == rows + 2
-    write({Cell("advise", others[0]): kept}, tmp_path)
+    write({PlantsTrial("advise", others[0]): kept}, tmp_path)
     assert (tmp_path / "plants.csv").read_text().count("\n") == 1 + len(kept) + 2
     assert "## advise" in (tmp_path / "plants.md").read_text() and "## robust" in (tmp_path / "plants.md").read_text()
 
 
 def test_a_robust_agent_is_held_against_the_best_plan_of_each_machine() -> None:
-    cell = Cell("robust", PLATE._replace(plant="soft:1"))
+    cell = PlantsTrial("robust", PLATE._replace(plant="soft:1"))
     numbers = {"plan_cost": 2.0, "robust_cost": 2.2, "robust_scrap": 0.031}
     asked = [each for _, each in promises({cell: numbers})]
     assert [each.found for each in asked] == pytest.approx([1.1, 1.1, 3.1])
@@ -152,8 +152,8 @@ def test_a_robust_agent_is_held_against_the_best_plan_of_each_machine() -> None:
 def test_the_figure_has_a_dot_for_every_machine_where_its_cost_is(tmp_path: Path) -> None:
     soft, meter = (PLATE._replace(plant=name) for name in ("soft:1", "meter:1"))
     found = {
-        Cell("advise", soft): {"adviser_cost": 3.0, "floor_cost": 4.0, "plan_cost": 2.0},
-        Cell("advise", meter): {"adviser_cost": 1.0, "floor_cost": 30.0, "plan_cost": 2.0},
+        PlantsTrial("advise", soft): {"adviser_cost": 3.0, "floor_cost": 4.0, "plan_cost": 2.0},
+        PlantsTrial("advise", meter): {"adviser_cost": 1.0, "floor_cost": 30.0, "plan_cost": 2.0},
     }
     figure = plants_figure(found)
     assert figure is not None
@@ -170,7 +170,7 @@ def test_the_figure_has_a_dot_for_every_machine_where_its_cost_is(tmp_path: Path
     assert "agent of grind train" not in drawn
     write(found, tmp_path)
     assert "![" in (tmp_path / "plants.md").read_text() and (tmp_path / "figures" / "plants.png").stat().st_size > 5000
-    assert plants_figure({Cell("calibrate", soft): {}}) is None
+    assert plants_figure({PlantsTrial("calibrate", soft): {}}) is None
 
 
 @pytest.mark.nightly
@@ -204,10 +204,10 @@ def test_what_is_found_stands_on_the_code_that_is_run() -> None:
 def test_another_program_or_job_of_the_same_name_is_another_cell(tmp_path: Path) -> None:
     path = _copied(tmp_path, "part.nc", PLATE.program.text)
     (program,) = programs_of([str(path)], None)
-    first = study.code(Cell("advise", Machine("model", program)))
-    assert study.code(Cell("advise", Machine("model", program))) == first
+    first = study.code(PlantsTrial("advise", StudyMachine("model", program)))
+    assert study.code(PlantsTrial("advise", StudyMachine("model", program))) == first
     path.with_suffix(".toml").write_text(PLATE.program.job.read_text().replace("tolerance = 9", "tolerance = 8"))
-    assert study.code(Cell("advise", Machine("model", program))) != first
+    assert study.code(PlantsTrial("advise", StudyMachine("model", program))) != first
 
 
 def _copied(folder: Path, name: str, text: str) -> Path:
@@ -274,9 +274,12 @@ def test_what_is_no_study_is_answered_by_one_sentence(
 
 def test_a_study_is_cached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     in_process(monkeypatch)
-    words = ("plants", "--family", "model", "--program", "plate", "--question", "advise", "--runs", tmp_path)
-    assert status(monkeypatch, *words) == 0
-    (cached,) = (tmp_path / "plants").glob("advise-plate-on-model-*.json")
-    found = json.loads(cached.read_text())
-    assert found["adviser_cost"] < found["program_cost"]
+    words = ("plants", "--family", "model", "--tasks", "plate", "--question", "advise", "--runs", tmp_path)
+    found = []
+    for episodes in (1, 2):
+        assert status(monkeypatch, *words, "--episodes", episodes) == 0
+        cached = {*(tmp_path / "plants").glob("advise-plate-on-model-*.json")} - {path for path, _ in found}
+        found += [(path, json.loads(path.read_text())) for path in cached]
+    one, two = (numbers for _, numbers in found)
+    assert one["adviser_cost"] < one["program_cost"] and one["adviser_cost"] != two["adviser_cost"]
     assert "## advise" in (tmp_path / "plants.md").read_text()

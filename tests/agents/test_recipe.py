@@ -10,7 +10,7 @@ import pytest
 from agents import recipe as recipes
 from agents.cells import RESULTS
 from agents.provenance import ROOT
-from agents.recipe import CSV, PAGE, SOURCE, STEPS, WAYS, Trained, Trial, recipe, train, variant
+from agents.recipe import CSV, PAGE, SOURCE, STEPS, WAYS, RecipeRow, RecipeTrial, recipe, train, variant
 from grind_env.errors import GrindError
 from grind_env.policies.problem import find_problem
 from tests.agents.asking import in_process, status
@@ -20,10 +20,10 @@ TEXT = recipe(SOURCE.read_text(encoding="utf-8"))
 
 
 def test_a_variant_is_the_very_lines_but_for_seed_belief_and_steps() -> None:
-    assert variant(TEXT, Trial(PLATES, "belief", 0)) == TEXT
-    elsewhere = variant(TEXT, Trial(find_problem("rush"), "belief", 0))
+    assert variant(TEXT, RecipeTrial(PLATES, "belief", 0)) == TEXT
+    elsewhere = variant(TEXT, RecipeTrial(find_problem("rush"), "belief", 0))
     assert elsewhere.replace("grind/Rush-v0", "grind/PowerLimited-v0") == TEXT != elsewhere
-    lines, other = TEXT.splitlines(), variant(TEXT, Trial(PLATES, "measurements", 3, 256)).splitlines()
+    lines, other = TEXT.splitlines(), variant(TEXT, RecipeTrial(PLATES, "measurements", 3, 256)).splitlines()
     (belief,) = [line for line in lines if line.startswith("envs = VectorBeliefFilter(")]
     lines.remove(belief)
     assert len(lines) == len(other) <= 18
@@ -34,9 +34,9 @@ def test_a_variant_is_the_very_lines_but_for_seed_belief_and_steps() -> None:
 
 def test_lines_that_do_not_have_what_is_changed_are_refused() -> None:
     with pytest.raises(GrindError, match="'seed=0' 0 times"):
-        variant(TEXT.replace("seed=0", "seed=1"), Trial(PLATES, "belief", 0))
+        variant(TEXT.replace("seed=0", "seed=1"), RecipeTrial(PLATES, "belief", 0))
     with pytest.raises(GrindError, match=r"does not train on .*PowerLimited-v0"):
-        variant(TEXT.replace("PowerLimited", "Rush"), Trial(PLATES, "belief", 0))
+        variant(TEXT.replace("PowerLimited", "Rush"), RecipeTrial(PLATES, "belief", 0))
     with pytest.raises(GrindError, match="has 0 blocks"):
         recipe("# no recipe\n")
 
@@ -44,13 +44,13 @@ def test_lines_that_do_not_have_what_is_changed_are_refused() -> None:
 def test_a_task_of_ones_own_is_refused_for_no_id_names_it(tmp_path: Path) -> None:
     (tmp_path / "mine.toml").write_text('base = "power_limited"\n', encoding="utf-8")
     with pytest.raises(GrindError, match="mine is a file, and the recipe names its task by an id"):
-        variant(TEXT, Trial(find_problem(str(tmp_path / "mine.toml")), "belief", 0))
+        variant(TEXT, RecipeTrial(find_problem(str(tmp_path / "mine.toml")), "belief", 0))
 
 
 def test_a_training_is_judged() -> None:
     few = re.sub(r"gym.make_vec\((.*?), 128", r"gym.make_vec(\1, 16", TEXT).replace("episodes=128", "episodes=2")
     before = Path.cwd()
-    found = Trained(**train(Trial(PLATES, "measurements", 1, 960, few)))
+    found = RecipeRow(**train(RecipeTrial(PLATES, "measurements", 1, 960, few)))
     asked = (found.task, found.sees, found.seed, found.steps, found.episodes)
     assert asked == ("power_limited", "measurements", 1, 960, 2)
     assert found.score_low <= found.score <= found.score_high and found.cpu_seconds > 0.0
@@ -60,7 +60,7 @@ def test_a_training_is_judged() -> None:
 def test_the_tables_are_of_all_trainings(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def trained(trial: Trial) -> dict[str, Any]:
+    def trained(trial: RecipeTrial) -> dict[str, Any]:
         score = 80.0 + trial.seed
         numbers = {"score": score, "score_low": score - 1.0, "score_high": score + 1.0, "cost_per_good_part": 2.8}
         more = {"scrap": 0.0, "E": 7.0, "D": 0.3, "cpu_seconds": 60.0, "wall_seconds": 70.0}

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agents.safety.judging import LAGRANGIAN, UNCONSTRAINED, Judged, Trial, budget_of, judge, violations
+from agents.safety.judging import LAGRANGIAN, UNCONSTRAINED, SafetyRow, SafetyTrial, budget_of, judge, violations
 from agents.safety.page import page
 from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
 from grind_env.policies.problem import find_problem
@@ -48,15 +48,15 @@ def test_the_budget_is_half_of_what_the_best_fixed_plan_scraps():
 
 
 def test_a_constraint_is_another_training(tmp_path: Path):
-    found = {who: Judged(**judge(Trial(PLATES, who, 0, 8000, 2))) for who in (UNCONSTRAINED, LAGRANGIAN)}
+    found = {who: SafetyRow(**judge(SafetyTrial(PLATES, who, 0, 8000, 2))) for who in (UNCONSTRAINED, LAGRANGIAN)}
     assert found[UNCONSTRAINED].scrap != found[LAGRANGIAN].scrap
     assert "| power_limited, budget 0." in page(list(found.values()))
 
 
 def test_the_page_counts_who_keeps_the_budgets_and_says_what_that_costs():
-    def judged(task: str, who: str, scrap: float, earned: float) -> Judged:
-        same = {each.name: 0.0 for each in fields(Judged)} | {"budget": 0.01, "episodes": 8}
-        return Judged(
+    def judged(task: str, who: str, scrap: float, earned: float) -> SafetyRow:
+        same = {each.name: 0.0 for each in fields(SafetyRow)} | {"budget": 0.01, "episodes": 8}
+        return SafetyRow(
             **same | {"task": task, "who": who, "scrap": scrap, "scrap_high": 1.5 * scrap, "episode_return": earned}
         )
 

@@ -3,7 +3,7 @@ import itertools
 import numpy as np
 import pytest
 
-from agents.tuning.search import Found, evolve, grid_search, refine
+from agents.tuning.search import BestPoint, evolve, grid_search, refine
 
 
 def test_grid_search_finds_the_least_and_counts():
@@ -17,12 +17,12 @@ def test_grid_search_takes_the_first_of_equals():
 
 @pytest.mark.parametrize("least", [7.3, 12.0, 19.1])
 def test_refine_finds_a_minimum_to_one_percent(least):
-    found = refine(lambda x: abs(np.log(x / least)), Found(10.0, abs(np.log(10.0 / least)), 0), 1.0, 30.0)
+    found = refine(lambda x: abs(np.log(x / least)), BestPoint(10.0, abs(np.log(10.0 / least)), 0), 1.0, 30.0)
     assert found.point == pytest.approx(least, rel=0.01)
 
 
 def test_refine_stays_within_its_bounds():
-    assert 19.0 < refine(lambda x: -x, Found(10.0, -10.0, 0), 1.0, 20.0).point <= 20.0
+    assert 19.0 < refine(lambda x: -x, BestPoint(10.0, -10.0, 0), 1.0, 20.0).point <= 20.0
 
 
 def test_evolve_finds_a_minimum_within_its_budget_and_repeats_it():

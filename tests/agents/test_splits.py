@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from agents import splits
-from agents.splits import EVERY, SHOWN, Line, judged, leading, lines_of, page, plans_of
+from agents.splits import EVERY, SHOWN, SplitScore, judged, leading, lines_of, page, plans_of
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import REFERENCE
@@ -40,8 +40,8 @@ def test_each_split_is_scored_between_its_own_hindsight_and_the_plan_that_is_bes
 
 
 def test_who_leads_is_counted_over_tasks_and_said_to_be_clear_only_if_no_interval_reaches_it() -> None:
-    def line(task: str, who: str, score: float, half: float = 1.0) -> Line:
-        return Line(task, EVERY, who, (score, score - half, score + half), (1.0, 1.0, 1.0), 0.0)
+    def line(task: str, who: str, score: float, half: float = 1.0) -> SplitScore:
+        return SplitScore(task, EVERY, who, (score, score - half, score + half), (1.0, 1.0, 1.0), 0.0)
 
     lines = [line("a", "shipped", 9.0), line("a", "robust", 5.0), line("b", "robust", 9.0), line("b", "shipped", 8.0)]
     lines += [line("c", "robust", 9.0), line("c", "look_ahead", 3.0), line("c", "mpc", 50.0)]

@@ -10,12 +10,12 @@ from rich.console import Console
 from agents.benchmark.aggregate import aggregates, all_runs, improvements, profile, scored_tasks
 from agents.benchmark.html import html_page
 from agents.benchmark.judge import Sampled, is_ratio, judged, over_runs
-from agents.benchmark.measure import Measured
+from agents.benchmark.measure import CellResult
 from agents.benchmark.page import page
-from agents.benchmark.plan import Cell
+from agents.benchmark.plan import BenchmarkCell
 from agents.benchmark.readme import BEGIN, END, PAGE, README, replaced
 from agents.benchmark.results import read_results, result_of, write_results
-from agents.benchmark.summary import HEADINGS, ON_SCREEN, rich_table, summaries
+from agents.benchmark.summary import ON_SCREEN, summaries, table_of_task
 from agents.cells import RESULTS
 from agents.provenance import ROOT
 from agents.reference.table import table_rows
@@ -38,7 +38,7 @@ def evaluation(cost, good=None):
 
 def row(task, policy, cost, seed=None, sees="measurements", good=None):
     return result_of(
-        Measured(cell=Cell(find_problem(task), policy, seed), sees=sees, evaluation=evaluation(cost, good))
+        CellResult(cell=BenchmarkCell(find_problem(task), policy, seed), sees=sees, evaluation=evaluation(cost, good))
     )
 
 
@@ -84,17 +84,18 @@ def test_a_table_runs_from_those_that_know_least():
     rows = judged([*table_of("rush", [3.0]), row("rush", "mpc", np.full(N, 2.2), sees="state")])
     assert [line.policy for line in summaries(rows, "rush")] == ["constant", "interval", "ppo", "mpc", "hindsight"]
     console = Console(width=160, record=True, file=io.StringIO())
-    console.print(rich_table(rows, "rush", "a title"))
+    table_of_task(rows, "rush", "a title", ON_SCREEN).print(console)
     text = console.export_text()
     assert "a title" in text
-    assert all(heading in text for heading in HEADINGS[:ON_SCREEN])
+    headings = table_of_task(rows, "rush").headings
+    assert [heading in text for heading in headings] == [k < ON_SCREEN for k in range(len(headings))]
 
 
 def test_where_the_anchors_cost_nearly_the_same_the_ratio_is_reported():
     assert is_ratio("slot")
     assert not is_ratio("rush")
     rows = table_of("slot", [7.2], noise=0.0)
-    (text,) = [line.cells(ratio=True)[1] for line in summaries(rows, "slot") if line.policy == "ppo"]
+    (text,) = [row[1].text for row in table_of_task(rows, "slot").rows if row[0].text == "ppo"]
     assert text == "1.200x (1.200 to 1.200)"
     assert list(scored_tasks([*rows, *table_of("rush", [])])) == ["rush"]
     assert "1.200x (1.200 to 1.200)" in page(rows)
@@ -250,6 +251,6 @@ def test_the_page_has_every_line_of_every_task_and_a_picture_of_its_costs():
     html = html_page(results)
     for task in ("rush", "slot"):
         section = html.partition(f"<h2>{task}</h2>")[2].partition("</section>")[0]
-        for line in summaries(results, task):
-            assert all(f">{cell}</td>" in section for cell in line.cells(is_ratio(task)))
+        for cells in table_of_task(results, task).rows:
+            assert all(f">{cell.text}</td>" in section for cell in cells)
         assert section.count("<svg") == 1

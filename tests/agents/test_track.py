@@ -11,10 +11,10 @@ import pytest
 
 from agents.track import knowing
 from agents.track.adapters import made
-from agents.track.floor import Floor, found
+from agents.track.floor import TrackMachine, found
 from agents.track.knowing import FIXED, PLANNER
 from agents.track.page import page, tables_of
-from agents.track.running import Cell, Run, run
+from agents.track.running import TrackRun, TrackTrial, run
 from agents.track.scores import beaten, machine_scores, resampled, scored, worst_of
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
@@ -90,7 +90,7 @@ def test_what_a_machine_remembers_goes_from_shift_to_shift_and_what_is_of_a_shif
 
 
 def test_a_walk_goes_on_where_it_was_with_other_steps() -> None:
-    floor, policy = Floor(PLATES, DRIFTING, 0), named_policy("E7D1", Floor(PLATES, DRIFTING, 0).model)
+    floor, policy = TrackMachine(PLATES, DRIFTING, 0), named_policy("E7D1", TrackMachine(PLATES, DRIFTING, 0).model)
     numbers = remembered(DRIFTING, floor.first.own)
     assert numbers["drift_dulls"] > 0.0
     dulling = 0.0
@@ -109,7 +109,7 @@ def test_a_walk_goes_on_where_it_was_with_other_steps() -> None:
 
 
 def test_lots_are_those_of_the_seed_whatever_is_done() -> None:
-    slow, fast = (Floor(PLATES, DRIFTING, 3) for _ in range(2))
+    slow, fast = (TrackMachine(PLATES, DRIFTING, 3) for _ in range(2))
     one, other = slow.grind(named_policy("E5D1", slow.model)), fast.grind(named_policy("E9D1", fast.model))
     stock = [slow.model.read(each.shift.observations)["stock"] for each in (one, other)]
     np.testing.assert_array_equal(*stock)
@@ -148,7 +148,7 @@ def numbers_in(thing: Any, seen: set[int], found: set[float]) -> None:
 
 
 def test_nothing_but_measurements_reaches_an_adapter() -> None:
-    floor, policy = Floor(PLATES, DRIFTING, 0), Collector()
+    floor, policy = TrackMachine(PLATES, DRIFTING, 0), Collector()
     ground = floor.grind(policy)
     floor.judge(policy, 2)
     reached: set[float] = set()
@@ -169,7 +169,7 @@ def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 
 def test_an_adapter_that_would_see_more_is_refused(module: str) -> None:
-    cell = Cell(PLATES, DRIFTING, f"{module}:Cheat", 0, (0, 60))
+    cell = TrackTrial(PLATES, DRIFTING, f"{module}:Cheat", 0, (0, 60))
     with pytest.raises(GrindError, match="sees the state, but on the track there are measurements alone"):
         run(cell)
     with pytest.raises(GrindError, match="full_state_rule sees the state"):
@@ -177,17 +177,17 @@ def test_an_adapter_that_would_see_more_is_refused(module: str) -> None:
 
 
 def test_a_run_is_judged_with_what_was_learned(module: str) -> None:
-    done = run(Cell(PLATES, DRIFTING, f"{module}:Mine", 0, (0, 60, 120)))
+    done = run(TrackTrial(PLATES, DRIFTING, f"{module}:Mine", 0, (0, 60, 120)))
     assert len(done.costs) == 2 and [*done.judged] == ["0", "60", "120"]
-    floor = Floor(PLATES, DRIFTING, 0)
+    floor = TrackMachine(PLATES, DRIFTING, 0)
     for E in (7, 6.5):
         floor.grind(named_policy(f"E{E}D1", floor.model))
     assert done.judged["120"][0] == floor.judge(named_policy("E6D1", floor.model), 64).cost.tolist()
 
 
 def test_scores_are_between_the_anchors_and_intervals_over_machines() -> None:
-    def of(cost: Sequence[float]) -> Run:
-        return Run(
+    def of(cost: Sequence[float]) -> TrackRun:
+        return TrackRun(
             costs=[100.0, 90.0], scrap=[1.5, 0.0], parts=[60.0, 60.0], judged={"120": [[*cost], [9.0] * 4, [10.0] * 4]}
         )
 
@@ -195,7 +195,7 @@ def test_scores_are_between_the_anchors_and_intervals_over_machines() -> None:
     for k, plant in enumerate(("public:1", "public:2")):
         for seed in range(2):
             for name, cost in ((FIXED, 200.0), (PLANNER, 100.0), ("mine", 150.0 + 40.0 * k)):
-                found[Cell(PLATES, plant, name, seed, (120,))] = of(cost + 10.0 * np.array([-1.0, 0.0, 0.0, 1.0]))
+                found[TrackTrial(PLATES, plant, name, seed, (120,))] = of(cost + 10.0 * np.array([-1.0, 0.0, 0.0, 1.0]))
     fixed, planner, mine = scored(found)
     assert fixed.score == (0.0, 0.0, 0.0) and planner.score == (100.0, 100.0, 100.0)
     assert mine.score.value == pytest.approx(30.0) and mine.worst.value == pytest.approx(10.0)
@@ -207,11 +207,11 @@ def test_scores_are_between_the_anchors_and_intervals_over_machines() -> None:
 
 @pytest.mark.nightly
 def test_adapters_stand_beside_others_on_the_same_machines_alone() -> None:
-    def of(cost: float) -> Run:
-        return Run(costs=[100.0], scrap=[0.0], parts=[60.0], judged={"60": [[cost], [10.0], [10.0]]})
+    def of(cost: float) -> TrackRun:
+        return TrackRun(costs=[100.0], scrap=[0.0], parts=[60.0], judged={"60": [[cost], [10.0], [10.0]]})
 
     found = {
-        Cell(PLATES, f"public:{k}", name, 0, (60,)): of(cost * k)
+        TrackTrial(PLATES, f"public:{k}", name, 0, (60,)): of(cost * k)
         for name, cost, machines in ((FIXED, 200.0, 3), (PLANNER, 100.0, 3), ("bc", 150.0, 3), ("trim", 120.0, 2))
         for k in range(1, machines + 1)
     }
@@ -240,9 +240,8 @@ def test_the_command_runs_the_track(module: str, tmp_path: Path, monkeypatch: py
     for name, number in (("EVALUATIONS", 4), ("STARTS", 1), ("EPISODES", 2)):
         monkeypatch.setattr(knowing, name, number)
     in_process(monkeypatch)
-    monkeypatch.setattr("agents.track.running.EPISODES", 2)
     words = ["track", "--machines", "public:1", "--adapters", "E7D1", "--adapters", f"{module}:Mine", "--seeds", "1"]
-    assert status(monkeypatch, *words, "--blocks", "60,0", "--runs", tmp_path) == 0
+    assert status(monkeypatch, *words, "--blocks", "60,0", "--episodes", "2", "--runs", tmp_path) == 0
     said = capsys.readouterr().out
     assert "1 runs, 1 to do: about 0.0 core-hours" in said and "4 runs, 4 to do: about 0.0 core-hours" in said
     rows = (tmp_path / "track.csv").read_text().splitlines()

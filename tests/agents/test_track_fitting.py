@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from agents.track.adapter import Shift
+from agents.track.adapter import TrackShift
 from agents.track.adapters import made
 from agents.track.fitting import CONSTANTS, changed, fitted, least_squares, residuals
-from agents.track.floor import Floor, found
-from agents.track.learning import DAMPING, WIDEST, Calibrated, Holding, Scaled, Trim
+from agents.track.floor import TrackMachine, found
+from agents.track.learning import DAMPING, WIDEST, CalibratedAdapter, Holding, Scaled, Trim
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.evaluation import start_episodes, steps
 from grind_env.policies.held import model_of
@@ -21,7 +21,7 @@ PLATES = find_problem("power_limited")
 ROUGH = [each.symbols for each in CONSTANTS].index(("RaRef",))
 
 
-def ground(machine: Simulation, text: str, seeds: range) -> list[Shift]:
+def ground(machine: Simulation, text: str, seeds: range) -> list[TrackShift]:
     """Shifts of a plan on a machine that is no plant."""
     policy = named_policy(text, machine)
     all_of = list(steps(policy, machine, episodes := start_episodes(machine, seeds)))
@@ -31,7 +31,7 @@ def ground(machine: Simulation, text: str, seeds: range) -> list[Shift]:
         found(np.array([each.outcomes[i] for each in all_of]), np.random.default_rng(i)) for i in range(len(seeds))
     ]
     return [
-        Shift(observations=seen[i], speeds=E[i], executions=D[i], cost=cost, bad=bad)
+        TrackShift(observations=seen[i], speeds=E[i], executions=D[i], cost=cost, bad=bad)
         for i, (bad, cost) in enumerate(books)
     ]
 
@@ -69,7 +69,7 @@ def test_what_a_machine_differs_by_is_found_in_its_log() -> None:
 @pytest.mark.nightly
 def test_a_model_in_the_loop_is_held_from_the_first_shift_on() -> None:
     adapter = made("calibrated")
-    assert isinstance(adapter, Calibrated)
+    assert isinstance(adapter, CalibratedAdapter)
     first = adapter.start(PLATES)
     assert isinstance(first, Holding) and first.model is adapter.model
     (shift,) = ground(model_of(PLATES), "E6D1", range(1))
@@ -78,7 +78,7 @@ def test_a_model_in_the_loop_is_held_from_the_first_shift_on() -> None:
 
 
 def test_the_trim_follows_what_is_nearest_to_its_limit_and_does_not_rise_after_a_bad_part() -> None:
-    floor, trim = Floor(PLATES, "model", 0), Trim()
+    floor, trim = TrackMachine(PLATES, "model", 0), Trim()
     policy = trim.start(PLATES)
     assert isinstance(policy, Scaled) and policy.factor == 1.0
     shift = replace(floor.grind(policy).shift, bad=np.zeros(60, bool))

@@ -11,7 +11,7 @@ import torch
 
 from agents import train_sb3
 from agents.provenance import ROOT
-from agents.recipe import SOURCE, Trial, recipe, run, variant
+from agents.recipe import SOURCE, RecipeTrial, recipe, run, variant
 from agents.train_sb3 import RECIPES, Checkpoints, train, trained
 from grind_env.cli import main as grind
 from grind_env.errors import GrindError
@@ -33,7 +33,7 @@ def same(one: Any, other: Any) -> bool:
 
 
 def test_ppo_is_the_recipe_of_the_docs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    lines = variant(recipe(SOURCE.read_text(encoding="utf-8")), Trial(PLATES, "belief", 3, 2 * ROLLOUT))
+    lines = variant(recipe(SOURCE.read_text(encoding="utf-8")), RecipeTrial(PLATES, "belief", 3, 2 * ROLLOUT))
     monkeypatch.chdir(tmp_path)
     theirs = run(lines.partition("judged =")[0])["model"]
     assert same(train(PLATES, "ppo", 3, 2 * ROLLOUT, tmp_path / "ours.zip"), theirs)

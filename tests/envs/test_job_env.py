@@ -23,7 +23,7 @@ from grind_env.envs.actions import ActionError
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.ids import job as job_env
 from grind_env.envs.job import simulation as job_simulation
-from grind_env.envs.job.outline import Choice, outline_of_runs
+from grind_env.envs.job.outline import JobChoice, outline_of_runs
 from grind_env.envs.program_episode import PassageError
 from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.errors import GrindError
@@ -431,7 +431,7 @@ def test_a_program_or_job_at_fault_is_told_when_the_environment_is_made(
 def test_a_program_that_the_control_executes_is_tried_with_the_extremes_of_both_words(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    tried: list[Choice] = []
+    tried: list[JobChoice] = []
 
     def noted(programs: Any, job: Any, trials: Any, between: Any) -> Any:
         tried.extend(trials)

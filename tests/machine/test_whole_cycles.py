@@ -15,7 +15,7 @@ from grind_env.machine.grind import GrindingError, grind
 from grind_env.machine.job import Job, PartConditions, Stage, Times, WheelStart
 from grind_env.machine.part.part import PartRun
 from grind_env.machine.record import GrindingRecord
-from grind_env.machine.watch import Watch
+from grind_env.machine.watch import RunWatch
 from grind_env.process.equations import LEAST_DIAMETER
 from tests.examples import examples
 from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, LONG_AFTER, job, run, told_stepped
@@ -166,12 +166,12 @@ def told(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, int]]:
     """Of each event of strokes that a run takes the number of the part, and how many strokes it is."""
     found: list[tuple[int, int]] = []
 
-    def noting(watch: Watch, part: PartRun, event: CycleStrokes, *arguments: Any) -> None:
+    def noting(watch: RunWatch, part: PartRun, event: CycleStrokes, *arguments: Any) -> None:
         found.append((part.number, len(event.begins)))
         strokes(watch, part, event, *arguments)
 
-    strokes = Watch.strokes
-    monkeypatch.setattr(Watch, "strokes", noting)
+    strokes = RunWatch.strokes
+    monkeypatch.setattr(RunWatch, "strokes", noting)
     return found
 
 

@@ -18,9 +18,10 @@ from grind_env.envs.observations import physical
 from grind_env.pages import PageError, page, page_ids
 from grind_env.pages.__main__ import write
 from grind_env.pages.discount import dress_interval
-from grind_env.pages.markdown import arguments, prose, table
+from grind_env.pages.markdown import arguments, prose
 from grind_env.pages.notes import load_notes, note_of
-from grind_env.pages.sheet import Sheet, sheet
+from grind_env.pages.sheet import TaskSheet, sheet
+from grind_env.table import table_of
 from grind_env.task_version import TASK_VERSION
 from grind_env.validation import neighbours as steps_away
 from tests.envs.harness import IDS, Array, reward_terms_of
@@ -54,7 +55,7 @@ def tables(text: str) -> list[list[list[str]]]:
     return [[[cell.strip() for cell in line.split("|")[1:-1]] for line in one.splitlines()[2:]] for one in found]
 
 
-def arguments_of(about: Sheet) -> dict[str, Any]:
+def arguments_of(about: TaskSheet) -> dict[str, Any]:
     return dict(about.env.spec.kwargs) if about.env.spec else {}
 
 
@@ -128,7 +129,7 @@ def value_of(formula: str, x: float) -> float:
     return float(match[1] or 0.0) + float(match[2] or 1.0) * x
 
 
-def inspect_arguments(about: Sheet) -> list[tuple[str, str]]:
+def inspect_arguments(about: TaskSheet) -> list[tuple[str, str]]:
     return [(name, meaning) for name, _, meaning in arguments(about.make)]
 
 
@@ -277,7 +278,7 @@ def test_a_docstring_is_read_section_by_section() -> None:
 
 
 def test_bars_in_a_cell_are_escaped() -> None:
-    assert table(("a", "b"), [("1|2", "3")]) == "| a | b |\n| --- | --- |\n| 1\\|2 | 3 |"
+    assert table_of(("a", "b"), [("1|2", "3")]).markdown() == "| a | b |\n| --- | --- |\n| 1\\|2 | 3 |"
 
 
 @pytest.mark.nightly

@@ -17,7 +17,7 @@ from grind_env.errors import GrindError
 from grind_env.policies.evaluation import SEEDS, SEEDS_EACH, run_seeds
 from grind_env.policies.naming import SHIPPED, named_policy
 from grind_env.policies.problem import find_problem
-from grind_env.policies.rows import Row, digest, fresh_seeds, read_row, row_of, verify, write_row
+from grind_env.policies.rows import SubmittedRow, digest, fresh_seeds, read_row, row_of, verify, write_row
 from grind_env.policies.statistics import prediction
 from tests.command import Grind
 from tests.examples import few
@@ -41,7 +41,7 @@ def submit(grind: Grind, tmp_path: Path) -> Submit:
     return call
 
 
-def plates_row(policy: str, episodes: int = 3) -> Row:
+def plates_row(policy: str, episodes: int = 3) -> SubmittedRow:
     return row_of(grind_env.evaluate(policy, PLATES, episodes=episodes), PLATES, policy)
 
 

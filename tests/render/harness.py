@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from grind_env.process.cost import Limits
 from grind_env.process.state import WheelState
-from grind_env.render.view import Extent, GroundBlock, Instant, View, Workpiece
+from grind_env.render.view import EpisodePicture, Extent, GroundBlock, Instant, Workpiece
 
 LIMITS = Limits(rise=500.0, power=8000.0, roughness=1.0, size=10.0)
 WHEEL = WheelState(ds=300.0, A=0.01, lam=0.0, V=0.0, Rd=1.0, Cd=1.0, W=0.0, wd=0.05)
@@ -36,7 +36,7 @@ EXTENT = Extent(
     longest=300.0,
     thickest=0.5,
 )
-VIEW = View(
+VIEW = EpisodePicture(
     extent=EXTENT,
     ground=(GOOD,),
     wheel=WHEEL,
@@ -51,11 +51,11 @@ CHARTS = (slice(50, 482), slice(486, 944))
 TRAY = (slice(458, 481), slice(14, 410))
 
 
-def with_wheel(view: View = VIEW, **changes: float) -> View:
+def with_wheel(view: EpisodePicture = VIEW, **changes: float) -> EpisodePicture:
     return replace(view, wheel=view.wheel._replace(**changes))
 
 
-def with_last(view: View = VIEW, **changes: Any) -> View:
+def with_last(view: EpisodePicture = VIEW, **changes: Any) -> EpisodePicture:
     return replace(view, ground=(*view.ground[:-1], replace(view.ground[-1], **changes)))
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from grind_env.render import palette
 from grind_env.render.frames import TALL, WIDE, render
-from grind_env.render.view import RenderError, View
+from grind_env.render.view import EpisodePicture, RenderError
 from tests.render.harness import (
     CHARTS,
     GOOD,
@@ -27,19 +27,19 @@ BLOCK_STRIP = 493
 """First row of the wide picture that belongs to the block text."""
 
 
-def wheel_height(view: View) -> int:
+def wheel_height(view: EpisodePicture) -> int:
     """From the highest to the lowest pixel of the wheel's colour in the column through its middle."""
     machine = render(view)[MACHINE]
     rows = np.flatnonzero(near(machine, palette.wear_colour(view.wheel.A))[:, 229])
     return int(rows.max() - rows.min())
 
 
-def wheel_bottom(view: View) -> int:
+def wheel_bottom(view: EpisodePicture) -> int:
     machine = render(view)[MACHINE]
     return int(np.flatnonzero(near(machine, palette.wear_colour(view.wheel.A))[:, 229]).max())
 
 
-def scorched(view: View) -> int:
+def scorched(view: EpisodePicture) -> int:
     """Pixels of the part that are browner than steel can be."""
     machine = render(view)[MACHINE][185:230].astype(int)
     return int(np.count_nonzero(machine[..., 0] > machine[..., 2] + 40))
@@ -98,7 +98,7 @@ def test_a_burn_is_gone_with_its_part() -> None:
 
 
 def test_the_table_moves_and_the_diamond_comes_below_the_wheel() -> None:
-    def diamond(view: View) -> float:
+    def diamond(view: EpisodePicture) -> float:
         return float(np.flatnonzero(near(render(view)[MACHINE], palette.DIAMOND).any(axis=0)).mean())
 
     left, right = (diamond(replace(VIEW, instant=replace(INSTANT, table=table))) for table in (-1.0, 1.0))
@@ -108,7 +108,7 @@ def test_the_table_moves_and_the_diamond_comes_below_the_wheel() -> None:
 
 
 def test_values_beyond_their_limits_are_marked_in_the_charts() -> None:
-    def marks(view: View) -> int:
+    def marks(view: EpisodePicture) -> int:
         # the texts on the right are red too
         return int(np.count_nonzero(near(render(view)[CHARTS][:, :300], palette.BRICK)))
 

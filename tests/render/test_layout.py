@@ -12,7 +12,7 @@ from grind_env.policies.scripted.rules import Fixed
 from grind_env.render.canvas import Box, Canvas, text_width
 from grind_env.render.frames import TALL, WIDE
 from grind_env.render.layout import draw_tall, draw_wide
-from grind_env.render.view import View
+from grind_env.render.view import EpisodePicture
 from tests.examples import nightly
 from tests.render.harness import VIEW, with_last
 
@@ -28,7 +28,7 @@ def boxes(canvas: Canvas) -> Iterator[tuple[str, Box]]:
             yield text.text, Box(left, text.at[1] - 0.75 * text.size, left + width, text.at[1] + 0.2 * text.size)
 
 
-def assert_legible(view: View, size: tuple[int, int]) -> None:
+def assert_legible(view: EpisodePicture, size: tuple[int, int]) -> None:
     placed = list(boxes(DRAW[size](view, *size)))
     assert len(placed) >= 10
     for text, box in placed:

@@ -12,7 +12,7 @@ import numpy as np
 
 from agents.plants.calibrating import errors
 from agents.plants.log import Logged
-from agents.plants.machines import Machine, Program
+from agents.plants.machines import StudyMachine, StudyProgram
 from agents.plants.variants import scaled, write
 from grind_env.control import Programs, read_file
 from grind_env.examples import FOLDER as EXAMPLES
@@ -57,7 +57,7 @@ def trial(
     """A calibration of a machine, and errors of it, of a regression and of the catalogue."""
     path = EXAMPLES / f"{program}.nc"
     job = path.with_suffix(".toml")
-    machine, plant = Machine(name, Program(program, path, job)), find_plant(name)
+    machine, plant = StudyMachine(name, StudyProgram(program, path, job)), find_plant(name)
     programs, rng = read_file(path), np.random.default_rng(1)
     if varies:
         path = write(folder / "varied.nc", varied(programs))

@@ -24,10 +24,10 @@ from grind_env.training.checkpoint import Checkpoint
 from grind_env.training.gru_ppo import (
     SEEN,
     Agent,
-    Episodes,
     Memory,
+    ReturnScale,
     Settings,
-    Worth,
+    TrainingEnvs,
     acting_part,
     form_of,
     policy_of,
@@ -110,7 +110,7 @@ def test_what_is_hidden_shapes_what_is_remembered_and_no_decision():
 
 def test_the_worth_is_that_of_all_returns_together():
     returns = torch.randn(300, 2, generator=torch.Generator().manual_seed(1)) * 2.0 + torch.tensor([5.0, -90.0])
-    worth = Worth(2)
+    worth = ReturnScale(2)
     for part in returns.split([40, 130, 130]):
         worth.take(part)
     assert worth.mean.numpy() == pytest.approx(returns.numpy().mean(axis=0), rel=1e-5)
@@ -119,7 +119,7 @@ def test_the_worth_is_that_of_all_returns_together():
 
 def test_lateness_is_charged_as_it_grows_and_is_the_same_in_all(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(gru_ppo, "eased", lambda charged: charged)
-    episodes, slow, given = Episodes(find_problem("rush"), SMALL, 0), np.tile([8, 1], (SMALL.envs, 1)), []
+    episodes, slow, given = TrainingEnvs(find_problem("rush"), SMALL, 0), np.tile([8, 1], (SMALL.envs, 1)), []
     step = episodes.envs.step
 
     def noting(actions: np.ndarray) -> Any:
@@ -135,8 +135,8 @@ def test_lateness_is_charged_as_it_grows_and_is_the_same_in_all(monkeypatch: pyt
 
 
 def test_what_is_seen_is_what_is_measured_and_behind_it_what_is_hidden():
-    episodes = Episodes(PROBLEM, SMALL, 0)
-    full = Episodes(shown(PROBLEM, "state"), replace(SMALL, memory="state"), 0)
+    episodes = TrainingEnvs(PROBLEM, SMALL, 0)
+    full = TrainingEnvs(shown(PROBLEM, "state"), replace(SMALL, memory="state"), 0)
     assert episodes.entries == len(PROBLEM.simulation().entries)
     assert full.entries == full.seen.shape[1] == episodes.seen.shape[1]
     assert episodes.seen.shape[1] > episodes.entries
@@ -200,7 +200,7 @@ def test_on_machines_that_are_not_the_model_the_agent_holds_the_model(tmp_path):
     """Each of its episodes is on another machine, and what it has learned is a policy for the task."""
     task, machines = find_problem("power_limited"), on(find_problem("power_limited"), "public")
     few = replace(SMALL, rollout=4)
-    there, here = Episodes(machines, few, 0), Episodes(task, few, 0)
+    there, here = TrainingEnvs(machines, few, 0), TrainingEnvs(task, few, 0)
     assert there.entries == here.entries and there.seen.shape == here.seen.shape
     assert there.envs.simulation.plants is not None and here.envs.simulation.plants is None
     path = plain_agent(machines, "robust", "gru", 0, steps=64, folder=tmp_path, fresh=False)

@@ -30,7 +30,7 @@ from grind_env.validation import (
 from grind_env.validation import __main__ as module
 from grind_env.validation.export import COLUMNS, write_csv
 from grind_env.validation.leave_out import left_out
-from grind_env.validation.neighbours import Step, neighbours
+from grind_env.validation.neighbours import Neighbour, neighbours
 from grind_env.validation.report import WIDTH, print_report, totals
 from grind_env.validation.rig import Beyond
 
@@ -48,7 +48,7 @@ def rows() -> list[Row]:
 
 KEPT = Row(CHECKS[0], 0.5)
 TOO_WIDE = (Beyond("width", 40.0, "mm", "a60j", 25.0),)
-STEPS = [Step("a part 10 mm wide", (Row(CHECKS[0], 5.0), KEPT)), Step("a part 40 mm wide", (KEPT,), TOO_WIDE)]
+STEPS = [Neighbour("a part 10 mm wide", (Row(CHECKS[0], 5.0), KEPT)), Neighbour("a part 40 mm wide", (KEPT,), TOO_WIDE)]
 
 
 @pytest.fixture(scope="module")

@@ -7,15 +7,15 @@ outside of the corner, below 0 it is inside (1.2). Tangents stand for arcs.
 import math
 from dataclasses import dataclass
 
-from grind_env.control.compensation.crossings import Circle, Curve, Line, crossings
+from grind_env.control.compensation.crossings import Circle, Curve, StraightLine, crossings
 from grind_env.control.compensation.plane import (
     NEGLIGIBLE_ANGLE,
     NEGLIGIBLE_LENGTH,
     Bow,
     Element,
     Offset,
+    PathSegment,
     Point,
-    Segment,
     between,
     dot,
     moved,
@@ -75,7 +75,7 @@ def corner(first: Element, second: Element, offset: Offset, circular: bool, mini
     if abs(out) < TANGENTIAL:
         return Junction(offset.beside_end(first), ())
     if out < 0.5 * math.pi + TANGENTIAL:
-        if isinstance(first, Segment) and isinstance(second, Segment):
+        if isinstance(first, PathSegment) and isinstance(second, PathSegment):
             return Junction(_mitre(first, out, offset), ())
         meeting = _meeting(first, second, offset, out)
         if meeting is not None:
@@ -130,7 +130,7 @@ def compensated(element: Element, start: Point, end: Point, offset: Offset, dete
     Raises:
         CompensationFault: circular-departure-too-small; backwards-motion; interference.
     """
-    if isinstance(element, Segment):
+    if isinstance(element, PathSegment):
         if detect and dot(between(start, end), element.direction_at_start) < -NEGLIGIBLE_LENGTH:
             raise CompensationFault(
                 "backwards-motion",
@@ -139,14 +139,14 @@ def compensated(element: Element, start: Point, end: Point, offset: Offset, dete
                 "longer line",
                 element,
             )
-        return (Segment(start, end),)
+        return (PathSegment(start, end),)
     radius = centre_radius(element, offset)
     centre, rotation = element.centre, element.rotation
     trimmed = turn(between(centre, element.start), between(centre, start))
     trimmed += turn(between(centre, end), between(centre, element.end))
     angle = element.angle - rotation * trimmed
     if abs(angle) < NEGLIGIBLE_ANGLE or abs(angle) * radius < NEGLIGIBLE_LENGTH:
-        return (Segment(start, end),)
+        return (PathSegment(start, end),)
     if angle < 0.0:
         if detect:
             raise CompensationFault(
@@ -169,7 +169,7 @@ def feed_share(element: Element, offset: Offset, minimum_reduction: float) -> fl
     Raises:
         CompensationFault: circular-departure-too-small.
     """
-    if isinstance(element, Segment):
+    if isinstance(element, PathSegment):
         return 1.0
     share = centre_radius(element, offset) / element.radius
     return min(1.0, max(share, minimum_reduction))
@@ -229,7 +229,7 @@ def _linear(first: Element, second: Element, offset: Offset, out: float, minimum
     dropped = 1 if len(lines) == 3 else 0
     if lines and all(abs(component) < minimum for component in between(lines[dropped].start, lines[dropped].end)):
         if len(lines) > 1:
-            merged = Segment(lines[dropped].start, lines[dropped + 1].end)
+            merged = PathSegment(lines[dropped].start, lines[dropped + 1].end)
             lines = (*lines[:dropped], merged, *lines[dropped + 2 :])
         elif len(points) == 2 and out < math.pi - TANGENTIAL:
             return Junction(_mitre(first, out, offset), ())
@@ -253,13 +253,13 @@ def _meeting(first: Element, second: Element, offset: Offset, out: float) -> Poi
 def _curve_at_start(element: Element, offset: Offset) -> Curve:
     if isinstance(element, Bow):
         return Circle(element.centre, _concentric(element, element.radius, offset))
-    return Line(offset.beside_start(element), element.direction_at_start)
+    return StraightLine(offset.beside_start(element), element.direction_at_start)
 
 
 def _curve_at_end(element: Element, offset: Offset) -> Curve:
     if isinstance(element, Bow):
         return Circle(element.centre, _concentric(element, math.dist(element.end, element.centre), offset))
-    return Line(offset.beside_end(element), element.direction_at_end)
+    return StraightLine(offset.beside_end(element), element.direction_at_end)
 
 
 def _concentric(arc: Bow, radius: float, offset: Offset) -> float:
@@ -276,7 +276,7 @@ def _concentric(arc: Bow, radius: float, offset: Offset) -> float:
 
 def _reached(element: Element, point: Point) -> bool:
     """Whether a point beside an element is beside one of its points, not beyond its ends."""
-    if isinstance(element, Segment):
+    if isinstance(element, PathSegment):
         along = dot(between(element.start, point), element.direction_at_start)
         return -NEGLIGIBLE_LENGTH <= along <= element.length + NEGLIGIBLE_LENGTH
     turned = element.rotation * turn(between(element.centre, element.start), between(element.centre, point))

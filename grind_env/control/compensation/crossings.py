@@ -11,7 +11,7 @@ NEGLIGIBLE_SINE = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class StraightLine:
     """The unlimited straight line through a point along a unit vector."""
 
     point: Point
@@ -26,7 +26,7 @@ class Circle:
     radius: float
 
 
-Curve: TypeAlias = Line | Circle
+Curve: TypeAlias = StraightLine | Circle
 
 
 def crossings(first: Curve, second: Curve) -> list[Point]:
@@ -35,11 +35,11 @@ def crossings(first: Curve, second: Curve) -> list[Point]:
     A line that misses a circle, or a circle that misses another, by no more than rounding touches it.
     """
     if isinstance(first, Circle):
-        return _on_circle(first, second) if isinstance(second, Line) else _of_circles(first, second)
+        return _on_circle(first, second) if isinstance(second, StraightLine) else _of_circles(first, second)
     return _on_circle(second, first) if isinstance(second, Circle) else _of_lines(first, second)
 
 
-def _of_lines(first: Line, second: Line) -> list[Point]:
+def _of_lines(first: StraightLine, second: StraightLine) -> list[Point]:
     sine = cross(first.direction, second.direction)
     if abs(sine) < NEGLIGIBLE_SINE:
         return []
@@ -47,7 +47,7 @@ def _of_lines(first: Line, second: Line) -> list[Point]:
     return [moved(first.point, first.direction, distance)]
 
 
-def _on_circle(circle: Circle, line: Line) -> list[Point]:
+def _on_circle(circle: Circle, line: StraightLine) -> list[Point]:
     to_centre = between(line.point, circle.centre)
     foot = moved(line.point, line.direction, dot(to_centre, line.direction))
     return _symmetric(foot, line.direction, circle.radius, abs(cross(line.direction, to_centre)))

@@ -3,13 +3,13 @@
 import math
 
 from grind_env.control.compensation.corners import TANGENTIAL, Junction, around, centre_radius, outward
-from grind_env.control.compensation.crossings import Circle, Line, crossings
+from grind_env.control.compensation.crossings import Circle, StraightLine, crossings
 from grind_env.control.compensation.plane import (
     Bow,
     Element,
     Offset,
+    PathSegment,
     Point,
-    Segment,
     between,
     cross,
     dot,
@@ -21,7 +21,9 @@ from grind_env.control.compensation.plane import (
 )
 
 
-def entry(move: Segment, following: Element | None, offset: Offset, kind: str, circular: bool) -> tuple[Element, ...]:
+def entry(
+    move: PathSegment, following: Element | None, offset: Offset, kind: str, circular: bool
+) -> tuple[Element, ...]:
     """The way from an uncompensated point to the start of the first compensated element.
 
     Args:
@@ -34,10 +36,10 @@ def entry(move: Segment, following: Element | None, offset: Offset, kind: str, c
     """
     end = offset.beside_end(move) if following is None else offset.beside_start(following)
     if kind == "A" or following is None or offset.radius == 0.0:
-        return (Segment(move.start, end),)
+        return (PathSegment(move.start, end),)
     out = outward(move, following, offset)
     if out < TANGENTIAL:
-        return (Segment(move.start, end),)
+        return (PathSegment(move.start, end),)
     perpendicular, ahead, back, _ = around(move.end, move.direction_at_end, following.direction_at_start, offset, out)
     if out < 0.5 * math.pi + TANGENTIAL:
         return polyline(move.start, ahead, end)
@@ -47,7 +49,7 @@ def entry(move: Segment, following: Element | None, offset: Offset, kind: str, c
 
 
 def exit_junction(
-    last: Element, move: Segment, offset: Offset, kind: str, circular: bool, vector: Point | None
+    last: Element, move: PathSegment, offset: Offset, kind: str, circular: bool, vector: Point | None
 ) -> Junction:
     """The way from the last compensated element up to the straight exit to `move.end`, which is not offset.
 
@@ -76,7 +78,7 @@ def exit_junction(
     if sharp and circular:
         return Junction(end, (Bow(end, beside_exit, move.start, -offset.side),))
     generated = (ahead, back, beside_exit) if sharp else (ahead,)
-    if isinstance(last, Segment):
+    if isinstance(last, PathSegment):
         return Junction(ahead, polyline(*generated))
     return Junction(end, polyline(end, *generated))
 
@@ -90,11 +92,11 @@ def _shifted(last: Element, offset: Offset, vector: Point) -> Point:
     end, direction, radius = offset.beside_end(last), last.direction_at_end, offset.radius
     parallel = abs(cross(direction, vector)) < TANGENTIAL
     against = -math.copysign(radius, dot(vector, direction))
-    line = Line(offset.beside(last.end, vector), vector)
-    if isinstance(last, Segment):
+    line = StraightLine(offset.beside(last.end, vector), vector)
+    if isinstance(last, PathSegment):
         if parallel:
             return moved(end, direction, against)
-        (meeting,) = crossings(Line(end, direction), line)
+        (meeting,) = crossings(StraightLine(end, direction), line)
         return moved(end, direction, _limited(dot(between(end, meeting), direction), radius))
     centre, curve = last.centre, centre_radius(last, offset)
     if parallel:

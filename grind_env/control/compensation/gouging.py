@@ -11,13 +11,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.control.compensation.crossings import Circle, Curve, Line, crossings
+from grind_env.control.compensation.crossings import Circle, Curve, StraightLine, crossings
 from grind_env.control.compensation.plane import (
     NEGLIGIBLE_ANGLE,
     Bow,
     Element,
+    PathSegment,
     Point,
-    Segment,
     between,
     cross,
     dot,
@@ -120,7 +120,7 @@ def _meet(a: Element, b: Element) -> bool:
 
 
 def _common(a: Element, b: Element) -> tuple[Point, ...]:
-    if any(math.dist(each.start, each.end) < NEAR and isinstance(each, Segment) for each in (a, b)):
+    if any(math.dist(each.start, each.end) < NEAR and isinstance(each, PathSegment) for each in (a, b)):
         return ()
     return tuple(crossings(_curve(a), _curve(b)))
 
@@ -128,7 +128,7 @@ def _common(a: Element, b: Element) -> tuple[Point, ...]:
 def _curve(element: Element) -> Curve:
     if isinstance(element, Bow):
         return Circle(element.centre, element.radius)
-    return Line(element.start, element.direction_at_start)
+    return StraightLine(element.start, element.direction_at_start)
 
 
 def _direction(element: Element, point: Point) -> Point:
@@ -137,7 +137,7 @@ def _direction(element: Element, point: Point) -> Point:
 
 def _within(element: Element, point: Point, beyond: float) -> bool:
     """Whether a point of its curve lies on an element that is made longer at both ends by `beyond` mm."""
-    if isinstance(element, Segment):
+    if isinstance(element, PathSegment):
         along = dot(between(element.start, point), element.direction_at_start)
         return -beyond <= along <= element.length + beyond
     angle = beyond / element.radius

@@ -51,7 +51,7 @@ def unit(vector: Point) -> Point:
 
 
 @dataclass(frozen=True, slots=True)
-class Segment:
+class PathSegment:
     """A straight line; it has directions only if its ends differ."""
 
     start: Point
@@ -122,7 +122,7 @@ class Bow:
         return self.rotation * tangent[0], self.rotation * tangent[1]
 
 
-Element: TypeAlias = Segment | Bow
+Element: TypeAlias = PathSegment | Bow
 
 
 def turn(before: Point, after: Point) -> float:
@@ -137,13 +137,13 @@ def rotated(point: Point, centre: Point, angle: float) -> Point:
     return centre[0] + u * cosine - v * sine, centre[1] + u * sine + v * cosine
 
 
-def polyline(*points: Point) -> tuple[Segment, ...]:
+def polyline(*points: Point) -> tuple[PathSegment, ...]:
     """The straight lines through some points, without those that have no length."""
     kept = [points[0]]
     for point in points[1:]:
         if math.dist(kept[-1], point) > NEGLIGIBLE_LENGTH:
             kept.append(point)
-    return tuple(Segment(start, end) for start, end in pairwise(kept))
+    return tuple(PathSegment(start, end) for start, end in pairwise(kept))
 
 
 @dataclass(frozen=True, slots=True)

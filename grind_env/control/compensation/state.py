@@ -17,7 +17,7 @@ from grind_env.control.compensation.corners import (
 )
 from grind_env.control.compensation.entry_exit import entry, exit_junction
 from grind_env.control.compensation.gouging import GougeCheck
-from grind_env.control.compensation.plane import NEGLIGIBLE_LENGTH, Bow, Element, Offset, Point, Segment
+from grind_env.control.compensation.plane import NEGLIGIBLE_LENGTH, Bow, Element, Offset, PathSegment, Point
 from grind_env.control.control import Control
 from grind_env.control.decode import Command
 from grind_env.control.errors import ControlError, Place
@@ -127,12 +127,12 @@ class Compensation:
             following = flat(coming.path, plane)
             side = coming.command.modes.compensation if coming.command.modes.compensation in SIDES else side
         offset = Offset.of(radius, side)
-        move = Segment(_point(actual, plane), _point(path.end, plane))
+        move = PathSegment(_point(actual, plane), _point(path.end, plane))
         if move.length > NEGLIGIBLE_LENGTH:
             elements = entry(move, following, offset, settings.compensation_type, command.modes.corner == "G39.1")
         else:  # a lapsed compensation has left the wheel where this move ends
             to = offset.beside_end(flat(path, plane)) if following is None else offset.beside_start(following)
-            elements = (Segment(move.start, to),)
+            elements = (PathSegment(move.start, to),)
         self.offset, self.programmed, self._gouge_check = offset, path.end, GougeCheck()
         pieces = _pieces(elements, actual, path.end, plane)
         return pieces + self._lapse(coming, path.end, plane, elements[-1].end)
@@ -159,12 +159,12 @@ class Compensation:
         generated = junction.generated
         if before != after and isinstance(element, Bow):
             arrival = before.beside_end(element)
-            generated = (Segment(arrival, junction.end), *generated)
+            generated = (PathSegment(arrival, junction.end), *generated)
             junction = Junction(arrival, generated)
         try:
             run: tuple[Element, ...] = (
-                (Segment(start, junction.end),)
-                if before != after and isinstance(element, Segment)
+                (PathSegment(start, junction.end),)
+                if before != after and isinstance(element, PathSegment)
                 else compensated(element, start, junction.end, before, self.detect)
             )
             share = feed_share(element, before, self.control.minimum_feed_reduction)
@@ -209,7 +209,7 @@ class Compensation:
             return Junction(after.beside_end(element), ())
         side, coming_path = coming.command.modes.compensation, flat(coming.path, command.modes.plane)
         leaves = side == "G40" or coming.command.action in REFERENCE_MOVES or next(ahead) is Barrier.COORDINATES
-        if leaves and isinstance(coming_path, Segment):
+        if leaves and isinstance(coming_path, PathSegment):
             vector = _vector(coming.command) if side == "G40" else None
             return exit_junction(element, coming_path, after, settings.compensation_type, circular, vector)
         if leaves:  # the circular exit is refused when its block is executed
@@ -229,7 +229,7 @@ class Compensation:
         """End the compensation where no motion in the plane comes soon enough (15-20, lathe 21-17)."""
         if coming is Barrier.CANCELLED:
             self.offset = self.programmed = None
-            return [Piece(solid(Segment(at, _point(end, plane)), end, end, plane), generated=True)]
+            return [Piece(solid(PathSegment(at, _point(end, plane)), end, end, plane), generated=True)]
         if isinstance(coming, Barrier) or coming.command.action in REFERENCE_MOVES:
             self.offset = None
         return []
@@ -239,14 +239,14 @@ def flat(path: Path, plane: str) -> Element:
     """The projection of a path on the plane."""
     start, end = _point(path.start, plane), _point(path.end, plane)
     if isinstance(path, Straight):
-        return Segment(start, end)
+        return PathSegment(start, end)
     return Bow(start, end, _point(path.centre, plane), path.rotation)
 
 
 def solid(element: Element, start: Position, end: Position, plane: str) -> Path:
     """The path above an element of the plane; its third coordinate runs from that of `start` to that of `end`."""
     foot, head = _lifted(element.start, start, plane), _lifted(element.end, end, plane)
-    if isinstance(element, Segment):
+    if isinstance(element, PathSegment):
         return Straight(foot, head)
     return Circular(foot, head, _lifted(element.centre, start, plane), element.rotation, plane)
 

@@ -34,13 +34,11 @@ class BlockBranches:
         self._stocks = kind_table(task)[:, STOCK]
 
     def seconds(self, rows: Numbers, speeds: Table) -> Table:
-        """As `Branches.seconds`."""
         task = self._task
         kinds = self.kind_of_row[rows].tolist()
         return np.array([task.nominal_seconds(task.kinds[k], E / 1000.0) for k, E in zip(kinds, speeds, strict=True)])
 
     def coming_rows(self, seen: Mapping[str, Table]) -> Numbers:
-        """As `Branches.coming_rows`."""
         task, names = self._task, self._task.materials
         kind = np.zeros(len(seen["remaining"]), np.int64)
         if len(task.kinds) > 1:
@@ -51,11 +49,9 @@ class BlockBranches:
         return np.asarray(kind * len(names) + material)
 
     def rows_of(self, tape: Table) -> Numbers:
-        """As `Branches.rows_of`."""
         return np.asarray(tape[..., KIND] * self._materials + tape[..., MATERIAL]).astype(np.int64)
 
     def part_from(self, block: int) -> range:
-        """As `Branches.part_from`."""
         task, last = self._task, block
         # only parts of a fixed sequence have several blocks
         while task.orders is None and not task.kinds[task.kind_of_block(last)].ends_part:
@@ -63,7 +59,6 @@ class BlockBranches:
         return range(block, last + 1)
 
     def lengthened(self, episodes: EpisodesT, blocks: range) -> EpisodesT:
-        """As `Branches.lengthened`."""
         task = self._task
         # the wheel left behind is charged after the last block of a tape
         length = len(blocks) + (blocks[-1] + 1 < task.blocks)
@@ -74,13 +69,11 @@ class BlockBranches:
         return episodes.on(tape)
 
     def first_wheels(self, count: int) -> Table:
-        """As `Branches.first_wheels`."""
         generator = EpisodeGenerator(self._task)
         flats = self._task.spread.diamond_flat * (np.arange(count) + 0.5) / count
         return np.array([generator.wheel(float(flat)) for flat in flats])
 
     def load(self, episodes: Episodes, index: Numbers, rows: Numbers, stocks: Table) -> None:
-        """As `Branches.load`."""
         episodes.block[index] = 0
         episodes.tape[index, 0, KIND] = rows // self._materials
         episodes.tape[index, 0, MATERIAL] = rows % self._materials

@@ -40,7 +40,7 @@ from grind_env.machine.record import GrindingRecord
 from grind_env.process.gauge import Gauge
 from grind_env.process.process import PROCESS, Process, joined
 from grind_env.process.state import WheelState
-from grind_env.render.view import View
+from grind_env.render.view import EpisodePicture
 
 if TYPE_CHECKING:
     from grind_env.plants import Plant, Plants
@@ -119,13 +119,11 @@ class BlockSimulation:
 
     @property
     def most_steps(self) -> int:
-        """As `Simulation.most_steps`."""
         return self.task.blocks
 
     def start(
         self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None, *, whole: bool = True
     ) -> Episodes:
-        """As `Simulation.start`."""
         if len(rngs) >= MANY:
             compile_at_once()
         episodes = self.room(len(rngs), whole=whole)
@@ -135,7 +133,6 @@ class BlockSimulation:
     def restart_all(
         self, episodes: Episodes, index: Sequence[int], rngs: Sequence[np.random.Generator], given: Sequence[Given]
     ) -> None:
-        """As `Simulation.restart_all`."""
         rows = np.array(index)
         given = drawn(self, given, rngs)
         self._generator.begin(episodes, rows, rngs, given)
@@ -144,7 +141,6 @@ class BlockSimulation:
             seat(episodes, rows, given)
 
     def room(self, n: int, *, whole: bool = True) -> Episodes:
-        """As `Simulation.room`."""
         return Episodes(**self._room(n, whole))
 
     def _room(self, n: int, whole: bool) -> dict[str, Any]:
@@ -167,11 +163,9 @@ class BlockSimulation:
         return np.asarray(self.whole(episodes.pick([i])).tape[0])
 
     def clear(self, episodes: Episodes, index: Numbers) -> None:
-        """As `Simulation.clear`."""
         forget(episodes, index, self.task.start.volume, self._own)
 
     def without_wheel_changes(self: SimulationT) -> SimulationT:
-        """As `Simulation.without_wheel_changes`."""
         twin = copy.copy(self)
         twin._shops = without_least_diameter(self._shops)
         return twin
@@ -195,7 +189,6 @@ class BlockSimulation:
         *,
         active: NDArray[np.int64] | None = None,
     ) -> tuple[Table, Table]:
-        """As `Simulation.step`."""
         n = len(episodes.block)
         choice = (speeds, executions, np.zeros(n) if pre_dresses is None else pre_dresses)
         scratch = self._scratch(n)
@@ -231,11 +224,9 @@ class BlockSimulation:
         return (CYCLE_FIELDS,), self.branches.base.shape[1:]
 
     def over(self, episodes: Episodes) -> NDArray[np.bool_]:
-        """As `Simulation.over`."""
         return episodes.block >= self.task.blocks
 
     def observe(self, episodes: Episodes) -> NDArray[np.float32]:
-        """As `Simulation.observe`."""
         observations = np.zeros((len(episodes.block), len(self._scaling.offset)), np.float32)
         observe_blocks(
             self.kinds,
@@ -252,23 +243,18 @@ class BlockSimulation:
         return observations
 
     def read(self, observation: NDArray[np.float32]) -> dict[str, Table]:
-        """As `Simulation.read`."""
         return readings_of(observation, self.entries, self.usual)
 
     def block(self, episodes: Episodes, i: int, speed: float, executions: float, pre_dress: float = 0.0) -> Any:
-        """As `Simulation.block`."""
         return coming_block(self.task, episodes, i, speed, executions, pre_dress)
 
     def text(self, block: Any) -> str:
-        """As `Simulation.text`."""
         return self._block_text(self.task, block)
 
     def program(self, blocks: Sequence[Any]) -> str:
-        """As `Simulation.program`."""
         return self._part_program(self.task, blocks)
 
     def written(self, episodes: Episodes, i: int, blocks: Sequence[Any]) -> Written:
-        """As `Simulation.written`."""
         program = self.program(blocks)
         job = drawn_job(self.task, self._job(blocks), blocks[0].wheel, self.tape(episodes, i))
         own = blocks[0].own[: len(self.process.own._fields)]
@@ -276,12 +262,10 @@ class BlockSimulation:
         return Written(program, job, request_times(read(program), job))
 
     def record(self, episodes: Episodes, i: int, blocks: Sequence[Any]) -> GrindingRecord:
-        """As `Simulation.record`."""
         program, job, requests = self.written(episodes, i, blocks)
         return grind(read(program), job, control=replace(job.control, operator_dress_at=requests))
 
-    def view(self, episodes: Episodes, i: int, blocks: Sequence[Any], outcomes: Sequence[Outcome]) -> View:
-        """As `Simulation.view`."""
+    def view(self, episodes: Episodes, i: int, blocks: Sequence[Any], outcomes: Sequence[Outcome]) -> EpisodePicture:
         return view_of(self.task, episodes, i, blocks, outcomes, self.text(blocks[-1]) if blocks else "")
 
     @staticmethod

@@ -60,18 +60,15 @@ class ProgramBranches:
         return np.clip(np.rint(blocks * (1.0 - seen["remaining"])), 0, blocks - 1).astype(np.int64)
 
     def seconds(self, rows: Numbers, speeds: Table) -> Table:
-        """As `Branches.seconds`."""
         control = self._control
         strokes = [motion_time(length, E / 60.0, control.acceleration) + control.reversal_dwell
                    for length, E in zip(self._lengths[rows].tolist(), speeds.tolist(), strict=True)]  # fmt: skip
         return np.asarray(self.strokes[rows] * np.array(strokes))
 
     def rows_of(self, tape: Table) -> Numbers:
-        """As `Branches.rows_of`."""
         return np.asarray(tape[..., KIND]).astype(np.int64)
 
     def part_from(self, block: int) -> range:
-        """As `Branches.part_from`."""
         last = block
         while last + 1 < len(self._blocks) and not self._blocks[last].finished:
             last += 1
@@ -86,7 +83,6 @@ class ProgramBranches:
         return np.tile(self.wheel, (count, 1))
 
     def load(self, episodes: Episodes, index: Numbers, rows: Numbers, stocks: Table) -> None:
-        """As `Branches.load`."""
         mine = cast(JobEpisodes, episodes)
         mine.block[index] = mine.first[index] = rows
         mine.tape[index, 0, KIND] = rows

@@ -42,7 +42,6 @@ class JobEpisodes(Episodes):
         return JobEpisodes(programs=programs, **arrays)
 
     def coming(self) -> Table:
-        """As `Episodes.coming`."""
         at = np.minimum(self.block - self.first, self.tape.shape[1] - 1)
         return np.asarray(self.tape[np.arange(len(at)), at])
 

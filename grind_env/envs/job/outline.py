@@ -23,7 +23,7 @@ MOST_BLOCKS = 2000
 """Cycle blocks of an episode, with feed moves that are strokes."""
 
 
-class Choice(NamedTuple):
+class JobChoice(NamedTuple):
     """What an agent chooses for a block."""
 
     speed: float
@@ -62,7 +62,7 @@ class BlockOutline:
     starts_part: bool
     finished: int
 
-    def words(self, choice: Choice) -> Words:
+    def words(self, choice: JobChoice) -> Words:
         """The words that say a choice in this block; a G81, or a block without a dress program, takes no D.
 
         Its own E stays as it is written, for it may have decimals or be clamped; so does F of a feed move.
@@ -107,7 +107,7 @@ def outline_of_script(script: Script, tables: ScriptTables) -> tuple[BlockOutlin
 
 
 def outline_of_runs(
-    programs: Programs, job: Job, trials: Sequence[Choice], between: Callable[[], object]
+    programs: Programs, job: Job, trials: Sequence[JobChoice], between: Callable[[], object]
 ) -> tuple[BlockOutline, ...]:
     """The cycle blocks of a program that has to be run to know them, on parts as the job states them.
 

@@ -28,7 +28,7 @@ from grind_env.envs.job.machines import machines_of
 from grind_env.envs.job.numbers import kind_of, shop_of, tally_of
 from grind_env.envs.job.outline import (
     INCH,
-    Choice,
+    JobChoice,
     JobProgramError,
     course_of,
     outline_of_runs,
@@ -61,7 +61,7 @@ from grind_env.machine.script.settings import D, E, Ranges, own_settings
 from grind_env.machine.script.tables import is_whole, tables_of
 from grind_env.process.gauge import Gauge
 from grind_env.process.process import Drive, joined
-from grind_env.render.view import View
+from grind_env.render.view import EpisodePicture
 
 if TYPE_CHECKING:
     from grind_env.plants import Plant, Plants
@@ -154,7 +154,7 @@ class JobSimulation:
                 raise JobProgramError(f"{error}; {remedy}") from None
         if self.script is None:
             low, high = ranges_of().E
-            trials = [Choice(low, ACTION.executions), Choice(high, 0), Choice(high, ACTION.executions)]
+            trials = [JobChoice(low, ACTION.executions), JobChoice(high, 0), JobChoice(high, ACTION.executions)]
             self.blocks = outline_of_runs(programs, job, trials, between)
         else:
             self.blocks = outline_of_script(self.script, self.tables)
@@ -224,7 +224,6 @@ class JobSimulation:
         self._heat = heat_column(joined(job.process.own, self.gauge.own))
 
     def without_wheel_changes(self) -> "JobSimulation":
-        """As `Simulation.without_wheel_changes`."""
         twin = copy.copy(self)
         twin.shops = without_least_diameter(self.shops)
         return twin
@@ -251,13 +250,11 @@ class JobSimulation:
 
     @property
     def most_steps(self) -> int:
-        """As `Simulation.most_steps`."""
         return len(self.blocks)
 
     def start(
         self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None, *, whole: bool = True
     ) -> JobEpisodes:
-        """As `Simulation.start`."""
         if len(rngs) >= MANY:
             compile_at_once()
         episodes = self.room(len(rngs))
@@ -301,13 +298,11 @@ class JobSimulation:
         )
 
     def whole(self, episodes: EpisodesT) -> EpisodesT:
-        """As `Simulation.whole`."""
         return episodes.pick(np.arange(len(episodes.block)))
 
     def restart_all(
         self, episodes: Episodes, index: Sequence[int], rngs: Sequence[np.random.Generator], given: Sequence[Given]
     ) -> None:
-        """As `Simulation.restart_all`."""
         rows = np.array(index)
         given = drawn(self, given, rngs)
         self._generator.begin(episodes.tape, episodes.wheels, rows, rngs, given)
@@ -327,7 +322,6 @@ class JobSimulation:
         return replace(found, conditions=self.job.parts[: self.parts]) if self.job.parts else found
 
     def clear(self, episodes: Episodes, index: Numbers) -> None:
-        """As `Simulation.clear`."""
         forget(episodes, index, self.task.start.volume, self._start)
         mine = _job_episodes(episodes)
         mine.stages[index] = 0.0
@@ -335,7 +329,6 @@ class JobSimulation:
         mine.forces[index] = 1.0
 
     def holding(self, plant: "Plant") -> "JobSimulation":
-        """As `BlockSimulation.holding`."""
         twin = copy.copy(self)
         twin._start = plant.own
         return twin
@@ -350,15 +343,12 @@ class JobSimulation:
         return said, executions * self._takes_dresses[number]
 
     def over(self, episodes: Episodes) -> NDArray[np.bool_]:
-        """As `Simulation.over`."""
         return episodes.block >= len(self.blocks)
 
     def block(self, episodes: Episodes, i: int, speed: float, executions: float, pre_dress: float = 0.0) -> RunBlock:
-        """As `Simulation.block`."""
         return RunBlock(int(episodes.block[i]), float(speed), int(executions), episodes.own(i))
 
     def text(self, block: RunBlock) -> str:
-        """As `Simulation.text`."""
         return with_words(self.blocks[block.number].block, self.words(*block[:3])).source.text
 
     def program(self, blocks: Sequence[RunBlock]) -> str:
@@ -372,7 +362,6 @@ class JobSimulation:
         )
 
     def written(self, episodes: Episodes, i: int, blocks: Sequence[RunBlock]) -> Written:
-        """As `Simulation.written`."""
         return Written(self.program(blocks), self._job(episodes, i, blocks))
 
     def _job(self, episodes: Episodes, i: int, blocks: Sequence[RunBlock]) -> Job:
@@ -388,14 +377,15 @@ class JobSimulation:
             program.step(self.words(*block[:3]))
         return program.run.record()
 
-    def view(self, episodes: Episodes, i: int, blocks: Sequence[RunBlock], outcomes: Sequence[Outcome]) -> View:
-        """As `Simulation.view`."""
+    def view(
+        self, episodes: Episodes, i: int, blocks: Sequence[RunBlock], outcomes: Sequence[Outcome]
+    ) -> EpisodePicture:
         text = self.text(blocks[-1]) if blocks else ""
         return job_view(self.programs.name, self.job, self.blocks, episodes, i, blocks, outcomes, text)
 
     def words(self, block: int, speed: float, executions: float) -> Words:
         """The words that say a choice in a block."""
-        return self.blocks[block].words(Choice(speed, int(executions)))
+        return self.blocks[block].words(JobChoice(speed, int(executions)))
 
     def own_settings(self, episodes: Episodes) -> Table:
         """What the program itself sets in the coming blocks, shape (N, fields of `BlockSettings`)."""
@@ -450,7 +440,6 @@ class JobSimulation:
         return outcomes, tallies
 
     def observe(self, episodes: Episodes) -> NDArray[np.float32]:
-        """As `Simulation.observe`."""
         observations = np.empty((len(episodes.block), len(self.entries)), np.float32)
         measured = np.zeros((len(episodes.block), len(self._read)), np.float32)
         observe_blocks(
@@ -470,7 +459,6 @@ class JobSimulation:
         return observations
 
     def read(self, observation: NDArray[np.float32]) -> dict[str, Table]:
-        """As `Simulation.read`."""
         return readings_of(observation, self.entries, self.usual)
 
     def _execute(

@@ -46,7 +46,7 @@ from grind_env.machine.loops.rows import (
 from grind_env.machine.loops.shift import shift_of
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.part.gauging import gauge_zones
-from grind_env.machine.script.block import Way
+from grind_env.machine.script.block import RestTimes
 from grind_env.machine.script.replay import read_block, whole_blocks_of, zoned_blocks_of
 from grind_env.machine.script.settings import BlockSettings, read_settings
 from grind_env.machine.script.tables import BlockRow
@@ -93,7 +93,7 @@ write_drive = column_writer(Drive)
 read_found, write_found = column_reader(Found), column_writer(Found)
 STAGE_FIELDS, FOUND_FIELDS = len(StageSoFar._fields), len(Found._fields)
 STOCK, SURVIVAL = TapeRow._fields.index("stock"), ShopMemory._fields.index("survival")
-BEFORE, AFTER = Way._fields.index("before"), Way._fields.index("after")
+BEFORE, AFTER = RestTimes._fields.index("before"), RestTimes._fields.index("after")
 PICK = ShopMemory._fields.index("pick")
 FORCE_COLUMNS = tuple(StrokeParameters._fields.index(name) for name in FORCES)
 CLOCK = ShopMemory._fields.index("clock")

@@ -192,7 +192,6 @@ class StatedParts(JobGenerator):
         rngs: Sequence[np.random.Generator],
         given: Sequence[Given],
     ) -> None:
-        """As `JobGenerator.begin`."""
         super().begin(tape, wheels, index, rngs, given)
         tape[index[:, None], :, np.array(STATED)] = self._stated.T
 

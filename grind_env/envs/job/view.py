@@ -12,7 +12,7 @@ from grind_env.envs.view import STOCK_ROOM, ground_block
 from grind_env.machine.job import Job
 from grind_env.machine.loops.cycle import PartState
 from grind_env.process.cost import NO_LIMIT
-from grind_env.render.view import Extent, GroundBlock, View, Workpiece
+from grind_env.render.view import EpisodePicture, Extent, GroundBlock, Workpiece
 
 STOCK = TapeRow._fields.index("stock")
 
@@ -39,7 +39,7 @@ def job_view(
     blocks: Sequence[RunBlock],
     outcomes: Sequence[Outcome],
     text: str,
-) -> View:
+) -> EpisodePicture:
     """Episode i of a user's program as it stands, at rest between two blocks.
 
     Args:
@@ -61,7 +61,7 @@ def job_view(
     lowest, highest = ACTION.speed_ends
     parts = [each.part for each in job.met] or [job.part]
     name_of = job.station_of(shown + 1)
-    return View(
+    return EpisodePicture(
         extent=Extent(
             title=name,
             blocks=len(outlines),

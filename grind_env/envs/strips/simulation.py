@@ -56,12 +56,10 @@ class StripSimulation(BlockSimulation):
     def restart_all(
         self, episodes: Episodes, index: Sequence[int], rngs: Sequence[np.random.Generator], given: Sequence[Given]
     ) -> None:
-        """As `Simulation.restart_all`."""
         super().restart_all(episodes, index, rngs, given)
         _cross(episodes).taper[np.array(index)] = 0.0
 
     def observe(self, episodes: Episodes) -> NDArray[np.float32]:
-        """As `Simulation.observe`."""
         place = [entry.name for entry in self.entries].index(TAPER)
         reading = self.entries[place]
         taper = np.clip((_cross(episodes).taper - reading.offset) / reading.scale, reading.low, reading.high)
@@ -84,7 +82,6 @@ class StripSimulation(BlockSimulation):
         return measured_first((*plain, taper_reading(task)))
 
     def room(self, n: int, *, whole: bool = True) -> StripEpisodes:
-        """As `Simulation.room`."""
         return StripEpisodes(**self._room(n, whole), taper=np.empty(n))
 
     @staticmethod

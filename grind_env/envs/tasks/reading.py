@@ -22,7 +22,6 @@ tables such as `[material.hard_lot]` with `base = "aisi_52100"` and the values t
 
 import functools
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
@@ -43,7 +42,7 @@ from grind_env.envs.tasks.tables import (
     TaskSetup,
     WheelChange,
 )
-from grind_env.errors import GrindError, did_you_mean, quoted
+from grind_env.errors import did_you_mean, quoted
 from grind_env.files import ReadError
 from grind_env.process.catalogue import KINDS, CatalogueError, load_catalogue
 from grind_env.process.tables import TomlTable, checked, keys, refuse_missing, refuse_unknown, wrong
@@ -137,15 +136,6 @@ def _from_file(path: Path) -> Task:
         return _task(path, _document(path))
     except TaskError as error:
         raise TaskError(error.message, error.key, error.found, error.legal, str(path)) from None
-
-
-def files_of_task(path: Path) -> list[Path]:
-    """The files that a task file is read from: itself, its bases and their catalogue files, until one is not legal."""
-    found = [path]
-    with suppress(GrindError):
-        for each, document in _layers(path):
-            found += [each, *map(Path, document.get("catalogue", {}).get("files", ()))]
-    return found
 
 
 def _document(path: Path) -> dict[str, Any]:

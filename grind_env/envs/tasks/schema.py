@@ -18,7 +18,7 @@ from grind_env.process.entries import Choice
 from grind_env.process.tables import Content, contents
 from grind_env.toml import toml_text, toml_value
 
-__all__ = ["Row", "document", "json_schema", "rows", "rows_of", "schema_text", "toml_text"]
+__all__ = ["SchemaRow", "document", "json_schema", "rows", "rows_of", "schema_text", "toml_text"]
 
 TYPES = {float: "number", int: "whole number", bool: "true or false", str: "text", tuple: "list", Mapping: "table"}
 JSON_TYPES = {float: "number", int: "integer", bool: "boolean", str: "string", tuple: "array", Mapping: "object"}
@@ -27,7 +27,7 @@ FILES = "files of catalogue entries, which may name a `base` each and come on to
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class SchemaRow:
     """One key.
 
     Attributes:
@@ -68,18 +68,18 @@ class Row:
         return f"{self.key}: {self.holds}; {self.otherwise}"
 
 
-def rows() -> list[Row]:
+def rows() -> list[SchemaRow]:
     """All keys of a task file but those of catalogue entries, which `process.entries` has."""
     tables = {**TABLES, "kind": Kind}
     return [
-        Row("", "base", Content(str, str), BASE),
+        SchemaRow("", "base", Content(str, str), BASE),
         *(row for row in rows_of("", Task) if row.key in PLAIN),
         *(row for name, kind in tables.items() for row in rows_of(name, kind)),
-        Row("catalogue", "files", Content(tuple, str), FILES),
+        SchemaRow("catalogue", "files", Content(tuple, str), FILES),
     ]
 
 
-def rows_of(table: str, kind: Any) -> Iterator[Row]:
+def rows_of(table: str, kind: Any) -> Iterator[SchemaRow]:
     """The keys of a table, from the annotations and the docstring of its dataclass."""
     known, said = contents(kind), meanings(kind, "Attributes")
     for item in fields(kind):
@@ -88,7 +88,7 @@ def rows_of(table: str, kind: Any) -> Iterator[Row]:
         value = None if item.default in (MISSING, ()) else item.default
         derived = DERIVED.get(item.name, "") if kind is Task else ""
         required = not derived and item.default is MISSING and item.default_factory is MISSING
-        yield Row(table, item.name, known[item.name], said[item.name].rstrip("."), value, derived, required)
+        yield SchemaRow(table, item.name, known[item.name], said[item.name].rstrip("."), value, derived, required)
 
 
 def schema_text() -> str:
@@ -133,7 +133,7 @@ def _entry_schema(kind: str) -> dict[str, Any]:
     return {"type": "object", "properties": names | values, "additionalProperties": False}
 
 
-def _object(listed: list[Row]) -> dict[str, Any]:
+def _object(listed: list[SchemaRow]) -> dict[str, Any]:
     schema: dict[str, Any] = {
         "type": "object",
         "properties": {row.key: _property(row) for row in listed},
@@ -143,7 +143,7 @@ def _object(listed: list[Row]) -> dict[str, Any]:
     return schema | ({"required": required} if required else {})
 
 
-def _property(row: Row) -> dict[str, Any]:
+def _property(row: SchemaRow) -> dict[str, Any]:
     content, item = row.content, _item_schema(row.content)
     derived = f"; {row.derived} if left out" if row.derived else ""
     schema: dict[str, Any] = {"description": f"{row.meaning}{derived}"}

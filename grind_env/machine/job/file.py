@@ -62,7 +62,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from grind_env.errors import GrindError, shortened
+from grind_env.errors import shortened
 from grind_env.files import ReadError, beside, is_file, missing, shown
 from grind_env.machine.job.job import (
     PART_AT_STATION,
@@ -92,7 +92,7 @@ from grind_env.process.tables import (
     refuse_unknown,
     sub_table,
 )
-from grind_env.process.user_catalogue import OVERRIDES, OWN, catalogue_of, entry_of, files_of
+from grind_env.process.user_catalogue import OVERRIDES, catalogue_of, entry_of
 from grind_env.toml import TomlError, read_toml
 
 if TYPE_CHECKING:
@@ -125,14 +125,6 @@ def job_of(program: Path, job: str | Path | Job | None) -> Job:
     if isinstance(job, Job):
         return job
     return load_job(job_beside(program) if job is None else job)
-
-
-def files_of_job(path: Path) -> list[Path]:
-    """The files that `load_job` reads: the job and its catalogue files; of one that it refuses, the job alone."""
-    try:
-        return [path, *files_of(read_toml(path), path.parent, JobError, OWN)] if is_file(path) else []
-    except GrindError:
-        return [path]
 
 
 def load_job(path: str | Path, *, plant: "Plant | None" = None, calibrated: bool = True) -> Job:

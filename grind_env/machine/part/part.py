@@ -21,7 +21,7 @@ from grind_env.machine.loops.zones import strip_centres
 from grind_env.machine.part.coverage import Coverage
 from grind_env.machine.part.gauging import Surface, counted_rise, gauge
 from grind_env.machine.part.grooving import Grooves
-from grind_env.machine.part.passes import Dressed, Way, passes_of
+from grind_env.machine.part.passes import Dressed, PassedOver, passes_of
 from grind_env.machine.part.rows import table_of
 from grind_env.machine.part.unjudged import Unjudged
 from grind_env.process.cost import STALL, Limits, passed_limits, survival, volume_left
@@ -206,11 +206,11 @@ class PartRun:
                     self._coverage.add(int(first[k]), int(last[k]), ends if k else first_ends, float(Z[k]))
         return dressed, plunged
 
-    def _way(self, ends: Ends) -> Way:
+    def _way(self, ends: Ends) -> PassedOver:
         """What the table passes over between two reversal points."""
         part = self.job.part
         Lw = max(min(max(ends), part.start + part.length) - max(min(ends), part.start), 0.0)
-        return Way(Lw, self._coverage.is_whole(ends))
+        return PassedOver(Lw, self._coverage.is_whole(ends))
 
     def reached(self, edges: tuple[float, float], ends: tuple[float, float]) -> float:
         """Least depth to which strokes have been in what a wheel sweeps that touches the part, mm.

@@ -34,7 +34,7 @@ class Dressed(NamedTuple):
     """Wear flat of the diamond before it, mm."""
 
 
-class Way(NamedTuple):
+class PassedOver(NamedTuple):
     """What the table passes over between two reversal points."""
 
     Lw: float
@@ -67,8 +67,8 @@ def passes_of(process: Process) -> Callable[..., tuple[WheelState, Tally, float]
         reached: Strips,
         covered: Strips,
         rows: Array,
-        first_way: Way,
-        later_way: Way,
+        first_way: PassedOver,
+        later_way: PassedOver,
         first: NDArray[np.int64],
         last: NDArray[np.int64],
         plunged: NDArray[np.bool_],

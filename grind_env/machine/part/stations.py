@@ -15,7 +15,7 @@ from grind_env.machine.dress.wheel_body import half_chord
 from grind_env.machine.job import Job, Part
 
 
-class Sweep(NamedTuple):
+class Swept(NamedTuple):
     """What the wheel sweeps in strokes, mm, in machine coordinates."""
 
     axis: int
@@ -28,36 +28,36 @@ class Sweep(NamedTuple):
     """Coordinate of its face at full depth."""
 
 
-def sweep_of_plan(plan: CyclePlan, position: Position) -> Sweep:
+def sweep_of_plan(plan: CyclePlan, position: Position) -> Swept:
     """What the strokes of a cycle sweep that begins at a position, mm."""
     axis, here = plan.axis, position[plunge_axis(plan.axis)]
     ends = position[axis], plan.primary, plan.secondary
     edge = position[cross_axis(axis)]
     edges = (edge,) if plan.cross_axis is None else (edge, plan.cross_start, plan.cross_end)
     lowest = here if plan.plunge_axis is None else min(here, plan.depth_target)
-    return Sweep(axis, (min(ends), max(ends)), (min(edges), max(edges)), lowest)
+    return Swept(axis, (min(ends), max(ends)), (min(edges), max(edges)), lowest)
 
 
-def sweep_of(event: CycleStrokes) -> Sweep:
+def sweep_of(event: CycleStrokes) -> Swept:
     """What strokes sweep that have been made."""
     ends = *event.ends(0), *event.ends(len(event.begins) - 1)
     edges, axis = event.cross, event.plan.axis
-    return Sweep(axis, (min(ends), max(ends)), (min(edges), max(edges)), min(event.plunge))
+    return Swept(axis, (min(ends), max(ends)), (min(edges), max(edges)), min(event.plunge))
 
 
-def sweep_between(start: Position, end: Position, axis: int) -> Sweep:
+def sweep_between(start: Position, end: Position, axis: int) -> Swept:
     """What a feed move along the table sweeps."""
     low, high = sorted((start[axis], end[axis]))
     edge = end[cross_axis(axis)]
-    return Sweep(axis, (low, high), (edge, edge), end[plunge_axis(axis)])
+    return Swept(axis, (low, high), (edge, edge), end[plunge_axis(axis)])
 
 
-def touched(job: Job, sweep: Sweep) -> tuple[int, ...]:
+def touched(job: Job, sweep: Swept) -> tuple[int, ...]:
     """The stations whose parts strokes come down on, by their numbers from 0."""
     return tuple(k for k, part in enumerate(_parts(job, sweep)) if _is_touched(part, sweep, job))
 
 
-def met(job: Job, sweep: Sweep) -> tuple[int, ...]:
+def met(job: Job, sweep: Swept) -> tuple[int, ...]:
     """The stations that a cycle belongs to: those touched, or the only one that it passes over in the air."""
     found = touched(job, sweep)
     if found:
@@ -66,16 +66,16 @@ def met(job: Job, sweep: Sweep) -> tuple[int, ...]:
     return tuple(below) if len(below) == 1 else ()
 
 
-def _parts(job: Job, sweep: Sweep) -> Sequence[Part]:
+def _parts(job: Job, sweep: Swept) -> Sequence[Part]:
     return [each.part for each in job.lying(sweep.axis)]
 
 
-def _is_touched(part: Part, sweep: Sweep, job: Job) -> bool:
+def _is_touched(part: Part, sweep: Swept, job: Job) -> bool:
     depth = part.surface - sweep.lowest
     return depth > DEPTH_TOLERANCE and _lies_under(part, sweep, half_chord(0.5 * first_diameter(job), depth), job)
 
 
-def _lies_under(part: Part, sweep: Sweep, reach: float, job: Job) -> bool:
+def _lies_under(part: Part, sweep: Swept, reach: float, job: Job) -> bool:
     """Whether a part lies under a sweep with a wheel that reaches so many mm before and behind its middle."""
     (low, high), (near, far) = sweep.along, sweep.edges
     along = low - reach < part.start + part.length - DEPTH_TOLERANCE and part.start + DEPTH_TOLERANCE < high + reach

@@ -16,7 +16,7 @@ class ScriptError(GrindError):
     """A program whose strokes are not settled by it alone."""
 
 
-class Way(NamedTuple):
+class RestTimes(NamedTuple):
     """The time of the program with the table at rest, s, from a cycle block to the next one."""
 
     before: float = 0.0
@@ -62,7 +62,7 @@ class ScriptBlock:
     beside: list[Motion] = field(default_factory=list)
     to_secondary: bool = False
     at_secondary: bool = True
-    ways: tuple[Way, ...] = ()
+    ways: tuple[RestTimes, ...] = ()
     gauged: bool = False
     gauged_on_the_way: bool = False
     gauged_at_rest: bool = False

@@ -55,8 +55,8 @@ from grind_env.machine.job import Job
 from grind_env.machine.loops.zones import strip_centres
 from grind_env.machine.part.feeds import feed_stroke, keeps_across, table_axis
 from grind_env.machine.part.running import Running
-from grind_env.machine.part.stations import Sweep, alone, met, sweep_of, sweep_of_plan, touched
-from grind_env.machine.script.block import ScriptBlock, ScriptError, Way, edge_of, script_error
+from grind_env.machine.part.stations import Swept, alone, met, sweep_of, sweep_of_plan, touched
+from grind_env.machine.script.block import RestTimes, ScriptBlock, ScriptError, edge_of, script_error
 from grind_env.machine.script.bounds import (
     refuse_judged_twice,
     refuse_led_elsewhere,
@@ -352,7 +352,7 @@ class _Writer:
         strokes = (feed_stroke(move, axis, job, before) for job in jobs)
         return next((each for each in strokes if each is not None), None)
 
-    def _lie(self, sweep: Sweep) -> None:
+    def _lie(self, sweep: Swept) -> None:
         """The block that has begun sweeps this: the station at which its part lies."""
         if self.job.stations:
             self.blocks[-1].station = next(iter(met(self.job, sweep)), None)
@@ -446,7 +446,7 @@ class _Writer:
     def _close(self) -> None:
         """The way from the last block to the next one has been gone."""
         if self.blocks:
-            self.blocks[-1].ways = (Way(*self.way),)
+            self.blocks[-1].ways = (RestTimes(*self.way),)
         self.way, self.waited = [0.0, 0.0], False
 
     def _error(self, reason: str, line: int = 0) -> ScriptError:

@@ -19,10 +19,10 @@ from grind_env.machine.watch.notices import Notices
 from grind_env.machine.watch.picks import Picks
 from grind_env.machine.watch.spindle import Overload
 from grind_env.machine.watch.stops import Stops
-from grind_env.machine.watch.way import Way
+from grind_env.machine.watch.way import ObstacleWatch
 
 
-class Watch:
+class RunWatch:
     """Observes a run; what concerns one of its watchers alone is said to that one.
 
     Attributes:
@@ -39,7 +39,7 @@ class Watch:
         self.program, self.job, self.control = program, job, control
         self.notices = notices = Notices(program)
         self.cycles, self.cuts, self.overload = Cycles(notices), Cuts(job, notices), Overload(notices)
-        self.picks, self.stops, self.way = Picks(control, notices), Stops(notices), Way(job, notices)
+        self.picks, self.stops, self.way = Picks(control, notices), Stops(notices), ObstacleWatch(job, notices)
         self._told = Told()
         self._last: dict[int, Cycle | None] = {}  # cycle on each part that has been left for another one, by its number
 

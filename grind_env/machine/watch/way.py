@@ -24,7 +24,7 @@ WATCHED = (Source.PROGRAM, Source.COMPENSATION, Source.INTERRUPT)
 known whether they grind the part."""
 
 
-class Way:
+class ObstacleWatch:
     """Tells of moves into what stands in their way, and keeps those that grind the part.
 
     Attributes:

@@ -33,7 +33,7 @@ from grind_env.policies.learned.network import (
     Tensor,
     outputs_of,
 )
-from grind_env.policies.learned.view import FEATURE_BOUND, Actions, LearnerForm, LearnerView, MemoryKind, View
+from grind_env.policies.learned.view import FEATURE_BOUND, Actions, LearnedView, LearnerForm, LearnerView, MemoryKind
 from grind_env.policies.problem import find_problem
 from grind_env.task_version import TASK_VERSION, of_version
 
@@ -200,7 +200,7 @@ def spaces_digest(view: LearnerView) -> str:
     return hashlib.sha256(json.dumps([seen, bounds]).encode()).hexdigest()
 
 
-def fits(network: Network, view: View) -> bool:
+def fits(network: Network, view: LearnedView) -> bool:
     """Whether a network reads the features of a view and says its actions."""
     squashed, valued = FAMILIES[network.family].squashed, network.family == "q_network"
     acts = not squashed or isinstance(view.action_space, spaces.Box)

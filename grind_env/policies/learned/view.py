@@ -55,7 +55,7 @@ Flags = NDArray[np.bool_]
 Features = NDArray[np.float32]
 
 
-class View(Protocol):
+class LearnedView(Protocol):
     """Features and actions of N episodes."""
 
     observation_space: spaces.Box[Any]
@@ -79,7 +79,7 @@ class View(Protocol):
 class ViewForm(Protocol):
     """How an agent sees any simulation of its task."""
 
-    def view(self, simulation: Simulation) -> View:
+    def view(self, simulation: Simulation) -> LearnedView:
         """How it sees this one.
 
         Raises:
@@ -95,7 +95,6 @@ class LearnerForm:
     actions: Actions
 
     def view(self, simulation: Simulation) -> LearnerView:
-        """See `ViewForm`."""
         return LearnerView(simulation, self.memory, self.actions)
 
 

@@ -22,7 +22,7 @@ CLEAR = 1e-3
 """Of the log of the slack, in single precision."""
 
 
-class Left(NamedTuple):
+class CostLeft(NamedTuple):
     """What is left of N episodes behind the coming part."""
 
     table: Array
@@ -77,7 +77,7 @@ class BeliefPlanner:
         self.block += 1
         return best
 
-    def _left(self, seen: dict[str, Table]) -> Left:
+    def _left(self, seen: dict[str, Table]) -> CostLeft:
         """What is left behind the coming part, from the readings before it."""
         branches, table = self.simulation.branches, self.table
         part, rows = branches.part_from(self.block), table.course.number[self.belief.rows]
@@ -89,18 +89,18 @@ class BeliefPlanner:
             shown = seen["slack"] > np.log(LEAST_SLACK) + CLEAR
             margin = time - np.where(shown, time / np.exp(seen["slack"]), to_go * table.work.mean())
         if part[-1] + 1 >= self.simulation.task.blocks:
-            return Left(np.zeros((1, *table.before.shape[2:])), np.zeros_like(rows), margin)
+            return CostLeft(np.zeros((1, *table.before.shape[2:])), np.zeros_like(rows), margin)
         following = [f"following_{kind.name}" for kind in self.simulation.task.kinds]
         if len(part) == 1 and all(name in seen for name in following):
             kind = np.argmax([seen[name] for name in following], axis=0)
             coming = np.argmax(branches.kind_of_row[table.course.rows] == kind[:, None], axis=1)
             ahead = table.ahead(self.block)
-            return Left(ahead.reshape(-1, *ahead.shape[2:]), rows * len(ahead) + coming, margin)
+            return CostLeft(ahead.reshape(-1, *ahead.shape[2:]), rows * len(ahead) + coming, margin)
         if len(part) > 1:
             rows = np.full_like(rows, self._number(self.simulation.task.kind_of_block(part[-1])))
-        return Left(table.after(part[-1]), rows, margin)
+        return CostLeft(table.after(part[-1]), rows, margin)
 
-    def _cheapest(self, wheels: Episodes, choices: Decision, left: Left) -> Decision:
+    def _cheapest(self, wheels: Episodes, choices: Decision, left: CostLeft) -> Decision:
         """The cheapest of each episode's choices, given as shape (N, C), over its M wheels."""
         task, table, (n, count) = self.simulation.task, self.table, choices.speeds.shape
         branches = wheels.pick(np.repeat(np.arange(n * self.members), count))

@@ -49,7 +49,7 @@ SURVIVAL = ShopMemory._fields.index("survival")
 HANDOVER, SECONDS = (Outcome._fields.index(name) for name in ("handover_cost", "seconds"))
 
 
-class Place(NamedTuple):
+class AxisPlace(NamedTuple):
     """Where on an axis numbers lie: between two of its nodes, both of the shape of the numbers."""
 
     below: Numbers
@@ -57,16 +57,16 @@ class Place(NamedTuple):
     """Of the node above."""
 
 
-def place(axis: Array, values: Array, *, beyond: bool = False) -> Place:
+def place(axis: Array, values: Array, *, beyond: bool = False) -> AxisPlace:
     """Where values lie between the nodes of an axis: at its ends, or along its last piece, if they are beyond them."""
     if len(axis) == 1:
-        return Place(np.zeros(np.shape(values), np.int64), np.zeros(np.shape(values)))
+        return AxisPlace(np.zeros(np.shape(values), np.int64), np.zeros(np.shape(values)))
     below = np.clip(np.searchsorted(axis, values) - 1, 0, len(axis) - 2)
     share = (values - axis[below]) / (axis[below + 1] - axis[below])
-    return Place(below, share if beyond else np.clip(share, 0.0, 1.0))
+    return AxisPlace(below, share if beyond else np.clip(share, 0.0, 1.0))
 
 
-def between(table: Array, first: Numbers, *places: Place) -> Array:
+def between(table: Array, first: Numbers, *places: AxisPlace) -> Array:
     """What a table of shape (any, nodes of each axis) says between its nodes.
 
     Args:
@@ -90,7 +90,7 @@ def dullness(wheels: Array) -> Array:
     return np.asarray(np.log(np.maximum(wheels[..., AREA] + LOADED_AREA * wheels[..., LOADING], LEAST)))
 
 
-class Course(NamedTuple):
+class Coming(NamedTuple):
     """What may come in episodes of a simulation, counted in some that it has drawn."""
 
     rows: Numbers
@@ -109,7 +109,7 @@ class Course(NamedTuple):
     """Stock over the nominal one and `FACTORS`, the first two as doubts, shape (rows, scenarios, 1 + factors)."""
 
 
-def course(simulation: Simulation) -> Course:
+def course(simulation: Simulation) -> Coming:
     """What may come."""
     start = simulation.start([np.random.default_rng(k) for k in range(EPISODES)])
     tape, numbers = start.tape, simulation.branches.rows_of(start.tape)
@@ -130,7 +130,7 @@ def course(simulation: Simulation) -> Course:
     kinds = simulation.branches.kind_of_row
     number = np.argmax(kinds[rows] == kinds[:, None], axis=1)
     number[rows] = np.arange(len(rows))
-    return Course(
+    return Coming(
         rows,
         number,
         follows / np.maximum(follows.sum(axis=1, keepdims=True), 1.0),
@@ -174,7 +174,7 @@ class Worth:
         cheapest: number of the best choice, likewise, without the last.
     """
 
-    course: Course
+    course: Coming
     growth: Array
     pressure: Array
     dull: Array
@@ -202,7 +202,9 @@ class Worth:
         """The same where the next row is not known yet, shape (rows, nodes of each axis)."""
         return np.asarray(np.einsum("qr,qrgpxz->qgpxz", self.course.follows, self.ahead(block)))
 
-    def places(self, growth: Array, pressure: Array, dull: Array, margin: Array) -> tuple[Place, Place, Place, Place]:
+    def places(
+        self, growth: Array, pressure: Array, dull: Array, margin: Array
+    ) -> tuple[AxisPlace, AxisPlace, AxisPlace, AxisPlace]:
         """Where wheels, lots and time stand on the axes."""
         return (
             place(self.growth, growth),
@@ -211,7 +213,7 @@ class Worth:
             place(self.margin, margin, beyond=True),
         )
 
-    def choose(self, block: int, rows: Numbers, *places: Place) -> Decision:
+    def choose(self, block: int, rows: Numbers, *places: AxisPlace) -> Decision:
         """The best choice at the nodes above, so for no sharper a wheel and no kinder a lot than there is."""
         above = (np.where(each.share > 0.0, each.below + 1, each.below) for each in places)
         ends = zip(above, self.before.shape[2:], strict=True)
@@ -296,7 +298,7 @@ def dulling(model: MemberModel, rows: Numbers) -> Array:
 
 
 def _tried(
-    model: MemberModel, found: Course, k: int, wheels: Array, choices: Decision, *states: Array
+    model: MemberModel, found: Coming, k: int, wheels: Array, choices: Decision, *states: Array
 ) -> tuple[Array, ...]:
     """The fields of `Tried` for the row of index k."""
     shape = (*states[0].shape, SCENARIOS)

@@ -4,7 +4,7 @@ import copy
 from dataclasses import dataclass, replace
 
 from grind_env.envs.job.measured import MeasuredEpisode
-from grind_env.envs.job.outline import INCH, Choice
+from grind_env.envs.job.outline import INCH, JobChoice
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.program_episode import Words
 from grind_env.errors import GrindError
@@ -151,7 +151,7 @@ class Adviser:
         """Highest load that is expected of the coming block, W above idle; None if nothing is known of it."""
         if self.advice is None or not isinstance(self.policy, AdviserPolicy):
             return None
-        return self.policy.rules[0].power_at(self.advice.block, Choice(self.advice.speed, self.advice.executions))
+        return self.policy.rules[0].power_at(self.advice.block, JobChoice(self.advice.speed, self.advice.executions))
 
     @property
     def watch(self) -> Watch | None:
@@ -177,7 +177,7 @@ class Adviser:
         decision = self.policy.act(observation, None)
         number = self.episode.block
         speed, executions = self.episode.taken(float(decision.speeds[0]), float(decision.executions[0]))
-        words = self.simulation.blocks[number].words(Choice(speed, executions))
+        words = self.simulation.blocks[number].words(JobChoice(speed, executions))
         self.advice = Advice(block=number, speed=speed, executions=executions, words=words)
 
 

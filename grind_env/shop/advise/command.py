@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grind_env.envs.job.loading import load_simulation
-from grind_env.envs.job.outline import Choice
+from grind_env.envs.job.outline import JobChoice
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.errors import GrindError, printable, quoted
 from grind_env.files import beside
@@ -125,7 +125,7 @@ def rehearse(request: AdviceRequest, plant: str, others: Sequence[str]) -> None:
     adviser, machine = request.adviser(request.simulation()), request.simulation(plant)
     follow = advised(adviser)
 
-    def decide(number: int, readings: Readings | None) -> Choice:
+    def decide(number: int, readings: Readings | None) -> JobChoice:
         choice, advice = follow(number, readings), adviser.advice
         assert advice is not None
         lines = (

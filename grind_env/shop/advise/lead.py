@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.envs.episodes import Episodes
-from grind_env.envs.job.outline import Choice
+from grind_env.envs.job.outline import JobChoice
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Decision, nearest_speed
@@ -75,7 +75,7 @@ class AdviserPolicy:
         for n, rule in enumerate(self.rules):
             of_n = {name: float(values[n]) for name, values in seen.items()}
             if number >= 0:
-                made = Choice(1000.0 * of_n["last_speed"], round(of_n.get("last_executions", 0.0)))
+                made = JobChoice(1000.0 * of_n["last_speed"], round(of_n.get("last_executions", 0.0)))
                 told = self._told(number, n, of_n) if self.told is None else self.told[n]
                 rule.learn(number, made, told, of_n["volume"], float(burn[n]))
             choices.append(rule.decide(self.number, of_n["volume"]))

@@ -1,13 +1,13 @@
 """A batch ground on a simulated machine, with E and D of whoever decides: what it costs, and what was read."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from grind_env.arrays import Array
-from grind_env.envs.job.outline import Choice
+from grind_env.envs.job.outline import JobChoice
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.tables import Outcome
 from grind_env.shop.advise.adviser import Adviser
@@ -19,12 +19,12 @@ COST, GOOD, BURN = (Outcome._fields.index(name) for name in ("cost", "good", "bu
 EARLY = 14
 """Parts in which an adviser may still feel its way."""
 
-Decide = Callable[[int, Readings | None], Choice]
+Decide = Callable[[int, Readings | None], JobChoice]
 """Choose E and D of a block, by its number from 0 and what was read of the block before."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Shift:
+class BatchResult:
     """What a batch has come to.
 
     Attributes:
@@ -82,22 +82,32 @@ class Shift:
 def as_programmed(simulation: JobSimulation) -> Decide:
     """Return E and D of the program itself."""
     plans = [block.plan for block in simulation.blocks]
-    return lambda number, _: Choice(plans[number].feed, int(plans[number].dresses))
+    return lambda number, _: JobChoice(plans[number].feed, int(plans[number].dresses))
 
 
 def advised(adviser: Adviser) -> Decide:
     """Return what an adviser says, which is followed."""
 
-    def decide(number: int, readings: Readings | None) -> Choice:
+    def decide(number: int, readings: Readings | None) -> JobChoice:
         if readings is not None:
             adviser.take(readings)
         assert adviser.advice is not None
-        return Choice(adviser.advice.speed, adviser.advice.executions)
+        return JobChoice(adviser.advice.speed, adviser.advice.executions)
 
     return decide
 
 
-def ground(simulation: JobSimulation, decide: Decide, seed: int = LOTS) -> Shift:
+def batches(simulation: JobSimulation, decider: Callable[[], Decide], episodes: int) -> list[BatchResult]:
+    """Grind batches, each with a decider of its own; the lots are the same for all deciders."""
+    return [ground(simulation, decider(), LOTS + number) for number in range(episodes)]
+
+
+def cost_of(found: Sequence[BatchResult]) -> float:
+    """Return the mean cost of a part in some batches, $."""
+    return float(np.mean([each.mean_cost for each in found]))
+
+
+def ground(simulation: JobSimulation, decide: Decide, seed: int = LOTS) -> BatchResult:
     """Grind a batch, block by block."""
     episodes = simulation.start([np.random.default_rng(seed)])
     job, blocks = simulation.job, simulation.blocks
@@ -122,7 +132,7 @@ def ground(simulation: JobSimulation, decide: Decide, seed: int = LOTS) -> Shift
         if readings.Ra_before is not None and block.part > 0 and job.limits.roughness > 0.0:
             # Ra comes when the next part has been ground
             gauged[block.part - 1] = max(gauged[block.part - 1], readings.Ra_before / job.limits.roughness)
-    return Shift(
+    return BatchResult(
         cost=cost, scrap=scrap, speeds=speeds, executions=executions, power=power, gauged=gauged, slowest=slowest
     )
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grind_env.envs.job.outline import Choice
+from grind_env.envs.job.outline import JobChoice
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.tables import KindRow
 from grind_env.policies.choices import nearest_speed
@@ -104,7 +104,7 @@ class Rule:
         self.dressing = branches.dress_price / branches.second_price
         self.taken, self.parts, self.met, self.due = self.dressing, 0, 0.0, 0.0
 
-    def decide(self, number: int, volume: float) -> Choice:
+    def decide(self, number: int, volume: float) -> JobChoice:
         """Return E (mm/min) and D of a block that a wheel meets which has ground `volume` since its dress, mm3/mm."""
         block, ground = self.simulation.blocks[number], self.ground(number)
         self.met = volume
@@ -115,7 +115,7 @@ class Rule:
         E, self.reason = self.fastest(number, volume + ground / (D + 1.0))
         if D:
             self.reason = f"dress: {self.why}"
-        return Choice(float(nearest_speed(self.simulation.task, np.array([E]))[0]), int(D))
+        return JobChoice(float(nearest_speed(self.simulation.task, np.array([E]))[0]), int(D))
 
     def pays(self, number: int, volume: float) -> bool:
         """Return whether a dress pays before the part that begins with a block."""
@@ -177,7 +177,7 @@ class Rule:
         level, rate, dulling = self.power.found[self.kind_of[number]]
         return float(level + rate * np.log(E) + dulling * np.log(volume + WORN_IN))
 
-    def power_at(self, number: int, choice: Choice) -> float | None:
+    def power_at(self, number: int, choice: JobChoice) -> float | None:
         """Return the peak power that a block is expected to take, W; None if none was read of its kind."""
         if self.peaks[self.kind_of[number]] == 0.0:
             return None
@@ -188,7 +188,7 @@ class Rule:
         """Return the logarithm of the allowed heat over the expected one."""
         return float(np.log(self.allowed[self.kind_of[number]]) + 0.5 * np.log(E) - self.expected(number, E, volume))
 
-    def learn(self, number: int, choice: Choice, told: Told, volume: float, burn_per_watt: float) -> None:
+    def learn(self, number: int, choice: JobChoice, told: Told, volume: float, burn_per_watt: float) -> None:
         """Take what was read of a block.
 
         Args:
@@ -211,7 +211,7 @@ class Rule:
         if block.finished:
             self._learn_part(number, told, worn)
 
-    def _learn_power(self, number: int, choice: Choice, peak: float, worn: float, burn_per_watt: float) -> None:
+    def _learn_power(self, number: int, choice: JobChoice, peak: float, worn: float, burn_per_watt: float) -> None:
         k, limit, (E, D), every = self.kind_of[number], self.rows[number].power, choice, np.ones(len(self.own))
         self.power.learn(peak * every, E * every, worn * every, np.arange(len(every)) == k)
         heat = peak / np.sqrt(E)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from grind_env.envs.job.outline import BlockOutline, Choice
+from grind_env.envs.job.outline import BlockOutline, JobChoice
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.program_episode import Words
 from grind_env.errors import GrindError
@@ -117,7 +117,7 @@ def write_values(path: Path, simulation: JobSimulation, advice: Sequence[Advice]
     values, first = dict[int, str](), dict[int, int]()
     for number, block in enumerate(simulation.blocks):
         if first.setdefault(block.part, number) == 0:
-            own = block.words(Choice(block.plan.feed, int(block.plan.dresses)))
+            own = block.words(JobChoice(block.plan.feed, int(block.plan.dresses)))
             values |= _assignments(block, number, own, "AS PROGRAMMED")
     for each in advice:
         block = simulation.blocks[each.block]

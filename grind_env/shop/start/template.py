@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
-from grind_env.envs.tasks.schema import Row
+from grind_env.envs.tasks.schema import SchemaRow
 from grind_env.examples import FOLDER as EXAMPLES
 from grind_env.pages.job_fields import STAGES, STATIONS, job_rows
 from grind_env.toml import read_toml
@@ -45,7 +45,7 @@ def example_values() -> Values:
     return read_toml(EXAMPLES / f"{EXAMPLE}.toml")
 
 
-def _table(name: str, rows: Sequence[Row], given: Mapping[str, Any]) -> Iterator[str]:
+def _table(name: str, rows: Sequence[SchemaRow], given: Mapping[str, Any]) -> Iterator[str]:
     """A table; one that is left out is a remark as a whole if some key of it would be missing."""
     out = "" if given or not (name in REPEATED or any(row.required for row in rows)) else "#"
     if name:

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 from grind_env.control.compensation.corners import compensated, corner
 from grind_env.control.compensation.entry_exit import entry, exit_junction
-from grind_env.control.compensation.plane import Bow, Element, Offset, Point, Segment
+from grind_env.control.compensation.plane import Bow, Element, Offset, PathSegment, Point
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ def contour(elements: Sequence[Element], offset: Offset, circular: bool = False)
 
 
 def program(
-    move: Segment,
+    move: PathSegment,
     elements: Sequence[Element],
     out: Point,
     offset: Offset,
@@ -49,14 +49,14 @@ def program(
 ) -> list[Element]:
     """Entry, contour and exit to `out`, as in a part program."""
     way_in = entry(move, elements[0], offset, kind, circular)
-    way_out = exit_junction(elements[-1], Segment(elements[-1].end, out), offset, kind, circular, vector)
+    way_out = exit_junction(elements[-1], PathSegment(elements[-1].end, out), offset, kind, circular, vector)
     inner = [run.path for run in joined(elements, offset, circular, way_in[-1].end, way_out.end)]
     last = way_out.generated[-1].end if way_out.generated else way_out.end
-    return [*way_in, *inner, *way_out.generated, Segment(last, out)]
+    return [*way_in, *inner, *way_out.generated, PathSegment(last, out)]
 
 
 def lines(*points: Point) -> list[Element]:
-    return [Segment(start, end) for start, end in pairwise(points)]
+    return [PathSegment(start, end) for start, end in pairwise(points)]
 
 
 def swept(arc: Bow) -> float:
@@ -70,7 +70,7 @@ def swept(arc: Bow) -> float:
 def samples(path: Element, count: int = 60) -> list[complex]:
     """Points along a path, both ends among them."""
     start, end = complex(*path.start), complex(*path.end)
-    if isinstance(path, Segment):
+    if isinstance(path, PathSegment):
         return [start + (end - start) * i / count for i in range(count + 1)]
     centre, angle = complex(*path.centre), swept(path)
     return [centre + (start - centre) * cmath.exp(1j * path.rotation * angle * i / count) for i in range(count + 1)]
@@ -80,7 +80,7 @@ def distance(point: complex, element: Element) -> float:
     """From a point to the nearest one of an element."""
     start, end = complex(*element.start), complex(*element.end)
     ends = min(abs(point - start), abs(point - end))
-    if isinstance(element, Segment):
+    if isinstance(element, PathSegment):
         share = ((point - start) / (end - start)).real
         return abs(((point - start) / (end - start)).imag) * abs(end - start) if 0.0 <= share <= 1.0 else ends
     centre = complex(*element.centre)
@@ -91,7 +91,7 @@ def distance(point: complex, element: Element) -> float:
 def clear_of_curve(point: complex, element: Element) -> float:
     """From a point to the whole line or circle that an element is part of."""
     start, end = complex(*element.start), complex(*element.end)
-    if isinstance(element, Segment):
+    if isinstance(element, PathSegment):
         return abs(((point - start) / (end - start)).imag) * abs(end - start)
     centre = complex(*element.centre)
     return abs(abs(point - centre) - abs(start - centre))
@@ -101,7 +101,7 @@ def element_from(start: complex, heading: float, bend: float, size: float) -> El
     """A line (bend 0) of length `size`, or an arc of radius `size` that turns by `bend` degrees from the heading."""
     direction = cmath.rect(1.0, heading)
     if bend == 0.0:
-        return Segment(point(start), point(start + size * direction))
+        return PathSegment(point(start), point(start + size * direction))
     rotation = 1 if bend > 0.0 else -1
     centre = start + 1j * rotation * size * direction
     end = centre + (start - centre) * cmath.exp(1j * math.radians(bend))

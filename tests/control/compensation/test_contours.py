@@ -8,7 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from grind_env.control.compensation.corners import corner
-from grind_env.control.compensation.plane import Bow, Element, Offset, Segment
+from grind_env.control.compensation.plane import Bow, Element, Offset, PathSegment
 from tests.control.compensation.chain import (
     Run,
     clear_of_curve,
@@ -51,9 +51,9 @@ def parallel(element: Element, offset: Offset) -> list[complex]:
 
     No further apart than the radius, so that none of another element that it crosses lies between two of them.
     """
-    length = element.length if isinstance(element, Segment) else element.radius * swept(element)
+    length = element.length if isinstance(element, PathSegment) else element.radius * swept(element)
     places = samples(element, max(STEPS, math.ceil(length / offset.radius)))
-    if isinstance(element, Segment):
+    if isinstance(element, PathSegment):
         normal = 1j * (complex(*element.end) - complex(*element.start)) / element.length
         return [place + offset.side * offset.radius * normal for place in places]
     centre, ratio = complex(*element.centre), 1.0 - offset.side * element.rotation * offset.radius / element.radius
@@ -73,7 +73,7 @@ def pair(turned: float, before: tuple[float, float], after: tuple[float, float])
     """Two elements with a corner at the origin."""
     bend, size = before
     backwards = element_from(0j, math.pi, -bend, size)
-    first: Element = Segment(backwards.end, backwards.start)
+    first: Element = PathSegment(backwards.end, backwards.start)
     if isinstance(backwards, Bow):
         first = Bow(backwards.end, backwards.start, backwards.centre, -backwards.rotation)
     return first, element_from(0j, math.radians(turned), *after)
@@ -100,7 +100,7 @@ def test_a_corner_is_not_gouged(
     offset = Offset(radius, side)
     first, second = pair(turned, before, after)
     for element in (first, second):
-        assume(isinstance(element, Segment) or element.rotation != side or element.radius > 1.01 * radius)
+        assume(isinstance(element, PathSegment) or element.rotation != side or element.radius > 1.01 * radius)
     beside_first, beside_second = parallel(first, offset), parallel(second, offset)
     hurt_first = [distance(sample, second) < radius - 1e-9 for sample in beside_first]
     hurt_second = [distance(sample, first) < radius - 1e-9 for sample in beside_second]
@@ -207,8 +207,8 @@ def test_symmetry(
 ) -> None:
     def image(element: Element) -> Element:
         ends = [point(move(complex(*place), shift)) for place in (element.start, element.end)]
-        if isinstance(element, Segment):
-            return Segment(ends[0], ends[1])
+        if isinstance(element, PathSegment):
+            return PathSegment(ends[0], ends[1])
         centre = point(move(complex(*element.centre), shift))
         return Bow(ends[0], ends[1], centre, -element.rotation if turned_over else element.rotation)
 
@@ -235,9 +235,9 @@ def test_splitting_an_element_changes_nothing(
     elements = path_of(0j, 0.1, path)
     which = data.draw(st.integers(0, len(elements) - 1))
     cut = elements[which]
-    if isinstance(cut, Segment):
+    if isinstance(cut, PathSegment):
         where = point(complex(*cut.start) + share * (complex(*cut.end) - complex(*cut.start)))
-        halves: list[Element] = [Segment(cut.start, where), Segment(where, cut.end)]
+        halves: list[Element] = [PathSegment(cut.start, where), PathSegment(where, cut.end)]
     else:
         centre = complex(*cut.centre)
         there = centre + (complex(*cut.start) - centre) * cmath.exp(1j * cut.rotation * share * swept(cut))
@@ -282,8 +282,8 @@ def test_tangential_words_rounded_to_a_micrometre_generate_nothing(
     elements: list[Element] = []
     for element in path_of(0j, heading, [(0.0, *before), (0.0, *after)]):
         start, end = (point(rounded(complex(*place))) for place in (element.start, element.end))
-        if isinstance(element, Segment):
-            elements.append(Segment(start, end))
+        if isinstance(element, PathSegment):
+            elements.append(PathSegment(start, end))
         else:
             assume(element.rotation != side or element.radius > 1.05 * radius)
             elements.append(Bow(start, end, point(rounded(complex(*element.centre))), element.rotation))

@@ -9,7 +9,7 @@ from grind_env.control.compensation.corners import (
     feed_share,
     side_change,
 )
-from grind_env.control.compensation.plane import Bow, Element, Offset, Point, Segment
+from grind_env.control.compensation.plane import Bow, Element, Offset, PathSegment, Point
 from tests.control.compensation.chain import element_from, lines, swept
 
 LEFT, RIGHT = Offset(2.0, 1), Offset(2.0, -1)
@@ -19,14 +19,14 @@ def near(expected: Point) -> object:
     return pytest.approx(expected, abs=1e-4)
 
 
-def turned(first: Element, degrees: float, length: float = 50.0) -> Segment:
+def turned(first: Element, degrees: float, length: float = 50.0) -> PathSegment:
     """A line that leaves the end of a first one along +u at an angle."""
     u, v = first.end
     angle = math.radians(degrees)
-    return Segment((u, v), (u + length * math.cos(angle), v + length * math.sin(angle)))
+    return PathSegment((u, v), (u + length * math.cos(angle), v + length * math.sin(angle)))
 
 
-EAST = Segment((0.0, 0.0), (10.0, 0.0))
+EAST = PathSegment((0.0, 0.0), (10.0, 0.0))
 
 
 @pytest.mark.parametrize(
@@ -57,7 +57,7 @@ def test_e5_sharp_corner_with_a_straight_block() -> None:
     junction = corner(up, down, Offset(1.0, -1), False, 0.0)
     assert junction.end == near((21.0, 13.0))
     (block,) = junction.generated
-    assert isinstance(block, Segment)
+    assert isinstance(block, PathSegment)
     assert (block.start, block.end) == (near((21.0, 13.0)), near((19.8438, 13.4056)))
     assert block.length == pytest.approx(1.2252, abs=1e-4)
 
@@ -75,7 +75,7 @@ def test_e5_sharp_corner_with_an_arc() -> None:
 
 @pytest.mark.parametrize(("offset", "rotation"), [(LEFT, -1), (RIGHT, 1)])
 def test_reversal_is_run_round(offset: Offset, rotation: int) -> None:
-    side, back = offset.side, Segment((10.0, 0.0), (0.0, 0.0))
+    side, back = offset.side, PathSegment((10.0, 0.0), (0.0, 0.0))
     straight = corner(EAST, back, offset, False, 0.0)
     assert straight.end == pytest.approx((12.0, 2.0 * side))
     assert [piece.end for piece in straight.generated] == [pytest.approx((12.0, -2.0 * side))]
@@ -114,7 +114,7 @@ def test_a_cusp_between_an_arc_and_a_line_is_inside_where_the_arc_bends_over_the
     inside = corner(EAST, over, Offset(radius, 1), False, 0.0)
     assert inside.end == met
     assert inside.generated == ()
-    back = Bow(over.end, over.start, over.centre, 1), Segment(EAST.end, EAST.start)
+    back = Bow(over.end, over.start, over.centre, 1), PathSegment(EAST.end, EAST.start)
     assert corner(*back, Offset(radius, -1), False, 0.0).end == met
     outside = corner(EAST, over, Offset(radius, -1), False, 0.0)
     assert outside.end == pytest.approx((10.0 + radius, -radius))
@@ -125,7 +125,7 @@ def test_a_cusp_between_an_arc_and_a_line_is_inside_where_the_arc_bends_over_the
 
 
 def test_e10_line_to_arc() -> None:
-    line, arc = Segment((0.0, 0.0), (10.0, 0.0)), Bow((10.0, 0.0), (6.0, 8.0), (6.0, 3.0), 1)
+    line, arc = PathSegment((0.0, 0.0), (10.0, 0.0)), Bow((10.0, 0.0), (6.0, 8.0), (6.0, 3.0), 1)
     inside, outside = Offset(1.0, 1), Offset(1.0, -1)
     assert corner(line, arc, inside, False, 0.0).end == near((9.4641, 1.0))
     assert corner(line, arc, outside, False, 0.0).end == near((10.4721, -1.0))
@@ -195,7 +195,7 @@ def test_of_two_short_blocks_the_first_is_dropped_and_of_three_the_second() -> N
 
 
 def test_a_reversal_keeps_its_block_however_large_the_minimum() -> None:
-    junction = corner(EAST, Segment((10.0, 0.0), (0.0, 0.0)), LEFT, False, 100.0)
+    junction = corner(EAST, PathSegment((10.0, 0.0), (0.0, 0.0)), LEFT, False, 100.0)
     assert len(junction.generated) == 1
 
 
@@ -251,14 +251,14 @@ def test_a_step_lower_than_the_radius_runs_a_line_backwards() -> None:
         compensated(step[1], start, end, LEFT)
     assert "line of 3.0000" in str(caught.value)
     assert (caught.value.name, caught.value.element) == ("backwards-motion", step[1])
-    assert compensated(step[1], start, end, LEFT, detect=False) == (Segment(start, end),)
+    assert compensated(step[1], start, end, LEFT, detect=False) == (PathSegment(start, end),)
 
 
 def test_a_line_that_just_fits_has_no_length() -> None:
     box = lines((0.0, 0.0), (10.0, 0.0), (10.0, 4.0), (0.0, 4.0))
     start, end = corner(box[0], box[1], LEFT, False, 0.0).end, corner(box[1], box[2], LEFT, False, 0.0).end
     (run,) = compensated(box[1], start, end, LEFT)
-    assert isinstance(run, Segment)
+    assert isinstance(run, PathSegment)
     assert run.length == pytest.approx(0.0, abs=1e-12)
 
 
@@ -315,7 +315,7 @@ def test_a_full_circle_lengthened_at_its_ends_is_two_arcs(rotation: int) -> None
 
 
 def test_a_full_circle_between_tangents_stays_full() -> None:
-    line_in, line_out = Segment((-20.0, 0.0), (0.0, 0.0)), Segment((0.0, 0.0), (20.0, 0.0))
+    line_in, line_out = PathSegment((-20.0, 0.0), (0.0, 0.0)), PathSegment((0.0, 0.0), (20.0, 0.0))
     arc = Bow((0.0, 0.0), (0.0, 0.0), (0.0, 10.0), 1)
     start, end = corner(line_in, arc, RIGHT, False, 0.0).end, corner(arc, line_out, RIGHT, False, 0.0).end
     (run,) = compensated(arc, start, end, RIGHT)
@@ -358,7 +358,7 @@ def test_side_change_to_an_arc_ends_where_the_paths_cross() -> None:
 def test_side_change_takes_the_nearest_of_two_crossings() -> None:
     # Along v = 2, then a full circle of radius sqrt(29) about (5, 2): that of the centre crosses it twice.
     circle = Bow((10.0, 0.0), (10.0, 0.0), (5.0, 2.0), -1)
-    for path in (EAST, Segment((10.0, 0.0), (0.0, 0.0))):
+    for path in (EAST, PathSegment((10.0, 0.0), (0.0, 0.0))):
         first, second = (path, circle) if path is EAST else (circle, path)
         before, after = (LEFT, Offset(1.0, -1)) if path is EAST else (Offset(1.0, -1), RIGHT)
         junction = side_change(first, second, before, after)

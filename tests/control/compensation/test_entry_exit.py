@@ -3,7 +3,7 @@ import math
 import pytest
 
 from grind_env.control.compensation.entry_exit import entry, exit_junction
-from grind_env.control.compensation.plane import Bow, Element, Offset, Point, Segment
+from grind_env.control.compensation.plane import Bow, Element, Offset, PathSegment, Point
 from tests.control.compensation.chain import lines, program
 
 LEFT, RIGHT = Offset(2.0, 1), Offset(2.0, -1)
@@ -17,14 +17,14 @@ def leaving(
     last: Element, end: Point, offset: Offset, kind: str = "A", circular: bool = False, vector: Point | None = None
 ) -> list[Element]:
     """What follows the last compensated element, a line without length to its end in front."""
-    junction = exit_junction(last, Segment(last.end, end), offset, kind, circular, vector)
+    junction = exit_junction(last, PathSegment(last.end, end), offset, kind, circular, vector)
     start = junction.generated[-1].end if junction.generated else junction.end
-    return [Segment(junction.end, junction.end), *junction.generated, Segment(start, end)]
+    return [PathSegment(junction.end, junction.end), *junction.generated, PathSegment(start, end)]
 
 
 def test_e1_type_a() -> None:
     path = program(
-        Segment((0.0, 0.0), (10.0, 10.0)),
+        PathSegment((0.0, 0.0), (10.0, 10.0)),
         lines((10.0, 10.0), (30.0, 10.0), (30.0, 20.0), (50.0, 20.0)),
         (60.0, 30.0),
         LEFT,
@@ -34,20 +34,20 @@ def test_e1_type_a() -> None:
 
 @pytest.mark.parametrize("start", [(0.0, 0.0), (5.0, -30.0), (40.0, 5.1)])
 def test_e2_type_a_entry_does_not_depend_on_the_approach(start: Point) -> None:
-    east = Segment((5.0, 5.0), (50.0, 5.0))
-    assert ends(list(entry(Segment(start, (5.0, 5.0)), east, RIGHT, "A", False))) == [(5.0, 3.0)]
+    east = PathSegment((5.0, 5.0), (50.0, 5.0))
+    assert ends(list(entry(PathSegment(start, (5.0, 5.0)), east, RIGHT, "A", False))) == [(5.0, 3.0)]
     angle = math.radians(30.0)
-    rising = Segment((10.0, 10.0), (10.0 + 50.0 * math.cos(angle), 10.0 + 50.0 * math.sin(angle)))
-    assert ends(list(entry(Segment(start, (10.0, 10.0)), rising, LEFT, "A", False))) == [(9.0, 11.7321)]
+    rising = PathSegment((10.0, 10.0), (10.0 + 50.0 * math.cos(angle), 10.0 + 50.0 * math.sin(angle)))
+    assert ends(list(entry(PathSegment(start, (10.0, 10.0)), rising, LEFT, "A", False))) == [(9.0, 11.7321)]
 
 
 def test_e3_entry_onto_an_arc() -> None:
     arc = Bow((20.0, 10.0), (30.0, 20.0), (20.0, 20.0), 1)
-    assert ends(list(entry(Segment((0.0, 0.0), (20.0, 10.0)), arc, RIGHT, "A", False))) == [(20.0, 8.0)]
+    assert ends(list(entry(PathSegment((0.0, 0.0), (20.0, 10.0)), arc, RIGHT, "A", False))) == [(20.0, 8.0)]
 
 
 def test_entry_with_nothing_ahead_ends_at_right_angles_to_itself() -> None:
-    move = Segment((0.0, 0.0), (6.0, 8.0))
+    move = PathSegment((0.0, 0.0), (6.0, 8.0))
     for kind in ("A", "B"):
         assert ends(list(entry(move, None, LEFT, kind, False))) == [(6.0 - 1.6, 8.0 + 1.2)]
 
@@ -67,7 +67,7 @@ def test_e4_exit_after_an_arc(offset: Offset, end: Point) -> None:
 )
 def test_e5_sharp_corner(circular: bool, middle: list[Point]) -> None:
     path = program(
-        Segment((-5.0, 5.0), (0.0, 5.0)),
+        PathSegment((-5.0, 5.0), (0.0, 5.0)),
         lines((0.0, 5.0), (20.0, 5.0), (20.0, 12.0), (8.0, -3.0)),
         (0.0, -10.0),
         Offset(1.0, -1),
@@ -91,7 +91,7 @@ def test_e5_sharp_corner(circular: bool, middle: list[Point]) -> None:
     ],
 )
 def test_e6_exit_with_a_vector(vector: Point | None, end: Point, kind: str) -> None:
-    last = Segment((0.0, 0.0), (10.0, 0.0))
+    last = PathSegment((0.0, 0.0), (10.0, 0.0))
     assert ends(leaving(last, (15.0, 10.0), LEFT, kind, False, vector)) == [end, (15.0, 10.0)]
 
 
@@ -129,8 +129,8 @@ def test_the_shift_on_a_small_circle_is_at_most_a_quarter_turn() -> None:
     ],
 )
 def test_e9_type_b_entry(direction: Point, expected: list[Point]) -> None:
-    following = Segment((10.0, 0.0), (10.0 + 10.0 * direction[0], 10.0 * direction[1]))
-    assert ends(list(entry(Segment((0.0, 0.0), (10.0, 0.0)), following, LEFT, "B", False))) == expected
+    following = PathSegment((10.0, 0.0), (10.0 + 10.0 * direction[0], 10.0 * direction[1]))
+    assert ends(list(entry(PathSegment((0.0, 0.0), (10.0, 0.0)), following, LEFT, "B", False))) == expected
 
 
 @pytest.mark.parametrize(
@@ -142,19 +142,19 @@ def test_e9_type_b_entry(direction: Point, expected: list[Point]) -> None:
     ],
 )
 def test_e9_type_b_exit(end: Point, expected: list[Point]) -> None:
-    last = Segment((0.0, 0.0), (10.0, 0.0))
+    last = PathSegment((0.0, 0.0), (10.0, 0.0))
     assert ends(leaving(last, end, LEFT, "B")) == expected
     assert ends(leaving(last, end, LEFT, "A")) == [(10.0, 2.0), end]
 
 
 def test_type_b_with_arcs_round_sharp_corners() -> None:
-    move = Segment((0.0, 0.0), (10.0, 0.0))
-    straight, arc = entry(move, Segment((10.0, 0.0), (0.0, -10.0)), LEFT, "B", True)
-    assert straight == Segment((0.0, 0.0), (10.0, 2.0))
+    move = PathSegment((0.0, 0.0), (10.0, 0.0))
+    straight, arc = entry(move, PathSegment((10.0, 0.0), (0.0, -10.0)), LEFT, "B", True)
+    assert straight == PathSegment((0.0, 0.0), (10.0, 2.0))
     assert isinstance(arc, Bow)
     assert (arc.start, arc.centre, arc.rotation) == ((10.0, 2.0), (10.0, 0.0), -1)
     assert arc.end == pytest.approx((11.4142, -1.4142), abs=1e-4)
-    junction = exit_junction(move, Segment((10.0, 0.0), (4.0, -6.0)), LEFT, "B", True, None)
+    junction = exit_junction(move, PathSegment((10.0, 0.0), (4.0, -6.0)), LEFT, "B", True, None)
     (same,) = junction.generated
     assert isinstance(same, Bow)
     assert (junction.end, same.start, same.centre, same.rotation) == ((10.0, 2.0), arc.start, arc.centre, -1)
@@ -176,13 +176,13 @@ def test_type_b_exit_from_an_arc_leaves_along_its_tangent() -> None:
 @pytest.mark.parametrize("kind", ["A", "B"])
 @pytest.mark.parametrize("side", [1, -1])
 def test_radius_0_gives_the_programmed_path(kind: str, side: int) -> None:
-    move, last = Segment((0.1, 0.3), (10.7, 0.9)), Segment((10.7, 0.9), (3.3, -7.7))
+    move, last = PathSegment((0.1, 0.3), (10.7, 0.9)), PathSegment((10.7, 0.9), (3.3, -7.7))
     assert entry(move, last, Offset(0.0, side), kind, False) == (move,)
-    junction = exit_junction(last, Segment(last.end, (0.0, 0.0)), Offset(0.0, side), kind, True, (1.0, 2.0))
+    junction = exit_junction(last, PathSegment(last.end, (0.0, 0.0)), Offset(0.0, side), kind, True, (1.0, 2.0))
     assert (junction.end, junction.generated) == (last.end, ())
 
 
 def test_an_entry_that_does_not_move_is_kept_as_a_line_without_length() -> None:
-    following = Segment((10.0, 0.0), (20.0, 0.0))
-    (run,) = entry(Segment((10.0, 2.0), (10.0, 0.0)), following, LEFT, "A", False)
-    assert run == Segment((10.0, 2.0), (10.0, 2.0))
+    following = PathSegment((10.0, 0.0), (20.0, 0.0))
+    (run,) = entry(PathSegment((10.0, 2.0), (10.0, 0.0)), following, LEFT, "A", False)
+    assert run == PathSegment((10.0, 2.0), (10.0, 2.0))

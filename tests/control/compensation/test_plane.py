@@ -2,12 +2,12 @@ import math
 
 import pytest
 
-from grind_env.control.compensation.crossings import Circle, Line, crossings
-from grind_env.control.compensation.plane import Bow, Offset, Segment, polyline, rotated
+from grind_env.control.compensation.crossings import Circle, StraightLine, crossings
+from grind_env.control.compensation.plane import Bow, Offset, PathSegment, polyline, rotated
 
 
 def test_segment() -> None:
-    segment = Segment((1.0, 2.0), (4.0, 6.0))
+    segment = PathSegment((1.0, 2.0), (4.0, 6.0))
     assert segment.length == 5.0
     assert segment.direction_at_start == segment.direction_at_end == pytest.approx((0.6, 0.8))
 
@@ -41,14 +41,14 @@ def test_a_negative_radius_swaps_the_sides(table_radius: float, code: str, radiu
 
 
 def test_beside() -> None:
-    up = Segment((0.0, 0.0), (0.0, 10.0))
+    up = PathSegment((0.0, 0.0), (0.0, 10.0))
     assert Offset(2.0, 1).beside_end(up) == pytest.approx((-2.0, 10.0))
     assert Offset(2.0, -1).beside_start(up) == pytest.approx((2.0, 0.0))
 
 
 def test_polyline_leaves_out_what_has_no_length() -> None:
     points = (0.0, 0.0), (0.0, 0.0), (1.0, 0.0), (1.0, 1e-12), (1.0, 1.0)
-    assert polyline(*points) == (Segment((0.0, 0.0), (1.0, 0.0)), Segment((1.0, 0.0), (1.0, 1.0)))
+    assert polyline(*points) == (PathSegment((0.0, 0.0), (1.0, 0.0)), PathSegment((1.0, 0.0), (1.0, 1.0)))
 
 
 def test_rotated() -> None:
@@ -58,12 +58,12 @@ def test_rotated() -> None:
 @pytest.mark.parametrize(
     ("first", "second", "expected"),
     [
-        (Line((0.0, 1.0), (1.0, 0.0)), Line((5.0, 7.0), (0.6, 0.8)), [(0.5, 1.0)]),
-        (Line((0.0, 1.0), (1.0, 0.0)), Line((5.0, 7.0), (-1.0, 0.0)), []),
-        (Line((9.0, 3.0), (1.0, 0.0)), Circle((0.0, 0.0), 5.0), [(-4.0, 3.0), (4.0, 3.0)]),
-        (Circle((1.0, 1.0), 5.0), Line((9.0, 6.0), (1.0, 0.0)), [(1.0, 6.0), (1.0, 6.0)]),
-        (Circle((0.0, 0.0), 5.0), Line((0.0, 5.0 + 1e-12), (1.0, 0.0)), [(0.0, 5.0), (0.0, 5.0)]),
-        (Circle((0.0, 0.0), 5.0), Line((0.0, 5.0 + 1e-6), (1.0, 0.0)), []),
+        (StraightLine((0.0, 1.0), (1.0, 0.0)), StraightLine((5.0, 7.0), (0.6, 0.8)), [(0.5, 1.0)]),
+        (StraightLine((0.0, 1.0), (1.0, 0.0)), StraightLine((5.0, 7.0), (-1.0, 0.0)), []),
+        (StraightLine((9.0, 3.0), (1.0, 0.0)), Circle((0.0, 0.0), 5.0), [(-4.0, 3.0), (4.0, 3.0)]),
+        (Circle((1.0, 1.0), 5.0), StraightLine((9.0, 6.0), (1.0, 0.0)), [(1.0, 6.0), (1.0, 6.0)]),
+        (Circle((0.0, 0.0), 5.0), StraightLine((0.0, 5.0 + 1e-12), (1.0, 0.0)), [(0.0, 5.0), (0.0, 5.0)]),
+        (Circle((0.0, 0.0), 5.0), StraightLine((0.0, 5.0 + 1e-6), (1.0, 0.0)), []),
         (Circle((0.0, 0.0), 15.0), Circle((14.0, 0.0), 13.0), [(9.0, -12.0), (9.0, 12.0)]),
         (Circle((0.0, 0.0), 20.0), Circle((7.0, 0.0), 15.0), [(16.0, -12.0), (16.0, 12.0)]),
         (Circle((0.0, 0.0), 2.0), Circle((5.0, 0.0), 3.0), [(2.0, 0.0), (2.0, 0.0)]),
@@ -72,7 +72,9 @@ def test_rotated() -> None:
         (Circle((1.0, 1.0), 5.0), Circle((1.0, 1.0), 5.0), []),
     ],
 )
-def test_crossings(first: Line | Circle, second: Line | Circle, expected: list[tuple[float, float]]) -> None:
+def test_crossings(
+    first: StraightLine | Circle, second: StraightLine | Circle, expected: list[tuple[float, float]]
+) -> None:
     """Pythagorean triples; 13, 14, 15 is the triangle of height 12."""
     for found in (crossings(first, second), crossings(second, first)):
         assert sorted(found) == [pytest.approx(point, abs=1e-7) for point in expected]

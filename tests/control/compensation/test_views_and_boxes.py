@@ -7,7 +7,7 @@ import pytest
 
 from grind_env.control import Control, ControlError, execute, read
 from grind_env.control.compensation.gouging import HELD, GougeCheck, Passed, _gouges
-from grind_env.control.compensation.plane import Segment
+from grind_env.control.compensation.plane import PathSegment
 from grind_env.control.errors import Place
 from grind_env.control.lookahead import Lookout
 
@@ -72,8 +72,11 @@ def test_boxes_find_the_same_element_as_one_by_one(seed: int) -> None:
     for number in range(3 * HELD):
         there = here[0] + rng.uniform(-3.0, 3.5), here[1] + rng.uniform(-3.0, 3.0)
         place, level = Place("p.nc", number + 1, 1, number + 1), float(rng.randrange(2))
-        programmed, centre = Segment((here[0], here[1] + 50.0), (there[0], there[1] + 50.0)), (Segment(here, there),)
-        new = Passed(place, programmed if rng.random() < 0.8 else Segment((0.0, 0.0), (1e-3, 0.0)), centre, level)
+        programmed, centre = (
+            PathSegment((here[0], here[1] + 50.0), (there[0], there[1] + 50.0)),
+            (PathSegment(here, there),),
+        )
+        new = Passed(place, programmed if rng.random() < 0.8 else PathSegment((0.0, 0.0), (1e-3, 0.0)), centre, level)
         expected = next((old.place for old in list(passed)[:-1] if _gouges(new, old)), None)
         passed.append(new)
         assert check.follow(new.place, new.programmed, centre, level) == expected

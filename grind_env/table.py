@@ -1,0 +1,180 @@
+"""A table as data: its columns say what they show of a row; a terminal, Markdown and HTML have a renderer each.
+
+The columns take their cells from rows of any kind::
+
+    table_of([Column("policy", "name"), Column("cost", "cost.value", ".2f", unit="$", right=True)], results)
+
+or, given as plain titles, from rows that are texts already: `table_of(("policy", "cost"), [("constant", "2.31")])`.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from html import escape
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+from grind_env.errors import printable
+
+if TYPE_CHECKING:
+    from rich.console import Console, RenderableType
+
+NONE = "–"
+"""Text of a cell whose value is None."""
+STYLES = {"bad": "red", "poor": "yellow", "dim": "dim"}
+"""Colours of a terminal by the kind of a cell."""
+WIDEST = 10**6
+"""Characters of the widest line of a table that is not broken."""
+
+Kind = Literal["good", "poor", "bad", "code", "dim", ""]
+
+
+class Cell(NamedTuple):
+    """A cell of a table.
+
+    Attributes:
+        text: what it shows.
+        kind: what it says of its matter; "" for neither good nor bad.
+        below: lines below the text, indented, on a terminal.
+    """
+
+    text: str
+    kind: Kind = ""
+    below: str = ""
+
+
+class Column(NamedTuple):
+    """A column of a table.
+
+    Attributes:
+        title: its heading, whose lines a terminal keeps.
+        value: an attribute of the row, such as `cost.low`, or a function of it; by default its entry in the same place.
+        form: how a number is written, as in `format`, such as `.2f`.
+        unit: of the values, below or behind the title.
+        right: whether cells are aligned on the right, as numbers are.
+        wrap: whether a terminal may break its cells, which are sentences.
+        factor: what values are multiplied by to have the unit.
+    """
+
+    title: str
+    value: str | Callable[[Any], object] = ""
+    form: str = ""
+    unit: str = ""
+    right: bool = False
+    wrap: bool = False
+    factor: float = 1.0
+
+    @property
+    def heading(self) -> str:
+        """Title and unit in one line."""
+        title = self.title.replace("\n", " ")
+        return f"{title}, {self.unit}" if self.unit else title
+
+    def cell(self, row: Any, place: int) -> Cell:
+        """Return the cell of a row; `place` is that of the column."""
+        value: Any
+        if callable(self.value):
+            value = self.value(row)
+        else:
+            value = row if self.value else row[place]
+            for name in filter(None, self.value.split(".")):
+                value = None if value is None else getattr(value, name)
+        if isinstance(value, Cell):
+            return value
+        if value is None:
+            return Cell(NONE)
+        return Cell(format(value if self.factor == 1.0 else value * self.factor, self.form))
+
+
+class Table(NamedTuple):
+    """A table: columns, rows of a cell each, and a title."""
+
+    columns: Sequence[Column]
+    rows: Sequence[Sequence[Cell]]
+    title: str = ""
+
+    @property
+    def headings(self) -> list[str]:
+        """Headings of the columns, a line each."""
+        return [column.heading for column in self.columns]
+
+    def shortened(self, most: int, gap: str = "… {} more") -> "Table":
+        """Return the table with its first and last rows, `most` of them, and between them a row of one cell."""
+        left_out = len(self.rows) - most
+        if left_out <= 0:
+            return self
+        return self._replace(
+            rows=[*self.rows[: most // 2], [Cell(gap.format(left_out))], *self.rows[most // 2 + left_out :]]
+        )
+
+    def markdown(self) -> str:
+        """Return the table as Markdown; bars within a cell are escaped."""
+        rules = ["---:" if column.right else "---" for column in self.columns]
+        lines = [self.headings, rules, *([cell.text for cell in row] for row in self.rows)]
+        return "\n".join(f"| {' | '.join(text.replace('|', chr(92) + '|') for text in line)} |" for line in lines)
+
+    def html(self, attributes: Callable[[bool, Kind], str]) -> str:
+        """Return the <table> element, in which texts are escaped.
+
+        Args:
+            attributes: of a cell, by whether it is aligned on the right and its kind.
+        """
+
+        def line(name: str, cells: Sequence[Cell]) -> str:
+            span = "" if len(cells) == len(self.columns) else f' colspan="{len(self.columns)}"'
+            right = [column.right and not span for column in self.columns]
+            shown = (
+                f"<{name}{span}{attributes(right[k], cell.kind)}>{escape(printable(cell.text))}</{name}>"
+                for k, cell in enumerate(cells)
+            )
+            return f"<tr>{''.join(shown)}</tr>"
+
+        head = line("th", [Cell(heading) for heading in self.headings])
+        return f"<table><thead>{head}</thead><tbody>{''.join(line('td', row) for row in self.rows)}</tbody></table>"
+
+    def print(self, console: "Console", **look: Any) -> None:
+        """Print the table; without columns that may be broken no text is cut, however narrow the terminal is.
+
+        Args:
+            console: of the terminal.
+            look: arguments of `rich.table.Table`.
+        """
+        from rich import table
+        from rich.box import SIMPLE_HEAD
+
+        compact: dict[str, Any] = {"box": SIMPLE_HEAD, "show_edge": False, "pad_edge": False, "padding": (0, 1, 0, 0)}
+        made = table.Table(**compact | {"title": self.title or None, "title_justify": "left"} | look)
+        titles = ["\n".join(filter(None, (column.title, column.unit))) for column in self.columns]
+        height = max(title.count("\n") for title in titles)
+        for column, title in zip(self.columns, titles, strict=True):
+            lower = "\n" * (height - title.count("\n")) + title
+            made.add_column(lower, justify="right" if column.right else "left", no_wrap=not column.wrap)
+        for row in self.rows:
+            made.add_row(*map(_rich, row))
+        if not any(column.wrap for column in self.columns):
+            made.width = console.measure(made, options=console.options.update(width=WIDEST)).maximum
+        console.print(made, soft_wrap=made.width is not None)
+
+
+def table_of(
+    columns: Sequence[Column | str], rows: Iterable[Any], title: str = "", *, left: int | None = None
+) -> Table:
+    """Return the table of some rows.
+
+    Args:
+        columns: of it, or their titles.
+        rows: what the columns take their values from.
+        title: of the table.
+        left: how many of the titles are of texts; behind them are numbers. By default all are of texts.
+    """
+    made = [
+        column if isinstance(column, Column) else Column(column, right=left is not None and k >= left)
+        for k, column in enumerate(columns)
+    ]
+    return Table(made, [[column.cell(row, k) for k, column in enumerate(made)] for row in rows], title)
+
+
+def _rich(cell: Cell) -> "RenderableType":
+    from rich.console import Group
+    from rich.padding import Padding
+    from rich.text import Text
+
+    text = Text(printable(cell.text), STYLES.get(cell.kind, ""))
+    return Group(text, Padding(Text(printable(cell.below)), (0, 0, 0, 2))) if cell.below else text

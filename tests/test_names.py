@@ -1,0 +1,21 @@
+"""One name stands for one thing: no two classes of the package and of `agents` share a name."""
+
+import ast
+from collections import Counter
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+SHARED = {
+    *("BlockRow", "Cell", "Change", "Choices", "Estimate", "Forecast", "Gauge", "Line", "Origin"),
+    *("Problem", "Quantity", "Ranges", "Readings", "Row", "Source", "Step", "Variable", "Variables"),
+    *("Block", "Entry", "Fixed", "Infeed", "Place", "Signals"),
+}
+"""Names still shared: first those of `grind_env.shop`, then those whose other class is named in compiled code, of which
+a new name would compile all kernels anew."""
+
+
+def test_no_two_classes_share_a_name() -> None:
+    files = [path for folder in ("grind_env", "agents") for path in (ROOT / folder).rglob("*.py")]
+    nodes = (node for path in files for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+    count = Counter(node.name for node in nodes if isinstance(node, ast.ClassDef))
+    assert {name for name, number in count.items() if number > 1} == SHARED
