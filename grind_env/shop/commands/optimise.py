@@ -60,7 +60,9 @@ def optimise(
         bool, typer.Option("--unroll", help="Write M98 calls out, so that each has words of its own.")
     ] = False,
     parts: Runs = 50,
-    budget: Annotated[str, typer.Option(help="Time of search and judgement: 60s, 2min.")] = "60s",
+    budget: Annotated[
+        str, typer.Option(help="Time of search and judgement, as 60s or 2min, or programs to try, as '2000 programs'.")
+    ] = "60s",
     seed: Seed = 1,
     variables: FirstVariables = None,
     plant: Plant = None,
@@ -112,6 +114,7 @@ def optimise(
     from grind_env.shop.report.document import write_page
     from grind_env.shop.report.optimised import optimised_report
 
+    seconds, programs = texts.budget(budget)
     prepare_report(report)
     if plot is not None:
         prepare_figure(plot)
@@ -126,7 +129,8 @@ def optimise(
         objective=objective,
         unroll=unroll,
         parts=parts,
-        budget=texts.seconds(budget),
+        budget=seconds,
+        programs=programs,
         seed=seed,
         variables=variables_of(variables or ()),
         plant=plant,

@@ -1,12 +1,13 @@
 """An optimisation as tables for the terminal, and as plain data for JSON."""
 
 from dataclasses import asdict, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from grind_env.errors import printable
 from grind_env.policies.statistics import Interval
 from grind_env.process.cost import NO_LIMIT
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Quantity, Verdict
+from grind_env.shop.shown import Shown, print_shown
 from grind_env.shop.trials import lots_said
 
 if TYPE_CHECKING:
@@ -25,14 +26,7 @@ NAMES = {
 DIGITS = {"cost": 3, "seconds": 1, "Ra": 3, "power": 2, "rise": 0, "highest_rise": 0, "size_error": 2, "scrap": 2}
 
 
-class Rows(NamedTuple):
-    """A table: headings, the first of which is of texts, and rows."""
-
-    headings: tuple[str, ...]
-    rows: list[list[str]]
-
-
-def tables_of(found: Optimised) -> list[Rows]:
+def tables_of(found: Optimised) -> list[Shown]:
     """What was varied, both programs side by side, and the limits."""
     return [_words(found), _quantities(found), _limits(found)]
 
@@ -46,19 +40,8 @@ def heading(found: Optimised) -> str:
 
 def print_optimised(found: Optimised, console: "Console") -> None:
     """Print what was varied, both programs side by side, the limits, and the verdict."""
-    from rich.box import SIMPLE
-    from rich.table import Column, Table
-
     console.print(heading(found), highlight=False)
-    for shown in tables_of(found):
-        first, *others = shown.headings
-        columns = (Column(first, no_wrap=True), *(Column(each, justify="right", no_wrap=True) for each in others))
-        table = Table(*columns, box=SIMPLE, pad_edge=False, padding=(0, 1))
-        for row in shown.rows:
-            table.add_row(*row)
-        console.print(table)
-    for sentence in sentences(found):
-        console.print(sentence, highlight=False, soft_wrap=True)
+    print_shown(console, tables_of(found), sentences(found))
 
 
 def sentences(found: Optimised) -> list[str]:
@@ -74,13 +57,13 @@ def sentences(found: Optimised) -> list[str]:
         said.append(f"asked: {wish.most:g} {wish.unit} a part; {wish.before:.4g} before, {wish.after:.4g} after{kept}")
     said += [f"the limit of {each.name} binds: {binding(each)}" for each in found.limits if each.binds]
     if found.ended_early:
-        said.append("the time was up before the search had ended: --budget gives it more, and the next run may differ")
+        said.append("the budget ended the search: --budget gives it more, and the next run may differ")
     programs = "program" if found.evaluations == 1 else "programs"
     if found.promised is not None:
         unit, one = objective_unit(found), found.quantity(found.objective).after
         low, high, within = found.promised.low, found.promised.high, "" if found.is_as_promised else ", which it is not"
         said.append(f"promised {low:.3f} to {high:.3f} {unit} a part, and there it takes {one.value:.3f}{within}")
-    said.append(f"{found.evaluations} {programs} tried, seed {found.seed}")
+    said.append(f"{found.evaluations} {programs} tried, {found.judged} judged, seed {found.seed}")
     verdict = found.verdict.value
     said.append(f"{verdict}: {found.reason}" if found.verdict is not Verdict.BETTER else found.reason)
     return said
@@ -115,27 +98,28 @@ def as_data(found: Optimised) -> dict[str, Any]:
         "lots": found.lots,
         "seed": found.seed,
         "evaluations": found.evaluations,
+        "judged": found.judged,
         "ended_early": found.ended_early,
         "text": found.after,
     }
 
 
-def _words(found: Optimised) -> Rows:
+def _words(found: Optimised) -> Shown:
     rows = [
         [word.place, word.name, word.before, word.after if word.changed else "as it is", word.unit]
         for word in found.words
     ]
-    return Rows(("block", "word", "before", "after", ""), rows)
+    return Shown(("block", "word", "before", "after", ""), rows, left=1)
 
 
-def _quantities(found: Optimised) -> Rows:
+def _quantities(found: Optimised) -> Shown:
     rows = []
     for name, each in shown_quantities(found):
         digits = decimals(each)
         one, other = (f"{value:.{digits}f}" for value in each.expected)
         before, after = (f"{each_side.value:.{digits}f}" for each_side in (each.before, each.after))
         rows.append([name, before, after, signed(each.difference, digits), one, other])
-    return Rows(("of a part", "before", "after", f"change ({covered(found)})", "grind run", "after"), rows)
+    return Shown(("of a part", "before", "after", f"change ({covered(found)})", "grind run", "after"), rows, left=1)
 
 
 def shown_quantities(found: Optimised) -> list[tuple[str, Quantity]]:
@@ -161,7 +145,7 @@ def decimals(quantity: Quantity) -> int:
     return max(min(DIGITS[quantity.name], 4 - len(f"{largest:.0f}")), 0)
 
 
-def _limits(found: Optimised) -> Rows:
+def _limits(found: Optimised) -> Shown:
     rows = [
         [
             each.name,
@@ -174,7 +158,7 @@ def _limits(found: Optimised) -> Rows:
         for each in found.limits
         if each.limit > 0.0
     ]
-    return Rows(("limit", "", "asked", "before", "after", f"{objective_unit(found)} without it"), rows)
+    return Shown(("limit", "", "asked", "before", "after", f"{objective_unit(found)} without it"), rows, left=1)
 
 
 def objective_unit(found: Optimised) -> str:
