@@ -14,7 +14,7 @@ from grind_env.machine.job.uncertainty import Uncertainty
 from grind_env.machine.job.worlds import known_of, world
 from grind_env.plants import find_plant
 from grind_env.process.process import PROCESS
-from grind_env.shop.trials import LotUse, Trials, lots_of
+from grind_env.shop.trials import LotUse, Measures, Trials, lots_of
 
 MACHINES = {LotUse.SEARCH: 32, LotUse.COMPARISON: 256, LotUse.JUDGEMENT: 256, LotUse.SWEEP: 128}
 """On which programs are tried for each use; on fewer where there are fewer lots."""
@@ -33,8 +33,8 @@ LEAST = 16
 CONDEMNED = 0.5
 """Share of scrap from which on the model condemns a program, if most machines that it allows do so, too."""
 
-EVEN_NEAREST = 0.05
-"""The same on the machines that come nearest to what was seen, where fewer than `LEAST` grind good parts."""
+EVEN_AGREEING = 0.05
+"""The same on the machines that agree with good parts as well as any that the model allows."""
 
 
 class CondemnedError(GrindError):
@@ -101,7 +101,7 @@ def fleet_of(
         is_up: whether there is no time to draw more of them.
 
     Raises:
-        CondemnedError: the model and most machines that it allows, or all of them, scrap its parts.
+        CondemnedError: the model and most machines that it allows scrap its parts.
     """
     job = trials.simulation.job
     uncertainty = known_of(job)
@@ -123,9 +123,18 @@ def fleet_of(
         if min(scrap, float(np.median([*scraps.values()]))) >= CONDEMNED:
             raise CondemnedError(scrap)
     nearest = sorted(scraps, key=lambda k: (scraps[k], k))[:LEAST]
-    if len(agree) < LEAST and np.mean([scraps[k] for k in nearest]) >= EVEN_NEAREST:
-        raise CondemnedError(max(scrap, float(np.mean([*scraps.values()]))))
     return Fleet(uncertainty, seed, tuple(agree if len(agree) >= LEAST else nearest), len(scraps), len(agree))
+
+
+def require_good(fleet: Fleet | None, old: Measures, *, untried: bool) -> None:
+    """Refuse a program that is scrap on the very machines that agree with its good parts best.
+
+    Raises:
+        CondemnedError: it is.
+    """
+    most = EVEN_AGREEING if fleet is not None and fleet.drawn else CONDEMNED
+    if not untried and (scrap := float(old.scrap.mean())) >= most:
+        raise CondemnedError(scrap)
 
 
 class _Evidence:

@@ -75,33 +75,18 @@ def optimise(
     report: ReportFile = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
 ) -> None:
-    """Find better words for a program: E and D, or others, with which a part costs less and keeps its limits.
+    """Optimise a part program: search E and D (or J, L and dress settings) for a lower cost per part within the limits.
 
-    The program is replayed on lots of the job ([lots]) for batches of parts, in which the wheel carries over, and on
-    machines that this may be: by what its calibration leaves open ([uncertainty] in a catalogue file of the job) or,
-    where there is none, by how uncertain the catalogue is, and with other laws, which the first line says. They are
-    those on which the program as it is grinds good parts, unless it is --untried. The best one is judged on 256 lots or
-    more and 128 machines that the search has not seen, each ground with both programs; on fewer where the control has
-    to execute the program step by step and the budget has no time for more. What one machine will come to lies in an
-    interval with 90 %, of which each end holds with the --confidence of .95. It is written only if it is cheaper in the
-    mean beyond chance, if parts keep every limit, with its margin, with that --confidence, whatever their lot and
-    machine, and if it keeps the rule on risk: on 95 of 100 machines a part costs at most 1.05 times what it costs with
-    the program as it is, 1.2 times without a calibration. Only the words that change are changed in the text, and a
-    comment at each block says what it was; a block that runs several times keeps one value for all its runs, and so do
-    blocks of parts that are alike.
+    Each program is tried on lots of the job and on machines that this may be: those that the calibration or the
+    catalogue allows and on which the program as it is grinds good parts (not with --untried). The best one is judged
+    on unseen lots beside the program as it is. It is written if it is significantly cheaper, keeps each limit with
+    --confidence, and keeps the rule on risk: on 95 of 100 machines a part costs at most 1.05 times what it costs with
+    the program as it is, 1.2 times without a calibration.
 
-    The interval between dresses is searched, too: a program that does not dress in every part counts parts, or the
-    blocks that dress, by a # variable. A word that reads a variable, as E#101, is changed where #101 is assigned, if
-    that is one number and no other word reads it.
+    If the model scraps half of the parts of the program as it is, the model is wrong, and the command stops.
 
-    With --plant the words are searched on the model and judged on that machine, which has the numbers of the catalogue
-    and no calibration: what was promised, what they save there, and what limits they keep. Words without each limit are
-    then not searched.
-
-    The report is written whatever was found.
-
-    Exit status 3: no better program was found, or there was no time to try one. 4: no program keeps the limits; if the
-    one at hand does not either, a cheaper one that comes nearer is written all the same.
+    Exit status 3: no better program was found, or the model scraps the program as it is. 4: no program keeps the
+    limits; if the one at hand does not either, a cheaper one that comes nearer is written.
     """
     from grind_env.control.options import variables_of
     from grind_env.machine.job.file import job_beside, load_job

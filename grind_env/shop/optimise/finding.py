@@ -15,7 +15,7 @@ from grind_env.machine.job.file import job_beside, load_job
 from grind_env.machine.script.settings import DRESS_SECONDS
 from grind_env.plants import find_plant
 from grind_env.plants.names import MODEL
-from grind_env.shop.machines import CONDEMNED, CondemnedError
+from grind_env.shop.machines import require_good
 from grind_env.shop.optimise.budget import ENOUGH_TRIALS, MOST_JUDGING, Budget, TimeUp, time_said
 from grind_env.shop.optimise.comparing import compared
 from grind_env.shop.optimise.editing import text_of
@@ -205,9 +205,7 @@ def _judgement(variation: Variation) -> Judgement:
         most = time / judgement.seconds if judgement.seconds else LOTS[LotUse.JUDGEMENT]
         lots = int(min(max(most, LEAST_JUDGED), LOTS[LotUse.JUDGEMENT])) if np.isfinite(time) else FEW_JUDGED
     judgement = Judgement(variation, lots)
-    scrap = float(judgement.old.scrap.mean())
-    if scrap >= CONDEMNED and not variation.wishes.untried and (variation.fleet is None or lots is not None):
-        raise CondemnedError(scrap)
+    require_good(variation.fleet, judgement.old, untried=variation.wishes.untried)
     return judgement
 
 

@@ -32,8 +32,8 @@ def freed_of(
 ) -> dict[str, Freed]:
     """The best words without each limit: what they save on unseen lots, and how far they are beyond it.
 
-    A limit costs nothing if no program of `found` that is beyond it would be better than the best one; its share is
-    then that of the best words. Limits for which the time is up are left out.
+    A limit that no program of `found` exceeds costs nothing; its share is that of the best words. Limits for which the
+    time is up are left out.
     """
     quantity, budget = variation.wishes.quantity, variation.budget
     new = judgement.measured(best)
@@ -42,7 +42,7 @@ def freed_of(
     for k, name in enumerate(LIMITS):
         if (free := without(variation.job, name)) is None:
             continue
-        if any(each.beyond[k] and getattr(each, quantity) < getattr(found[best], quantity) for each in found.values()):
+        if any(each.beyond[k] for each in found.values()):
             others.append((k, name, free))
         else:
             words[name] = Freed(Interval(0.0, 0.0, 0.0), float(new.ratios[0, k]))

@@ -28,7 +28,7 @@ DIGITS = {"cost": 3, "seconds": 1, "Ra": 3, "power": 2, "rise": 0, "highest_rise
 
 def tables_of(found: Optimised) -> list[Shown]:
     """What was varied, both programs side by side, and the limits."""
-    return [_words(found), _quantities(found), _limits(found)]
+    return [word_table(found), quantity_table(found), limit_table(found)]
 
 
 def heading(found: Optimised) -> str:
@@ -104,22 +104,27 @@ def as_data(found: Optimised) -> dict[str, Any]:
     }
 
 
-def _words(found: Optimised) -> Shown:
+def word_table(found: Optimised, after: str = "after") -> Shown:
+    """What was varied."""
     rows = [
         [word.place, word.name, word.before, word.after if word.changed else "as it is", word.unit]
         for word in found.words
     ]
-    return Shown(("block", "word", "before", "after", ""), rows, left=1)
+    return Shown(("block", "word", "before", after, "unit"), rows, left=2)
 
 
-def _quantities(found: Optimised) -> Shown:
+def quantity_table(found: Optimised, after: str = "after", *, whole: bool = False) -> Shown:
+    """Both programs side by side, the change with its interval; where the table is `whole`, each of them."""
     rows = []
     for name, each in shown_quantities(found):
         digits = decimals(each)
         one, other = (f"{value:.{digits}f}" for value in each.expected)
-        before, after = (f"{each_side.value:.{digits}f}" for each_side in (each.before, each.after))
-        rows.append([name, before, after, signed(each.difference, digits), one, other])
-    return Shown(("of a part", "before", "after", f"change ({covered(found)})", "grind run", "after"), rows, left=1)
+        sides = [
+            interval_text(side, digits) if whole else f"{side.value:.{digits}f}" for side in (each.before, each.after)
+        ]
+        rows.append([name, *sides, interval_text(each.difference, digits, "+"), one, other])
+    headings = ("of a part", "before", after, f"change ({covered(found)})", "grind run", after)
+    return Shown(headings, rows, left=1)
 
 
 def shown_quantities(found: Optimised) -> list[tuple[str, Quantity]]:
@@ -145,20 +150,20 @@ def decimals(quantity: Quantity) -> int:
     return max(min(DIGITS[quantity.name], 4 - len(f"{largest:.0f}")), 0)
 
 
-def _limits(found: Optimised) -> Shown:
+def limit_table(found: Optimised, after: str = "after") -> Shown:
+    """How near the limits are, and what a part takes without each."""
     rows = [
         [
             each.name,
             limit_text(each),
-            f"{100.0 * each.margin:.0f} %",
-            f"{100.0 * each.before:.0f} %",
-            f"{100.0 * each.after:.0f} %",
+            *(f"{100.0 * share:.0f}" for share in (each.margin, each.before, each.after)),
             price_text(each),
         ]
         for each in found.limits
         if each.limit > 0.0
     ]
-    return Shown(("limit", "", "asked", "before", "after", f"{objective_unit(found)} without it"), rows, left=1)
+    headings = ("limit", "", "asked, %", "before, %", f"{after}, %", f"{objective_unit(found)} without it")
+    return Shown(headings, rows, left=1)
 
 
 def objective_unit(found: Optimised) -> str:
@@ -177,9 +182,13 @@ def limit_text(limit: LimitUse) -> str:
 def price_text(limit: LimitUse) -> str:
     """What a part takes without a limit, beside what it takes with it, $ or s, and whether the limit binds."""
     if limit.price is None:
-        return "binds" if limit.binds else ""
-    change = Interval(-limit.price.value, -limit.price.high, -limit.price.low)
-    return f"{signed(change, 3)} {'binds' if limit.binds else ''}".rstrip()
+        return "binds" if limit.binds else "not sought"
+    return f"{interval_text(negative(limit.price), 3, '+')} {'binds' if limit.binds else ''}".rstrip()
+
+
+def negative(change: Interval) -> Interval:
+    """A change the other way round."""
+    return Interval(-change.value, -change.high, -change.low)
 
 
 def binding(limit: LimitUse) -> str:
@@ -189,6 +198,7 @@ def binding(limit: LimitUse) -> str:
     return f"better words that it forbids come to {100.0 * limit.without:.0f} % of it"
 
 
-def signed(interval: Interval, digits: int) -> str:
-    """A change with its interval."""
-    return f"{interval.value:+.{digits}f} ({interval.low:+.{digits}f} to {interval.high:+.{digits}f})"
+def interval_text(interval: Interval, digits: int, sign: str = "") -> str:
+    """A value with its interval; with the sign "+" a change."""
+    value, low, high = (f"{each:{sign}.{digits}f}" for each in interval)
+    return f"{value} ({low} to {high})"

@@ -19,7 +19,7 @@ from grind_env.machine.script.settings import DRESS_DEPTH, DRESS_FEED, DRESS_PAS
 from grind_env.policies.statistics import Interval
 from grind_env.presenter import html, presenter
 from grind_env.shop.dress_interval import LONGEST, DressInterval
-from grind_env.shop.machines import fleet_of
+from grind_env.shop.machines import Fleet, fleet_of, require_good
 from grind_env.shop.risk import most_risk, risk
 from grind_env.shop.trials import LotUse, Measures, Trials, lots_of, trials_of
 from grind_env.shop.wishes import LIMITS
@@ -236,7 +236,9 @@ def sweep(
     """
     program = Path(program)
     held = replace(job_of(program, job), variables=variables)
-    study = _Study(swept_on(trials_of(read_file(program), held, parts, ()), seed, untried=untried), parts, progress)
+    trials, fleet = swept_on(trials_of(read_file(program), held, parts, ()), seed, untried=untried)
+    study = _Study(trials, parts, progress)
+    require_good(fleet, study.as_it_is, untried=untried)
     if ranges is None or not any(ranges):
         own_E = float(study.own[0, E])
         every = (1, min(LONGEST, parts)) if study.executions.any() else None
@@ -268,11 +270,11 @@ def sweep(
     )
 
 
-def swept_on(trials: Trials, seed: int, *, untried: bool) -> Trials:
+def swept_on(trials: Trials, seed: int, *, untried: bool) -> tuple[Trials, Fleet | None]:
     """Return trials of the program as it is on the lots and machines of a sweep; errors as of `fleet_of`."""
     lots = lots_of(seed, LotUse.SWEEP, LOTS)
     fleet = fleet_of(trials, seed, untried=untried, needed=LOTS)
-    return trials.on(lots) if fleet is None else fleet.under(trials, LotUse.SWEEP, lots)
+    return trials.on(lots) if fleet is None else fleet.under(trials, LotUse.SWEEP, lots), fleet
 
 
 class Setting(NamedTuple):

@@ -78,7 +78,7 @@ def recommended(
     text = text_of(read_bytes(path))
     variation = _set(variation_of(read_file(path), text, settings, wishes, found.parts, seed), best, found.own)
     point = (0,) * len(variation.counts)
-    base = swept_on(variation.base, seed, untried=untried)
+    base, _ = swept_on(variation.base, seed, untried=untried)
     written = _beside(base, variation.read_trials(variation.read(point)))
     if not np.allclose(written.own[:, E] / base.own[:, E], best.E / found.own.E, rtol=ROUNDING):
         raise SweepError(f"{path.name}: written into its text the best point does not run with its E")
