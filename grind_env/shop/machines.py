@@ -187,9 +187,10 @@ def other_laws(job: Job) -> bool:
 
 
 def compile_all(once: Trials) -> None:
-    """Compile what trials of a program take, on machines of other laws, too, where its machine may obey them."""
+    """Compile what trials of a program take, on machines that may be that of its job and have other laws, too."""
     job = once.simulation.job
     if once.simulation.compiled:
         compile_at_once()
-        for each in [job, *([job.on(find_plant("public", seed=0))] if other_laws(job) else [])]:
-            once.on(once.seeds, [each]).measure(once.own[None])
+        known = known_of(job)
+        for draw in (world, machine):
+            once.on(once.seeds, [draw(job, known, known.root, 0, 0)]).measure(once.own[None])

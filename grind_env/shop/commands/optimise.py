@@ -30,39 +30,26 @@ def optimise(
     vary: Annotated[
         str | None,
         typer.Option(
-            help="What may change: E, D, J, L of cycle blocks, lead, depth, passes of dress programs, interval "
-            "between dresses; words that a block lacks are then added. If not given, E and D that are there, and "
-            "interval."
+            help="E, D, J, L, lead, depth, passes, interval (between dresses); if not given, E and D that are there, "
+            "and interval."
         ),
     ] = None,
     bounds: Annotated[
-        list[str] | None,
-        typer.Option(help="As E=5000..25000,interval=1..8, in units of the program; lead a turn."),
+        list[str] | None, typer.Option(help="As E=5000..25000,interval=1..8, in units of the program.")
     ] = None,
     margin: Annotated[
-        list[str] | None,
-        typer.Option(help="Share of a limit that parts must keep: power=.85,temp=.8,Ra=.85,size=.7."),
+        list[str] | None, typer.Option(help="Share of a limit that parts must keep: power=.85,temp=.8,Ra=.85,size=.7.")
     ] = None,
     confidence: Annotated[
-        float,
-        typer.Option(
-            help="Probability with which a part keeps each limit, whatever its lot and the machine are, and with which "
-            "each end of an interval holds."
-        ),
+        float, typer.Option(help="Probability with which a part keeps each limit, and with which interval ends hold.")
     ] = 0.95,
     untried: Untried = False,
     keep: Annotated[list[str] | None, typer.Option(help="Cycle blocks that stay as they are: N80.")] = None,
-    within: Annotated[
-        list[str] | None, typer.Option(help="Most that a part may take in the mean: seconds=75,cost=2.5.")
-    ] = None,
+    within: Annotated[list[str] | None, typer.Option(help="Mean of a part at most: seconds=75,cost=2.5.")] = None,
     objective: Annotated[str, typer.Option("--for", help="What is to become less: cost or time.")] = "cost",
-    unroll: Annotated[
-        bool, typer.Option("--unroll", help="Write M98 calls out, so that each has words of its own.")
-    ] = False,
+    unroll: Annotated[bool, typer.Option("--unroll", help="Write M98 calls out, each with its own words.")] = False,
     parts: Runs = 50,
-    budget: Annotated[
-        str, typer.Option(help="Time of search and judgement, as 60s or 2min, or programs to try, as '2000 programs'.")
-    ] = "60s",
+    budget: Annotated[str, typer.Option(help="Time, as 60s or 2min, or programs to try, as '2000 programs'.")] = "60s",
     seed: Seed = 1,
     variables: FirstVariables = None,
     plant: Plant = None,
@@ -77,16 +64,12 @@ def optimise(
 ) -> None:
     """Optimise a part program: search E and D (or J, L and dress settings) for a lower cost per part within the limits.
 
-    Each program is tried on lots of the job and on machines that this may be: those that the calibration or the
-    catalogue allows and on which the program as it is grinds good parts (not with --untried). The best one is judged
-    on unseen lots beside the program as it is. It is written if it is significantly cheaper, keeps each limit with
-    --confidence, and keeps the rule on risk: on 95 of 100 machines a part costs at most 1.05 times what it costs with
-    the program as it is, 1.2 times without a calibration.
+    The new program is written only if it is significantly cheaper, keeps every limit with --confidence, and keeps the
+    rule on risk: on 95 of 100 machines a part costs at most 1.05 times what it costs with the program as it is, 1.2
+    times without a calibration.
 
-    If the model scraps half of the parts of the program as it is, the model is wrong, and the command stops.
-
-    Exit status 3: no better program was found, or the model scraps the program as it is. 4: no program keeps the
-    limits; if the one at hand does not either, a cheaper one that comes nearer is written.
+    Exit status 3: no better program was found, or the model scraps the parts of the program as it is. 4: no program
+    keeps the limits; -o then writes a cheaper one that comes nearer.
     """
     from grind_env.control.options import variables_of
     from grind_env.machine.job.file import job_beside, load_job

@@ -40,16 +40,13 @@ def sweep(
 ) -> None:
     """Show what a part costs, and how near its limits are, over E and dress interval, then over dress lead and depth.
 
-    Every point is ground on the same lots and machines, as of optimise. Lead and depth are swept with the best E and
-    dress interval. Without any range E is swept from half to twice its value, and dress intervals from 1 to 20; of more
-    than nine intervals some are left out. A dress interval takes the place of D words and of what the program counts.
+    Every point is ground on the same lots and machines. Without any range E is swept from half to twice its value, and
+    dress intervals from 1 to 20; of more than nine intervals some are left out.
 
-    The last column says whether 95 of 100 parts keep every limit; if not, what they keep of the worst one. The rule on
-    risk is one of the limits: on 95 of 100 machines a part costs at most 1.05 times what it costs with the program as
-    it is, 1.2 times without a calibration.
+    The last column names the worst limit that 95 of 100 parts do not keep, or the rule on risk: on 95 of 100 machines a
+    part costs at most 1.05 times what it costs with the program as it is, 1.2 times without a calibration.
 
-    With -o the cheapest point that keeps the limits is written into the program. Exit status 3: no point costs less
-    than the program, or the model scraps the program as it is.
+    Exit status 3: with -o no point costs less, or the model scraps the parts of the program as it is.
     """
     from grind_env.control.options import variables_of
     from grind_env.render.figures import prepare_figure, write_figure
