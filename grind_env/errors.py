@@ -2,6 +2,7 @@
 
 import difflib
 from collections.abc import Iterable, Sequence
+from typing import ClassVar
 
 LONGEST_QUOTE = 60
 """Characters that a message quotes of what was found."""
@@ -15,8 +16,10 @@ class GrindError(ValueError):
     """Bad input: program text, job, catalogue, action or file.
 
     The message is one sentence that names the place and the remedy. The command line prints it and exits
-    with status 2; it never shows a traceback for one of these.
+    with status 2, or that of its class; it never shows a traceback for one of these.
     """
+
+    status: ClassVar[int] = 2
 
 
 class GrindWarning(UserWarning):

@@ -59,7 +59,7 @@ def command(name: str) -> Iterator[None]:
         finally:
             _flush()
     except GrindError as error:
-        _end(BAD_INPUT, f"{name}: {error}")
+        _end(error.status, f"{name}: {error}")
     except OSError as error:
         if error.errno == errno.EPIPE:
             _end(CLOSED_PIPE)

@@ -15,6 +15,7 @@ from grind_env.errors import GrindError
 from grind_env.machine.job import Job
 from grind_env.machine.job.uncertainty import CERTAIN
 from grind_env.shop.calibrate.calibration import calibrate
+from grind_env.shop.machines import CondemnedError
 from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.outcome import Optimised
 from grind_env.shop.trials import LotUse, lots_of, trials_of
@@ -65,7 +66,13 @@ def uncalibrated(program: StudyProgram, seconds: float) -> Optimised:
 
 
 def _searched(machine: StudyMachine, job: Path | Job, truth: Job, seconds: float) -> dict[str, float]:
-    return _judged(find_words(machine.program.path, job, parts=PARTS, seconds=seconds), machine, truth)
+    """What is found; of a program that the model condemns that it stays as it is."""
+    try:
+        found = find_words(machine.program.path, job, parts=PARTS, seconds=seconds)
+    except CondemnedError:
+        cost, scrap = real(read_file(machine.program.path), truth)
+        return {"cost": cost, "scrap": scrap, "promised": cost, "low": cost, "high": cost, "changed": 0.0}
+    return _judged(found, machine, truth)
 
 
 def _judged(found: Optimised, machine: StudyMachine, truth: Job) -> dict[str, float]:

@@ -4,6 +4,7 @@ What is typed as a text on the command line is a value here: `--bounds E=5000..2
 What needs libraries of the extra [shop] is imported by the call that needs it.
 """
 
+import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
@@ -15,20 +16,16 @@ from grind_env.files import beside
 from grind_env.machine.grind_file import grind_file
 from grind_env.machine.job import Job
 from grind_env.machine.job.file import job_beside, load_job
-from grind_env.shop.optimise.outcome import Optimised
-from grind_env.shop.optimise.wishes import Ends, Number, ends_of, seconds_of, whole_ends_of, wishes_of
 from grind_env.shop.progress import progress
-from grind_env.shop.report.document import SUFFIXES, prepare_page, write_page
 from grind_env.shop.report.own import PAGE
-from grind_env.shop.report.run import run_report
-from grind_env.shop.sweep.study import Ranges, Sweep
-from grind_env.shop.sweep.study import sweep as study
-from grind_env.shop.trials import CONFIDENCE
+from grind_env.shop.wishes import CONFIDENCE, Ends, Number, ends_of, seconds_of, whole_ends_of, wishes_of
 from grind_env.targets import Target, check_targets
 from grind_env.toml import files_named
 
 if TYPE_CHECKING:
     from grind_env.shop.calibrate.result import Calibration
+    from grind_env.shop.optimise.outcome import Optimised
+    from grind_env.shop.sweep.study import Sweep
 
 File: TypeAlias = str | Path
 
@@ -69,6 +66,9 @@ def report(
             that nobody has named and that is no such report.
         GrindError: as of `machine.grind`.
     """
+    from grind_env.shop.report.document import SUFFIXES, prepare_page, write_page
+    from grind_env.shop.report.run import run_report
+
     program = Path(program)
     written = beside(program, SUFFIXES[0]) if output is None else Path(output)
     path = job_beside(program) if job is None else Path(job)
@@ -106,12 +106,13 @@ def optimise(
     unroll: bool = False,
     parts: int = 50,
     budget: Number = 60.0,
+    programs: int | None = None,
     seed: int = 1,
     variables: Mapping[int, float] = {},
     plant: str | None = None,
     confidence: Number = CONFIDENCE,
     untried: bool = False,
-) -> Optimised:
+) -> "Optimised":
     """Find better words for a program: E and D, or others, with which a part costs less and keeps its limits.
 
     Args:
@@ -131,26 +132,29 @@ def optimise(
         objective: what is to become less, cost or time.
         unroll: whether M98 calls are written out, so that each has words of its own.
         parts: runs of the program in a batch; the wheel carries over.
-        budget: time of the search, s.
+        budget: time of search and judgement, s; what is compiled before is not counted.
+        programs: programs that are tried, in place of a time: the same seed then always finds the same.
         seed: of lots and search; the same seed finds the same.
         variables: values of # variables before the first part, as `{500: 0}`; what it keeps carries over.
         plant: name of the machine on which the result is judged (`grind_env.plants`); that of the job if None. The
             search is on the model.
 
     Raises:
+        CondemnedError: the model scraps the parts of the program as it is, which is not `untried`.
         GrindError: the program cannot be run, there is nothing to vary in it, or a wish is none.
     """
     from grind_env.shop.optimise.finding import find_words
 
     seconds = seconds_of(budget)
     wishes = wishes_of(vary, bounds, keep, margin, objective, within, confidence=confidence, untried=untried)
-    with progress(seconds) as advance:
+    with progress(seconds if programs is None else math.inf) as advance:
         return find_words(
             program,
             job,
             wishes,
             parts=parts,
             seconds=seconds,
+            programs=programs,
             seed=seed,
             unroll=unroll,
             variables=variables,
@@ -171,7 +175,7 @@ def sweep(
     seed: int = 1,
     variables: Mapping[int, float] = {},
     untried: bool = False,
-) -> Sweep:
+) -> "Sweep":
     """What a part costs, and how near its limits are, over E and dress interval, then over lead and depth of the dress.
 
     Args:
@@ -190,6 +194,9 @@ def sweep(
     Raises:
         GrindError: the program cannot be run so, or a range is none.
     """
+    from grind_env.shop.sweep.study import Ranges
+    from grind_env.shop.sweep.study import sweep as study
+
     ranges = Ranges(
         E=_ends("E", E),
         every=None if dress_every is None else whole_ends_of("--dress-every", "intervals", dress_every),

@@ -54,4 +54,7 @@ def intervals_between(low: int, high: int, *, blocks: int = 1, parts: int = 1) -
     some = {*range(2, LONGEST + 1), *range(blocks, high * blocks + 1, blocks)} if blocks > 1 else ()
     counted = [DressInterval(every, "block") for every in sorted(some) if low == 1 or low * blocks <= every]
     within = [each for each in counted if each.every <= high * blocks]
-    return tuple(sorted([*runs, *within], key=lambda each: each.every / (blocks if each.of == "block" else 1)))
+    # first that of the program as it is, in which every block that dresses does so in every run
+    return tuple(
+        sorted([*runs, *within], key=lambda each: (each.every > 1, each.every / (blocks if each.of == "block" else 1)))
+    )

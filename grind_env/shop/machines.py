@@ -1,21 +1,22 @@
 """On which machines programs are tried: those that the job may be of, in which its program grinds good parts."""
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from grind_env.arrays import Array
+from grind_env.errors import GrindError
+from grind_env.kernel import compile_at_once
 from grind_env.kernel.random import WORD
 from grind_env.machine.job import Job
 from grind_env.machine.job.uncertainty import Uncertainty
 from grind_env.machine.job.worlds import known_of, world
 from grind_env.plants import find_plant
 from grind_env.process.process import PROCESS
-from grind_env.shop.trials import LotUse, Trials, lots_of
+from grind_env.shop.trials import LotUse, Measures, Trials, lots_of
 
-MACHINES = {LotUse.SEARCH: 32, LotUse.COMPARISON: 256, LotUse.JUDGEMENT: 128, LotUse.SWEEP: 128}
+MACHINES = {LotUse.SEARCH: 32, LotUse.COMPARISON: 256, LotUse.JUDGEMENT: 256, LotUse.SWEEP: 128}
 """On which programs are tried for each use; on fewer where there are fewer lots."""
 FIRST = {LotUse.SEARCH: 0, LotUse.COMPARISON: 32, LotUse.JUDGEMENT: 288, LotUse.SWEEP: 0}
 """Place of the first of them: those of a search are no other's, if there are enough."""
@@ -24,16 +25,29 @@ NEEDED = 416
 AT_ONCE, MOST_DRAWN = 64, 768
 """Machines that are drawn at once, and at most."""
 ROUNDS, PARTS_EACH, MOST_LOTS = 4, 50, 8
-"""In how many rounds it is seen whether a machine grinds good parts with the program as it is, and parts of each, on so
-many lots at most."""
+"""Rounds in which a machine has to grind good parts with the program as it is, and parts and lots of a round."""
 SEEN_GOOD = 200
-"""Parts that the shop has ground with it and found good, at most: of machines with .1 % scrap that is met on four in
-five, with 1 % on one in seven."""
-LEAST_BELIEVED = 0.5
-"""Of the machine of the job, which so many good parts must not make less likely: where the model itself has scrap,
-fewer of them are taken to have been good."""
+"""Parts that the shop has ground with it and found good, also where the model itself has scrap."""
 LEAST = 16
-"""Machines on which all are good, without which the program tells nothing."""
+"""Machines that are tried at least: where fewer grind good parts, those that come nearest."""
+CONDEMNED = 0.5
+"""Share of scrap from which on the model condemns a program, if most machines that it allows do so, too."""
+
+EVEN_AGREEING = 0.05
+"""The same on the machines that agree with good parts as well as any that the model allows."""
+
+
+class CondemnedError(GrindError):
+    """The model scraps the parts of a program that grinds good ones."""
+
+    status = 3
+
+    def __init__(self, scrap: float) -> None:
+        super().__init__(
+            f"The model says this program scraps {100.0 * scrap:.0f} % of its parts. If it does not, the model is "
+            "wrong: calibrate it, or state in the job the limits and the share of heat of this machine, or grind fewer "
+            "--parts with a wheel. If the program was never ground here, say --untried."
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,15 +56,17 @@ class Fleet:
 
     Attributes:
         uncertainty: of which they are drawn.
-        seed: likewise.
-        numbers: of those on which the program grinds good parts, among all that were drawn.
+        seed: of the draws.
+        numbers: of the machines, among all that were drawn.
         drawn: how many that were; 0 if nothing was asked of them.
+        agree: how many of these grind good parts with the program as it is.
     """
 
     uncertainty: Uncertainty
     seed: int
     numbers: tuple[int, ...]
     drawn: int = 0
+    agree: int = 0
 
     def count(self, use: LotUse, seeds: Sequence[tuple[int, ...]]) -> int:
         """How many machines a use has on so many lots."""
@@ -69,8 +85,10 @@ class Fleet:
         return trials.on(seeds, machines, self.uncertainty.drift)
 
 
-def fleet_of(trials: Trials, seed: int, *, untried: bool, is_up: Callable[[], bool] = lambda: False) -> Fleet | None:
-    """Machines that may be that of the job of some trials.
+def fleet_of(
+    trials: Trials, seed: int, *, untried: bool, needed: int = NEEDED, is_up: Callable[[], bool] = lambda: False
+) -> Fleet | None:
+    """Return the machines that may be that of the job of some trials: those on which its program grinds good parts.
 
     On how many of them a program that the control executes grinds good parts takes too long to see. Without a
     calibration nothing is left of such a program on all that the catalogue allows, and it is None.
@@ -79,35 +97,82 @@ def fleet_of(trials: Trials, seed: int, *, untried: bool, is_up: Callable[[], bo
         trials: of the program as it is.
         seed: of the machines.
         untried: whether nothing is known of how it grinds there.
-        is_up: whether there is no time to look at more of them, or at more parts of these.
+        needed: how many are enough.
+        is_up: whether there is no time to draw more of them.
+
+    Raises:
+        CondemnedError: the model and most machines that it allows scrap its parts.
     """
     job = trials.simulation.job
     uncertainty = known_of(job)
-    if uncertainty.is_certain:
-        return Fleet(uncertainty, seed, (0,))
-    every = Fleet(uncertainty, seed, tuple(range(NEEDED)))
+    every = Fleet(uncertainty, seed, (0,) if uncertainty.is_certain else tuple(range(NEEDED)))
     if not trials.simulation.compiled:
         return None if job.uncertainty is None else every
     if untried:
         return every
-    root, numbers, drawn = uncertainty.root, list[int](), 0
-    own = float(np.mean([good_on(trials, [job], 0.0, seed, number) for number in range(ROUNDS)]))
-    seen = min(SEEN_GOOD, math.log(LEAST_BELIEVED) / math.log(own)) if 0.0 < own < 1.0 else SEEN_GOOD * own
-    while len(numbers) < NEEDED and drawn < MOST_DRAWN and not (numbers and is_up()):
-        left = {k: machine(job, uncertainty, root, seed, k) for k in range(drawn, drawn + AT_ONCE)}
-        chances = {k: np.random.default_rng((seed, k, 1)).random() for k in left}
-        likely = dict.fromkeys(left, 1.0)
+    evidence = _Evidence(trials, uncertainty, seed)
+    scrap = evidence.scrap_of([job], 0.0, 0)[0]
+    if uncertainty.is_certain and scrap >= CONDEMNED:
+        raise CondemnedError(scrap)
+    if uncertainty.is_certain:
+        return every
+    agree, scraps = list[int](), dict[int, float]()
+    while len(agree) < needed and len(scraps) < MOST_DRAWN and not (scraps and is_up()):
+        numbers = range(len(scraps), len(scraps) + AT_ONCE)
+        agree += evidence.agreeing(numbers, scraps)
+        if min(scrap, float(np.median([*scraps.values()]))) >= CONDEMNED:
+            raise CondemnedError(scrap)
+    nearest = sorted(scraps, key=lambda k: (scraps[k], k))[:LEAST]
+    return Fleet(uncertainty, seed, tuple(agree if len(agree) >= LEAST else nearest), len(scraps), len(agree))
+
+
+def require_good(fleet: Fleet | None, old: Measures, *, untried: bool) -> None:
+    """Refuse a program that is scrap on the very machines that agree with its good parts best.
+
+    Raises:
+        CondemnedError: it is.
+    """
+    most = EVEN_AGREEING if fleet is not None and fleet.drawn else CONDEMNED
+    if not untried and (scrap := float(old.scrap.mean())) >= most:
+        raise CondemnedError(scrap)
+
+
+class _Evidence:
+    """How likely so many good parts are on a machine."""
+
+    def __init__(self, trials: Trials, uncertainty: Uncertainty, seed: int) -> None:
+        self.trials, self.uncertainty, self.seed = trials, uncertainty, seed
+        self.lots = min(-(-PARTS_EACH // trials.simulation.parts), MOST_LOTS)
+
+    def agreeing(self, numbers: Sequence[int], scraps: dict[int, float]) -> list[int]:
+        """Return the machines on which so many good parts are as likely as chance has it; `scraps` gets their scrap.
+
+        A machine that is excluded is not ground on for more rounds.
+        """
+        job, root = self.trials.simulation.job, self.uncertainty.root
+        left = {k: machine(job, self.uncertainty, root, self.seed, k) for k in numbers}
+        chances = {k: np.random.default_rng((self.seed, k, 1)).random() for k in numbers}
+        likely = dict.fromkeys(numbers, 1.0)
         for number in range(ROUNDS):
-            if not left or (number and is_up()):
-                break
-            good = good_on(trials, list(left.values()), uncertainty.drift, seed, number)
-            for k, share in zip(list(left), good, strict=True):
-                likely[k] *= share ** (seen / ROUNDS)
+            scrap = self.scrap_of(list(left.values()), self.uncertainty.drift, number)
+            for k, share in zip(list(left), scrap, strict=True):
+                scraps[k] = max(scraps.get(k, 0.0), share)
+                likely[k] *= (1.0 - share) ** (SEEN_GOOD / ROUNDS)
                 if likely[k] < chances[k]:
                     del left[k]
-        numbers += left
-        drawn += AT_ONCE
-    return Fleet(uncertainty, seed, tuple(numbers), drawn) if len(numbers) >= LEAST else every
+            if not left:
+                break
+        return list(left)
+
+    def scrap_of(self, machines: list[Job], drift: float, number: int) -> list[float]:
+        """Return the share of scrap of the program as it is on each machine, in a round with lots of its own."""
+        lots = lots_of(self.seed, LotUse.BASE, (number + 1) * self.lots)[number * self.lots :]
+        seeds = [lot for lot in lots for _ in machines]
+        if self.trials.simulation.job.parts:
+            seeds = seeds[: len(machines)]
+        on = self.trials.on(seeds, machines, drift)
+        scrap: list[float] = on.by_machine(on.measure(on.own[None]).scrap)[0].tolist()
+        return scrap
 
 
 def machine(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: int) -> Job:
@@ -121,20 +186,11 @@ def other_laws(job: Job) -> bool:
     return job.uncertainty is None and not job.plant and job.process is PROCESS
 
 
-def compile_other_laws(once: Trials) -> None:
-    """Let what a run of a program takes on machines of other laws be compiled, where its machine may obey them."""
+def compile_all(once: Trials) -> None:
+    """Compile what trials of a program take, on machines that may be that of its job and have other laws, too."""
     job = once.simulation.job
-    if other_laws(job) and once.simulation.compiled:
-        once.on(once.seeds, [job.on(find_plant("public", seed=0))]).measure(once.own[None])
-
-
-def good_on(trials: Trials, machines: list[Job], drift: float, seed: int, number: int) -> list[float]:
-    """Share of good parts of the program as it is on each machine, in a round by its number with lots of its own."""
-    each = min(-(-PARTS_EACH // trials.runs), MOST_LOTS)
-    lots = lots_of(seed, LotUse.BASE, (number + 1) * each)[number * each :]
-    seeds = [lot for lot in lots for _ in machines]
-    if trials.simulation.job.parts:
-        seeds = seeds[: len(machines)]
-    on = trials.on(seeds, machines, drift)
-    good: list[float] = (1.0 - on.by_machine(on.measure(on.own[None]).scrap)[0]).tolist()
-    return good
+    if once.simulation.compiled:
+        compile_at_once()
+        known = known_of(job)
+        for draw in (world, machine):
+            once.on(once.seeds, [draw(job, known, known.root, 0, 0)]).measure(once.own[None])

@@ -1,11 +1,12 @@
 """How far a search or a sweep has come, on standard error."""
 
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 
 @contextmanager
-def progress(seconds: float | None = None) -> Iterator[Callable[[str, int], None]]:
+def progress(seconds: float = math.inf) -> Iterator[Callable[[str, int], None]]:
     """Show a count for each thing that is being done, if somebody looks on; `advance(what, count)` adds to it.
 
     Args:
@@ -19,7 +20,7 @@ def progress(seconds: float | None = None) -> Iterator[Callable[[str, int], None
         TextColumn("{task.description}: {task.completed:.0f}"),
         TimeElapsedColumn(),
     )
-    if seconds is not None:
+    if math.isfinite(seconds):
         columns = (*columns, TextColumn(f"of {seconds:g} s"))
     tasks: dict[str, TaskID] = {}
     console = Console(stderr=True)

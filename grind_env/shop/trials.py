@@ -32,6 +32,7 @@ from grind_env.machine.script.settings import DRESS_SECONDS, D, E, Ranges, own_s
 from grind_env.machine.script.tables import BlockRow
 from grind_env.policies.statistics import Interval, resampled_means
 from grind_env.process.cost import NO_LIMIT
+from grind_env.shop.wishes import CONFIDENCE
 
 Between: TypeAlias = Callable[[], object]
 """Called between two blocks of a program that the control executes; what it raises ends the run."""
@@ -65,9 +66,6 @@ DRIFT = 1
 """Behind the seed of a lot: that of its drift."""
 SAME = 1e-6
 """Relative difference of settings that are the same but for rounding."""
-CONFIDENCE = 0.95
-"""With which parts keep a limit, and a machine the end of an interval, where nothing else is asked."""
-LIMITS = ("power", "temp", "Ra", "size")
 
 _COST, _GOOD, _SECONDS, _POWER, _LOAD, _RA, _ERROR, _HANDOVER = (
     Outcome._fields.index(name)

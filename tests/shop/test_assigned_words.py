@@ -17,8 +17,8 @@ from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.outcome import Optimised
 from grind_env.shop.optimise.variation import Variation, variation_of
-from grind_env.shop.optimise.wishes import WishError, wishes_of
 from grind_env.shop.trials import LotUse, lots_of, trials_of
+from grind_env.shop.wishes import WishError, wishes_of
 from tests.examples import examples
 from tests.shop.programs import DRESS, FEEDS, INCH, JOB, KNOWN, PLATE
 

@@ -20,9 +20,9 @@ from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.outcome import Trade, Verdict, cheapest_by_time
 from grind_env.shop.optimise.variation import Variation, variation_of
-from grind_env.shop.optimise.wishes import Wishes, wishes_of
 from grind_env.shop.sweep.study import LOTS
 from grind_env.shop.trials import LotUse, lots_of, trials_of
+from grind_env.shop.wishes import Wishes, wishes_of
 from tests.command import Grind
 from tests.examples import nightly
 from tests.shop.programs import KNOWN, TWO_PLATES, known_job
@@ -63,6 +63,7 @@ def test_blocks_and_runs_are_counted_as_one_counts_them_by_hand(every: int, dres
 
 def test_what_counts_runs_of_several_parts_says_so() -> None:
     assert [str(each) for each in intervals_between(1, 3)] == ["every part", "every 2 parts", "every 3 parts"]
+    assert str(intervals_between(1, 2, blocks=6, parts=6)[0]) == "every run"
     several = [str(each) for each in intervals_between(1, 2, blocks=2, parts=2)]
     assert several == ["every run", "every 2 blocks", "every 3 blocks", "every 2 runs", "every 4 blocks"]
 

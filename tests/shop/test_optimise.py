@@ -1,10 +1,10 @@
 """`grind optimise`: what it promises holds on other lots and in `grind run`, and what it refuses it says."""
 
+import itertools
 import json
 from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -24,14 +24,15 @@ from grind_env.shop.optimise import finding, variables
 from grind_env.shop.optimise.budget import Budget
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.finding import find_words
-from grind_env.shop.optimise.judgement import words_of
+from grind_env.shop.optimise.judgement import Judgement, words_of
 from grind_env.shop.optimise.outcome import Optimised, Verdict, WordChange
 from grind_env.shop.optimise.search import Point, Search
 from grind_env.shop.optimise.table import as_data, sentences
-from grind_env.shop.optimise.variation import Variation, variation_of
-from grind_env.shop.optimise.wishes import wishes_of
+from grind_env.shop.optimise.variation import LOTS, variation_of
 from grind_env.shop.sweep.study import sweep
-from grind_env.shop.trials import LotUse, Measures, Trials, lots_of, trials_of
+from grind_env.shop.trials import LotUse, Measures, lots_of, trials_of
+from grind_env.shop.wishes import wishes_of
+from tests.command import Grind
 from tests.examples import few
 from tests.policies.optimum import exact_optimum
 from tests.shop.programs import EXAMPLES, known_job, write
@@ -135,7 +136,7 @@ def test_of_a_program_whose_parts_are_scrap_a_cheaper_one_is_written_though_it_d
     job, output = known_job(tmp_path, "plate_g82"), tmp_path / "out.nc"
     softer = f"[setup]\nmachine_overrides = {{ stiffness = {stiffness} }}\n"
     job.write_text(job.read_text(encoding="utf-8").replace("[setup]\n", softer))
-    options = ["--vary", "E", "--bounds", "E=5000..30000", "--parts", "2", *LONG, "-o", output]
+    options = ["--vary", "E", "--bounds", "E=5000..30000", "--parts", "2", *LONG, "-o", output, "--untried"]
     assert status("optimise", EXAMPLES / "plate_g82.nc", "--job", job, *options) == 4
     told = capsys.readouterr().out
     assert output.exists() == written
@@ -167,15 +168,15 @@ def test_a_limit_that_forbids_all_is_named(tmp_path: Path, capsys: pytest.Captur
 def test_the_next_best_is_judged_where_the_best_is_beyond_a_limit(
     refused: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    judge, words = finding._judge, list[tuple[WordChange, ...]]()
+    measured, words = Judgement.measured, list[tuple[WordChange, ...]]()
 
-    def harsh(variation: Variation, before: Trials, old: Measures, point: Point, lots: int) -> finding._Judged:
-        judged = judge(variation, before, old, point, lots)
-        words.append(words_of(variation.choices, point))
-        beyond = judged.new._replace(ratios=np.full((1, 4), 1.02))
-        return judged._replace(new=beyond) if len(words) <= refused else judged
+    def harsh(judgement: Judgement, point: Point) -> Measures:
+        new = measured(judgement, point)
+        words.append(words_of(judgement.variation.choices, point))
+        return new._replace(ratios=np.full((1, 4), 1.02)) if len(words) <= refused else new
 
-    monkeypatch.setattr(finding, "_judge", harsh)
+    monkeypatch.setattr(Judgement, "measured", harsh)
+    monkeypatch.setattr(finding, "freed_of", lambda *arguments: {})
     wishes = wishes_of(["E"])
     found = find_words(EXAMPLES / "plate_g82.nc", known_job(tmp_path, "plate_g82"), wishes, parts=2, seconds=1000.0)
     assert len(words) == len(set(words)) > 1
@@ -191,22 +192,34 @@ def test_the_next_best_is_judged_where_the_best_is_beyond_a_limit(
 
 @pytest.mark.nightly
 @pytest.mark.usefixtures("few_lots", "coarse_speeds")
-def test_without_time_the_best_one_alone_is_judged(monkeypatch: pytest.MonkeyPatch) -> None:
-    now, judge, judged = [0.0], finding._judge, []
+def test_without_time_the_best_one_alone_is_judged_and_the_message_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    now, measured = [0.0], Judgement.measured
 
     def ticking() -> float:
         now[0] += 0.01
         return now[0]
 
-    def slow(*arguments: Any) -> finding._Judged:
+    def slow(judgement: Judgement, point: Point) -> Measures:
         now[0] += 600.0
-        judged.append(judge(*arguments))
-        return judged[-1]._replace(new=judged[-1].new._replace(ratios=np.full((1, 4), 1.02)))
+        return measured(judgement, point)._replace(ratios=np.full((1, 4), 1.02))
 
-    monkeypatch.setattr(finding, "_judge", slow)
+    monkeypatch.setattr(Judgement, "measured", slow)
     monkeypatch.setattr(clock, "monotonic", ticking)
-    find_words(EXAMPLES / "plate_g82.nc", None, wishes_of(["E"]), parts=2, seconds=1000.0)
-    assert len(judged) == 1
+    found = find_words(EXAMPLES / "plate_g82.nc", None, wishes_of(["E"]), parts=2, seconds=1000.0)
+    assert found.judged == 1
+    assert any("the budget ended before " in remark for remark in found.remarks)
+
+
+@pytest.mark.usefixtures("few_lots", "coarse_speeds")
+def test_so_many_programs_are_tried_and_the_time_decides_nothing(monkeypatch: pytest.MonkeyPatch, grind: Grind) -> None:
+    words = "optimise", EXAMPLES / "plate_g82.nc", "--vary", "E", "--parts", 2, "--budget", "30 programs", "--json"
+    found = []
+    for step in (0.01, 100.0):
+        looks = itertools.count()
+        monkeypatch.setattr(clock, "monotonic", lambda looks=looks, step=step: step * next(looks))
+        found.append(json.loads(grind(*words)[1]))
+    assert found[0] == found[1]
+    assert found[0]["evaluations"] == 30 and found[0]["judged"] >= 1
 
 
 @pytest.mark.usefixtures("few_lots", "coarse_speeds")
@@ -228,27 +241,27 @@ class Clock:
     """A clock that goes on by so many seconds with every block that the control executes."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, seconds: float) -> None:
-        self.now, self.searched = 0.0, 0.0
-        step, judged = ProgramEpisode.step, Budget.judged
+        self.now, self.judged = 0.0, 0.0
+        step, keep = ProgramEpisode.step, Budget.keep
 
         def ticking(episode: ProgramEpisode, words: Words) -> BlockRun:
             self.now += seconds
             return step(episode, words)
 
-        def noted(budget: Budget, most: int, each: float) -> int:
-            self.searched = self.now
-            return judged(budget, most, each)
+        def noted(budget: Budget, seconds: float) -> None:
+            self.judged = self.now
+            keep(budget, seconds)
 
         monkeypatch.setattr(ProgramEpisode, "step", ticking)
-        monkeypatch.setattr(Budget, "judged", noted)
+        monkeypatch.setattr(Budget, "keep", noted)
         monkeypatch.setattr(clock, "monotonic", lambda: self.now)
 
 
 @pytest.fixture
 def executed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A program without a script, two blocks under G96, that is tried on a quarter of the lots."""
-    monkeypatch.setattr(finding, "SEARCHED", 4)
-    monkeypatch.setattr(clock, "LEAST_JUDGED", 2)
+    monkeypatch.setitem(LOTS, LotUse.SEARCH, 4)
+    monkeypatch.setattr(finding, "LEAST_JUDGED", 2)
     path = tmp_path / "part.nc"
     text = (EXAMPLES / "plate_g82.nc").read_text(encoding="utf-8")
     path.write_text(text.replace("S1910 M03", "G96 S1800 M03"), encoding="utf-8")
@@ -256,24 +269,23 @@ def executed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return path
 
 
-ONCE, LOOKED, TRIAL = 10, 10, 8
-"""Blocks of the program that are executed before the time begins, then before the first trial, and in a trial."""
+ONCE, LOOKED, JUDGED, TRIAL = 10, 10, 8, 8
+"""Blocks of the program that are executed before the time begins, before the first trial, to judge the program as it is
+on two lots twice, and in a trial."""
 
 
 def test_the_search_of_a_program_that_is_executed_ends_with_its_time(
     executed: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    budget = LOOKED + 3.5 * TRIAL  # ends within the fourth trial
+    budget = (LOOKED + JUDGED + 3.5 * TRIAL) / 0.6  # ends behind the second trial
     watch = Clock(monkeypatch, 1.0)
     found = find_words(executed, parts=1, seconds=budget)
-    assert found.ended_early and found.evaluations == 3
-    compared = 3 * 8 * 2
-    assert watch.searched <= ONCE + budget + 1.0 + compared
-    assert watch.now <= 5.0 * budget + 10.0
+    assert found.ended_early and found.evaluations == 2
+    assert watch.now <= ONCE + 1.5 * budget + 10.0
     assert 2 <= found.lots < 256
     assert f"judged on {found.lots} lots" in " ".join(sentences(found))
-    assert "3 programs tried, seed 1" in sentences(found)
-    assert as_data(found)["evaluations"] == 3 and as_data(found)["lots"] == found.lots
+    assert "2 programs tried, 1 judged, seed 1" in sentences(found)
+    assert as_data(found)["evaluations"] == 2 and as_data(found)["lots"] == found.lots
 
 
 def test_one_trial_alone_does_not_say_that_there_is_no_better_program(
@@ -303,7 +315,7 @@ def test_without_the_time_for_one_trial_the_remedy_is_told(
 
 def test_where_time_does_not_bind_it_decides_nothing(executed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     wishes, found = wishes_of(("D",), {"D": (0, 1)}, kept=[70]), []
-    monkeypatch.setattr(finding, "JUDGED", 12)
+    monkeypatch.setitem(LOTS, LotUse.JUDGEMENT, 12)
     for pace in (0.001, 0.01):
         with monkeypatch.context() as patched:
             Clock(patched, pace)
@@ -325,7 +337,7 @@ def test_where_time_does_not_bind_it_decides_nothing(executed: Path, monkeypatch
             "power=85 is 85 times the limit, and no share of it; write a number up to 1, such",
         ),
         (["--margin", "Ra=1.2"], "write a number up to 1"),
-        (["--budget", "soon"], "write 60s or 2min"),
+        (["--budget", "soon"], "write 60s, 2min or '2000 programs'"),
         (["--keep", "N51"], "N51 is no cycle block"),
     ],
 )

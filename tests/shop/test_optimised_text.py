@@ -19,7 +19,7 @@ from grind_env.machine.script.settings import DRESS_SECONDS, own_settings
 from grind_env.shop.optimise.editing import like, text_of
 from grind_env.shop.optimise.unrolling import UnrollError, unrolled
 from grind_env.shop.optimise.variation import Variation, variation_of
-from grind_env.shop.optimise.wishes import WishError, wishes_of
+from grind_env.shop.wishes import WishError, wishes_of
 from tests.examples import examples, few
 from tests.shop.programs import EXAMPLES, PROGRAMS, write
 

@@ -21,17 +21,18 @@ from grind_env.policies.statistics import Interval
 from grind_env.shop import risk as rule
 from grind_env.shop.commands.optimise import optimise as optimise_command
 from grind_env.shop.commands.sweep import sweep as sweep_command
-from grind_env.shop.optimise import comparing, finding
+from grind_env.shop.optimise import finding
 from grind_env.shop.optimise.comparing import front
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.outcome import Trade
-from grind_env.shop.optimise.variation import variation_of
-from grind_env.shop.optimise.wishes import wishes_of
+from grind_env.shop.optimise.variation import LOTS, variation_of
 from grind_env.shop.risk import most_risk, risk
-from grind_env.shop.sweep.study import LOTS, Ranges, Sweep, SweepPoint, sweep
+from grind_env.shop.sweep.study import LOTS as SWEPT
+from grind_env.shop.sweep.study import Ranges, Sweep, SweepPoint, sweep
 from grind_env.shop.sweep.table import as_data, sentences, tables_of
 from grind_env.shop.trials import LotUse, Measures, Trials, lots_of
+from grind_env.shop.wishes import wishes_of
 from tests.shop.programs import EXAMPLES, known_job
 
 PATH = EXAMPLES / "plate_g82.nc"
@@ -59,7 +60,7 @@ def test_a_row_of_a_sweep_and_the_same_words_of_a_search_risk_the_same() -> None
     job, wishes = load_job(PATH.with_suffix(".toml")), wishes_of(["E", "interval"], {"interval": (3, 3)})
     variation = variation_of(read_file(PATH), text_of(read_bytes(PATH)), job, wishes, 6, 1)
     assert variation.fleet is not None
-    trials = variation.fleet.under(variation.base, LotUse.SWEEP, lots_of(1, LotUse.SWEEP, LOTS))
+    trials = variation.fleet.under(variation.base, LotUse.SWEEP, lots_of(1, LotUse.SWEEP, SWEPT))
     levels = [each.nearest(each.own * 3 / 2) for each in variation.choices.variables]
     old, measured = trials.measure(trials.own[None]), variation.measure(trials, [(*levels, variation.start[-1])])
     assert found.speeds[0].risk == pytest.approx(variation.risk(trials, measured, old)[0] / most_risk(job), rel=1e-3)
@@ -69,8 +70,8 @@ def test_a_row_of_a_sweep_and_the_same_words_of_a_search_risk_the_same() -> None
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Few lots, and no words without limits."""
-    monkeypatch.setattr(finding, "JUDGED", 8)
-    monkeypatch.setattr(comparing, "COMPARED", 4)
+    monkeypatch.setitem(LOTS, LotUse.JUDGEMENT, 8)
+    monkeypatch.setitem(LOTS, LotUse.COMPARISON, 4)
     monkeypatch.setattr(finding, "freed_of", lambda *arguments: {})
 
 

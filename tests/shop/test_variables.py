@@ -25,9 +25,9 @@ from grind_env.machine.script.settings import D, E
 from grind_env.shop.calls import optimise
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.variation import variation_of
-from grind_env.shop.optimise.wishes import wishes_of
 from grind_env.shop.sweep.study import Ranges, sweep
 from grind_env.shop.trials import LotUse, lots_of, trials_of
+from grind_env.shop.wishes import wishes_of
 from tests.examples import examples
 from tests.shop.programs import DRESS, EXAMPLES, JOB, PLATE
 from tests.shop.test_optimise import status

@@ -31,8 +31,7 @@ FirstVariables = Annotated[
     list[str] | None,
     typer.Option(
         "--set",
-        help="Value of a # variable before the first part, such as '#500=0'; what the program keeps in #100 to #199 "
-        "and #500 to #999 carries over from run to run; repeatable.",
+        help="Value of a # variable before the first part, such as '#500=0'; repeatable.",
     ),
 ]
 Plant = Annotated[

@@ -30,37 +30,26 @@ def optimise(
     vary: Annotated[
         str | None,
         typer.Option(
-            help="What may change: E, D, J, L of cycle blocks, lead, depth, passes of dress programs, interval "
-            "between dresses; words that a block lacks are then added. If not given, E and D that are there, and "
-            "interval."
+            help="E, D, J, L, lead, depth, passes, interval (between dresses); if not given, E and D that are there, "
+            "and interval."
         ),
     ] = None,
     bounds: Annotated[
-        list[str] | None,
-        typer.Option(help="As E=5000..25000,interval=1..8, in units of the program; lead a turn."),
+        list[str] | None, typer.Option(help="As E=5000..25000,interval=1..8, in units of the program.")
     ] = None,
     margin: Annotated[
-        list[str] | None,
-        typer.Option(help="Share of a limit that parts must keep: power=.85,temp=.8,Ra=.85,size=.7."),
+        list[str] | None, typer.Option(help="Share of a limit that parts must keep: power=.85,temp=.8,Ra=.85,size=.7.")
     ] = None,
     confidence: Annotated[
-        float,
-        typer.Option(
-            help="Probability with which a part keeps each limit, whatever its lot and the machine are, and with which "
-            "each end of an interval holds."
-        ),
+        float, typer.Option(help="Probability with which a part keeps each limit, and with which interval ends hold.")
     ] = 0.95,
     untried: Untried = False,
     keep: Annotated[list[str] | None, typer.Option(help="Cycle blocks that stay as they are: N80.")] = None,
-    within: Annotated[
-        list[str] | None, typer.Option(help="Most that a part may take in the mean: seconds=75,cost=2.5.")
-    ] = None,
+    within: Annotated[list[str] | None, typer.Option(help="Mean of a part at most: seconds=75,cost=2.5.")] = None,
     objective: Annotated[str, typer.Option("--for", help="What is to become less: cost or time.")] = "cost",
-    unroll: Annotated[
-        bool, typer.Option("--unroll", help="Write M98 calls out, so that each has words of its own.")
-    ] = False,
+    unroll: Annotated[bool, typer.Option("--unroll", help="Write M98 calls out, each with its own words.")] = False,
     parts: Runs = 50,
-    budget: Annotated[str, typer.Option(help="Time of search and judgement: 60s, 2min.")] = "60s",
+    budget: Annotated[str, typer.Option(help="Time, as 60s or 2min, or programs to try, as '2000 programs'.")] = "60s",
     seed: Seed = 1,
     variables: FirstVariables = None,
     plant: Plant = None,
@@ -73,33 +62,14 @@ def optimise(
     report: ReportFile = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
 ) -> None:
-    """Find better words for a program: E and D, or others, with which a part costs less and keeps its limits.
+    """Optimise a part program: search E and D (or J, L and dress settings) for a lower cost per part within the limits.
 
-    The program is replayed on lots of the job ([lots]) for batches of parts, in which the wheel carries over, and on
-    machines that this may be: by what its calibration leaves open ([uncertainty] in a catalogue file of the job) or,
-    where there is none, by how uncertain the catalogue is, and with other laws, which the first line says. They are
-    those on which the program as it is grinds good parts, unless it is --untried. The best one is judged on 256 lots or
-    more and 128 machines that the search has not seen, each ground with both programs; on fewer where the control has
-    to execute the program step by step and the budget has no time for more. What one machine will come to lies in an
-    interval with 90 %, of which each end holds with the --confidence of .95. It is written only if it is cheaper in the
-    mean beyond chance, if parts keep every limit, with its margin, with that --confidence, whatever their lot and
-    machine, and if it keeps the rule on risk: on 95 of 100 machines a part costs at most 1.05 times what it costs with
-    the program as it is, 1.2 times without a calibration. Only the words that change are changed in the text, and a
-    comment at each block says what it was; a block that runs several times keeps one value for all its runs, and so do
-    blocks of parts that are alike.
+    The new program is written only if it is significantly cheaper, keeps every limit with --confidence, and keeps the
+    rule on risk: on 95 of 100 machines a part costs at most 1.05 times what it costs with the program as it is, 1.2
+    times without a calibration.
 
-    The interval between dresses is searched, too: a program that does not dress in every part counts parts, or the
-    blocks that dress, by a # variable. A word that reads a variable, as E#101, is changed where #101 is assigned, if
-    that is one number and no other word reads it.
-
-    With --plant the words are searched on the model and judged on that machine, which has the numbers of the catalogue
-    and no calibration: what was promised, what they save there, and what limits they keep. Words without each limit are
-    then not searched.
-
-    The report is written whatever was found.
-
-    Exit status 3: no better program was found, or there was no time to try one. 4: no program keeps the limits; if the
-    one at hand does not either, a cheaper one that comes nearer is written all the same.
+    Exit status 3: no better program was found, or the model scraps the parts of the program as it is. 4: no program
+    keeps the limits; -o then writes a cheaper one that comes nearer.
     """
     from grind_env.control.options import variables_of
     from grind_env.machine.job.file import job_beside, load_job
@@ -112,6 +82,7 @@ def optimise(
     from grind_env.shop.report.document import write_page
     from grind_env.shop.report.optimised import optimised_report
 
+    seconds, programs = texts.budget(budget)
     prepare_report(report)
     if plot is not None:
         prepare_figure(plot)
@@ -126,7 +97,8 @@ def optimise(
         objective=objective,
         unroll=unroll,
         parts=parts,
-        budget=texts.seconds(budget),
+        budget=seconds,
+        programs=programs,
         seed=seed,
         variables=variables_of(variables or ()),
         plant=plant,

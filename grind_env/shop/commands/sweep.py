@@ -38,21 +38,15 @@ def sweep(
     plot: Annotated[Path | None, typer.Option(help="Draw it into this .png, .svg or .pdf file."), Writes()] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
 ) -> None:
-    """What a part costs, and how near its limits are, over E and dress interval, then over lead and depth of the dress.
+    """Show what a part costs, and how near its limits are, over E and dress interval, then over dress lead and depth.
 
-    Every point is ground on the same lots of the job ([lots]), in batches of parts in which the wheel carries over, and
-    on the same machines, drawn from what its calibration leaves open or, with other laws, from how uncertain the
-    catalogue is, as of optimise.
-    Lead and depth are swept with the best E and dress interval. Without any range E is swept from half to twice its
-    value, and dress intervals from 1 to 20. A dress interval takes the place of D words and of what the program counts.
+    Every point is ground on the same lots and machines. Without any range E is swept from half to twice its value, and
+    dress intervals from 1 to 20; of more than nine intervals some are left out.
 
-    Columns: E (mm/min), every (parts from dress to dress), lead (mm a revolution), depth (mm a pass), cost, time, Ra
-    (um), highest power (kW) and temperature rise (K), size error (um), scrap, and whether 95 of 100 parts keep every
-    limit; if not, what they keep of the worst one. The rule on risk, as of optimise, is one of the limits: on 95 of 100
-    machines a part costs at most 1.05 times what it costs with the program as it is, 1.2 times without a calibration.
+    The last column names the worst limit that 95 of 100 parts do not keep, or the rule on risk: on 95 of 100 machines a
+    part costs at most 1.05 times what it costs with the program as it is, 1.2 times without a calibration.
 
-    With -o the cheapest point that keeps the limits is written into the program, which is ground so before it is. D on
-    every n-th part alone is counted by a # variable. Exit status 3: there is none that costs less than the program.
+    Exit status 3: with -o no point costs less, or the model scraps the parts of the program as it is.
     """
     from grind_env.control.options import variables_of
     from grind_env.render.figures import prepare_figure, write_figure

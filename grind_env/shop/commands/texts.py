@@ -9,7 +9,7 @@ from decimal import Decimal
 from typing import TypeVar
 
 from grind_env.errors import quoted
-from grind_env.shop.optimise.wishes import WishError
+from grind_env.shop.wishes import WishError
 
 NUMBER = r"(\d+\.?\d*|\.\d+)"
 
@@ -49,11 +49,13 @@ def label(text: str) -> int:
     return int(digits)
 
 
-def seconds(text: str) -> float:
-    """A time such as 60, 60s or 2min, s."""
-    wrong = f"--budget: {quoted(text)} is no time; write 60s or 2min"
-    time, unit = _matched(rf"{NUMBER}\s*(s|min|)", text.strip(), wrong)
-    return float(time) * (60.0 if unit == "min" else 1.0)
+def budget(text: str) -> tuple[float, int | None]:
+    """A time such as 60, 60s or 2min, s, or a number of programs, such as 2000 programs."""
+    wrong = f"--budget: {quoted(text)} is no time; write 60s, 2min or '2000 programs'"
+    number, unit = _matched(rf"{NUMBER}\s*(s|min|programs?|)", text.strip(), wrong)
+    if unit.startswith("program"):
+        return 0.0, max(int(float(number)), 1)
+    return float(number) * (60.0 if unit == "min" else 1.0), None
 
 
 def _matched(pattern: str, text: str, wrong: str) -> tuple[str, ...]:

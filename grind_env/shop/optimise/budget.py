@@ -1,22 +1,18 @@
-"""The time that an optimisation may take, from its first look at the program on.
+"""What a search may take: seconds of the clock or a number of programs, with the judgement's share kept from the start.
 
-The search ends early enough for what is found to be judged within it. Where the control executes the program, the
-search ends with it, and a command that is given 8 s within 5 times that and 10 s: the first trial and what has to be
-known before it may take somewhat longer than the search, and what is found is compared and judged on as many lots as
-time allows.
+Where the control executes the program, one trial may take longer than all of it: the first trial is given more time.
 """
 
+import math
 from dataclasses import dataclass, field
 from time import monotonic
 
+COMPARING = 0.3
+"""Share of the time that a search leaves for the comparison of its best programs."""
+MOST_JUDGING = 0.4
+"""Share that the judgement is given at most."""
 FIRST, FIRST_BESIDES = 1.5, 4.0
 """Times the budget, and s beside it, for all up to the end of the first trial; none is left without that."""
-COMPARED = 2.0
-"""Times the budget up to which the best programs are compared."""
-JUDGEMENT = 1.5
-"""The same for the judgement alone."""
-LEAST_JUDGED = 8
-"""Lots on which programs are judged however long it takes: half of those of a trial."""
 ENOUGH_TRIALS = 100
 """For which a time is named where one trial has taken all of it."""
 
@@ -25,16 +21,20 @@ class TimeUp(Exception):
     """The time is up in the midst of something."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Budget:
-    """Some time of the clock.
+    """Some time of the clock, or some programs.
 
     Attributes:
-        seconds: of it.
+        seconds: of the clock; infinite where programs are counted.
+        programs: that a search tries at most; a comparison has a quarter as many.
+        judging: time that is kept for the judgement, s.
         began: reading of the clock at its begin, s.
     """
 
-    seconds: float
+    seconds: float = math.inf
+    programs: float = math.inf
+    judging: float = 0.0
     began: float = field(default_factory=lambda: monotonic())
 
     @property
@@ -42,29 +42,33 @@ class Budget:
         """Time since it began, s."""
         return monotonic() - self.began
 
+    @property
+    def compared(self) -> float:
+        """Programs that are compared at most."""
+        return self.programs / 4
+
+    def keep(self, seconds: float) -> None:
+        """Keep some time for the judgement, up to `MOST_JUDGING`."""
+        self.judging = min(seconds, MOST_JUDGING * self.seconds)
+
+    @property
+    def is_search_up(self) -> bool:
+        """Whether the comparison is due."""
+        return self.spent > (1.0 - COMPARING) * self.seconds - self.judging
+
+    @property
+    def is_comparison_up(self) -> bool:
+        """Whether the judgement is due."""
+        return self.spent > self.seconds - self.judging
+
     def require_search(self) -> None:
-        """Raise `TimeUp` once the time of the search is up."""
-        self._require(self.seconds)
+        """Raise `TimeUp` once the time of search and comparison is up."""
+        if self.is_comparison_up:
+            raise TimeUp
 
     def require_first(self) -> None:
         """Raise it once the time of the first trial is up."""
-        self._require(FIRST * self.seconds + FIRST_BESIDES)
-
-    def require_comparison(self) -> None:
-        """The same with the time until which programs are compared."""
-        self._require(COMPARED * self.seconds)
-
-    def judged(self, most: int, seconds: float) -> int:
-        """Lots on which two programs can be judged.
-
-        Args:
-            most: of them, `LEAST_JUDGED` or more.
-            seconds: that one program takes on one lot.
-        """
-        return min(max(int(JUDGEMENT * self.seconds / (2.0 * seconds)), LEAST_JUDGED), most)
-
-    def _require(self, seconds: float) -> None:
-        if self.spent > seconds:
+        if self.spent > FIRST * self.seconds + FIRST_BESIDES:
             raise TimeUp
 
 

@@ -1,9 +1,7 @@
 """What each limit costs: the best words without it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
-from functools import partial
-from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -12,37 +10,33 @@ from grind_env.machine.job import Job, Part
 from grind_env.policies.statistics import Interval
 from grind_env.process.cost import NO_LIMIT
 from grind_env.shop.optimise.budget import Budget
-from grind_env.shop.optimise.comparing import COMPARED, compared
-from grind_env.shop.optimise.judgement import Freed, paired
-from grind_env.shop.optimise.leaving import JUDGED, SEARCHED, TO_COMPARE, TO_JUDGE, following, judging
+from grind_env.shop.optimise.comparing import front
+from grind_env.shop.optimise.judgement import Freed, Judgement, paired
 from grind_env.shop.optimise.outcome import Trade
 from grind_env.shop.optimise.search import GENERATIONS, Point
-from grind_env.shop.optimise.variation import Pace, Progress, Variation
-from grind_env.shop.trials import LIMITS, LotUse, Measures, Trials
+from grind_env.shop.optimise.variation import Progress, Variation
+from grind_env.shop.trials import LotUse
+from grind_env.shop.wishes import LIMITS
 
 FEWER = 4
-"""Generations of a search without a limit, over those of the whole one."""
+"""Generations, or programs, of a search without a limit, over those of the whole one."""
+OVER = 1.2
+"""Times the budget up to which words without each limit are searched."""
 
 FREE = {"temp": ("rise_allowance", 2000.0), "Ra": ("roughness_limit", NO_LIMIT), "size": ("tolerance", NO_LIMIT)}
 """Field of a part that holds a limit, and what it is without."""
 
 
 def freed_of(
-    variation: Variation,
-    judged: Trials,
-    best: Point,
-    new: Measures,
-    found: Mapping[Point, Trade],
-    pace: Pace,
-    budget: Budget,
-    progress: Progress,
+    variation: Variation, judgement: Judgement, best: Point, found: Mapping[Point, Trade], progress: Progress
 ) -> dict[str, Freed]:
     """The best words without each limit: what they save on unseen lots, and how far they are beyond it.
 
-    A limit that no program of `found` exceeds costs nothing; its share is that of the best words, from `new`. Limits
-    for which the time is up are left out.
+    A limit that no program of `found` exceeds costs nothing; its share is that of the best words. Limits for which the
+    time is up are left out.
     """
-    less = attrgetter(variation.wishes.quantity)
+    quantity, budget = variation.wishes.quantity, variation.budget
+    new = judgement.measured(best)
     words: dict[str, Freed] = {}
     others = []
     for k, name in enumerate(LIMITS):
@@ -52,37 +46,21 @@ def freed_of(
             others.append((k, name, free))
         else:
             words[name] = Freed(Interval(0.0, 0.0, 0.0), float(new.ratios[0, k]))
-    needed = pace.seconds * (TO_COMPARE * COMPARED + TO_JUDGE * len(judged.seeds))
     for number, (k, name, free) in enumerate(others):
-        seconds = (budget.seconds - budget.spent) / (len(others) - number)
-        if seconds < needed:
+        seconds = (OVER * budget.seconds - budget.spent) / (len(others) - number)
+        if seconds < 2.0 * budget.judging:
             break
-        if number == 0:
-            with_all = less(variation.measure(judged, [best]))[0]
         margins = variation.margins.copy()
         margins[k] = np.inf
-        other = variation.with_job(free, margins, Budget(seconds))
+        other = variation.with_job(free, margins, Budget(seconds, budget.programs / FEWER, budget.judging))
         tried: dict[Point, Trade] = {}
-        label = f"without the limit of {name}"
-        trials = other.trials(LotUse.SEARCH, SEARCHED)
-        search = other.search(trials, progress, label, tried, Pace(), partial(following, other, pace))
+        search = other.search(other.trials(LotUse.SEARCH), f"without the limit of {name}", progress, tried)
         search.run(best, variation.seed, GENERATIONS // FEWER)
-        points = compared(other, search.ranked, tried, pace, partial(judging, other, pace), progress, label)
-        point = _best_of(other, points) or best
-        saves = less(other.measure(other.trials(LotUse.JUDGEMENT, JUDGED), [point]))[0]
-        share = float(variation.measure(judged, [point]).ratios[0, k])
-        words[name] = Freed(paired(with_all - saves), share)
+        judged = Judgement(other)
+        point = next((each for each in front(tried, quantity) if judged.keeps_all(each)), best)
+        saves = getattr(new, quantity)[0] - getattr(judged.measured(point), quantity)[0]
+        words[name] = Freed(paired(saves), float(judgement.measured(point).ratios[0, k]))
     return words
-
-
-def _best_of(variation: Variation, points: Sequence[Point]) -> Point | None:
-    """The first of some points that keeps on unseen lots what is asked."""
-    trials = variation.trials(LotUse.JUDGEMENT, JUDGED)
-    old = trials.measure(trials.own[None])
-    for point in points:
-        if not (variation.shares(trials, variation.measure(trials, [point]), old) > 1.0).any():
-            return point
-    return None
 
 
 def without(job: Job, limit: str) -> Job | None:

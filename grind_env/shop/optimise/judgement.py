@@ -16,8 +16,9 @@ from grind_env.shop.optimise.search import Point
 from grind_env.shop.optimise.spots import Spot
 from grind_env.shop.optimise.variables import Choices, Variable
 from grind_env.shop.optimise.variation import Variation
-from grind_env.shop.optimise.wishes import INTERVAL, Wishes
-from grind_env.shop.trials import LIMITS, Measures, Trials
+from grind_env.shop.risk import most_risk
+from grind_env.shop.trials import LotUse, Measures, Trials
+from grind_env.shop.wishes import INTERVAL, LIMITS, Wishes
 
 WORTH_NAMING = 0.01
 """Share of the cost or time of a part that a limit costs at least if it is said to bind."""
@@ -37,6 +38,66 @@ QUANTITIES = {
 UNITS = {"power": "kW", "temp": "K", "Ra": "um", "size": "um"}
 
 LEAST = {"passes": 1}
+
+
+class Judged(NamedTuple):
+    """Words of a program on the lots of the judgement."""
+
+    point: Point
+    new: Measures
+    wishes: tuple[WishUse, ...]
+    change: "Change"
+
+    def keeps(self, variation: Variation) -> bool:
+        """Whether they keep limits and wishes, and are better or at least what was asked for."""
+        asked = all(each.kept for each in self.wishes) and not self.new.violation(variation.margins).any()
+        return asked and (self.change.is_better or any(each.before > each.most for each in self.wishes))
+
+
+class Judgement:
+    """Programs on lots and machines that the search has not seen, each ground with the program as it is, too."""
+
+    def __init__(self, variation: Variation, lots: int | None = None) -> None:
+        budget = variation.budget
+        self.variation, self.trials = variation, variation.trials(LotUse.JUDGEMENT, lots)
+        began = budget.spent
+        self.old = self.trials.measure(self.trials.own[None], between=budget.require_first)
+        self.seconds = budget.spent - began
+        """That a program takes."""
+        self.judged: list[Judged] = []
+
+    def measured(self, point: Point) -> Measures:
+        """Return what a program comes to."""
+        return self.variation.measure(self.trials, [point])
+
+    def keeps_all(self, point: Point) -> bool:
+        """Return whether a program keeps all that is asked."""
+        return not (self.variation.shares(self.trials, self.measured(point), self.old) > 1.0).any()
+
+    def judge(self, point: Point) -> Judged:
+        """Return what words come to, beside the program as it is."""
+        variation, new = self.variation, self.measured(point)
+        quantity = variation.wishes.quantity
+        difference = getattr(new, quantity)[0] - getattr(self.old, quantity)[0]
+        risk = float(variation.risk(self.trials, new, self.old)[0])
+        change = Change(self.trials.of_one(difference), paired(difference), risk, most_risk(variation.job))
+        self.judged.append(Judged(point, new, wishes_kept(variation.wishes, self.old, new), change))
+        return self.judged[-1]
+
+    def best_of(self, points: Sequence[Point]) -> Judged:
+        """Return the first of some programs that keeps limits and wishes and is better, else the very first.
+
+        The first one is judged whatever the time, for which it was kept; others as long as there is some.
+        """
+        budget, longest = self.variation.budget, 0.0
+        for point in points:
+            began = budget.spent
+            if self.judged and began + longest > budget.seconds:
+                break
+            if self.judge(point).keeps(self.variation):
+                return self.judged[-1]
+            longest = max(longest, budget.spent - began)
+        return self.judged[0]
 
 
 class Change(NamedTuple):
@@ -227,13 +288,6 @@ def _by_name(limits: Limits) -> dict[str, float]:
     return {"power": limits.power / 1000.0, "temp": limits.rise, "Ra": limits.roughness, "size": limits.size}
 
 
-def few(judged: int, lots: int, most: int) -> list[str]:
-    """A remark if there was no time for all the lots of the judgement; a job that states its parts has one."""
-    if judged == lots < most:
-        return [f"judged on {lots} lots, for {most} take longer than the time allows: --budget gives it more"]
-    return []
-
-
 def on_machines(fleet: Fleet | None) -> list[str]:
     """On what machines a program was tried, where the program as it is has told which these may be."""
     if fleet is None:
@@ -243,9 +297,10 @@ def on_machines(fleet: Fleet | None) -> list[str]:
         ]
     if not fleet.drawn:
         return []
+    these = "these" if fleet.agree == len(fleet.numbers) else f"the {len(fleet.numbers)} that come nearest to that"
     return [
-        f"of {fleet.drawn} machines that this may be, {len(fleet.numbers)} grind good parts with the program as it is, "
-        "and it was tried on these: if that has never been ground here, say --untried"
+        f"of {fleet.drawn} machines that this may be, {fleet.agree} grind good parts with the program as it is, "
+        f"and it was tried on {these}: if that has never been ground here, say --untried"
     ]
 
 
@@ -255,13 +310,22 @@ def not_freed(names: Sequence[str]) -> list[str]:
     return [f"no time to see what words without the limit of {said} would save: --budget gives it more"] if said else []
 
 
-def passed_over(judged: int, kept: bool) -> list[str]:
-    """A remark if the program that ranked first was not good on unseen lots; `kept` says whether the last one was."""
-    if judged == 1:
-        return []
-    if kept:
-        return [f"{judged - 1} that ranked before it did not keep limits and wishes on unseen lots"]
-    return [f"{judged - 1} that ranked next did not keep limits and wishes on unseen lots either"]
+def passed_over(judged: int, kept: bool, untold: int) -> list[str]:
+    """Remarks if programs that ranked first were not good on unseen lots, and if there was no time to judge others.
+
+    Args:
+        judged: how many were.
+        kept: whether the last one was good.
+        untold: how many were not judged and might be better than the program as it is.
+    """
+    said = []
+    if judged > 1 and kept:
+        said.append(f"{judged - 1} that ranked before it did not keep limits and wishes on unseen lots")
+    if judged > 1 and not kept:
+        said.append(f"{judged - 1} that ranked next did not keep limits and wishes on unseen lots either")
+    if untold and not kept:
+        said.append(f"the budget ended before {untold} more programs were judged, which may be better: raise --budget")
+    return said
 
 
 def undressed(before: Trials, after: Trials, runs: int) -> list[str]:

@@ -10,7 +10,7 @@ from grind_env.errors import GrindError
 from grind_env.files import write_atomically
 from grind_env.policies.statistics import Interval
 from grind_env.presenter import html
-from grind_env.shop.trials import CONFIDENCE
+from grind_env.shop.wishes import CONFIDENCE
 
 
 class Verdict(Enum):
@@ -193,7 +193,8 @@ class Optimised:
         lots: unseen ones, on which it was judged; 1 where the job states how each part differs.
         seed: of all that is random.
         evaluations: programs that were tried in the search.
-        ended_early: whether the time was up before the search had ended.
+        judged: programs that were judged on unseen lots.
+        ended_early: whether the budget was up before the search had ended.
         plant: the machine on which it was judged; empty for the model, on which it was searched.
         promised: of what was to become less, what was promised of it before it was judged on that machine; else None.
         confidence: share of the parts and machines for which limits and each end of an interval hold.
@@ -219,6 +220,7 @@ class Optimised:
     lots: int
     seed: int
     evaluations: int
+    judged: int
     ended_early: bool
     plant: str = ""
     promised: Interval | None = None

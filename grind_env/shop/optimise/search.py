@@ -5,6 +5,7 @@ cost that limits cut off, and asks for a generation at a time, which is one repl
 end in a point that no single change, and no change of two values by one level each, makes cheaper.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations, product
@@ -42,8 +43,9 @@ class Search:
         is_up: whether the time is up.
         at_once: points that the objective gets at a time, at most.
         advance: called with the number of points after each call of the objective.
+        most: points that are evaluated.
         costs: of all points evaluated.
-        ended_early: whether the time was up before it had ended.
+        ended_early: whether the time, or `most`, was up before it had ended.
     """
 
     objective: Callable[[NDArray[np.int64]], Array]
@@ -51,6 +53,7 @@ class Search:
     is_up: Callable[[], bool] = lambda: False
     at_once: int = AT_ONCE
     advance: Callable[[int], object] = lambda count: None
+    most: float = math.inf
     costs: dict[Point, float] = field(default_factory=dict)
     ended_early: bool = False
 
@@ -62,11 +65,12 @@ class Search:
     def costs_of(self, points: Sequence[Point]) -> Array:
         """Costs of points, which are remembered."""
         new = [point for point in dict.fromkeys(points) if point not in self.costs]
-        at_once = min(self.at_once, AT_ONCE)
-        for begin in range(0, len(new), at_once):
-            if self.costs and self.is_up():
+        while new:
+            left = self.most - len(self.costs)
+            if self.costs and (left <= 0 or self.is_up()):
                 raise TimeUp
-            some = new[begin : begin + at_once]
+            count = int(max(min(self.at_once, AT_ONCE, left), 1))
+            some, new = new[:count], new[count:]
             self.costs.update(zip(some, self.objective(np.array(some, np.int64)).tolist(), strict=True))
             self.advance(len(some))
         return np.array([self.costs[point] for point in points])

@@ -1,12 +1,13 @@
 """An optimisation as tables for the terminal, and as plain data for JSON."""
 
 from dataclasses import asdict, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from grind_env.errors import printable
 from grind_env.policies.statistics import Interval
 from grind_env.process.cost import NO_LIMIT
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Quantity, Verdict
+from grind_env.shop.shown import Shown, print_shown
 from grind_env.shop.trials import lots_said
 
 if TYPE_CHECKING:
@@ -25,16 +26,9 @@ NAMES = {
 DIGITS = {"cost": 3, "seconds": 1, "Ra": 3, "power": 2, "rise": 0, "highest_rise": 0, "size_error": 2, "scrap": 2}
 
 
-class Rows(NamedTuple):
-    """A table: headings, the first of which is of texts, and rows."""
-
-    headings: tuple[str, ...]
-    rows: list[list[str]]
-
-
-def tables_of(found: Optimised) -> list[Rows]:
+def tables_of(found: Optimised) -> list[Shown]:
     """What was varied, both programs side by side, and the limits."""
-    return [_words(found), _quantities(found), _limits(found)]
+    return [word_table(found), quantity_table(found), limit_table(found)]
 
 
 def heading(found: Optimised) -> str:
@@ -46,19 +40,8 @@ def heading(found: Optimised) -> str:
 
 def print_optimised(found: Optimised, console: "Console") -> None:
     """Print what was varied, both programs side by side, the limits, and the verdict."""
-    from rich.box import SIMPLE
-    from rich.table import Column, Table
-
     console.print(heading(found), highlight=False)
-    for shown in tables_of(found):
-        first, *others = shown.headings
-        columns = (Column(first, no_wrap=True), *(Column(each, justify="right", no_wrap=True) for each in others))
-        table = Table(*columns, box=SIMPLE, pad_edge=False, padding=(0, 1))
-        for row in shown.rows:
-            table.add_row(*row)
-        console.print(table)
-    for sentence in sentences(found):
-        console.print(sentence, highlight=False, soft_wrap=True)
+    print_shown(console, tables_of(found), sentences(found))
 
 
 def sentences(found: Optimised) -> list[str]:
@@ -74,13 +57,13 @@ def sentences(found: Optimised) -> list[str]:
         said.append(f"asked: {wish.most:g} {wish.unit} a part; {wish.before:.4g} before, {wish.after:.4g} after{kept}")
     said += [f"the limit of {each.name} binds: {binding(each)}" for each in found.limits if each.binds]
     if found.ended_early:
-        said.append("the time was up before the search had ended: --budget gives it more, and the next run may differ")
+        said.append("the budget ended the search: --budget gives it more, and the next run may differ")
     programs = "program" if found.evaluations == 1 else "programs"
     if found.promised is not None:
         unit, one = objective_unit(found), found.quantity(found.objective).after
         low, high, within = found.promised.low, found.promised.high, "" if found.is_as_promised else ", which it is not"
         said.append(f"promised {low:.3f} to {high:.3f} {unit} a part, and there it takes {one.value:.3f}{within}")
-    said.append(f"{found.evaluations} {programs} tried, seed {found.seed}")
+    said.append(f"{found.evaluations} {programs} tried, {found.judged} judged, seed {found.seed}")
     verdict = found.verdict.value
     said.append(f"{verdict}: {found.reason}" if found.verdict is not Verdict.BETTER else found.reason)
     return said
@@ -115,27 +98,33 @@ def as_data(found: Optimised) -> dict[str, Any]:
         "lots": found.lots,
         "seed": found.seed,
         "evaluations": found.evaluations,
+        "judged": found.judged,
         "ended_early": found.ended_early,
         "text": found.after,
     }
 
 
-def _words(found: Optimised) -> Rows:
+def word_table(found: Optimised, after: str = "after") -> Shown:
+    """What was varied."""
     rows = [
         [word.place, word.name, word.before, word.after if word.changed else "as it is", word.unit]
         for word in found.words
     ]
-    return Rows(("block", "word", "before", "after", ""), rows)
+    return Shown(("block", "word", "before", after, "unit"), rows, left=2)
 
 
-def _quantities(found: Optimised) -> Rows:
+def quantity_table(found: Optimised, after: str = "after", *, whole: bool = False) -> Shown:
+    """Both programs side by side, the change with its interval; where the table is `whole`, each of them."""
     rows = []
     for name, each in shown_quantities(found):
         digits = decimals(each)
         one, other = (f"{value:.{digits}f}" for value in each.expected)
-        before, after = (f"{each_side.value:.{digits}f}" for each_side in (each.before, each.after))
-        rows.append([name, before, after, signed(each.difference, digits), one, other])
-    return Rows(("of a part", "before", "after", f"change ({covered(found)})", "grind run", "after"), rows)
+        sides = [
+            interval_text(side, digits) if whole else f"{side.value:.{digits}f}" for side in (each.before, each.after)
+        ]
+        rows.append([name, *sides, interval_text(each.difference, digits, "+"), one, other])
+    headings = ("of a part", "before", after, f"change ({covered(found)})", "grind run", after)
+    return Shown(headings, rows, left=1)
 
 
 def shown_quantities(found: Optimised) -> list[tuple[str, Quantity]]:
@@ -161,20 +150,20 @@ def decimals(quantity: Quantity) -> int:
     return max(min(DIGITS[quantity.name], 4 - len(f"{largest:.0f}")), 0)
 
 
-def _limits(found: Optimised) -> Rows:
+def limit_table(found: Optimised, after: str = "after") -> Shown:
+    """How near the limits are, and what a part takes without each."""
     rows = [
         [
             each.name,
             limit_text(each),
-            f"{100.0 * each.margin:.0f} %",
-            f"{100.0 * each.before:.0f} %",
-            f"{100.0 * each.after:.0f} %",
+            *(f"{100.0 * share:.0f}" for share in (each.margin, each.before, each.after)),
             price_text(each),
         ]
         for each in found.limits
         if each.limit > 0.0
     ]
-    return Rows(("limit", "", "asked", "before", "after", f"{objective_unit(found)} without it"), rows)
+    headings = ("limit", "", "asked, %", "before, %", f"{after}, %", f"{objective_unit(found)} without it")
+    return Shown(headings, rows, left=1)
 
 
 def objective_unit(found: Optimised) -> str:
@@ -193,9 +182,13 @@ def limit_text(limit: LimitUse) -> str:
 def price_text(limit: LimitUse) -> str:
     """What a part takes without a limit, beside what it takes with it, $ or s, and whether the limit binds."""
     if limit.price is None:
-        return "binds" if limit.binds else ""
-    change = Interval(-limit.price.value, -limit.price.high, -limit.price.low)
-    return f"{signed(change, 3)} {'binds' if limit.binds else ''}".rstrip()
+        return "binds" if limit.binds else "not sought"
+    return f"{interval_text(negative(limit.price), 3, '+')} {'binds' if limit.binds else ''}".rstrip()
+
+
+def negative(change: Interval) -> Interval:
+    """A change the other way round."""
+    return Interval(-change.value, -change.high, -change.low)
 
 
 def binding(limit: LimitUse) -> str:
@@ -205,6 +198,7 @@ def binding(limit: LimitUse) -> str:
     return f"better words that it forbids come to {100.0 * limit.without:.0f} % of it"
 
 
-def signed(interval: Interval, digits: int) -> str:
-    """A change with its interval."""
-    return f"{interval.value:+.{digits}f} ({interval.low:+.{digits}f} to {interval.high:+.{digits}f})"
+def interval_text(interval: Interval, digits: int, sign: str = "") -> str:
+    """A value with its interval; with the sign "+" a change."""
+    value, low, high = (f"{each:{sign}.{digits}f}" for each in interval)
+    return f"{value} ({low} to {high})"

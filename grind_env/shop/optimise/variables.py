@@ -25,7 +25,7 @@ from grind_env.shop.dress_interval import LONGEST, DressInterval, intervals_betw
 from grind_env.shop.optimise.dress_text import DressText, DressTextError, dress_text
 from grind_env.shop.optimise.editing import ProgramText, number_text, word_of
 from grind_env.shop.optimise.spots import Assignments, Spot, variable_of
-from grind_env.shop.optimise.wishes import INTERVAL, WishError, Wishes, whole_ends_of
+from grind_env.shop.wishes import INTERVAL, WishError, Wishes, whole_ends_of
 
 COLUMNS = {
     "E": settings.E,

@@ -1,8 +1,7 @@
 """A program of which some words are varied: what is searched, and what it costs with other words."""
 
-import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 from decimal import Decimal
 from itertools import product
 from typing import NamedTuple
@@ -16,7 +15,7 @@ from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.job import Job
 from grind_env.machine.script.repetition import FEW, is_straight
 from grind_env.shop.dress_interval import DressInterval
-from grind_env.shop.machines import Fleet, compile_other_laws, fleet_of
+from grind_env.shop.machines import Fleet, compile_all, fleet_of
 from grind_env.shop.optimise.alike import together
 from grind_env.shop.optimise.budget import Budget
 from grind_env.shop.optimise.counting import Counting, counting_of
@@ -25,9 +24,9 @@ from grind_env.shop.optimise.outcome import Trade
 from grind_env.shop.optimise.search import Point, Search
 from grind_env.shop.optimise.spots import Spot
 from grind_env.shop.optimise.variables import COLUMNS, INHERITED, Choices, Variable, choices_of
-from grind_env.shop.optimise.wishes import WishError, Wishes
 from grind_env.shop.risk import most_risk, risk
-from grind_env.shop.trials import CORES, LIMITS, Between, LotUse, Measures, Trials, lots_of, nothing, trials_of
+from grind_env.shop.trials import CORES, Between, LotUse, Measures, Trials, lots_of, nothing, trials_of
+from grind_env.shop.wishes import LIMITS, WishError, Wishes
 
 INFEASIBLE = 1e9
 """$; what a program that is beyond a limit costs in the search, times one and how far it is beyond."""
@@ -36,6 +35,11 @@ LOOKING = 0.2
 """Share of the budget up to which it is looked at what machines this may be."""
 USUAL_RUNS = 50
 """Of a batch; of shorter ones there are as many more."""
+LOTS = {LotUse.SEARCH: 20, LotUse.COMPARISON: 256, LotUse.JUDGEMENT: 256}
+"""On which programs are searched, compared and judged; more of short batches, and fewer of a program that the control
+executes."""
+MANY_PARTS, FEWEST = 100, 192
+"""Parts of a batch from which on programs are compared and judged on no more lots, one on each machine."""
 MOST_MORE = 4
 """Times as many, at most, in the search, which tries thousands of programs on them, and half of it where hundreds are
 compared."""
@@ -44,33 +48,15 @@ RATIOS, RATIO_VALUES = (0.5, 2.0), 9
 FEWER_RATIOS = 4
 """The same with each interval of blocks, of which there are many: one in so many."""
 
+SURE = 0.96
+"""Share of what is asked that programs keep where they are compared, so that they keep it on others, too."""
 LOTS_AT_ONCE = 1280
 """Between two looks at the clock, of all programs."""
 
-STEPS, PARTS = (1.0, 0.75, 0.5, 0.25), (1.0, 0.5, 0.0)
+STEPS, PARTS = (0.5, 0.25, 0.75, 1.0), (0.0, 0.5, 1.0)
 """Of the way from the program's own words to the best ones found, and from its own interval between dresses."""
 
 Progress = Callable[[str, int], object]
-
-
-def nothing_more() -> float:
-    """Time of what follows a search where nothing does, s."""
-    return 0.0
-
-
-@dataclass(slots=True)
-class Pace:
-    """How quickly programs are tried.
-
-    Attributes:
-        seconds: that one takes on a lot among many side by side, at the best; infinite until some have been tried so.
-    """
-
-    seconds: float = math.inf
-
-    def take(self, seconds: float, programs: int, lots: int) -> None:
-        """See how long some programs take. The first ones may have to wait for code to be compiled."""
-        self.seconds = min(self.seconds, seconds / (programs * lots))
 
 
 class ScriptRanges(NamedTuple):
@@ -114,33 +100,24 @@ class Variation(NamedTuple):
     budget: Budget
     fleet: Fleet | None = None
 
-    def trials(self, use: LotUse, lots: int) -> Trials:
-        """The program as it is, on lots and machines of its own for each use."""
-        return self._on(self.base, use, lots)
-
-    def trials_of(self, programs: Programs, use: LotUse, lots: int) -> Trials:
-        """Another text, with its own words only."""
-        return self._on(trials_of(programs, self.job, self.runs, self._lots(use, 1)), use, lots)
-
-    def _on(self, trials: Trials, use: LotUse, lots: int) -> Trials:
-        trials = replace(trials, confidence=self.wishes.confidence)
-        seeds = self._lots(use, lots)
+    def trials(self, use: LotUse, lots: int | None = None) -> Trials:
+        """Return the program as it is, on lots and machines of its own for each use; as many as of `LOTS` if None."""
+        trials = replace(self.base, confidence=self.wishes.confidence)
+        seeds = lots_of(self.seed, use, self._lots(use) if lots is None else lots)
         return trials.on(seeds) if self.fleet is None else self.fleet.under(trials, use, seeds)
 
-    def lots(self, use: LotUse, lots: int) -> int:
-        """On how many the program is tried."""
-        if not self.base.simulation.job.parts:
-            return self._more(use) * lots
-        return 1 if self.fleet is None else self.fleet.count(use, self._lots(use, lots))
+    def read_trials(self, programs: Programs) -> Trials:
+        """Return another text of the program, on one lot."""
+        return trials_of(programs, self.job, self.runs, lots_of(self.seed, LotUse.JUDGEMENT, 1))
 
-    def _lots(self, use: LotUse, lots: int) -> Sequence[tuple[int, ...]]:
-        return lots_of(self.seed, use, self._more(use) * lots)
-
-    def _more(self, use: LotUse) -> int:
-        """Times as many lots of short batches, for what scraps one part of 200 is hardly met in few parts."""
-        more = -(-USUAL_RUNS // self.runs) if self.base.simulation.compiled else 1
+    def _lots(self, use: LotUse) -> int:
+        """On how many lots programs are tried: more short batches, for they hardly meet what scraps one part of 200."""
+        if not self.base.simulation.compiled:
+            return LOTS[use]
+        more = -(-USUAL_RUNS // self.runs)
         most = {LotUse.SEARCH: MOST_MORE, LotUse.COMPARISON: -(-min(more, MOST_MORE) // 2)}
-        return min(more, most.get(use, more))
+        lots = LOTS[use] * min(more, most.get(use, more))
+        return min(lots, FEWEST) if self.base.simulation.parts > MANY_PARTS and use is not LotUse.SEARCH else lots
 
     @property
     def reading(self) -> float:
@@ -173,7 +150,7 @@ class Variation(NamedTuple):
         return (*(each.start for each in self.choices.variables), 0)
 
     def steps_to(self, point: Point) -> list[Point]:
-        """Points on the way from the program as it is to another one, the longest steps first.
+        """Points on the way from the program as it is to another one, safe steps first.
 
         The interval between dresses goes its way by itself, for it and E are unsure in different things.
         """
@@ -284,32 +261,23 @@ class Variation(NamedTuple):
         return np.asarray(np.where(beyond > 0.0, INFEASIBLE * (1.0 + beyond), less))
 
     def search(
-        self,
-        trials: Trials,
-        progress: Progress,
-        label: str,
-        tried: dict[Point, Trade],
-        pace: Pace,
-        following: Callable[[], float] = nothing_more,
-        sure: float = 1.0,
+        self, trials: Trials, label: str, progress: Progress, tried: dict[Point, Trade], *, comparing: bool = False
     ) -> Search:
-        """A search on lots; `tried` gets what each candidate comes to, `pace` how long they take.
+        """Return a search on lots; `tried` gets what each candidate comes to.
 
-        It ends early enough for what follows, which takes `following()` s. Programs must come to no more than `sure` of
-        what is asked.
+        It ends early enough for what follows. Where programs are compared they must come to no more than `SURE` of what
+        is asked.
         """
         budget, first = self.budget, list[Measures]()
 
         def is_up() -> bool:
-            return budget.spent + following() > budget.seconds
+            return budget.is_comparison_up if comparing else budget.is_search_up
 
         def costs(points: NDArray[np.int64]) -> Array:
-            between, began = budget.require_search if search.costs else budget.require_first, budget.spent
+            between = budget.require_search if search.costs else budget.require_first
             found = trials.measure(self.settings(trials.own, points), besides=self.besides, between=between)
-            if search.costs:
-                pace.take(budget.spent - began, len(points), len(trials.seeds))
             first[:] = first or [found]
-            shares = self.shares(trials, found, first[0]) / sure
+            shares = self.shares(trials, found, first[0]) / (SURE if comparing else 1.0)
             means = found.cost.mean(axis=1), found.seconds.mean(axis=1), shares.max(axis=1)
             beyond = map(tuple, (shares[:, : len(LIMITS)] > 1.0).tolist())
             trades = zip(*(each.tolist() for each in means), beyond, strict=True)
@@ -317,7 +285,8 @@ class Variation(NamedTuple):
             return self.worth(shares, found)
 
         at_once = min(trials.at_once, max(LOTS_AT_ONCE // len(trials.seeds), CORES))
-        search = Search(costs, self.counts, is_up, at_once, lambda count: progress(label, count))
+        most = budget.compared if comparing else budget.programs
+        search = Search(costs, self.counts, is_up, at_once, lambda count: progress(label, count), most)
         return search
 
     def grid(self) -> list[Point]:
@@ -349,17 +318,18 @@ class Variation(NamedTuple):
 
 
 def variation_of(
-    programs: Programs, text: ProgramText, job: Job, wishes: Wishes, runs: int, seed: int, seconds: float = math.inf
+    programs: Programs, text: ProgramText, job: Job, wishes: Wishes, runs: int, seed: int, budget: Budget | None = None
 ) -> Variation:
     """What is to be searched; where there is not even time to look at the batch, `TimeUp` ends it.
+
+    The clock of the budget begins when all that the search needs is compiled.
 
     Raises:
         GrindError: as `optimise`.
     """
-    # before the clock begins, for the first runs compile what has never been compiled on this machine
     once = one_run(programs, job)
-    compile_other_laws(once)
-    budget = Budget(seconds)
+    compile_all(once)
+    budget = Budget() if budget is None else replace(budget, began=Budget().began)
     choices = _choices(once.simulation, text, wishes, runs)
     margins = np.array([wishes.margin(name) for name in LIMITS])
     ranges = _ranges(choices)

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grind_env.machine.job import Job
-from grind_env.policies.statistics import Interval
 from grind_env.render.curves import BLUE, GREY, INK
 from grind_env.render.graphs import Graph, Series
 from grind_env.shop.optimise.figure import trade
@@ -15,14 +14,13 @@ from grind_env.shop.optimise.outcome import LimitUse, Optimised, Verdict
 from grind_env.shop.optimise.table import (
     binding,
     covered,
-    decimals,
     heading,
-    limit_text,
-    objective_unit,
-    price_text,
+    interval_text,
+    limit_table,
+    negative,
+    quantity_table,
     sentences,
-    shown_quantities,
-    signed,
+    word_table,
 )
 from grind_env.shop.report.document import (
     Cell,
@@ -87,9 +85,9 @@ def optimised_report(found: Optimised, job: Job, files: Mapping[str, Path]) -> s
 
 def _verdict(found: Optimised) -> "Markup":
     cost = found.quantity("cost")
-    saved = _negative(cost.difference)
+    saved = negative(cost.difference)
     headline = (
-        f"A part costs {_interval(saved, 3)} $ less, {100.0 * saved.value / cost.before.value:.1f} % of "
+        f"A part costs {interval_text(saved, 3)} $ less, {100.0 * saved.value / cost.before.value:.1f} % of "
         f"{cost.before.value:.3f} $."
         if found.verdict is Verdict.BETTER
         else f"{found.verdict.value[0].upper()}{found.verdict.value[1:]}: {found.reason}."
@@ -101,78 +99,48 @@ def _verdict(found: Optimised) -> "Markup":
 
 
 def _quantities(found: Optimised, after: str) -> "Markup":
-    rows: list[Cells] = []
-    for name, each in shown_quantities(found):
-        digits = decimals(each)
-        one, other = (f"{value:.{digits}f}" for value in each.expected)
-        change: Level = "good" if each.difference.high < 0.0 else "bad" if each.difference.low > 0.0 else ""
-        rows.append(
-            [
-                name,
-                _interval(each.before, digits),
-                _interval(each.after, digits),
-                Cell(signed(each.difference, digits), change if each.name == "cost" else ""),
-                one,
-                other,
-            ]
-        )
-    headings = ("of a part", "before", after, "change", "grind run, before", f"grind run, {after}")
-    ground = lots_said(found.lots, "unseen lots")
     caption = (
-        f"Means over batches of {found.parts} runs on {ground}, with the interval in which one machine lies with "
-        f"{covered(found)}; the change is of the same ones."
+        f"Means over batches of {found.parts} runs on {lots_said(found.lots, 'unseen lots')}, with the interval in "
+        f"which one machine lies with {covered(found)}; the change is of the same ones. The columns of grind run are "
+        "of the expected lot."
     )
-    return table(headings, rows, caption)
+    shown = quantity_table(found, after, whole=True)
+    change = found.quantity("cost").difference
+    level: Level = "good" if change.high < 0.0 else "bad" if change.low > 0.0 else ""
+    rows: list[Cells] = [
+        [*row[:3], Cell(row[3], level if k == 0 else ""), *row[4:]] for k, row in enumerate(shown.rows)
+    ]
+    return table(shown.headings, rows, caption)
 
 
 def _words(found: Optimised, after: str) -> "Markup":
+    shown = word_table(found, after)
+    ends = [f"{word.at_bound} tried" if word.at_bound else "" for word in found.words]
     rows: list[Cells] = [
-        [
-            word.place,
-            word.name,
-            word.before,
-            Cell(word.after, "good") if word.changed else "as it is",
-            word.unit,
-            f"{word.at_bound} tried" if word.at_bound else "",
-        ]
-        for word in found.words
+        [*row[:3], Cell(row[3], "good" if word.changed else ""), row[4], end]
+        for row, word, end in zip(shown.rows, found.words, ends, strict=True)
     ]
-    return table(("block", "word", "before", after, "unit", "at a bound"), rows, left=2)
+    return table((*shown.headings, "at a bound"), rows, left=2)
 
 
 def _limits(found: Optimised, after: str) -> "list[Part]":
     limits = [each for each in found.limits if each.limit > 0.0]
     if not limits:
         return [paragraph("The job has no limits.")]
+    shown, stay = limit_table(found, after), parts_said(found.confidence)
     rows: list[Cells] = [
-        [
-            each.name,
-            limit_text(each),
-            f"{100.0 * each.margin:.0f}",
-            f"{100.0 * each.before:.0f}",
-            Cell(f"{100.0 * each.after:.0f}", "" if each.kept else "bad"),
-            price_text(each) or "not sought",
-        ]
-        for each in limits
+        [*row[:4], Cell(row[4], "" if each.kept else "bad"), row[5]]
+        for row, each in zip(shown.rows, limits, strict=True)
     ]
-    headings = (
-        "limit",
-        "value",
-        "asked, %",
-        "before, %",
-        f"{after}, %",
-        f"change of a part without it, {objective_unit(found)}",
-    )
     caption = (
-        f"Shares are those of the limit below which {parts_said(found.confidence)} stay. The last column is how much "
-        "the best words without the limit change the cost; a limit binds if, beyond chance, they save more than "
+        f"Shares are those of the limit below which {stay} stay. The last column is how much the best words without "
+        "the limit change the cost; a limit binds if, beyond chance, they save more than "
         f"{100.0 * WORTH_NAMING:g} % and are refused because of it."
     )
-    stay = parts_said(found.confidence)
     shares = (
         f"Share of each limit below which {stay} stay, before (ring) and {after} (square); strokes are what is asked."
     )
-    return [table(headings, rows, caption), figure(_shares(limits, after), shares)]
+    return [table(shown.headings, rows, caption), figure(_shares(limits, after), shares)]
 
 
 def _shares(limits: list[LimitUse], after: str) -> Graph:
@@ -218,7 +186,6 @@ def _rests_on(found: Optimised) -> list[str]:
         f"Both programs are ground on {ground}, the same for both, in batches of {found.parts} runs, in which the "
         "wheel carries over.",
         f"Intervals are what one machine comes to with {covered(found)}: " + _known(found),
-        "The columns of grind run are of the expected lot, with which grind run shows the same numbers.",
     ]
 
 
@@ -229,14 +196,6 @@ def _known(found: Optimised) -> str:
     if found.calibration is None:
         return "nothing was calibrated, so that its numbers are as uncertain as those of the catalogue."
     return f"its numbers are as uncertain as the calibration says ({found.calibration})."
-
-
-def _negative(change: Interval) -> Interval:
-    return Interval(-change.value, -change.high, -change.low)
-
-
-def _interval(interval: Interval, digits: int) -> str:
-    return f"{interval.value:.{digits}f} ({interval.low:.{digits}f} to {interval.high:.{digits}f})"
 
 
 def _cut(text: str) -> str:

@@ -17,6 +17,8 @@ WIDTH = 864.0 / DPI
 """in; on A4 letters of `FONT` are then 7 pt high."""
 PANEL, EDGES = 1.2, 0.7
 """in; height of a panel of a run, and of what is above and below all of them."""
+MARGINS = 0.9, 0.1, 0.4, 0.65
+"""in; left, right, above and below the panels of a run."""
 FONT = 9.0
 """pt."""
 VARIABLES = {
@@ -56,6 +58,10 @@ def drawn(shown: Picture | Graph) -> str:
         warnings.filterwarnings("ignore", "Glyph")  # that matplotlib's font lacks: the letters are the browser's
         if isinstance(shown, Picture):
             draw_panels(shown, figure, FONT)
+            width, height = figure.get_size_inches()
+            figure.set_layout_engine(None)  # that of the figure draws all of it twice
+            sides = {"left": MARGINS[0] / width, "right": 1.0 - MARGINS[1] / width}
+            figure.subplots_adjust(**sides, top=1.0 - MARGINS[2] / height, bottom=MARGINS[3] / height, hspace=0.1)
         else:
             draw_graph(figure.subplots(), shown)
         written = io.StringIO()

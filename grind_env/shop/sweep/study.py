@@ -19,22 +19,27 @@ from grind_env.machine.script.settings import DRESS_DEPTH, DRESS_FEED, DRESS_PAS
 from grind_env.policies.statistics import Interval
 from grind_env.presenter import html, presenter
 from grind_env.shop.dress_interval import LONGEST, DressInterval
-from grind_env.shop.machines import fleet_of
+from grind_env.shop.machines import Fleet, fleet_of, require_good
 from grind_env.shop.risk import most_risk, risk
-from grind_env.shop.trials import LIMITS, LotUse, Measures, Trials, lots_of, trials_of
+from grind_env.shop.trials import LotUse, Measures, Trials, lots_of, trials_of
+from grind_env.shop.wishes import LIMITS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-LOTS = 128
+LOTS = 96
 RISK = "risk"
 """Its name among the limits."""
 POINTS = 9
-"""Values of a range of E, lead or depth."""
+"""Values of a range of E, lead or depth; of dress intervals at most."""
+AT_ONCE = 16
+"""Points that are ground side by side."""
 FASTEST = 30_000.0
 """E up to which is swept where the user does not say it, mm/min."""
 VALLEY = 0.02
 """By which share the intervals of the valley cost more than the best one at most."""
+MEANS = "seconds", "Ra", "power", "rise", "highest_rise", "size_error", "scrap"
+"""Of `Measures`, what a point shows without an interval."""
 
 
 class SweepError(GrindError):
@@ -87,7 +92,7 @@ class SweepPoint:
     highest_rise: float
     size_error: float
     scrap: float
-    shares: tuple[float, float, float, float]
+    shares: tuple[float, ...]
     risk: float
 
     @property
@@ -145,28 +150,25 @@ class Sweep:
     @property
     def refused(self) -> dict[str, SweepPoint]:
         """The cheapest point beyond each limit, risk among them, that is cheaper than the best one: these bind."""
-        best = self.best
+        best, found = self.best, {}
         points = [point for point in (*self.speeds, *self.dresses) if point.cost.value < best.cost.value]
-        found = {}
         for name in (*LIMITS, RISK):
             beyond = [point for point in points if point.of_limits[name] > 1.0]
             if beyond and best.keeps_limits:
-                found[name] = min(beyond, key=lambda point: point.cost.value)
+                found[name] = min(beyond, key=_cost)
         return found
 
     @property
     def intervals(self) -> tuple[SweepPoint, ...]:
         """The best point of each dress interval, ascending."""
-        known = sorted({point.every for point in self.speeds})
-        return tuple(cheapest([point for point in self.speeds if point.every == every]) for every in known)
+        return best_of_each(self.speeds, "every")
 
     @property
     def valley(self) -> tuple[int, int]:
         """The intervals around the best one that cost little more, the first and the last of them."""
         points = self.intervals
         best = cheapest(points)
-        most = (1.0 + VALLEY) * best.cost.value
-        first = last = points.index(best)
+        most, first, last = (1.0 + VALLEY) * best.cost.value, points.index(best), points.index(best)
         while first > 0 and _near(points[first - 1], best, most):
             first -= 1
         while last + 1 < len(points) and _near(points[last + 1], best, most):
@@ -186,14 +188,23 @@ class Sweep:
         return html("sweeps", self)
 
 
+def _cost(point: SweepPoint) -> float:
+    return point.cost.value
+
+
 def _near(point: SweepPoint, best: SweepPoint, most: float) -> bool:
     return point.cost.value <= most and (point.keeps_limits or not best.keeps_limits)
 
 
 def cheapest(points: Sequence[SweepPoint]) -> SweepPoint:
     """The cheapest of some points, of those that keep the limits if one does."""
-    keep = [point for point in points if point.keeps_limits]
-    return min(keep or points, key=lambda point: point.cost.value)
+    return min([point for point in points if point.keeps_limits] or points, key=_cost)
+
+
+def best_of_each(points: Sequence[SweepPoint], name: str) -> tuple[SweepPoint, ...]:
+    """The cheapest point of each value that some points have of a setting, ascending."""
+    known = sorted({getattr(point, name) for point in points})
+    return tuple(cheapest([point for point in points if getattr(point, name) == value]) for value in known)
 
 
 def sweep(
@@ -216,55 +227,54 @@ def sweep(
         parts: how often the program is run; the wheel carries over.
         seed: of the lots.
         variables: values that `#` variables have before the first part.
-        untried: as of `find_words`.
+        untried: whether nothing is known of how the program grinds on the machine.
         progress: called with what is being done and by how many points it has come on.
 
     Raises:
+        CondemnedError: the model scraps the program as it is.
         GrindError: the program cannot be run so.
     """
     program = Path(program)
     held = replace(job_of(program, job), variables=variables)
-    lots = lots_of(seed, LotUse.SWEEP, LOTS)
-    trials = trials_of(read_file(program), held, parts, lots)
-    fleet = fleet_of(trials, seed, untried=untried)
-    trials = trials if fleet is None else fleet.under(trials, LotUse.SWEEP, lots)
+    trials, fleet = swept_on(trials_of(read_file(program), held, parts, ()), seed, untried=untried)
     study = _Study(trials, parts, progress)
+    require_good(fleet, study.as_it_is, untried=untried)
     if ranges is None or not any(ranges):
-        programmed = float(trials.own[0, E])
-        ranges = Ranges(
-            E=(0.5 * programmed, min(2.0 * programmed, FASTEST)),
-            every=(1, min(LONGEST, parts)) if study.dresses else None,
-        )
+        own_E = float(study.own[0, E])
+        every = (1, min(LONGEST, parts)) if study.executions.any() else None
+        ranges = Ranges(E=(0.5 * own_E, min(2.0 * own_E, FASTEST)), every=every)
     study.refuse(ranges)
-    own = study.points("the program as it is", [Setting()])[0]
-    speeds: list[SweepPoint] = []
+    (own,) = study.points("the program as it is", [Setting()])
+    speeds, dresses = list[SweepPoint](), list[SweepPoint]()
     if ranges.E is not None or ranges.every is not None:
-        intervals = [None] if ranges.every is None else [*range(ranges.every[0], ranges.every[1] + 1)]
-        grid = [Setting(E=value, every=every) for every in intervals for value in _values(ranges.E)]
+        grid = [Setting(E=value, every=every) for every in _intervals(ranges.every) for value in _values(ranges.E)]
         speeds = study.points("speeds and intervals", grid)
-    dresses: list[SweepPoint] = []
     if ranges.lead is not None or ranges.depth is not None:
         best = cheapest([own, *speeds])
-        every = best.every or None
-        grid = [
-            Setting(E=best.E, every=every, lead=lead, depth=depth)
-            for lead in _values(ranges.lead)
-            for depth in _values(ranges.depth)
-        ]
-        dresses = study.points("leads and depths", grid)
+        at = Setting(E=best.E, every=best.every or None)
+        pairs = [(lead, depth) for lead in _values(ranges.lead) for depth in _values(ranges.depth)]
+        dresses = study.points("leads and depths", [at._replace(lead=lead, depth=depth) for lead, depth in pairs])
+    simulation = study.trials.simulation
     return Sweep(
         program=program.name,
         parts=parts,
-        lots=trials.lots,
-        counted=DressInterval.counting(trials.simulation.parts // parts),
+        lots=study.trials.lots,
+        counted=DressInterval.counting(simulation.parts // parts),
         own=own,
         most_risk=most_risk(held),
         speeds=tuple(speeds),
         dresses=tuple(dresses),
-        remarks=trials.simulation.unread,
+        remarks=simulation.unread,
         calibration=None if held.uncertainty is None else held.uncertainty.source,
         plant=held.plant,
     )
+
+
+def swept_on(trials: Trials, seed: int, *, untried: bool) -> tuple[Trials, Fleet | None]:
+    """Return trials of the program as it is on the lots and machines of a sweep; errors as of `fleet_of`."""
+    lots = lots_of(seed, LotUse.SWEEP, LOTS)
+    fleet = fleet_of(trials, seed, untried=untried, needed=LOTS)
+    return trials.on(lots) if fleet is None else fleet.under(trials, LotUse.SWEEP, lots), fleet
 
 
 class Setting(NamedTuple):
@@ -284,34 +294,34 @@ class _Study:
 
     def __init__(self, trials: Trials, runs: int, progress: Callable[[str, int], object]) -> None:
         self.trials, self.runs, self.progress = trials, runs, progress
-        simulation = trials.simulation
-        self.turns = simulation.task.wheel_revolutions
-        self.own, self.run_of_block = trials.own, trials.run_of_block
+        self.turns = trials.simulation.task.wheel_revolutions
+        self.own = trials.own
         self.dressed = self.own[:, DRESS_PASSES] > 0.0
         self.executions = _executions(trials)
-        self.dresses = bool(self.executions.any())
         self.as_it_is = trials.measure(self.own[None])
 
     def refuse(self, ranges: Ranges) -> None:
         """Refuse ranges of what the program does not have."""
-        name = self.trials.simulation.programs.name
+        simulation = self.trials.simulation
+        name, most = simulation.programs.name, simulation.job.setup.machine.maximum_table_speed
         for option, ends in {"E": ranges.E, "lead": ranges.lead, "depth": ranges.depth}.items():
             if ends is not None and not ends[0] > 0.0:
                 raise SweepError(f"--{option} begins at {ends[0]:g}; begin above 0, for its values are swept by ratio")
         if ranges.every is not None:
-            if not self.dresses:
+            if not self.executions.any():
                 raise SweepError(f"{name} has no block that takes a D word: --dress-every has nothing to place")
             if not 1 <= ranges.every[0] <= ranges.every[1] <= self.runs:
                 raise SweepError(f"--dress-every goes from 1 to --parts at most, which is {self.runs}")
-        if (ranges.lead is not None or ranges.depth is not None) and not self.dressed.any():
+        if (ranges.lead or ranges.depth) and not self.dressed.any():
             raise SweepError(f"{name} has no dress program whose lead or depth could be swept")
-        most = self.trials.simulation.job.setup.machine.maximum_table_speed
-        if ranges.E is not None and ranges.E[1] > most:
-            raise SweepError(f"--E goes up to {ranges.E[1]:g} mm/min, but the table makes {most:g}")
+        if ranges.E is None:
+            return
+        low, high = ranges.E
+        if high > most:
+            raise SweepError(f"--E goes up to {high:g} mm/min, but the table makes {most:g}")
         programmed = float(self.own[0, E])
         # by ratio, the whole range is nearer to the program in inches
-        if ranges.E is not None and self.trials.stand[0].inch and ranges.E[1] < programmed / math.sqrt(INCH):
-            low, high = ranges.E
+        if self.trials.stand[0].inch and high < programmed / math.sqrt(INCH):
             raise SweepError(
                 f"--E is in mm/min: {low:g}..{high:g} does not come near the {programmed:.0f} mm/min "
                 f"({programmed / INCH:.0f} inch/min) of {name}; for inch/min write "
@@ -320,9 +330,9 @@ class _Study:
 
     def points(self, label: str, settings: Sequence[Setting]) -> list[SweepPoint]:
         """What a part costs at each of them."""
-        found, at_once = [], 16
-        for begin in range(0, len(settings), at_once):
-            chunk = settings[begin : begin + at_once]
+        found = list[SweepPoint]()
+        for begin in range(0, len(settings), AT_ONCE):
+            chunk = settings[begin : begin + AT_ONCE]
             besides = any(setting.lead is not None or setting.depth is not None for setting in chunk)
             tables = np.array([self._table(setting) for setting in chunk])
             found += self._points(tables, chunk, self.trials.measure(tables, besides=besides))
@@ -335,7 +345,7 @@ class _Study:
         if setting.E is not None:
             table[:, E] *= setting.E / table[0, E]
         if setting.every is not None:
-            due = DressInterval(setting.every).due(self.executions > 0.0, self.run_of_block)
+            due = DressInterval(setting.every).due(self.executions > 0.0, self.trials.run_of_block)
             table[:, D] = due * self.executions
         if setting.lead is not None:
             table[self.dressed, DRESS_FEED] = setting.lead * self.turns
@@ -344,8 +354,8 @@ class _Study:
         return table
 
     def _points(self, tables: Array, settings: Sequence[Setting], found: Measures) -> list[SweepPoint]:
-        first, job = int(self.dressed.argmax()), self.trials.simulation.job
-        risked, costs = risk(self.trials, found, self.as_it_is) / most_risk(job), self.trials.each_of_one(found.cost)
+        first, costs = int(self.dressed.argmax()), self.trials.each_of_one(found.cost)
+        risked = risk(self.trials, found, self.as_it_is) / most_risk(self.trials.simulation.job)
         return [
             SweepPoint(
                 E=float(table[0, E]),
@@ -353,15 +363,9 @@ class _Study:
                 lead=float(table[first, DRESS_FEED]) / self.turns,
                 depth=float(table[first, DRESS_DEPTH]),
                 cost=costs[k],
-                seconds=float(found.seconds[k].mean()),
-                Ra=float(found.Ra[k].mean()),
-                power=float(found.power[k].mean()),
-                rise=float(found.rise[k].mean()),
-                highest_rise=float(found.highest_rise[k].mean()),
-                size_error=float(found.size_error[k].mean()),
-                scrap=float(found.scrap[k].mean()),
                 shares=tuple(found.ratios[k].tolist()),
                 risk=float(risked[k]),
+                **{name: float(getattr(found, name)[k].mean()) for name in MEANS},
             )
             for k, (table, setting) in enumerate(zip(tables, settings, strict=True))
         ]
@@ -383,3 +387,13 @@ def _executions(trials: Trials) -> Array:
 def _values(ends: tuple[float, float] | None) -> Sequence[float | None]:
     """Values of a range, evenly by ratio; None alone for what is not swept."""
     return [None] if ends is None else np.geomspace(*ends, POINTS).tolist()
+
+
+def _intervals(ends: tuple[int, int] | None) -> Sequence[int | None]:
+    """Dress intervals of a range; of many those evenly by ratio."""
+    if ends is None:
+        return [None]
+    count = ends[1] - ends[0] + 1
+    return sorted(
+        {round(each) for each in np.geomspace(*ends, POINTS + 2)} if count > POINTS else range(ends[0], ends[1] + 1)
+    )

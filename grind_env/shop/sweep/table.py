@@ -2,11 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from grind_env.errors import printable
 from grind_env.shop.dress_interval import DressInterval
-from grind_env.shop.sweep.study import RISK, Sweep, SweepPoint, cheapest
+from grind_env.shop.shown import Shown, print_shown
+from grind_env.shop.sweep.study import RISK, Sweep, SweepPoint, best_of_each
 from grind_env.shop.trials import lots_said
 
 if TYPE_CHECKING:
@@ -32,45 +33,23 @@ VARIED = ("E", "every", "lead", "depth")
 """Columns that are left out where all rows have the same; the table of the program as it is has them."""
 
 
-class PointTable(NamedTuple):
-    """Points of a sweep, a row each."""
-
-    title: str
-    headings: list[str]
-    rows: list[list[str]]
-
-
-def tables_of(found: Sweep) -> list[PointTable]:
+def tables_of(found: Sweep) -> list[Shown]:
     """The program as it is, the best point of each dress interval, and the grid of lead and depth."""
     tables = [_table("as it is", [found.own], found.counted)]
-    if found.speeds:
-        several = len({point.every for point in found.speeds}) > 1
-        title = "the best E of each dress interval" if several else "over E"
-        tables.append(_table(title, found.intervals if several else found.speeds, found.counted))
-    if found.dresses:
-        leads = sorted({point.lead for point in found.dresses})
-        several = len(leads) > 1
-        best = [cheapest([point for point in found.dresses if point.lead == lead]) for lead in leads]
-        title = "the best depth of each dress lead" if several else "over depth"
-        tables.append(_table(title, best if several else found.dresses, found.counted))
+    grids = (
+        (found.speeds, "every", "the best E of each dress interval", "over E"),
+        (found.dresses, "lead", "the best depth of each dress lead", "over depth"),
+    )
+    for points, name, of_each, over in grids:
+        best = best_of_each(points, name)
+        if points:
+            tables.append(_table(of_each if len(best) > 1 else over, best if len(best) > 1 else points, found.counted))
     return tables
 
 
 def print_sweep(found: Sweep, console: "Console") -> None:
     """Print the tables of a sweep, and what is best."""
-    from rich.box import SIMPLE
-    from rich.table import Column, Table
-
-    for shown in tables_of(found):
-        columns = (Column(heading, justify="right", no_wrap=True) for heading in shown.headings)
-        table = Table(
-            *columns, title=shown.title, title_justify="left", box=SIMPLE, pad_edge=False, padding=(0, 1, 0, 0)
-        )
-        for row in shown.rows:
-            table.add_row(*row)
-        console.print(table)
-    for sentence in sentences(found):
-        console.print(sentence, highlight=False, soft_wrap=True)
+    print_shown(console, tables_of(found), sentences(found))
 
 
 def sentences(found: Sweep) -> list[str]:
@@ -81,7 +60,7 @@ def sentences(found: Sweep) -> list[str]:
     if found.calibration is None:
         said.append("not calibrated: costs and limits are those of machines that the catalogue allows")
     if any(point.every for point in found.speeds):
-        point = min((each for each in found.intervals if each.keeps_limits), key=_cost, default=None)
+        point = min((each for each in found.intervals if each.keeps_limits), key=lambda each: each.cost, default=None)
         first, last = found.valley
         if point is not None:
             valley = f"{first} to {last}" if first != last else f"{first} alone"
@@ -132,13 +111,12 @@ def _data(point: SweepPoint) -> dict[str, Any]:
     return asdict(point) | {"cost": point.cost._asdict(), "keeps_limits": point.keeps_limits}
 
 
-def _table(title: str, points: Sequence[SweepPoint], counted: str) -> PointTable:
+def _table(title: str, points: Sequence[SweepPoint], counted: str) -> Shown:
     rows = [_cells(point) for point in points]
     same = {name for name in VARIED if len(rows) > 1 and len({row[name] for row in rows}) == 1}
     used = [name for name in HEADINGS if name not in same and any(row[name] for row in rows)]
-    return PointTable(
-        title, [HEADINGS[name].format(counted=counted) for name in used], [[row[name] for name in used] for row in rows]
-    )
+    headings = [HEADINGS[name].format(counted=counted) for name in used]
+    return Shown(headings, [[row[name] for name in used] for row in rows], title)
 
 
 def _cells(point: SweepPoint) -> dict[str, str]:
@@ -155,13 +133,10 @@ def _cells(point: SweepPoint) -> dict[str, str]:
         "highest_rise": f"{point.highest_rise:.0f}" if point.highest_rise != point.rise else "",
         "size_error": f"{point.size_error:.1f}",
         "scrap": f"{100.0 * point.scrap:.1f}",
-        "limits": "kept" if point.keeps_limits else _beyond(point),
+        "limits": "kept"
+        if point.keeps_limits
+        else f"{point.worst_limit} {100.0 * max(point.of_limits.values()):.0f} %",
     }
-
-
-def _beyond(point: SweepPoint) -> str:
-    """The worst limit, and what comes of it."""
-    return f"{point.worst_limit} {100.0 * max(point.of_limits.values()):.0f} %"
 
 
 def _settings(point: SweepPoint, found: Sweep) -> str:
@@ -171,7 +146,3 @@ def _settings(point: SweepPoint, found: Sweep) -> str:
     said += [f"lead {point.lead:.3f} mm"] if point.lead != own.lead else []
     said += [f"depth {point.depth:.4f} mm"] if point.depth != own.depth else []
     return ", ".join(said)
-
-
-def _cost(point: SweepPoint) -> float:
-    return point.cost.value

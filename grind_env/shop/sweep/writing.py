@@ -15,10 +15,10 @@ from grind_env.machine.script.settings import E
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.variables import STEPS, Variable
 from grind_env.shop.optimise.variation import Variation, variation_of
-from grind_env.shop.optimise.wishes import INTERVAL, wishes_of
 from grind_env.shop.risk import most_risk, risk
-from grind_env.shop.sweep.study import LOTS, Sweep, SweepError, SweepPoint
-from grind_env.shop.trials import LotUse, lots_of, trials_of
+from grind_env.shop.sweep.study import Sweep, SweepError, SweepPoint, swept_on
+from grind_env.shop.trials import Trials
+from grind_env.shop.wishes import INTERVAL, wishes_of
 
 EXACT = {"E": (Decimal(1), Decimal(".0001")), "lead": STEPS["lead"], "depth": STEPS["depth"]}
 """Of which values are multiples, metric and in inches; of a lead its F."""
@@ -57,44 +57,46 @@ def recommended(
     Args:
         found: the sweep.
         program: file of its program.
-        job: as of the sweep.
+        job: as of the sweep, like all that follows.
         seed: of its lots.
         variables: values that `#` variables have before the first part.
-        untried: as of the sweep.
+        untried: whether nothing is known of how the program grinds on the machine.
 
     Raises:
         SweepError: no point that keeps the limits is cheaper than the program as it is, or its text cannot say it.
         GrindError: the program has no words that could say it.
     """
-    best, program = found.best, Path(program)
+    best, path = found.best, Path(program)
     if best == found.own or not best.keeps_limits:
-        raise SweepError(f"{program.name}: no point of the sweep keeps the limits and costs less than it does as it is")
-    settings = replace(job_of(program, job), variables=variables)
-    text = text_of(read_bytes(program))
+        raise SweepError(f"{path.name}: no point of the sweep keeps the limits and costs less than it does as it is")
+    settings = replace(job_of(path, job), variables=variables)
     names = [name for name in EXACT if getattr(best, name) != getattr(found.own, name)]
-    dresses = ["D", INTERVAL] if best.every else []
-    wishes = wishes_of(
-        [*names, *dresses], {INTERVAL: (best.every, best.every)} if dresses else {}, free=True, untried=untried
-    )
-    variation = _set(variation_of(read_file(program), text, settings, wishes, found.parts, seed), best, found.own)
+    if best.every:
+        names += ["D", INTERVAL]
+    every = {INTERVAL: (best.every, best.every)} if best.every else {}
+    wishes = wishes_of(names, every, free=True, untried=True)
+    text = text_of(read_bytes(path))
+    variation = _set(variation_of(read_file(path), text, settings, wishes, found.parts, seed), best, found.own)
     point = (0,) * len(variation.counts)
-    lots, fleet = lots_of(seed, LotUse.SWEEP, LOTS), variation.fleet
-    written = trials_of(variation.read(point), settings, found.parts, lots)
-    written = written.on(lots) if fleet is None else fleet.under(written, LotUse.SWEEP, lots)
-    base = variation.base.on(lots) if fleet is None else fleet.under(variation.base, LotUse.SWEEP, lots)
-    ratios = written.own[:, E] / base.own[:, E]
-    if not np.allclose(ratios, best.E / found.own.E, rtol=ROUNDING):
-        raise SweepError(f"{program.name}: written into its text the best point does not run with its E")
+    base, _ = swept_on(variation.base, seed, untried=untried)
+    written = _beside(base, variation.read_trials(variation.read(point)))
+    if not np.allclose(written.own[:, E] / base.own[:, E], best.E / found.own.E, rtol=ROUNDING):
+        raise SweepError(f"{path.name}: written into its text the best point does not run with its E")
     old, measured = (each.measure(each.own[None]) for each in (base, written))
     cost = float(measured.cost.mean())
     if abs(cost - best.cost.value) > NEAR * best.cost.value:
         why = "; ".join(variation.choices.remarks) or "its words do not change its cycles as they say"
         raise SweepError(
-            f"{program.name}: written into its text the best point costs {cost:.3f} $ a part and not "
+            f"{path.name}: written into its text the best point costs {cost:.3f} $ a part and not "
             f"{best.cost.value:.3f} $: {why}"
         )
     keeps = measured.ratios.max() <= 1.0 and risk(written, measured, old)[0] <= most_risk(settings)
     return Recommended(data=variation.with_words(point).bytes(), cost=cost, keeps_limits=bool(keeps))
+
+
+def _beside(base: Trials, other: Trials) -> Trials:
+    """Return trials of another text on the lots and machines of some."""
+    return other.on(base.seeds, base.simulation.machines.jobs, base.drift)
 
 
 def _set(variation: Variation, best: SweepPoint, own: SweepPoint) -> Variation:
@@ -107,12 +109,9 @@ def _set(variation: Variation, best: SweepPoint, own: SweepPoint) -> Variation:
     def level(each: Variable) -> Decimal:
         if each.name == "D":
             return max(each.own, Decimal(1)) if each.own or (each is first and not dressed) else each.own
-        value = {"E": float(each.own) * best.E / own.E, "lead": 60.0 * best.lead * turns, "depth": best.depth}[
-            each.name
-        ]
-        unit = each.unit if each.name != "E" else Decimal(1)
-        step = EXACT[each.name][each.unit != 1]
-        return max(step, (Decimal(repr(value)) / unit / step).to_integral_value() * step)
+        values = {"E": float(each.own) * best.E / own.E, "lead": 60.0 * best.lead * turns, "depth": best.depth}
+        unit, step = each.unit if each.name != "E" else Decimal(1), EXACT[each.name][each.unit != 1]
+        return max(step, (Decimal(repr(values[each.name])) / unit / step).to_integral_value() * step)
 
     chosen = tuple(replace(each, levels=(level(each),)) for each in variables)
     return variation._replace(choices=variation.choices._replace(variables=chosen))

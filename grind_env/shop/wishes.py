@@ -8,7 +8,6 @@ from numbers import Real
 from typing import TypeAlias
 
 from grind_env.errors import GrindError, did_you_mean, quoted
-from grind_env.shop.trials import CONFIDENCE
 
 INTERVAL = "interval"
 """Parts from dress to dress, or blocks."""
@@ -19,6 +18,8 @@ LIMITS = ("power", "temp", "Ra", "size")
 OBJECTIVES = {"cost": "cost", "time": "seconds"}
 """What may be made less, and the name of its mean of a part."""
 
+CONFIDENCE = 0.95
+"""With which parts keep a limit, and a machine the end of an interval, where nothing else is asked."""
 CONFIDENCES = 0.5, 0.999
 """Ends of what may be asked: beyond, some tens of machines and some thousands of parts do not tell."""
 
