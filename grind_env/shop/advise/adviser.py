@@ -16,7 +16,7 @@ from grind_env.policies.tuned import read_tuned, tuned_folder
 from grind_env.policies.watch import Watch
 from grind_env.shop.advise.lead import AdviserPolicy
 from grind_env.shop.advise.readings import Readings
-from grind_env.shop.advise.rule import STEP, Told
+from grind_env.shop.advise.rule import STEP, BlockReadings
 
 MOST_STEP = 100.0
 """No table has a wider range of E."""
@@ -181,13 +181,13 @@ class Adviser:
         self.advice = Advice(block=number, speed=speed, executions=executions, words=words)
 
 
-def _told(readings: Readings, job: Job, meter_scale: float) -> Told:
+def _told(readings: Readings, job: Job, meter_scale: float) -> BlockReadings:
     """Return readings as ratios to the limits of a part."""
 
     def ratio(value: float | None, limit: float) -> float | None:
         return None if value is None or limit <= 0.0 else value / limit
 
-    return Told(
+    return BlockReadings(
         peak=(readings.peak_power or 0.0) / meter_scale,
         size=ratio(readings.size_error, job.part.tolerance),
         Ra=ratio(readings.Ra, job.limits.roughness),

@@ -14,7 +14,7 @@ from grind_env.policies.choices import Decision, nearest_speed
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.scripted.learned_laws import PowerLaw
 from grind_env.policies.watch import Watch
-from grind_env.shop.advise.rule import STEP, Rule, Told
+from grind_env.shop.advise.rule import STEP, BlockReadings, Rule
 
 PROVED, LONGER = 6, 2
 """Blocks in a row on which forecasts have to hold before the model leads, and times that number after it failed."""
@@ -40,7 +40,7 @@ class AdviserPolicy:
     model: Policy | None
     step: float = STEP
     residual: float = 0.0
-    told: list[Told] | None = field(init=False, default=None)
+    told: list[BlockReadings] | None = field(init=False, default=None)
     rules: list[Rule] = field(init=False, repr=False)
     watch: Watch | None = field(init=False, repr=False)
     leads: NDArray[np.bool_] = field(init=False, repr=False)
@@ -121,14 +121,14 @@ class AdviserPolicy:
             *off[1:],
         ]
 
-    def _told(self, number: int, n: int, seen: dict[str, float]) -> Told:
+    def _told(self, number: int, n: int, seen: dict[str, float]) -> BlockReadings:
         """Return what an observation says of the last block; Ra is that of the part before."""
         row, block = self.rules[n].rows[number], self.simulation.blocks[number]
         size, Ra = seen["size_error"], seen["roughness"]
         sized, gauged = size != self.sized[n] or abs(size) > row.size, Ra not in (0.0, self.gauged[n])
         self.sized[n], self.gauged[n] = size, Ra
         ended = bool(block.finished)
-        return Told(
+        return BlockReadings(
             peak=seen["peak_power"],
             size=size / row.size if ended and sized and row.size > 0.0 else None,
             Ra_before=Ra if ended and gauged else None,

@@ -43,7 +43,7 @@ LOWERED, BLOCKS = 0.98, 3
 """A slower table is kept if it brings the power below this share of it within so many blocks."""
 
 
-class Told(NamedTuple):
+class BlockReadings(NamedTuple):
     """What was read of a block; ratios to their limits, None if nobody read it."""
 
     peak: float = 0.0
@@ -188,7 +188,7 @@ class Rule:
         """Return the logarithm of the allowed heat over the expected one."""
         return float(np.log(self.allowed[self.kind_of[number]]) + 0.5 * np.log(E) - self.expected(number, E, volume))
 
-    def learn(self, number: int, choice: JobChoice, told: Told, volume: float, burn_per_watt: float) -> None:
+    def learn(self, number: int, choice: JobChoice, told: BlockReadings, volume: float, burn_per_watt: float) -> None:
         """Take what was read of a block.
 
         Args:
@@ -234,7 +234,7 @@ class Rule:
             self.ceiling[k] = SLOWER * min(E, self.ceiling[k])
             self.reductions.setdefault(k, Reduction(E, peak, BLOCKS))
 
-    def _learn_part(self, number: int, told: Told, worn: float) -> None:
+    def _learn_part(self, number: int, told: BlockReadings, worn: float) -> None:
         k, none, one = self.kind_of[number], np.zeros(1, np.int64), np.ones(1, bool)
         made = self.speeds[k] / self.own[k]
         ratios = []
