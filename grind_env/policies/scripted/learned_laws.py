@@ -73,10 +73,13 @@ class PartLaw:
         exponent: x.
         usual: c before anything has been read.
         memory: parts of which it is then a running mean.
+        aim: of a limit, in the mean.
     """
 
-    def __init__(self, machines: int, limits: Array, *, exponent: float, usual: float, memory: float) -> None:
-        self._exponent, self._least, self._memory = exponent, 0.1 * usual, memory
+    def __init__(
+        self, machines: int, limits: Array, *, exponent: float, usual: float, memory: float, aim: float = AIM
+    ) -> None:
+        self._exponent, self._least, self._memory, self._aim = exponent, 0.1 * usual, memory, aim
         self._level = np.tile(np.where(limits > 0.0, np.log(usual), -np.inf), (machines, 1))
         self._parts = np.ones(self._level.shape)
 
@@ -90,4 +93,4 @@ class PartLaw:
     def speed(self, kinds: Numbers) -> Array:
         """The E at which parts of these kinds come as near their limit as they may, shape (N,); without one any."""
         level = self._level[np.arange(len(kinds)), kinds]
-        return np.asarray(np.exp((np.log(AIM) - level) / self._exponent))
+        return np.asarray(np.exp((np.log(self._aim) - level) / self._exponent))

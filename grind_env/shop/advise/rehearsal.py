@@ -15,7 +15,7 @@ from grind_env.shop.advise.readings import Readings
 
 LOTS = 1
 """Seed of lots, stocks and noise: the same for all that is compared."""
-COST, GOOD, BURN = (Outcome._fields.index(name) for name in ("cost", "good", "burn_ratio"))
+COST, GOOD, RISE = (Outcome._fields.index(name) for name in ("cost", "good", "rise"))
 EARLY = 14
 """Parts in which an adviser may still feel its way."""
 
@@ -120,10 +120,10 @@ def ground(simulation: JobSimulation, decide: Decide, seed: int = LOTS) -> Batch
         outcomes, _ = simulation.step(episodes, np.array([choice.speed]), np.array([float(choice.executions)]))
         cost[block.part] += outcomes[0, COST]
         scrap[block.part] = 1.0 - outcomes[0, GOOD]
-        heat = max(0.0 if block.starts_part else heat, float(outcomes[0, BURN]))
+        heat = max(0.0 if block.starts_part else heat, float(outcomes[0, RISE]))
         readings = read(simulation, episodes, number)
         if block.finished:
-            readings = replace(readings, burn=heat > 1.0)
+            readings = replace(readings, burn=heat > job.of_part(block.part + 1).limits.rise)
         speeds[number], executions[number] = choice
         power[number] = (readings.peak_power or 0.0) / job.limits.power
         slowest[block.part] = choice.speed <= lowest and choice.executions > 0

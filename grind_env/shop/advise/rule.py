@@ -22,21 +22,26 @@ from grind_env.policies.scripted.learned_laws import AIM, LEAST_EXPONENT, WORN_I
 
 SHARE = 0.92
 """Of the power limit that is planned to be used."""
-STEP, EASY_STEP, EASY = 1.25, 1.5, 0.5
-"""Most that E rises from block to block of a kind, and where all readings are below `EASY` of their limits."""
+STEP, EASY_STEP, EASY, EASY_SIZE = 1.25, 1.5, 0.5, 0.7
+"""Most that E rises from block to block of a kind, and where all readings are below `EASY` of their limits, sizes below
+`EASY_SIZE` of that: all blocks of a part add to them."""
+SIZE_AIM = 0.5
+"""Of the size tolerance, in the mean: gauges drift, too."""
 NEAR = 0.75
 """Of a limit of size or Ra, above which no block of the part becomes faster."""
-HEAT, ROOM, FURTHER, BACK = 0.82, 1.25, 1.1, 0.93
-"""Burn ratio that the model allows. Factors on the heat of the first part, which is allowed whatever the model says; on
-a heat that did not burn; and on one that did."""
+HEAT, ROOM, FURTHER, BACK = 0.78, 1.25, 1.1, 0.93
+"""Burn ratio that the model allows. Factors on the heat of the first part, which is allowed where the model says more of
+it; on a heat that did not burn; and on one that did."""
 COOLS = 0.6
 """Exponent of power over E from which on a slower table is cooler."""
-SLOWER, BURNT_SLOWER, FORGIVEN = 0.9, 0.8, 1.005
-"""Factors on E beyond a limit and after a burn, and on that bound with every further block of its kind."""
+SLOWER, BURNT_SLOWER, BURNT_STEP, FORGIVEN = 0.9, 0.8, 1.05, 1.005
+"""Factors on E beyond a limit, after a burn and from block to block from then on; and on the bound on E with every
+further block of its kind."""
 USUAL_INTERVAL = 1.5 * INTERVAL
 """Volume between two dresses, over the conductivity of the work: with readings of every part half as much again."""
 REGAINED = 1.02
 """Factor on a volume that was found too large, with every good part."""
+MOST_EXECUTIONS = 2
 FAR = 1.2
 """Times the power limit at which two executions are made."""
 LOWERED, BLOCKS = 0.98, 3
@@ -93,14 +98,15 @@ class Rule:
         self.usual_volumes = self.volumes.copy()
         one = np.ones(1)
         self.roughness = PartLaw(1, one, exponent=0.5, usual=0.5, memory=8.0)
-        self.size = PartLaw(1, one, exponent=1.0, usual=0.25, memory=2.0)
+        self.size = PartLaw(1, one, exponent=1.0, usual=0.25, memory=2.0, aim=SIZE_AIM)
         self.speeds, self.tried, self.ceiling = self.own.copy(), self.own.copy(), np.full(kinds, np.inf)
-        self.peaks, self.heat = np.zeros((2, kinds))
+        self.peaks, self.heat, self.last_heat, self.worn = np.zeros((4, kinds))
         self.allowed, self.burnt = np.full((2, kinds), np.inf)
-        """Heat of each kind that is allowed, and that is known to burn; W / (mm/min)^0.5."""
+        """Heat of each kind that is allowed and that is known to burn: burn ratio, or else W / (mm/min)^0.5."""
         self.reductions: dict[int, Reduction] = {}
         self.without_effect: set[int] = set()
-        self.near, self.finish, self.wanted, self.why = 0.0, 1.0, 0.0, ""
+        self.modelled = self.simulation.compiled
+        self.sized, self.near, self.finish, self.wanted, self.why = 0.0, 0.0, 1.0, 0.0, ""
         self.dressing = branches.dress_price / branches.second_price
         self.taken, self.parts, self.met, self.due = self.dressing, 0, 0.0, 0.0
 
@@ -109,13 +115,33 @@ class Rule:
         block, ground = self.simulation.blocks[number], self.ground(number)
         self.met = volume
         if block.starts_part:
-            self.due = (self.wanted or float(self.pays(number, volume))) if volume > 0.0 else 0.0
+            asked = (self.wanted or float(self.pays(number, volume))) if volume > 0.0 else 0.0
+            self.due = self.executions(number, asked) if asked else 0.0
         D = self.due if block.takes_dresses else 0.0
         self.due -= D
         E, self.reason = self.fastest(number, volume + ground / (D + 1.0))
         if D:
             self.reason = f"dress: {self.why}"
         return JobChoice(float(nearest_speed(self.simulation.task, np.array([E]))[0]), int(D))
+
+    def executions(self, number: int, asked: float) -> float:
+        """Return the fewest dress executions, at least those asked for, with which the part stays cool."""
+        first, *later = self.simulation.branches.part_from(number)
+        most = float(max(MOST_EXECUTIONS, self.simulation.blocks[number].plan.dresses))
+        for D in np.arange(asked, most):
+            worn = self.ground(first) / (D + 1.0)
+            hot = self.is_hot(first, worn)
+            for each in later:
+                worn += self.ground(each)
+                hot |= self.is_hot(each, worn)
+            if not hot:
+                return float(D)
+        return max(asked, most)
+
+    def is_hot(self, number: int, volume: float) -> bool:
+        """Return whether a block would come nearer to burning than is allowed, at the E that all else allows."""
+        E = self.fastest(number, volume, cool=False)[0]
+        return bool(self.peaks[self.kind_of[number]] > 0.0 and self.heat_left(number, E, volume) < 0.0)
 
     def pays(self, number: int, volume: float) -> bool:
         """Return whether a dress pays before the part that begins with a block."""
@@ -125,7 +151,7 @@ class Rule:
             worn, new = worn + self.ground(each), new + self.ground(each)
             E = self.fastest(each, worn)[0]
             stay, fresh = stay + self.seconds(each, E), fresh + self.seconds(each, self.fastest(each, new)[0])
-            hot |= self.peaks[self.kind_of[each]] > 0.0 and self.heat_left(each, E, worn) < 0.0
+            hot |= self.is_hot(each, worn)
         left = self.simulation.parts - self.simulation.blocks[number].part
         longer = self.parts > 0 and stay > self.taken / self.parts and (stay - fresh) * left > self.dressing
         dull = worn > self.volumes[self.kind_of[number]]
@@ -137,8 +163,11 @@ class Rule:
             self.why = "the wheel would come near burning" if hot else f"{worn:.0f} mm3/mm since the last dress"
         return bool(longer or hot or dull)
 
-    def fastest(self, number: int, volume: float) -> tuple[float, str]:
-        """Return the fastest E, mm/min, of a block that ends `volume` after the dress, and what bounds it."""
+    def fastest(self, number: int, volume: float, *, cool: bool = True) -> tuple[float, str]:
+        """Return the fastest E, mm/min, of a block that ends `volume` after the dress, and what bounds it.
+
+        Without `cool` heat is no bound.
+        """
         k, last = self.kind_of[number], self.speeds[self.kind_of[number]]
         if self.peaks[k] == 0.0:
             return min(last, self.ceiling[k]), "no power was read of this block yet"
@@ -146,18 +175,21 @@ class Rule:
         power = (np.log(SHARE * limit) - self.expected(number, last, volume)) / max(rate, LEAST_EXPONENT)
         if k in self.without_effect:
             power = max(power, 0.0)
-        heat = self.heat_left(number, last, volume) / (rate - 0.5) if rate > COOLS else np.inf
-        easy = max(self.near, self.peaks[k] / limit) < EASY
+        heat = self.heat_left(number, last, volume) / (rate - 0.5) if cool and rate > COOLS else np.inf
+        easy = max(self.near, self.sized / EASY_SIZE, self.peaks[k] / limit) < EASY
         step = 1.0 if self.near > NEAR else max(self.step, EASY_STEP) if easy else self.step
+        step = step if np.isinf(self.burnt[k]) else min(step, BURNT_STEP)
         none = np.zeros(1, np.int64)
         finishes = self.simulation.blocks[number].finished > 0
-        good = [float(law.speed(none)[0]) * self.own[k] if finishes else np.inf for law in (self.roughness, self.size)]
+        # a fast roughing leaves more to the finish; Ra is a matter of the finish alone
+        smooth, right = (max(float(law.speed(none)[0]), SLOWER) * self.own[k] for law in (self.roughness, self.size))
+        smooth = smooth if finishes else np.inf
         slowed = f"size or Ra is at {100.0 * self.near:.0f} % of its limit"
         bounds = {
             f"power {100.0 * self.peaks[k] / limit:.0f} % of its limit": last * np.exp(min(power, 5.0)),
             "faster would come near burning": last * np.exp(min(heat, 5.0)),
-            "faster would be too rough": good[0],
-            "faster would leave too much stock": good[1],
+            "faster would be too rough": smooth,
+            "faster would leave too much stock": right,
             "E rises step by step" if step > 1.0 else slowed: step * self.tried[k],
             "faster came beyond a limit": self.ceiling[k],
         }
@@ -186,7 +218,10 @@ class Rule:
 
     def heat_left(self, number: int, E: float, volume: float) -> float:
         """Return the logarithm of the allowed heat over the expected one."""
-        return float(np.log(self.allowed[self.kind_of[number]]) + 0.5 * np.log(E) - self.expected(number, E, volume))
+        k = self.kind_of[number]
+        last = self.speeds[k]
+        more = self.expected(number, E, volume) - self.expected(number, last, self.worn[k]) - 0.5 * np.log(E / last)
+        return float(np.log(self.allowed[k] / self.last_heat[k]) - more)
 
     def learn(self, number: int, choice: JobChoice, told: BlockReadings, volume: float, burn_per_watt: float) -> None:
         """Take what was read of a block.
@@ -196,7 +231,7 @@ class Rule:
             choice: E and D with which it was ground.
             told: of it.
             volume: since the dress, after the block, mm3/mm.
-            burn_per_watt: burn ratio over the power, 1/W, as the model has it; 0 without one.
+            burn_per_watt: burn ratio over the power, 1/W, as the model has it; 0 without a model.
         """
         k, block, (E, D) = self.kind_of[number], self.simulation.blocks[number], choice
         # executions stand evenly in the depth of a block: the wheel is dullest before the first one or after the last
@@ -214,11 +249,12 @@ class Rule:
     def _learn_power(self, number: int, choice: JobChoice, peak: float, worn: float, burn_per_watt: float) -> None:
         k, limit, (E, D), every = self.kind_of[number], self.rows[number].power, choice, np.ones(len(self.own))
         self.power.learn(peak * every, E * every, worn * every, np.arange(len(every)) == k)
-        heat = peak / np.sqrt(E)
+        heat = burn_per_watt * peak if self.modelled else peak / np.sqrt(E)
         if self.peaks[k] == 0.0:
-            self.allowed[k] = heat * max(ROOM, HEAT / max(burn_per_watt * peak, 1e-9) if burn_per_watt else ROOM)
-        self.heat[k], self.peaks[k] = max(heat, self.heat[k]), peak
-        self.tried[k] = max(self.tried[k], E) if peak < limit else E
+            self.allowed[k] = HEAT if self.modelled and heat < HEAT else ROOM * heat
+        heat = self.last_heat[k] = heat or self.last_heat[k] or self.allowed[k]
+        self.heat[k], self.peaks[k], self.worn[k] = max(heat, self.heat[k]), peak, worn
+        self.tried[k] = max(self.tried[k], E) if peak < limit and np.isinf(self.burnt[k]) else E
         self.ceiling[k] *= FORGIVEN
         if (before := self.reductions.pop(k, None)) is not None and peak >= LOWERED * before.power:
             if before.blocks > 1:
@@ -247,6 +283,7 @@ class Rule:
                 law.learn(np.array([ratio]), none, np.array([speed]), one)
                 ratios.append(ratio)
         self.finish, self.near = made, max(ratios, default=self.near)
+        self.sized = self.sized if told.size is None else abs(told.size)
         off = told.size is not None and (told.size > NEAR or told.size < -AIM)
         if off:
             self._ask(1.0, "the size of the last part")
@@ -261,7 +298,6 @@ class Rule:
             self.volumes = np.minimum(self.volumes, AIM * max(worn, 1.0))
 
     def _learn_burn(self, kinds: list[int], *, burnt: bool) -> None:
-        hottest = max(kinds, key=lambda k: self.heat[k] / self.allowed[k])
         for k in kinds:
             if burnt:
                 self.burnt[k] = min(self.burnt[k], BACK * self.heat[k]) if self.heat[k] else self.burnt[k]
@@ -271,7 +307,7 @@ class Rule:
         if burnt:
             self._ask(1.0, "the last part burnt")
             if self.parts <= 1:  # a sharp wheel burns because of E
-                self.ceiling[hottest] = BURNT_SLOWER * min(self.speeds[hottest], self.ceiling[hottest])
+                self.ceiling[kinds] = BURNT_SLOWER * np.minimum(self.speeds[kinds], self.ceiling[kinds])
 
     def _ask(self, executions: float, why: str) -> None:
         """Ask for a dress before the next part."""
