@@ -41,7 +41,7 @@ def test_a_program_has_an_agent_beside_it_that_advises_and_is_judged(grind: Grin
     first, *judged, last = said.splitlines()
     assert re.fullmatch(rf"{agent}: not recommended: a good part costs .+ on machines of held-out-laws", first)
     assert re.fullmatch(rf"{agent}: trained in \d+ CPU-seconds", last)
-    rivals = ["guarded:look_ahead", "fixed plan: [0-9.]+ times E, a dress in every [124]. part", "the program as it is"]
+    rivals = ["adviser", "fixed plan: [0-9.]+ times E, a dress in every [124]. part", "the program as it is"]
     for line, name in zip(judged[::2], ["ppo_gru", *rivals], strict=True):
         assert re.match(rf"{name} \(sees measurements.*\) in part_x3 on held-out-laws", line)
     # what it says of a policy is what `grind evaluate` says of it
