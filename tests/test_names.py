@@ -6,8 +6,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 SHARED = {
-    *("BlockRow", "Cell", "Change", "Choices", "Estimate", "Forecast", "Gauge", "Line", "Origin"),
-    *("Problem", "Quantity", "Ranges", "Readings", "Row", "Source", "Step", "Variable", "Variables"),
+    *("BlockRow", "Cell", "Change", "Choices", "Estimate", "Gauge", "Judged", "Judgement", "Line", "Origin", "Panel"),
+    *("Problem", "Quantity", "Ranges", "Readings", "Row", "Rule", "Shown", "Source", "Step", "Variable", "Variables"),
     *("Block", "Entry", "Fixed", "Infeed", "Place", "Signals"),
 }
 """Names still shared: first those of `grind_env.shop`, then those whose other class is named in compiled code, of which

@@ -77,6 +77,7 @@ def test_e5_a_sharp_outside_corner() -> None:
     assert (arc.end[2], arc.end[0]) == pytest.approx((19.2191, 12.6247), abs=1e-4)
 
 
+@pytest.mark.parametrize("kind", ["A", "B"])
 @pytest.mark.parametrize(
     ("words", "end"),
     [
@@ -89,9 +90,9 @@ def test_e5_a_sharp_outside_corner() -> None:
         ("K-5", (12, 2)),
     ],
 )
-def test_e6_exit_with_a_vector(words: str, end: Point) -> None:
+def test_e6_exit_with_a_vector(words: str, end: Point, kind: str) -> None:
     text = f"G41 G01 Z.001 F100; Z10; G40 Z15 X10 {words}"
-    assert close(path(text)[1:], [end, (15, 10)])
+    assert close(path(text, compensation_type=kind)[1:], [end, (15, 10)])
 
 
 def test_e7_too_many_blocks_without_motion() -> None:
@@ -113,6 +114,7 @@ def test_e8_change_of_side() -> None:
     [
         ("X-10; X-20", [(12, 2), (12, 0)]),
         ("Z0 X-10; X-20", [(10, 2), (12, 2), (12.8284, 0), (11.4142, -1.4142)]),
+        ("Z20 X10; X20", [(8.5858, 1.4142)]),
     ],
 )
 def test_e9_type_b_entry(after: str, points: list[Point]) -> None:
@@ -125,6 +127,7 @@ def test_e9_type_b_entry(after: str, points: list[Point]) -> None:
     [
         ("Z10 X-8", [(12, 2), (10, -8)]),
         ("Z4 X-6", [(12, 2), (12.8284, 0), (11.4142, -1.4142), (4, -6)]),
+        ("Z20 X8", [(10, 2), (20, 8)]),
     ],
 )
 def test_e9_type_b_exit(to: str, points: list[Point]) -> None:

@@ -21,7 +21,6 @@ from grind_env.pages.discount import dress_interval
 from grind_env.pages.markdown import arguments, prose
 from grind_env.pages.notes import load_notes, note_of
 from grind_env.pages.sheet import TaskSheet, sheet
-from grind_env.table import table_of
 from grind_env.task_version import TASK_VERSION
 from grind_env.validation import neighbours as steps_away
 from tests.envs.harness import IDS, Array, reward_terms_of
@@ -275,10 +274,6 @@ def test_a_docstring_is_read_section_by_section() -> None:
         ("seed", "", "of the die."),
         ("name", "'die'", ""),
     ]
-
-
-def test_bars_in_a_cell_are_escaped() -> None:
-    assert table_of(("a", "b"), [("1|2", "3")]).markdown() == "| a | b |\n| --- | --- |\n| 1\\|2 | 3 |"
 
 
 @pytest.mark.nightly

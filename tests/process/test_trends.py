@@ -1,6 +1,7 @@
 """The trends that an implementation of the process model has to show (model.md, sections 12 and 14).
 
-That states stay finite and within their bounds is the subject of test_bounds.py.
+Those of dress, grit, grade, spark-out roughness and G-ratio are rows of `grind_env.validation`, which
+tests/validation/test_rows.py holds. That states stay finite and within their bounds is the subject of test_bounds.py.
 """
 
 import dataclasses
@@ -14,7 +15,6 @@ import pytest
 from grind_env.process import equations as eq
 from grind_env.process.parameters import stroke_parameters
 from grind_env.process.state import StrokeParameters, StrokeResult
-from grind_env.process.stroke import dressed_wheel
 from tests.process.harness import CATALOGUE, Grinder, WarmGrinder, cut, grinder, parameters, warm_grinder
 from tests.process.jobs import deep_cycles, small_parts, stroke_seconds
 
@@ -154,43 +154,6 @@ def test_a_dress_sharpens_less_with_a_worn_diamond_and_with_one_pass() -> None:
     assert dressed(passes=12.0) == pytest.approx(dressed(passes=24.0), rel=1e-3)
 
 
-@pytest.mark.parametrize("dresser", ["single_point", "blade", "rotary"])
-def test_a_deeper_dress_and_a_larger_lead_leave_a_sharper_and_rougher_wheel(dresser: str) -> None:
-    p = parameters(dresser=dresser)
-    over_depth = [grinder(p, depth=depth) for depth in (0.002, 0.005, 0.010, 0.020, 0.030, 0.050)]
-    over_lead = [grinder(p, lead=lead) for lead in (0.02, 0.05, 0.10, 0.20, 0.30)]
-    for machines in (over_depth, over_lead):
-        strokes = [cut(0.010, machine) for machine in machines]
-        assert falling([machine.wheel.A for machine in machines])
-        assert falling([machine.wheel.Cd for machine in machines])
-        assert falling([stroke.u_s for stroke in strokes])
-        assert rising([stroke.Rg for stroke in strokes])
-
-
-def test_the_overlap_alone_does_not_decide_how_sharp_a_dress_leaves_the_wheel() -> None:
-    def flats(depth: float) -> float:
-        lead = eq.dress_width(depth, 0.5, 0.0) / 3.0
-        return dressed_wheel(300.0, 0.0, lead, depth, ALUMINA).A
-
-    assert flats(0.005) > 1.3 * flats(0.030)
-
-
-def test_a_worn_diamond_dresses_finer_and_duller() -> None:
-    for dresser in ("single_point", "rotary"):
-        wheels = [dressed_wheel(300.0, wd, 0.1, 0.020, parameters(dresser=dresser)) for wd in (0.0, 0.1, 0.3, 1.0)]
-        assert rising([wheel.A for wheel in wheels])
-        assert falling([wheel.Rd for wheel in wheels])
-
-
-def test_a_rotary_dresser_near_crushing_leaves_a_sharper_and_rougher_wheel() -> None:
-    wheels = [
-        dressed_wheel(300.0, 0.0, 0.1, 0.020, changed("dresser", speed_ratio=ratio))
-        for ratio in (-0.8, 0.2, 0.4, 0.6, 0.9)
-    ]
-    assert falling([wheel.A for wheel in wheels])
-    assert rising([wheel.Rd for wheel in wheels])
-
-
 def test_a_coarse_dress_settles_and_a_fine_one_rises_to_the_same_roughness() -> None:
     def roughness(lead: float, depth: float) -> list[float]:
         strokes = grinder(ALUMINA, lead=lead, depth=depth).strokes(100, 0.010)
@@ -201,32 +164,6 @@ def test_a_coarse_dress_settles_and_a_fine_one_rises_to_the_same_roughness() -> 
     assert rising(fine)
     assert coarse[0] > 2.0 * fine[0]
     assert coarse[-1] == pytest.approx(fine[-1], rel=0.02)
-
-
-# --- grit and structure -------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    "wheels",
-    [
-        [changed("wheel", grit_size=size) for size in (0.33, 0.25, 0.19, 0.127)],
-        [changed("wheel", grain_fraction=fraction) for fraction in (0.44, 0.48, 0.52, 0.56)],
-    ],
-    ids=["finer grit", "denser structure"],
-)
-def test_a_finer_or_denser_wheel_is_smoother_needs_more_energy_and_dulls_sooner(wheels: list[StrokeParameters]) -> None:
-    machines = [grinder(p) for p in wheels]
-    strokes = [machine.strokes(25, 0.010)[-1] for machine in machines]
-    assert rising([p.Cref for p in wheels])
-    assert falling([stroke.fg for stroke in strokes])
-    assert falling([stroke.Rg for stroke in strokes])
-    assert rising([stroke.u_s for stroke in strokes])
-    grown = []
-    for machine in machines:
-        fresh = machine.wheel.A
-        machine.strokes(125, 0.010)
-        grown.append(machine.wheel.A - fresh)
-    assert rising(grown)
 
 
 # --- roughness ----------------------------------------------------------------------------------------------
@@ -263,36 +200,7 @@ def test_what_wears_the_wheel_roughens_the_part_of_alumina_more_than_of_cbn() ->
     assert over_steel("grey_cast_iron", "a60j", 0.010) < 0.95
 
 
-def test_spark_out_roughness_is_that_of_the_wheel_whatever_yields() -> None:
-    def sparked(depth: float = 0.010, width: float = 20.0, ke: float = 2e4) -> tuple[float, float]:
-        machine = settled(parameters(ke=ke, kA=0.0, power=UNLIMITED), width=width)
-        plunge = machine.strokes(20, depth)[-1]
-        return machine.strokes(30)[-1].Ra, plunge.Ra
-
-    usual = sparked()[0]
-    for other in (sparked(ke=2e5), sparked(ke=5e3), sparked(width=2.0), sparked(width=60.0)):
-        assert other[0] == pytest.approx(usual, rel=0.1)
-    # a floor, not a constant factor: it takes more off what a heavy feed has left
-    finished = [sparked(depth) for depth in (0.001, 0.004, 0.010, 0.030)]
-    assert falling([floor / plunge for floor, plunge in finished])
-
-
 # --- wear ---------------------------------------------------------------------------------------------------
-
-
-def test_g_ratio_falls_with_the_chip_thickness_more_so_in_nickel_alloys() -> None:
-    def slope(material: str, wheel: str) -> float:
-        p = parameters(material, wheel, power=UNLIMITED)
-        over_speed = log_slope(lambda speed: cut(0.010, settled(p, speed)).G, 12.0)
-        over_depth = log_slope(lambda depth: cut(depth, settled(p)).G, 0.010)
-        assert over_depth < 0.0
-        assert over_speed < 0.0
-        return over_speed
-
-    for wheel in ("a60j", "b126"):
-        easy = [slope(material, wheel) for material in ("aisi_52100", "aisi_1045", "grey_cast_iron")]
-        hard = [slope(material, wheel) for material in ("inconel_718", "inc751")]
-        assert max(hard) < min(easy) - 0.3
 
 
 def test_a_freshly_dressed_wheel_wears_faster_of_cbn_by_much() -> None:
@@ -314,17 +222,6 @@ def test_a_harder_grade_wears_less_and_stays_duller() -> None:
     strokes = [machine.strokes(400, 0.015)[-1] for machine in machines]
     assert rising([stroke.G for stroke in strokes])
     assert rising([machine.wheel.A for machine in machines])
-
-
-def test_the_grade_acts_in_usual_work_where_grains_do_not_break() -> None:
-    machines = [grinder(changed("wheel", fracture_force=force, fracture_factor=0.0)) for force in (0.8, 1.2, 2.0, 2.5)]
-    for machine in machines:
-        while machine.wheel.V < 600.0:
-            machine.stroke(0.010)
-    assert rising([machine.wheel.A for machine in machines])
-    G = [machine.stroke(0.010).G for machine in machines]
-    assert rising(G)
-    assert G[2] > 1.15 * G[1]
 
 
 def test_a_slow_table_dulls_more_per_volume() -> None:

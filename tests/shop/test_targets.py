@@ -1,4 +1,4 @@
-"""Results are never written over what they are made from."""
+"""A report is never written over what it is made from; tests/test_outputs.py asks that of every command."""
 
 import shutil
 from pathlib import Path
@@ -18,33 +18,6 @@ def plate(tmp_path: Path) -> Path:
     for name in ("plate_g82.nc", "plate_g82.toml"):
         shutil.copy(EXAMPLES / name, tmp_path)
     return tmp_path / "plate_g82.nc"
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        "report part.nc -o part.nc",
-        "report part.nc -o part.toml",
-        "optimise part.nc --report part.nc",
-        "optimise part.nc -o part.toml",
-        "calibrate log.csv --job part.toml -o part.toml",
-        "calibrate log.csv --job part.toml -o ./log.csv",
-        "calibrate log.csv --job part.toml --program part.nc --report part.nc",
-    ],
-)
-def test_no_command_writes_over_what_it_reads(
-    words: str, plate: Path, grind: Grind, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(plate.parent)
-    files = [Path("part.nc"), Path("part.toml"), Path("log.csv")]
-    files[0].write_bytes(plate.read_bytes())
-    files[1].write_bytes(plate.with_suffix(".toml").read_bytes())
-    files[2].write_text("time [s],power [W]\n0,1\n", encoding="utf-8")
-    before = [file.read_bytes() for file in files]
-    status, _, said = grind(*words.split())
-    assert status == 2
-    assert "name such a file" in said or "name another file" in said
-    assert [file.read_bytes() for file in files] == before
 
 
 def test_a_report_is_not_written_over_its_program(plate: Path) -> None:
