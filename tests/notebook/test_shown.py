@@ -249,6 +249,7 @@ def test_an_optimisation_shows_its_words_and_writes_only_what_is_better(tmp_path
         lots=256,
         seed=1,
         evaluations=3,
+        judged=1,
         ended_early=False,
     )
     assert ["N50", "E", "15000.", "17000.", "mm/min"] in shown(found).rows
