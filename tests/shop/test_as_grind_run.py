@@ -56,7 +56,7 @@ def test_every_quantity_of_optimise_is_that_of_grind_run(
     path = tmp_path / "part.nc"
     path.write_text(text)
     path.with_suffix(".toml").write_text(job_text(*stages))
-    options = ["--vary", "E", "--bounds", "E=8000..30000", "--parts", 1, "--budget", "1000s"]
+    options = ["--vary", "E", "--bounds", "E=8000..30000", "--parts", 1, "--budget", "1000s", "--untried"]
     found = json.loads(grind("optimise", path, *options, "--json")[1])
     assert {each["name"] for each in found["quantities"]} == {*RUN} == {*QUANTITIES} == {*NAMES}
     for which, program in enumerate((text, found["text"])):

@@ -156,7 +156,9 @@ def test_jumps_stay_in_their_run(text: str, parts: int, start: int) -> None:
 @given(text=jumping(), parts=st.integers(1, 5), start=st.integers(0, 3), data=st.data())
 def test_words_that_are_varied_are_said_in_every_run(text: str, parts: int, start: int, data: st.DataObject) -> None:
     shop, lots = replace(job({500: float(start)}), uncertainty=CERTAIN), lots_of(1, LotUse.SEARCH, 2)
-    asked = variation_of(read(text, "part.nc"), text_of(text.encode()), shop, wishes_of((*"EDL", "interval")), parts, 1)
+    asked = variation_of(
+        read(text, "part.nc"), text_of(text.encode()), shop, wishes_of((*"EDL", "interval"), untried=True), parts, 1
+    )
     point = tuple(data.draw(st.integers(0, count - 1)) for count in asked.counts)
     trials = trials_of(read(asked.with_words(point).text, "part.nc"), shop, parts, lots)
     other = asked.settings(asked.base.own, np.array([point]))
@@ -217,7 +219,7 @@ def test_runs_of_other_blocks_than_the_first_are_dressed_in_every_nth(folder: Pa
     text = COUNTING.replace(FINISH, "IF [#500 EQ 1] GOTO 80\n" + FINISH)
     (folder / "uneven.nc").write_text(text, encoding="utf-8")
     swept = Ranges(every=(1, 3))
-    found = sweep(folder / "uneven.nc", folder / "counting.toml", swept, parts=6, variables={500: 0.0})
+    found = sweep(folder / "uneven.nc", folder / "counting.toml", swept, parts=6, variables={500: 0.0}, untried=True)
     one, two, three = (point.seconds for point in found.speeds)
     assert one - two == pytest.approx(3.0 * (two - three), rel=1e-6)
     assert one > two

@@ -1,5 +1,6 @@
 """An optimisation as tables for the terminal, and as plain data for JSON."""
 
+from collections.abc import Iterable
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
@@ -7,8 +8,8 @@ from grind_env.errors import printable
 from grind_env.policies.statistics import Interval
 from grind_env.process.cost import NO_LIMIT
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Quantity, Verdict
-from grind_env.shop.shown import Shown, print_shown
 from grind_env.shop.trials import lots_said
+from grind_env.table import Cell, Column, Kind, Table, table_of
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -26,7 +27,7 @@ NAMES = {
 DIGITS = {"cost": 3, "seconds": 1, "Ra": 3, "power": 2, "rise": 0, "highest_rise": 0, "size_error": 2, "scrap": 2}
 
 
-def tables_of(found: Optimised) -> list[Shown]:
+def tables_of(found: Optimised) -> list[Table]:
     """What was varied, both programs side by side, and the limits."""
     return [word_table(found), quantity_table(found), limit_table(found)]
 
@@ -41,7 +42,17 @@ def heading(found: Optimised) -> str:
 def print_optimised(found: Optimised, console: "Console") -> None:
     """Print what was varied, both programs side by side, the limits, and the verdict."""
     console.print(heading(found), highlight=False)
-    print_shown(console, tables_of(found), sentences(found))
+    print_result(console, tables_of(found), sentences(found))
+
+
+def print_result(console: "Console", tables: Iterable[Table], sentences: Iterable[str]) -> None:
+    """Print tables, and sentences below them."""
+    for shown in tables:
+        console.print()
+        shown.print(console)
+    console.print()
+    for sentence in sentences:
+        console.print(sentence, highlight=False, soft_wrap=True)
 
 
 def sentences(found: Optimised) -> list[str]:
@@ -104,27 +115,32 @@ def as_data(found: Optimised) -> dict[str, Any]:
     }
 
 
-def word_table(found: Optimised, after: str = "after") -> Shown:
+def word_table(found: Optimised, after: str = "after") -> Table:
     """What was varied."""
-    rows = [
-        [word.place, word.name, word.before, word.after if word.changed else "as it is", word.unit]
-        for word in found.words
-    ]
-    return Shown(("block", "word", "before", after, "unit"), rows, left=2)
+    columns = (
+        Column("block", "place"),
+        Column("word", "name"),
+        Column("before", "before", right=True),
+        Column(after, lambda word: Cell(word.after, "good") if word.changed else Cell("as it is"), right=True),
+        Column("in", "unit"),
+    )
+    return table_of(columns, found.words)
 
 
-def quantity_table(found: Optimised, after: str = "after", *, whole: bool = False) -> Shown:
+def quantity_table(found: Optimised, after: str = "after", *, whole: bool = False) -> Table:
     """Both programs side by side, the change with its interval; where the table is `whole`, each of them."""
-    rows = []
+    rows: list[list[Cell]] = []
     for name, each in shown_quantities(found):
-        digits = decimals(each)
-        one, other = (f"{value:.{digits}f}" for value in each.expected)
+        digits, change = decimals(each), each.difference
+        kind: Kind = "" if each.name != "cost" else "good" if change.high < 0.0 else "bad" if change.low > 0.0 else ""
         sides = [
             interval_text(side, digits) if whole else f"{side.value:.{digits}f}" for side in (each.before, each.after)
         ]
-        rows.append([name, *sides, interval_text(each.difference, digits, "+"), one, other])
+        texts = [name, *sides, "", *(f"{value:.{digits}f}" for value in each.expected)]
+        rows.append([*map(Cell, texts)])
+        rows[-1][3] = Cell(interval_text(change, digits, "+"), kind)
     headings = ("of a part", "before", after, f"change ({covered(found)})", "grind run", after)
-    return Shown(headings, rows, left=1)
+    return table_of(headings, rows, left=1)
 
 
 def shown_quantities(found: Optimised) -> list[tuple[str, Quantity]]:
@@ -150,20 +166,17 @@ def decimals(quantity: Quantity) -> int:
     return max(min(DIGITS[quantity.name], 4 - len(f"{largest:.0f}")), 0)
 
 
-def limit_table(found: Optimised, after: str = "after") -> Shown:
+def limit_table(found: Optimised, after: str = "after") -> Table:
     """How near the limits are, and what a part takes without each."""
-    rows = [
-        [
-            each.name,
-            limit_text(each),
-            *(f"{100.0 * share:.0f}" for share in (each.margin, each.before, each.after)),
-            price_text(each),
-        ]
-        for each in found.limits
-        if each.limit > 0.0
-    ]
-    headings = ("limit", "", "asked, %", "before, %", f"{after}, %", f"{objective_unit(found)} without it")
-    return Shown(headings, rows, left=1)
+    columns = (
+        Column("limit", "name"),
+        Column("value", limit_text, right=True),
+        Column("asked", "margin", ".0f", "%", right=True, factor=100.0),
+        Column("before", "before", ".0f", "%", right=True, factor=100.0),
+        Column(after, lambda each: Cell(f"{100.0 * each.after:.0f}", "" if each.kept else "bad"), unit="%", right=True),
+        Column("change without it", price_text, unit=objective_unit(found), right=True),
+    )
+    return table_of(columns, [each for each in found.limits if each.limit > 0.0])
 
 
 def objective_unit(found: Optimised) -> str:
@@ -183,6 +196,8 @@ def price_text(limit: LimitUse) -> str:
     """What a part takes without a limit, beside what it takes with it, $ or s, and whether the limit binds."""
     if limit.price is None:
         return "binds" if limit.binds else "not sought"
+    if limit.price.value == 0.0:
+        return "0"
     return f"{interval_text(negative(limit.price), 3, '+')} {'binds' if limit.binds else ''}".rstrip()
 
 

@@ -13,7 +13,6 @@ from grind_env.shop.calibrate.result import Calibration, catalogue_text
 from grind_env.shop.calibrate.show import error_sentences, kept_sentences, meter_sentences
 from grind_env.shop.calibrate.solver import YES_OR_NO
 from grind_env.shop.report.document import (
-    Cell,
     Line,
     Part,
     Section,
@@ -26,6 +25,7 @@ from grind_env.shop.report.document import (
     verdict,
 )
 from grind_env.shop.report.foundations import foundations, revisions
+from grind_env.table import Cell
 
 if TYPE_CHECKING:
     from markupsafe import Markup

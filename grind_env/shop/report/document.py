@@ -17,6 +17,7 @@ from grind_env import __version__
 from grind_env.errors import printable
 from grind_env.extras import needing
 from grind_env.files import FileError, check_target, write_atomically
+from grind_env.table import Cell
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -31,13 +32,6 @@ GENERATOR = f"grind_env {__version__}"
 
 Level = Literal["good", "poor", "bad", ""]
 """What a verdict, a cell or a note says of its matter; "" for neither good nor bad."""
-
-
-class Cell(NamedTuple):
-    """A cell of a table; a plain text is one without a kind."""
-
-    text: str
-    kind: Literal["good", "poor", "bad", "code", ""] = ""
 
 
 class Drawing(NamedTuple):
@@ -171,7 +165,8 @@ def _check_suffix(path: Path) -> None:
 
 
 def _cell(cell: str | Cell) -> Cell:
-    return Cell(printable(cell)) if isinstance(cell, str) else Cell(printable(cell.text), cell.kind)
+    made = Cell(cell) if isinstance(cell, str) else cell
+    return made._replace(text=printable(made.text))
 
 
 def _block(name: str, *arguments: Any) -> "Markup":

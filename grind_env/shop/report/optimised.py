@@ -23,7 +23,6 @@ from grind_env.shop.optimise.table import (
     word_table,
 )
 from grind_env.shop.report.document import (
-    Cell,
     Level,
     Line,
     Note,
@@ -38,7 +37,7 @@ from grind_env.shop.report.document import (
     verdict,
 )
 from grind_env.shop.report.foundations import foundations, revisions
-from grind_env.shop.report.run import LONGEST_LINE, MOST_LINES, Cells
+from grind_env.shop.report.run import LONGEST_LINE, MOST_LINES
 from grind_env.shop.trials import lots_said
 
 if TYPE_CHECKING:
@@ -105,22 +104,12 @@ def _quantities(found: Optimised, after: str) -> "Markup":
         "of the expected lot."
     )
     shown = quantity_table(found, after, whole=True)
-    change = found.quantity("cost").difference
-    level: Level = "good" if change.high < 0.0 else "bad" if change.low > 0.0 else ""
-    rows: list[Cells] = [
-        [*row[:3], Cell(row[3], level if k == 0 else ""), *row[4:]] for k, row in enumerate(shown.rows)
-    ]
-    return table(shown.headings, rows, caption)
+    return table(shown.headings, shown.rows, caption)
 
 
 def _words(found: Optimised, after: str) -> "Markup":
     shown = word_table(found, after)
-    ends = [f"{word.at_bound} tried" if word.at_bound else "" for word in found.words]
-    rows: list[Cells] = [
-        [*row[:3], Cell(row[3], "good" if word.changed else ""), row[4], end]
-        for row, word, end in zip(shown.rows, found.words, ends, strict=True)
-    ]
-    return table((*shown.headings, "at a bound"), rows, left=2)
+    return table(shown.headings, shown.rows, left=2)
 
 
 def _limits(found: Optimised, after: str) -> "list[Part]":
@@ -128,10 +117,6 @@ def _limits(found: Optimised, after: str) -> "list[Part]":
     if not limits:
         return [paragraph("The job has no limits.")]
     shown, stay = limit_table(found, after), parts_said(found.confidence)
-    rows: list[Cells] = [
-        [*row[:4], Cell(row[4], "" if each.kept else "bad"), row[5]]
-        for row, each in zip(shown.rows, limits, strict=True)
-    ]
     caption = (
         f"Shares are those of the limit below which {stay} stay. The last column is how much the best words without "
         "the limit change the cost; a limit binds if, beyond chance, they save more than "
@@ -140,7 +125,7 @@ def _limits(found: Optimised, after: str) -> "list[Part]":
     shares = (
         f"Share of each limit below which {stay} stay, before (ring) and {after} (square); strokes are what is asked."
     )
-    return [table(shown.headings, rows, caption), figure(_shares(limits, after), shares)]
+    return [table(shown.headings, shown.rows, caption), figure(_shares(limits, after), shares)]
 
 
 def _shares(limits: list[LimitUse], after: str) -> Graph:

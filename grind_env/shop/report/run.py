@@ -20,7 +20,6 @@ from grind_env.render.tables import SCALES, STATION, faults, part_table, totals
 from grind_env.shop.report.assumptions import assumptions
 from grind_env.shop.report.blocks import HEADINGS, BlockRow, block_rows, program_lines
 from grind_env.shop.report.document import (
-    Cell,
     Level,
     Line,
     Note,
@@ -35,6 +34,7 @@ from grind_env.shop.report.document import (
 )
 from grind_env.shop.report.foundations import foundations, revisions
 from grind_env.shop.report.own import TITLE
+from grind_env.table import Cell
 
 if TYPE_CHECKING:
     from markupsafe import Markup

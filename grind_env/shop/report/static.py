@@ -17,7 +17,7 @@ WIDTH = 864.0 / DPI
 """in; on A4 letters of `FONT` are then 7 pt high."""
 PANEL, EDGES = 1.2, 0.7
 """in; height of a panel of a run, and of what is above and below all of them."""
-MARGINS = 0.9, 0.1, 0.4, 0.65
+MARGINS = 1.0, 0.1, 0.4, 0.65
 """in; left, right, above and below the panels of a run."""
 FONT = 9.0
 """pt."""
@@ -61,7 +61,7 @@ def drawn(shown: Picture | Graph) -> str:
             width, height = figure.get_size_inches()
             figure.set_layout_engine(None)  # that of the figure draws all of it twice
             sides = {"left": MARGINS[0] / width, "right": 1.0 - MARGINS[1] / width}
-            figure.subplots_adjust(**sides, top=1.0 - MARGINS[2] / height, bottom=MARGINS[3] / height, hspace=0.1)
+            figure.subplots_adjust(**sides, top=1.0 - MARGINS[2] / height, bottom=MARGINS[3] / height, hspace=0.15)
         else:
             draw_graph(figure.subplots(), shown)
         written = io.StringIO()

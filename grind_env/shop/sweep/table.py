@@ -1,39 +1,55 @@
 """A sweep as a table for the terminal, and as plain data for JSON."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from grind_env.errors import printable
 from grind_env.shop.dress_interval import DressInterval
-from grind_env.shop.shown import Shown, print_shown
+from grind_env.shop.optimise.table import print_result
 from grind_env.shop.sweep.study import RISK, Sweep, SweepPoint, best_of_each
 from grind_env.shop.trials import lots_said
+from grind_env.table import Column, Table, table_of
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-HEADINGS = {
-    "E": "E\nmm/min",
-    "every": "every\n{counted}s",
-    "lead": "lead\nmm/rev",
-    "depth": "depth\nmm",
-    "cost": "cost\n$",
-    "seconds": "time\ns",
-    "Ra": "Ra\nµm",
-    "power": "power\nkW",
-    "rise": "temp.\nK",
-    "highest_rise": "highest\ntemp. K",
-    "size_error": "size\nµm",
-    "scrap": "scrap\n%",
-    "limits": "limits",
+
+def _where(name: str, form: str) -> Callable[[SweepPoint], str]:
+    """Return what writes a setting that a program may lack."""
+    return lambda point: f"{getattr(point, name):{form}}" if getattr(point, name) else ""
+
+
+def _highest(point: SweepPoint) -> str:
+    return f"{point.highest_rise:.0f}" if point.highest_rise != point.rise else ""
+
+
+def _limits(point: SweepPoint) -> str:
+    share = max(point.of_limits.values())
+    return "kept" if point.keeps_limits else f"{point.worst_limit} {100.0 * share:.0f} %"
+
+
+COLUMNS = {
+    "E": Column("E", "E", ".0f", "mm/min", right=True),
+    "every": Column("every", _where("every", ""), unit="{counted}s", right=True),
+    "lead": Column("lead", _where("lead", ".3f"), unit="mm/rev", right=True),
+    "depth": Column("depth", _where("depth", ".4f"), unit="mm", right=True),
+    "cost": Column("cost", "cost.value", ".3f", "$", right=True),
+    "seconds": Column("time", "seconds", ".1f", "s", right=True),
+    "Ra": Column("Ra", "Ra", ".2f", "µm", right=True),
+    "power": Column("power", "power", ".2f", "kW", right=True),
+    "rise": Column("temp.", "rise", ".0f", "K", right=True),
+    "highest_rise": Column("highest\ntemp.", _highest, unit="K", right=True),
+    "size_error": Column("size", "size_error", ".1f", "µm", right=True),
+    "scrap": Column("scrap", "scrap", ".1f", "%", right=True, factor=100.0),
+    "limits": Column("limits", _limits, right=True),
 }
 
 VARIED = ("E", "every", "lead", "depth")
 """Columns that are left out where all rows have the same; the table of the program as it is has them."""
 
 
-def tables_of(found: Sweep) -> list[Shown]:
+def tables_of(found: Sweep) -> list[Table]:
     """The program as it is, the best point of each dress interval, and the grid of lead and depth."""
     tables = [_table("as it is", [found.own], found.counted)]
     grids = (
@@ -49,7 +65,7 @@ def tables_of(found: Sweep) -> list[Shown]:
 
 def print_sweep(found: Sweep, console: "Console") -> None:
     """Print the tables of a sweep, and what is best."""
-    print_shown(console, tables_of(found), sentences(found))
+    print_result(console, tables_of(found), sentences(found))
 
 
 def sentences(found: Sweep) -> list[str]:
@@ -111,32 +127,13 @@ def _data(point: SweepPoint) -> dict[str, Any]:
     return asdict(point) | {"cost": point.cost._asdict(), "keeps_limits": point.keeps_limits}
 
 
-def _table(title: str, points: Sequence[SweepPoint], counted: str) -> Shown:
-    rows = [_cells(point) for point in points]
-    same = {name for name in VARIED if len(rows) > 1 and len({row[name] for row in rows}) == 1}
-    used = [name for name in HEADINGS if name not in same and any(row[name] for row in rows)]
-    headings = [HEADINGS[name].format(counted=counted) for name in used]
-    return Shown(headings, [[row[name] for name in used] for row in rows], title)
-
-
-def _cells(point: SweepPoint) -> dict[str, str]:
-    return {
-        "E": f"{point.E:.0f}",
-        "every": f"{point.every or ''}",
-        "lead": f"{point.lead:.3f}" if point.lead else "",
-        "depth": f"{point.depth:.4f}" if point.depth else "",
-        "cost": f"{point.cost.value:.3f}",
-        "seconds": f"{point.seconds:.1f}",
-        "Ra": f"{point.Ra:.2f}",
-        "power": f"{point.power:.2f}",
-        "rise": f"{point.rise:.0f}",
-        "highest_rise": f"{point.highest_rise:.0f}" if point.highest_rise != point.rise else "",
-        "size_error": f"{point.size_error:.1f}",
-        "scrap": f"{100.0 * point.scrap:.1f}",
-        "limits": "kept"
-        if point.keeps_limits
-        else f"{point.worst_limit} {100.0 * max(point.of_limits.values()):.0f} %",
-    }
+def _table(title: str, points: Sequence[SweepPoint], counted: str) -> Table:
+    columns = []
+    for name, column in COLUMNS.items():
+        texts = {column.cell(point, 0).text for point in points}
+        if texts != {""} and not (name in VARIED and len(points) > 1 and len(texts) == 1):
+            columns.append(column._replace(unit=column.unit.format(counted=counted)))
+    return table_of(columns, points, title)
 
 
 def _settings(point: SweepPoint, found: Sweep) -> str:
