@@ -19,8 +19,8 @@ from grind_env.process.catalogue import load_catalogue
 from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.errors import CalibrationError, WorseFit
 from grind_env.shop.calibrate.plan import plan_of
-from grind_env.shop.calibrate.result import HeldOut
 from grind_env.shop.calibrate.solver import Data, Solver
+from grind_env.shop.calibrate.verdict import Judged
 from tests.examples import nightly
 from tests.shop.blemished import Style, write_log
 from tests.shop.coverage import EXAMPLES
@@ -57,7 +57,7 @@ def test_what_the_model_does_not_follow_is_followed_by_the_free_term(foreign):
     assert found.fit.width > 0.0
     assert found.fitted.part.material.power_speed_exponent > 0.15
     assert errors["error"] <= 0.3 * errors["catalogue"]
-    assert found.fit.in_turn.gain < 0.5
+    assert found.fit.gain < 0.5
 
 
 @pytest.mark.nightly
@@ -138,7 +138,8 @@ def test_more_is_left_open_where_the_model_is_not_followed(model, foreign):
 
 @pytest.mark.nightly
 def test_a_fit_worse_than_the_catalogue_is_written_with_force_only(model, tmp_path, monkeypatch):
-    worse = dataclasses.replace(model[0], held_out=HeldOut("the last part", {"power": (9, 0.02, 0.03)}))
+    errors = {"power": (9, 0.02, 0.03)}
+    worse = dataclasses.replace(model[0], judged=Judged(errors, errors, worse=("power",)))
     path = tmp_path / "shop.toml"
     with pytest.raises(WorseFit, match="--force"):
         worse.write(path)
@@ -146,7 +147,8 @@ def test_a_fit_worse_than_the_catalogue_is_written_with_force_only(model, tmp_pa
     words = ["calibrate", str(PROGRAM), "--program", str(PROGRAM), "--job", str(JOB), "-o", str(path)]
     result = CliRunner().invoke(app, words)
     assert result.exit_code == 3
-    assert "predicts the last part better" in result.stderr
+    assert "predicts power better" in result.stderr
+    assert result.stdout.startswith("Do not use it: the catalogue predicts power better.")
     assert not path.exists()
     assert CliRunner().invoke(app, [*words, "--force"]).exit_code == 0
     assert path.exists()
@@ -154,7 +156,7 @@ def test_a_fit_worse_than_the_catalogue_is_written_with_force_only(model, tmp_pa
 
 def test_parts_in_which_nobody_saw_burn_say_so_with_what_they_may_miss():
     """By hand: of burnt parts a tenth pass for good where nobody has looked."""
-    data = Data(*(np.array(each) for each in ([0.0, 0.0, 1.0], [0.0, 0.1, 0.0], ["burn"] * 3, [1, 2, 3], [False] * 3)))
+    data = Data(*(np.array(each) for each in ([0.0, 0.0, 1.0], [0.0, 0.1, 0.0], ["burn"] * 3, [1, 2, 3])))
     solver = Solver((), [], data, lambda _: np.array([2.0, 2.0, 2.0]))
     burnt = 1.0 / (1.0 + math.exp(-2.0))
     chances = [1.0 - burnt, 1.0 - burnt + 0.1 * burnt, burnt]
@@ -174,7 +176,7 @@ def test_parts_that_the_gauge_found_good_are_not_condemned(tmp_path):
     (tmp_path / "parts.csv").write_text("part;Ra [um];size [um]\n1;0.23;1\n2;0.24;2\n3;0.23;1\n", encoding="utf-8")
     alone = calibrate(tmp_path / "log.csv", PROGRAM, job)
     gauged = calibrate(tmp_path / "log.csv", PROGRAM, job, gauge=tmp_path / "parts.csv")
-    assert any("say in a column burn" in remark for remark in alone.remarks)
+    assert "burn" in alone.verdict.headline and "burn" not in alone.verdict.uses
     good = [grind(read_file(PROGRAM), each.fitted).parts["survival"][0] for each in (alone, gauged)]
     assert good[0] < 0.2 < 0.5 < good[1]
 
