@@ -33,9 +33,7 @@ def calibrate(
     names: Annotated[
         str, typer.Option("--fit", help="Constants to fit, with commas between; auto: those that the log tells.")
     ] = "auto",
-    force: Annotated[
-        bool, typer.Option("--force", help="Write it, too, where the catalogue predicts better.")
-    ] = False,
+    force: Annotated[bool, typer.Option("--force", help="Write it, too, where the catalogue predicts better.")] = False,
     plan: Annotated[
         Path | None, typer.Option(help="Write what to log, made of the program, into this .nc file; no LOG."), Writes()
     ] = None,
