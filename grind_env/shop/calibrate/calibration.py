@@ -41,6 +41,8 @@ LEAST_POWER = 0.002
 """The same, of the root mean square of all strokes."""
 HOPELESS = 0.3
 """Error of the fitted power, over its root mean square, from which on log and job do not belong together."""
+BEYOND = 2.0
+"""Errors of measuring that it must be, too."""
 FAR = 2.5
 """Factor between measured and modelled power that no job makes, but a unit does."""
 A_THOUSAND = 0.7
@@ -162,8 +164,9 @@ def _usual(programs: Programs, job: Job) -> Floats:
 
 def _refuse_hopeless(fitted: Fit, errors: Errors, data: Data, unit: str, gain: float) -> None:
     """Refuse a fit that misses the log; `gain` is the power of the log in its unit over that of the catalogue."""
-    error = errors["power"][2]
-    if error > HOPELESS:
+    error, of_power = errors["power"][2], (data.kind == "power") & fitted.used
+    beyond = float(np.sqrt(np.mean(np.square((data.value - fitted.predicted)[of_power] / data.error[of_power]))))
+    if error > HOPELESS and beyond > BEYOND:
         shown, meant = ("W", "kW") if gain < 1.0 else ("kW", "W")
         if unit == shown.lower() and gain > 0.0 and abs(abs(math.log10(gain)) - 3.0) < A_THOUSAND:
             raise CalibrationError(
@@ -171,8 +174,7 @@ def _refuse_hopeless(fitted: Fit, errors: Errors, data: Data, unit: str, gain: f
                 f"not in {shown}, a factor of 1000; write {meant} in its heading, or say it with a map: [log] "
                 f'power_unit = "{meant}"'
             )
-        power = (data.kind == "power") & fitted.used
-        measured, modelled = data.value[power], fitted.predicted[power]
+        measured, modelled = data.value[of_power], fitted.predicted[of_power]
         times = float(measured @ modelled / (modelled @ modelled))
         remedy = "part, wheel and machine of the job" if 1.0 / FAR < times < FAR else "the unit of the power"
         raise CalibrationError(

@@ -234,13 +234,13 @@ def _settled(
     From some variables on; with the errors of a place that is `like` this one, if there is one, which needs one round.
     """
     # errors begin as large as those of the catalogue, so that the power does not overrule gauges while it is far off
-    free, rounds = np.ones(solver.size, np.bool_), range(ROUNDS if like is None else 1)
+    every, free, rounds = used, np.ones(solver.size, np.bool_), range(ROUNDS if like is None else 1)
     unit = dict.fromkeys(solver.data.kinds, 1.0)
     factors = solver.enlarged(x, used, unit, gauged=False) if like is None else like.factors
     for number in rounds:
         told(f"fitting, round {number + 1}")
         x = solver.solve(x, used, factors, free, roughly=True)
-        used = solver.without_outliers(x, used)
+        used = solver.without_outliers(x, every)
         factors = solver.enlarged(x, used, factors, gauged=number == rounds[-1])
     return _Place(solver, solver.solve(x, used, factors, free), used, factors)
 
