@@ -19,6 +19,7 @@ from grind_env.process.catalogue import load_catalogue
 from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.errors import CalibrationError, WorseFit
 from grind_env.shop.calibrate.plan import plan_of
+from grind_env.shop.calibrate.result import catalogue_text
 from grind_env.shop.calibrate.solver import Data, Solver
 from grind_env.shop.calibrate.verdict import Judged
 from tests.examples import nightly
@@ -102,6 +103,15 @@ def test_a_scale_that_is_said_is_not_fitted_but_written(tmp_path):
 
 def RNG():
     return np.random.default_rng(5)
+
+
+def test_a_limit_of_the_job_is_what_is_left_for_grinding_after_a_calibration_too(tmp_path):
+    job = tmp_path / "plate.toml"
+    text = JOB.read_text(encoding="utf-8").replace("[setup]", "[setup]\nmachine_overrides = { power_limit = 4500 }")
+    job.write_text(text, encoding="utf-8")
+    write_log(tmp_path / "log.csv", read_file(PROGRAM), load_job(job), 2, QUICK, RNG())
+    found = calibrate(tmp_path / "log.csv", PROGRAM, job, names=["ploughing_pressure"])
+    assert found.idle.mean > 300.0 and "idle_power" not in catalogue_text(found)
 
 
 def test_a_scale_of_amperes_without_volts_is_refused(tmp_path):

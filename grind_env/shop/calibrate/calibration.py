@@ -133,7 +133,7 @@ def calibrate(
         time=np.concatenate([seen.time, np.full(extra.part.size, np.nan)]),
         judged=judged,
         quality=found.quality,
-        idle=_idle(seen, power_scale, rows.full) if rows.known_scale else None,
+        idle=_idle(seen, power_scale, rows.full, job) if rows.known_scale else None,
         meter_scale=rows.scale * power_scale if rows.known_scale else None,
         residual=residual,
         drift=drift,
@@ -241,9 +241,13 @@ def _parts(seen: Observations, pattern: Pattern) -> Numbers:
 
 def _bound(log: Log, said: Map, job: Path) -> Log:
     """A log whose meter is bound to the rating that the map or the job states."""
-    machine = read_toml(job).get("setup", {}).get("machine_overrides", {})
-    stated = log.unit == "%" and (said.number("log", "rated_power") is not None or "power_limit" in machine)
+    stated = log.unit == "%" and (said.number("log", "rated_power") is not None or _states_limit(job))
     return replace(log, scale_spread=min(log.scale_spread, STATED)) if stated else log
+
+
+def _states_limit(job: Path) -> bool:
+    """Whether the job states the limit of the power itself."""
+    return "power_limit" in read_toml(job).get("setup", {}).get("machine_overrides", {})
 
 
 def _scale_remarks(fitted: Fit, spreads: Mapping[str, float]) -> list[str]:
@@ -256,10 +260,10 @@ def _scale_remarks(fitted: Fit, spreads: Mapping[str, float]) -> list[str]:
     ]
 
 
-def _idle(seen: Observations, scale: float, full: float | None) -> Idle:
+def _idle(seen: Observations, scale: float, full: float | None, job: Path) -> Idle:
     idle = seen.idle[np.isfinite(seen.idle)] / scale
     whole = None if full is None else full / scale
-    return Idle(float(np.median(idle)), float(idle.min()), float(idle.max()), whole)
+    return Idle(float(np.median(idle)), float(idle.min()), float(idle.max()), whole, not _states_limit(job))
 
 
 def _labels(seen: Observations, pattern: Pattern) -> list[str]:

@@ -56,13 +56,15 @@ class Estimate:
 class Idle:
     """Power of the idling spindle, W: `mean` under the strokes, `low` and `high` the lowest and highest of them.
 
-    `full` is the power, W, at which a meter in per cent shows 100, idling among it; None of other meters.
+    `full` is the power, W, at which a meter in per cent shows 100, idling among it; None of other meters. Where the job
+    states the limit of the power itself, idle power alone would lower what is left for grinding: none is `written`.
     """
 
     mean: float
     low: float
     high: float
     full: float | None = None
+    written: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -195,7 +197,7 @@ def catalogue_text(found: Calibration) -> str:
             for each in found.estimates
             if each.told and each.parameter.kind == kind
         ]
-        if kind == "machine" and found.idle is not None:
+        if kind == "machine" and found.idle is not None and found.idle.written:
             rows += _idle_rows(found.job, found.idle)
         if kind == "machine" and found.meter_scale is not None:
             rows += [f"meter_scale = {found.meter_scale:.4g}  # what its power meter shows over the power"]
