@@ -132,6 +132,7 @@ class Material(Entry):
     burn_rise: Annotated[float, Quantity("T_burn", "K", 50, 3000)]  # at which it burns, on Malkin's contact
     thermal_expansion: Annotated[float, Quantity("alpha_th", "1/K", 0, 1e-4)] = 12e-6
     power_factor: Annotated[float, Quantity("cF", "", 0.1, 10)] = 1.0  # on the tangential force, found by calibration
+    heat_factor: Annotated[float, Quantity("cH", "", 0.02, 10)] = 1.0  # on the heat in the work, found by calibration
     power_depth_exponent: Annotated[float, Quantity("cu", "", -2, 2)] = 0.0  # of it on the interference of a stroke
     power_speed_exponent: Annotated[float, Quantity("cv", "", -2, 2)] = 0.0  # of it on the table speed
     power_volume_exponent: Annotated[float, Quantity("cV", "", -2, 2)] = 0.0  # of it on the volume since the dress

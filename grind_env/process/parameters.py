@@ -43,6 +43,8 @@ def stroke_parameters(
     hard = eq.hardness(wheel.fracture_force, eq.REFERENCE_GRADE if alumina else eq.REFERENCE_GRADE_CBN)
     heat_capacity = 1e-9 * material.density * material.specific_heat * height  # J/(mm2 K)
     r0 = eq.grain_contact_radius(z)
+    # heat is so many times as much where all that it flows into takes up as many times less
+    hotter = material.heat_factor
     return StrokeParameters(
         u_ch=material.power_factor * material.chip_energy,
         e_ch=material.chip_heat,
@@ -56,14 +58,14 @@ def stroke_parameters(
         AL=wheel.loading_area,
         E_star=contact_modulus(material, wheel),
         Rr=wheel.contact_roughness,
-        beta=material.effusivity,
+        beta=material.effusivity / hotter,
         alpha=material.diffusivity,
         krw=0.97 * wheel.grain_conductivity / (material.effusivity * math.sqrt(r0)),
-        hf=fluid.convection,
+        hf=fluid.convection / hotter,
         Tb=fluid.boiling_rise,
         kfilm=fluid.film_share,
-        u0=material.burn_energy,
-        Bm=material.burn_factor,
+        u0=material.burn_energy / hotter,
+        Bm=material.burn_factor / hotter,
         Gref=eq.graded_g_ratio(wheel.g_ratio, hard) * on_wear * fluid.g_ratio_factor**wheel.g_ratio_fluid,
         mG=material.g_ratio_exponent,
         fc=eq.bond_post_strength(wheel.fracture_force, z),
@@ -99,7 +101,7 @@ def stroke_parameters(
         stall_time=machine.stall_time,
         n=0.0 if constant_surface_speed else 1000.0 * wheel_speed / (math.pi * wheel.diameter),
         vs_set=wheel_speed if constant_surface_speed else 0.0,
-        per_capacity=1.0 / (heat_capacity * width),
+        per_capacity=hotter / (heat_capacity * width),
         per_tau=1e-6 * fluid.part_cooling / heat_capacity,
         swell=material.thermal_expansion * height,
     )

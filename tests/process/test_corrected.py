@@ -95,3 +95,12 @@ def test_machines_of_which_exponents_are_open_share_the_process_that_has_them():
     some = worlds(held, left, 1, 4)
     assert {each.process for each in some} == {CORRECTED} and len({each.own for each in some}) == 4
     assert replace(held, uncertainty=None).process is PROCESS
+
+
+def test_a_heat_factor_is_one_on_temperature_and_growth_alone():
+    """The first stroke of a wheel, after which the wheel wears as hot as it was; forces are those without it."""
+    plain, cooler = (strokes(PLATE, 1, heat_factor=each) for each in (1.0, 0.4))
+    first = int(np.argmax(plain["power"] > 0.0))
+    assert cooler["power"][first] == plain["power"][first] and plain["T"][first] > 10.0
+    for name, stroke in (("T", first), ("Br", first), ("grown", first + 1)):
+        np.testing.assert_allclose(cooler[name][stroke], 0.4 * plain[name][stroke], rtol=1e-12)

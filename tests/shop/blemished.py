@@ -235,7 +235,7 @@ def write_gauge(path: Path, record: Any, rng: np.random.Generator, *, filled: fl
     for row in record.parts:
         Ra = row["Ra"] * np.exp(0.15 * rng.standard_normal()) * np.exp(0.05 * rng.standard_normal())
         size = row["size_error"] + 2.0 * rng.standard_normal()
-        cells = [f"{Ra:.2f}", f"{size:.1f}", "nein"]
+        cells = [f"{Ra:.2f}", f"{size:.1f}", "ja" if row["rise"] > record.job.limits.rise else "nein"]
         shown = [cell.replace(".", ",") if rng.random() < filled else "" for cell in cells]
         lines.append(";".join((f"{row['part']}", *shown)))
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -15,7 +15,7 @@ from grind_env.errors import GrindError
 from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
 from grind_env.shop.calibrate.calibration import calibrate
-from grind_env.shop.calibrate.parameters import chosen_parameters
+from grind_env.shop.calibrate.parameters import HEAT, chosen_parameters
 from grind_env.shop.calibrate.result import Calibration
 from grind_env.shop.calibrate.solver import changes_of
 from tests.shop.blemished import Style, write_gauge, write_log
@@ -28,7 +28,7 @@ STYLES = (
         rate=50.0, separator=",", comma=False, clock="s", unit="W", headings=("time [s]", "spindle power [W]"), lag=0.1
     ),
     Style(rate=5.0, separator="\t", comma=False, clock="ms", unit="kW", headings=("t [ms]", "Power [kW]"), noise=30.0),
-    Style(rate=1.0, unit="%", headings=("Zeit", "Spindellast [%]"), scale=0.05),
+    Style(rate=1.0, unit="%", headings=("Zeit", "Spindellast [%]"), scale=0.02),
     Style(rate=10.0, unit="A", headings=("Uhrzeit", "Strom Spindel [A]"), noise=25.0, scale=0.1),
     Style(rate=20.0, overrides=(0.8, 0.9, 1.0, 1.1), unit="kW", headings=("Hora", "Potencia husillo [kW]")),
 )
@@ -41,8 +41,8 @@ def trial(
     how many posterior spreads it misses."""
     rng = np.random.default_rng(seed)
     programs, job = read_file(EXAMPLES / f"{program}.nc"), load_job(EXAMPLES / f"{program}.toml")
-    parameters = chosen_parameters(job, None)
-    z = rng.standard_normal(len(parameters))
+    parameters = chosen_parameters(job, None, HEAT)
+    z = np.append(rng.standard_normal(len(parameters) - 1), np.random.default_rng((seed, 1)).standard_normal())
     truth = with_entries(job, changes_of(parameters, z))
     log, gauge, said = folder / "log.csv", folder / "parts.csv", folder / "map.toml"
     record = write_log(log, programs, truth, parts, style, rng)
@@ -50,8 +50,9 @@ def trial(
     said.write_text(f"[log]\nrated_power = {job.setup.machine.power_limit}\n", encoding="utf-8")
     found = calibrate(log, EXAMPLES / f"{program}.nc", EXAMPLES / f"{program}.toml", gauge=gauge, map_file=said)
     rows = []
-    neutral = np.zeros(len(found.estimates) - len(parameters))  # a free term has nothing to follow
-    for each, true, fitted in zip(found.estimates, [*z, *neutral], found.fit.z.tolist(), strict=True):
+    known = {each.name: place for each, place in zip(parameters, z.tolist(), strict=True)}
+    for each, fitted in zip(found.estimates, found.fit.z.tolist(), strict=True):
+        true = known.get(each.parameter.name, 0.0)  # a free term has nothing to follow
         value = each.parameter.value(true)
         rows.append((each.parameter.name, each.told, each.low <= value <= each.high, (fitted - true) / each.share))
     return found, rows

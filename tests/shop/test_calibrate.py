@@ -48,8 +48,8 @@ def test_known_constants_are_found_again(plates):
             assert found[key].told
             assert 0.85 * value < found[key].value < 1.15 * value
             assert found[key].low < found[key].parameter.prior or found[key].high > found[key].parameter.prior
-    assert plates[1].errors["power"][2] < 0.02 < plates[1].errors["power"][1]
-    assert plates[1].held_out.errors["power"][2] < 0.03
+    assert plates[1].judged.errors["power"][2] < 0.02 < plates[1].judged.errors["power"][1]
+    assert plates[1].judged.held_out["power"][2] < 0.03
 
 
 def test_what_a_log_cannot_tell_is_kept_and_named(plates):
@@ -188,7 +188,7 @@ def test_a_table_of_settings_goes_through_the_same_fit(tmp_path: Path):
     values = {each.parameter.key: each for each in found.estimates}
     assert values["roughness"].low < 0.65 < values["roughness"].high
     assert values["chip_energy"].low < 16.0 < values["chip_energy"].high
-    assert found.errors["Ra"][2] < 0.05 < found.errors["Ra"][1]
+    assert found.judged.errors["Ra"][2] < 0.05 < found.judged.errors["Ra"][1]
 
 
 @pytest.mark.parametrize("volume", ["400000000", "100001"])

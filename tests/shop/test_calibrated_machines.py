@@ -19,8 +19,9 @@ from grind_env.process.catalogue import load_catalogue
 from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.errors import CalibrationError, WorseFit
 from grind_env.shop.calibrate.plan import plan_of
-from grind_env.shop.calibrate.result import HeldOut
+from grind_env.shop.calibrate.result import catalogue_text
 from grind_env.shop.calibrate.solver import Data, Solver
+from grind_env.shop.calibrate.verdict import Judged
 from tests.examples import nightly
 from tests.shop.blemished import Style, write_log
 from tests.shop.coverage import EXAMPLES
@@ -57,7 +58,7 @@ def test_what_the_model_does_not_follow_is_followed_by_the_free_term(foreign):
     assert found.fit.width > 0.0
     assert found.fitted.part.material.power_speed_exponent > 0.15
     assert errors["error"] <= 0.3 * errors["catalogue"]
-    assert found.fit.in_turn.gain < 0.5
+    assert found.fit.gain < 0.5
 
 
 @pytest.mark.nightly
@@ -104,6 +105,15 @@ def RNG():
     return np.random.default_rng(5)
 
 
+def test_a_limit_of_the_job_is_what_is_left_for_grinding_after_a_calibration_too(tmp_path):
+    job = tmp_path / "plate.toml"
+    text = JOB.read_text(encoding="utf-8").replace("[setup]", "[setup]\nmachine_overrides = { power_limit = 4500 }")
+    job.write_text(text, encoding="utf-8")
+    write_log(tmp_path / "log.csv", read_file(PROGRAM), load_job(job), 2, QUICK, RNG())
+    found = calibrate(tmp_path / "log.csv", PROGRAM, job, names=["ploughing_pressure"])
+    assert found.idle.mean > 300.0 and "idle_power" not in catalogue_text(found)
+
+
 def test_a_scale_of_amperes_without_volts_is_refused(tmp_path):
     style = dataclasses.replace(QUICK, unit="A", headings=("time [s]", "current [A]"))
     write_log(tmp_path / "log.csv", read_file(PROGRAM), load_job(JOB), 1, style, RNG())
@@ -138,7 +148,8 @@ def test_more_is_left_open_where_the_model_is_not_followed(model, foreign):
 
 @pytest.mark.nightly
 def test_a_fit_worse_than_the_catalogue_is_written_with_force_only(model, tmp_path, monkeypatch):
-    worse = dataclasses.replace(model[0], held_out=HeldOut("the last part", {"power": (9, 0.02, 0.03)}))
+    errors = {"power": (9, 0.02, 0.03)}
+    worse = dataclasses.replace(model[0], judged=Judged(errors, errors, worse=("power",)))
     path = tmp_path / "shop.toml"
     with pytest.raises(WorseFit, match="--force"):
         worse.write(path)
@@ -146,7 +157,8 @@ def test_a_fit_worse_than_the_catalogue_is_written_with_force_only(model, tmp_pa
     words = ["calibrate", str(PROGRAM), "--program", str(PROGRAM), "--job", str(JOB), "-o", str(path)]
     result = CliRunner().invoke(app, words)
     assert result.exit_code == 3
-    assert "predicts the last part better" in result.stderr
+    assert "predicts power better" in result.stderr
+    assert result.stdout.startswith("Do not use it: the catalogue predicts power better.")
     assert not path.exists()
     assert CliRunner().invoke(app, [*words, "--force"]).exit_code == 0
     assert path.exists()
@@ -154,7 +166,7 @@ def test_a_fit_worse_than_the_catalogue_is_written_with_force_only(model, tmp_pa
 
 def test_parts_in_which_nobody_saw_burn_say_so_with_what_they_may_miss():
     """By hand: of burnt parts a tenth pass for good where nobody has looked."""
-    data = Data(*(np.array(each) for each in ([0.0, 0.0, 1.0], [0.0, 0.1, 0.0], ["burn"] * 3, [1, 2, 3], [False] * 3)))
+    data = Data(*(np.array(each) for each in ([0.0, 0.0, 1.0], [0.0, 0.1, 0.0], ["burn"] * 3, [1, 2, 3])))
     solver = Solver((), [], data, lambda _: np.array([2.0, 2.0, 2.0]))
     burnt = 1.0 / (1.0 + math.exp(-2.0))
     chances = [1.0 - burnt, 1.0 - burnt + 0.1 * burnt, burnt]
@@ -174,7 +186,7 @@ def test_parts_that_the_gauge_found_good_are_not_condemned(tmp_path):
     (tmp_path / "parts.csv").write_text("part;Ra [um];size [um]\n1;0.23;1\n2;0.24;2\n3;0.23;1\n", encoding="utf-8")
     alone = calibrate(tmp_path / "log.csv", PROGRAM, job)
     gauged = calibrate(tmp_path / "log.csv", PROGRAM, job, gauge=tmp_path / "parts.csv")
-    assert any("say in a column burn" in remark for remark in alone.remarks)
+    assert "burn" in alone.verdict.headline and "burn" not in alone.verdict.uses
     good = [grind(read_file(PROGRAM), each.fitted).parts["survival"][0] for each in (alone, gauged)]
     assert good[0] < 0.2 < 0.5 < good[1]
 

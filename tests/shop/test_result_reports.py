@@ -194,9 +194,10 @@ def test_a_calibration_from_a_log_is_written_up(folder: Path, log: Path, capsys:
     assert found.idle is not None and f"Idle power {found.idle.mean:.0f} W" in reading
     assert all(remark in reading for remark in found.remarks)
     verdict = unescape(section(html, "Verdict"))
-    assert found.held_out is not None
-    assert f"fitted without: {found.held_out.errors['power'][0]} of power" in verdict
-    assert f"{100.0 * found.held_out.errors['power'][2]:.1f} %" in verdict
+    assert verdict.strip().count(found.verdict.headline) == 1
+    assert data["verdict"]["headline"] == found.verdict.headline
+    assert found.judged.held_out is not None
+    assert f"{100.0 * found.judged.held_out['power'][2]:.1f} % on parts that are left out in turn" in verdict
 
 
 def test_residuals_of_a_part_stand_in_order_of_time(folder: Path, log: Path) -> None:

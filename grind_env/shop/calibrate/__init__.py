@@ -17,6 +17,7 @@ From a log of the spindle's power beside its part program, or from a table of se
 | `parameters.py` | what may be fitted, with its prior |
 | `forward.py` | the machine under the program, run again |
 | `solver.py`, `fit.py`, `width.py` | the most probable values, their intervals, and how much of the free term is used |
+| `verdict.py` | whether the fit may be used, and for what |
 | `calibration.py` | `calibrate`, from files to the result |
 | `uncertain.py`, `plan.py` | what is left open, and what to grind next |
 | `result.py`, `show.py`, `remarks.py` | the result as a catalogue file, on the screen, and what is to be known of it |

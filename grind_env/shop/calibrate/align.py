@@ -83,7 +83,8 @@ class _Binned(NamedTuple):
     size: int
     filled: NDArray[np.complex128]
     sums: NDArray[np.complex128]
-    squares: NDArray[np.complex128]
+    totals: Floats
+    """Of filled bins, of what is in them and of its square, up to each bin; twice around, shape (3, bins)."""
     length: int
     lag: float
 
@@ -162,7 +163,10 @@ def _transformed(log: Log, step: float, around: float) -> _Binned:
     np.add.at(sums, place, power - np.median(power))
     sums /= np.maximum(filled, 1.0)
     filled = np.minimum(filled, 1.0)
-    return _Binned(origin, step, size, fft.rfft(filled), fft.rfft(sums), fft.rfft(sums * sums), length, log.lag)
+    totals = np.cumsum(np.tile([filled, sums, sums * sums], 2), axis=1)
+    return _Binned(
+        origin, step, size, fft.rfft(filled), fft.rfft(sums), np.pad(totals, ((0, 0), (1, 0))), length, log.lag
+    )
 
 
 def _scores(binned: _Binned, pattern: Pattern, expected: Floats, run: int) -> tuple[Floats, Floats, Floats]:
@@ -183,20 +187,13 @@ def _scores(binned: _Binned, pattern: Pattern, expected: Floats, run: int) -> tu
         shape = template(pattern, expected, run, each, at, binned.step, binned.lag)
         highest = max(float(shape.max()), 1e-9)
         shape = shape / highest
-        box, form, square = (
-            np.conj(fft.rfft(values, binned.length)) for values in (np.ones(at.size), shape, shape * shape)
-        )
-        n, s, ss, y, ys, yy = (
+        form, square = (np.conj(fft.rfft(values, binned.length)) for values in (shape, shape * shape))
+        s, ss, ys = (
             fft.irfft(first * second, binned.length)
-            for first, second in (
-                (binned.filled, box),
-                (binned.filled, form),
-                (binned.filled, square),
-                (binned.sums, box),
-                (binned.sums, form),
-                (binned.squares, box),
-            )
+            for first, second in ((binned.filled, form), (binned.filled, square), (binned.sums, form))
         )
+        ends = at.size + binned.length
+        n, y, yy = binned.totals[:, at.size : ends] - binned.totals[:, : binned.length]
         n = np.maximum(n, 1.0)
         covariance, spread, variance = ys - y * s / n, ss - s * s / n, yy - y * y / n
         squared = np.where(

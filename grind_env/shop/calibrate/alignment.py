@@ -53,10 +53,6 @@ class Alignment:
         )
         return replace(self, begin=begin, override=override, correlation=correlation, gain=gain, rest=rest)
 
-    def first(self, executions: int) -> "Alignment":
-        """That of the first executions alone."""
-        return self._only(slice(executions))
-
     @property
     def known(self) -> "Alignment":
         """That of the executions of which a run is sure; other work may look like one from afar."""

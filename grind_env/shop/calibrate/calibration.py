@@ -1,8 +1,8 @@
 """`calibrate`: from the files of a shop to a calibration."""
 
 import math
-from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,29 +16,33 @@ from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
 from grind_env.plants.names import MODEL
 from grind_env.shop.calibrate.alignment import Alignment
-from grind_env.shop.calibrate.columns import read_map
+from grind_env.shop.calibrate.columns import Map, read_map
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.fit import Fit, Problem, errors_of, fit
+from grind_env.shop.calibrate.fit import Fit, Problem, fit_and_judge
 from grind_env.shop.calibrate.forward import Forward, powers
 from grind_env.shop.calibrate.gauge import Gauge, read_gauge
 from grind_env.shop.calibrate.gauged import Gauged, gauges_of, measured_of, refuse_impossible
 from grind_env.shop.calibrate.logs import Log, read_log
 from grind_env.shop.calibrate.meter import averaged, find, with_lag
 from grind_env.shop.calibrate.observe import DISCREPANCY, DISCREPANCY_ACROSS, Observations, observe
-from grind_env.shop.calibrate.parameters import chosen_parameters, free_parameters
+from grind_env.shop.calibrate.parameters import HEAT, chosen_parameters, free_parameters
 from grind_env.shop.calibrate.pattern import Pattern, pattern_of
 from grind_env.shop.calibrate.place import best_place
 from grind_env.shop.calibrate.plan import next_cut
-from grind_env.shop.calibrate.remarks import fit_remarks, gauge_remarks, log_remarks, overridden, verdict_remarks
-from grind_env.shop.calibrate.result import Calibration, HeldOut, Idle, estimates_of, scales_of
+from grind_env.shop.calibrate.remarks import gauge_remarks, log_remarks, overridden
+from grind_env.shop.calibrate.result import Calibration, Idle, estimates_of, scales_of
 from grind_env.shop.calibrate.sheet import Floats
 from grind_env.shop.calibrate.solver import Changes, Data, changes_of
 from grind_env.shop.calibrate.uncertain import missed
+from grind_env.shop.calibrate.verdict import Errors
+from grind_env.toml import read_toml
 
 LEAST_POWER = 0.002
 """The same, of the root mean square of all strokes."""
 HOPELESS = 0.3
 """Error of the fitted power, over its root mean square, from which on log and job do not belong together."""
+BEYOND = 2.0
+"""Errors of measuring that it must be, too."""
 FAR = 2.5
 """Factor between measured and modelled power that no job makes, but a unit does."""
 A_THOUSAND = 0.7
@@ -47,9 +51,10 @@ HOPELESS_ROUGHNESS = 1.0
 """Error of the logarithm of Ra from which on it is of another unit or part."""
 LINES = 1_000_000
 """More than a program has."""
-HELD_OUT = 4
-"""One part in so many judges the fit, the last ones; from `ENOUGH_PARTS` on."""
-ENOUGH_PARTS = 3
+STATED = 0.02
+"""Logarithmic spread of the scale of a meter in % whose rating map or job states."""
+ANOTHER = 1.5
+"""Spreads by which a fitted scale must be off to be told."""
 
 
 def calibrate(
@@ -83,13 +88,14 @@ def calibrate(
         raise CalibrationError(
             f"{shown(job)} says how each part differs, but a calibration takes like parts; leave [[parts]] out"
         )
-    parameters = chosen_parameters(settings, names)
     free = free_parameters(settings) if names is None else ()
     told("reading the log")
-    rows = read_log(log, settings.setup.machine, said)
+    rows = _bound(read_log(log, settings.setup.machine, said), said, job)
     gauged = None if gauge is None else read_gauge(gauge, said)
     if gauged is not None:
         refuse_impossible(gauged, settings)
+    tells_heat = gauged is not None and np.isfinite([gauged.size, gauged.burn]).any()
+    parameters = chosen_parameters(settings, names, HEAT if tells_heat else ())
     pattern = pattern_of(programs, settings)
     usual = _usual(programs, settings)
     told("looking for the program in the log")
@@ -106,19 +112,13 @@ def calibrate(
         {"power": rows.scale_spread} if rows.scale_spread else {},
     )
     problem = Problem(parameters, scales, data, model.predict, free, jumps)
-    fitted = fit(problem, told)
-    _refuse_hopeless(fitted, data, rows.unit, model.gain)
-    held_out = None
-    if data.held_out.any() and not data.held_out.all():
-        told("fitting without the last parts")
-        others = fit(problem, held_out=data.held_out, start=fitted)
-        held_out = HeldOut(_last(parts), errors_of(others, data, data.held_out))
+    fitted, judged = fit_and_judge(problem, told)
+    _refuse_hopeless(fitted, judged.errors, data, rows.unit, model.gain)
     block = np.zeros(data.value.size, np.int64)
     block[: seen.stroke.size] = pattern.line[seen.stroke] + LINES * _parts(seen, pattern)
     residual, drift = missed(fitted, data, block)
     power_scale = math.exp(fitted.scales.get("power", 0.0))
     in_the_end = with_entries(settings, changes_of(fitted.parameters, fitted.z))
-    record = model.forward.run(in_the_end)
     return Calibration(
         source=log.name,
         program=program.name,
@@ -131,10 +131,9 @@ def calibrate(
         label=(*_labels(seen, pattern), *(f"part {part}" for part in extra.part.tolist())),
         part=data.part,
         time=np.concatenate([seen.time, np.full(extra.part.size, np.nan)]),
-        errors=errors_of(fitted, data, fitted.used),
-        held_out=held_out,
+        judged=judged,
         quality=found.quality,
-        idle=_idle(seen, power_scale, rows.full) if rows.known_scale else None,
+        idle=_idle(seen, power_scale, rows.full, job) if rows.known_scale else None,
         meter_scale=rows.scale * power_scale if rows.known_scale else None,
         residual=residual,
         drift=drift,
@@ -145,8 +144,7 @@ def calibrate(
             *rows.remarks,
             *(() if gauged is None else gauge_remarks(gauged, parts)),
             *log_remarks(rows, found, seen, pattern),
-            *fit_remarks(fitted),
-            *verdict_remarks(gauged, record, burn=gauged is not None and bool(np.isfinite(gauged.burn).any())),
+            *_scale_remarks(fitted, scales),
             *overridden(job, fitted, idle=rows.known_scale),
         ),
     )
@@ -164,11 +162,11 @@ def _usual(programs: Programs, job: Job) -> Floats:
     return powers(forward.run(job))[-forward.part.size :]
 
 
-def _refuse_hopeless(fitted: Fit, data: Data, unit: str, gain: float) -> None:
+def _refuse_hopeless(fitted: Fit, errors: Errors, data: Data, unit: str, gain: float) -> None:
     """Refuse a fit that misses the log; `gain` is the power of the log in its unit over that of the catalogue."""
-    errors = errors_of(fitted, data, fitted.used)
-    error = errors["power"][2]
-    if error > HOPELESS:
+    error, of_power = errors["power"][2], (data.kind == "power") & fitted.used
+    beyond = float(np.sqrt(np.mean(np.square((data.value - fitted.predicted)[of_power] / data.error[of_power]))))
+    if error > HOPELESS and beyond > BEYOND:
         shown, meant = ("W", "kW") if gain < 1.0 else ("kW", "W")
         if unit == shown.lower() and gain > 0.0 and abs(abs(math.log10(gain)) - 3.0) < A_THOUSAND:
             raise CalibrationError(
@@ -176,8 +174,7 @@ def _refuse_hopeless(fitted: Fit, data: Data, unit: str, gain: float) -> None:
                 f"not in {shown}, a factor of 1000; write {meant} in its heading, or say it with a map: [log] "
                 f'power_unit = "{meant}"'
             )
-        power = (data.kind == "power") & fitted.used
-        measured, modelled = data.value[power], fitted.predicted[power]
+        measured, modelled = data.value[of_power], fitted.predicted[of_power]
         times = float(measured @ modelled / (modelled @ modelled))
         remedy = "part, wheel and machine of the job" if 1.0 / FAR < times < FAR else "the unit of the power"
         raise CalibrationError(
@@ -217,11 +214,11 @@ def _model(log: Log, pattern: Pattern, found: Alignment, gauge: Gauge | None, jo
     extra = measured_of(gauge, found.executions * pattern.parts, job)
     nominal = seen.weights @ powers(forward.run(job))
     gain = float(nominal @ seen.power / (nominal @ nominal))
-    data = _data(seen, pattern, 1.0 if log.known_scale else gain, extra, found.executions)
+    data = _data(seen, pattern, 1.0 if log.known_scale else gain, extra)
     return _Model(seen, extra, data, forward, job, gain)
 
 
-def _data(seen: Observations, pattern: Pattern, unit: float, extra: Gauged, executions: int) -> Data:
+def _data(seen: Observations, pattern: Pattern, unit: float, extra: Gauged) -> Data:
     power = seen.power / unit
     discrepancy = np.where(pattern.crosses[seen.stroke], DISCREPANCY_ACROSS, DISCREPANCY)
     error = np.sqrt(
@@ -229,15 +226,11 @@ def _data(seen: Observations, pattern: Pattern, unit: float, extra: Gauged, exec
         + np.square(discrepancy * power)
         + np.square(LEAST_POWER * np.sqrt(np.mean(power**2)))
     )
-    parts = executions * pattern.parts
-    kept = parts - (max(parts // HELD_OUT, 1) if parts >= ENOUGH_PARTS else 0)
-    part = np.concatenate([_parts(seen, pattern), extra.part])
     return Data(
         value=np.concatenate([power, extra.value]),
         error=np.concatenate([error, extra.error]),
         kind=np.concatenate([np.full(power.size, "power", "U10"), extra.kind]),
-        part=part,
-        held_out=part > kept,
+        part=np.concatenate([_parts(seen, pattern), extra.part]),
     )
 
 
@@ -246,16 +239,31 @@ def _parts(seen: Observations, pattern: Pattern) -> Numbers:
     return seen.execution * pattern.parts + pattern.part[seen.stroke] + 1
 
 
-def _last(parts: int) -> str:
-    """Which parts are held out, as it is said."""
-    last = max(parts // HELD_OUT, 1)
-    return f"the last of {parts} parts" if last == 1 else f"the last {last} of {parts} parts"
+def _bound(log: Log, said: Map, job: Path) -> Log:
+    """A log whose meter is bound to the rating that the map or the job states."""
+    stated = log.unit == "%" and (said.number("log", "rated_power") is not None or _states_limit(job))
+    return replace(log, scale_spread=min(log.scale_spread, STATED)) if stated else log
 
 
-def _idle(seen: Observations, scale: float, full: float | None) -> Idle:
+def _states_limit(job: Path) -> bool:
+    """Whether the job states the limit of the power itself."""
+    return "power_limit" in read_toml(job).get("setup", {}).get("machine_overrides", {})
+
+
+def _scale_remarks(fitted: Fit, spreads: Mapping[str, float]) -> list[str]:
+    """Which meters would have to show another power than they are said to."""
+    return [
+        f"the {kind} fits better if its meter shows {100.0 * abs(math.expm1(scale)):.0f} % or more too "
+        f"{'much' if scale > 0.0 else 'little'}; check its scale and rating"
+        for kind, scale in fitted.scales.items()
+        if abs(scale) > ANOTHER * spreads[kind]
+    ]
+
+
+def _idle(seen: Observations, scale: float, full: float | None, job: Path) -> Idle:
     idle = seen.idle[np.isfinite(seen.idle)] / scale
     whole = None if full is None else full / scale
-    return Idle(float(np.median(idle)), float(idle.min()), float(idle.max()), whole)
+    return Idle(float(np.median(idle)), float(idle.min()), float(idle.max()), whole, not _states_limit(job))
 
 
 def _labels(seen: Observations, pattern: Pattern) -> list[str]:

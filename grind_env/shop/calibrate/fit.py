@@ -13,11 +13,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.errors import listed
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.parameters import Parameter
 from grind_env.shop.calibrate.sheet import Floats
-from grind_env.shop.calibrate.solver import ABSOLUTE, LINEAR, YES_OR_NO, Data, Nuisance, Predict, Solver
-from grind_env.shop.calibrate.width import WIDTHS, InTurn, Linear, best_width
+from grind_env.shop.calibrate.solver import Data, Nuisance, Predict, Solver, bounded
+from grind_env.shop.calibrate.verdict import OWN, Judged, judge
+from grind_env.shop.calibrate.width import WIDTHS, Linear, best_width
 
 NORMAL_90 = 1.6449
 """Standard deviations on either side in which a normal variable lies with 90 %."""
@@ -26,6 +28,8 @@ TOLD = 0.9
 OPENED = {"material.chip_energy": 6.0}
 """Times its prior spread where a free term is used: how the power is shared between chips and rubbing is then open,
 too, for other laws have no such shares."""
+FOLDS = 8
+"""Groups of parts or settings that are left out in turn, at most."""
 ROUNDS = 2
 """Of enlarging errors."""
 DRIFT = 0.05
@@ -72,7 +76,8 @@ class Fit:
         used: which measurements took part.
         predicted: of all measurements, with the scales.
         nominal: the same with the catalogue as it was, and the scales that fit it best.
-        in_turn: the power of each part, predicted without it; None where there are too few.
+        held_out: as a fit to the other parts or settings predicts each; NaN where there is one alone.
+        gain: mean square of what is missed of the power of parts left out in turn, over that without a free term.
         left: what it leaves open.
     """
 
@@ -89,7 +94,8 @@ class Fit:
     used: NDArray[np.bool_]
     predicted: Floats
     nominal: Floats
-    in_turn: InTurn | None
+    held_out: Floats
+    gain: float
     left: Left
 
     @property
@@ -119,6 +125,7 @@ class Problem:
         predict: what would be measured with changed constants, shape as of `data.value`.
         free: the free term at its full width; empty for none.
         jumps: whether what is predicted jumps where constants change, as under a wheel that crosses.
+        left_out: kinds of measurement that take no part.
     """
 
     parameters: tuple[Parameter, ...]
@@ -127,6 +134,7 @@ class Problem:
     predict: Predict
     free: tuple[Parameter, ...] = ()
     jumps: bool = False
+    left_out: tuple[str, ...] = ()
 
     @property
     def unfree(self) -> NDArray[np.bool_]:
@@ -157,65 +165,83 @@ class Problem:
         return Solver(parameters, nuisances, data, self.predict, jumps=self.jumps, like=like)
 
 
-def fit(
-    problem: Problem,
-    told: Callable[[str], None] = lambda stage: None,
-    *,
-    held_out: NDArray[np.bool_] | None = None,
-    start: Fit | None = None,
-) -> Fit:
+def fit_and_judge(problem: Problem, told: Callable[[str], None]) -> tuple[Fit, Judged]:
+    """Fit constants; those of kinds of measurement that are then predicted worse stay as the catalogue has them.
+
+    Errors as of `fit`.
+    """
+    found = fit(problem, told)
+    judged = judge(problem.data, found.used, found.nominal, found.predicted, found.held_out)
+    own = {name for kind in judged.worse for name in OWN.get(kind, ())}
+    left = tuple(each for each in problem.parameters if each.name not in own)
+    if len(left) == len(problem.parameters) or not left:
+        return found, judged
+    told(f"fitting without {listed(judged.worse)}")
+    other = fit(replace(problem, parameters=left, left_out=judged.worse), told)
+    chosen = other.used | np.isin(problem.data.kind, judged.worse)
+    again = judge(problem.data, chosen, other.nominal, other.predicted, other.held_out)
+    return (found, judged) if again.worse else (other, replace(again, kept=judged.worse))
+
+
+def fit(problem: Problem, told: Callable[[str], None] = lambda stage: None) -> Fit:
     """Fit constants to measurements.
 
     Args:
         problem: what is fitted to what.
         told: is told what is being done.
-        held_out: measurements that take no part; None for all to do so.
-        start: a fit to more of them, of which the width of the free term is taken.
 
     Raises:
         CalibrationError: there are fewer measurements than two, or the catalogue itself predicts none.
     """
     data, count = problem.data, len(problem.parameters)
-    used = np.isfinite(data.value) & np.isfinite(data.error)
-    if held_out is not None:
-        used &= ~held_out
+    used = np.isfinite(data.value) & np.isfinite(data.error) & ~np.isin(data.kind, problem.left_out)
     if used.sum() < 2:
         raise CalibrationError("there are fewer than two measurements to fit; log more strokes or parts")
     plain = problem.solver(0.0)
     x, unit = np.zeros(plain.size), dict.fromkeys(data.kinds, 1.0)
     if not np.isfinite(plain.predicted(x)[used]).all():
         raise CalibrationError("the process model has no numbers for this job as the catalogue has it; check the job")
-    nominal = plain.predicted(plain.solve(x, used, unit, np.arange(plain.size) >= count))
-    if start is not None:
-        return _finished(
-            problem, start.width, _settled(problem.solver(start.width, plain), start.x, used, told), nominal, told
-        )
-    place, width, in_turn, wider = _settled(plain, x, used, told), 0.0, None, None
+    at_first = plain.enlarged(x, used, unit, gauged=False)
+    nominal = plain.predicted(plain.solve(x, used, at_first, np.arange(plain.size) >= count))
+    place, width, gain, wider = _settled(plain, x, used, told), 0.0, 1.0, None
     if problem.free:
         told("holding parts out in turn")
         at_most = problem.solver(1.0, plain)
         wide = _settled(at_most, np.zeros(at_most.size), used, told)
-        width, in_turn = best_width(_linear(problem, place), _linear(problem, wide, problem.unfree), data)
+        width, gain = best_width(_linear(problem, place), _linear(problem, wide, problem.unfree), data)
         if width == 1.0:
             place = wide
         elif width:
-            at_most = problem.solver(width, plain)
-            place = _settled(at_most, wide.x / np.where(problem.unfree, 1.0, width), used, told)
+            ratio, at_most = np.where(problem.unfree, 1.0, width), problem.solver(width, plain)
+            at_most.begin_with(wide.solver, ratio)
+            place = _settled(at_most, _linear(problem, wide, problem.unfree).at(width) / ratio, wide.used, told, wide)
         else:
             narrow = problem.solver(1.0, plain, {})
             there = _Place(narrow, problem.widened(place.x), place.used, wide.factors)
             wider = narrow.parameters, _linear(problem, there, problem.unfree).covariance(WIDTHS[0])
-    return _finished(problem, width, place, nominal, told, in_turn, wider)
+    return _finished(problem, width, place, nominal, told, gain, wider)
 
 
-def _settled(solver: Solver, x: Floats, used: NDArray[np.bool_], told: Callable[[str], None]) -> _Place:
-    """The most probable variables, from some on, with errors as large as residuals say and without outliers."""
-    factors, free = dict.fromkeys(solver.data.kinds, 1.0), np.ones(solver.size, np.bool_)
-    for number in range(ROUNDS):
+def _settled(
+    solver: Solver,
+    x: Floats,
+    used: NDArray[np.bool_],
+    told: Callable[[str], None],
+    like: _Place | None = None,
+) -> _Place:
+    """Return the most probable variables, with errors as large as residuals say and without outliers.
+
+    From some variables on; with the errors of a place that is `like` this one, if there is one, which needs one round.
+    """
+    # errors begin as large as those of the catalogue, so that the power does not overrule gauges while it is far off
+    every, free, rounds = used, np.ones(solver.size, np.bool_), range(ROUNDS if like is None else 1)
+    unit = dict.fromkeys(solver.data.kinds, 1.0)
+    factors = solver.enlarged(x, used, unit, gauged=False) if like is None else like.factors
+    for number in rounds:
         told(f"fitting, round {number + 1}")
-        x = solver.solve(x, used, factors, free)
-        used = solver.without_outliers(x, used, factors)
-        factors = solver.enlarged(x, used, factors)
+        x = solver.solve(x, used, factors, free, roughly=True)
+        used = solver.without_outliers(x, every)
+        factors = solver.enlarged(x, used, factors, gauged=number == rounds[-1])
     return _Place(solver, solver.solve(x, used, factors, free), used, factors)
 
 
@@ -228,7 +254,7 @@ def _linear(problem: Problem, place: _Place, of_prior: NDArray[np.bool_] | None 
     return Linear(
         x=x,
         rest=solver.residuals(solver.predicted(x), used, factors),
-        slopes=solver.slopes(x, used, factors, every),
+        slopes=solver.slopes(x, used, factors),
         used=used,
         enlarged=np.divide(enlarged, loose, out=np.ones(loose.size), where=loose > 0.0)[used],
         fixed=every if of_prior is None else of_prior,
@@ -241,14 +267,14 @@ def _finished(
     place: _Place,
     nominal: Floats,
     told: Callable[[str], None],
-    in_turn: InTurn | None = None,
-    wider: tuple[tuple[Parameter, ...], Floats] | None = None,
+    gain: float,
+    wider: tuple[tuple[Parameter, ...], Floats] | None,
 ) -> Fit:
     """What was found, with what the measurements do not tell put back to the catalogue.
 
     `wider` are constants and covariance with a free term where none was used.
     """
-    solver, used, factors, joint = place.solver, place.used, place.factors, place.x
+    data, solver, used, factors, joint = problem.data, place.solver, place.used, place.factors, place.x
     count, scales = len(solver.parameters), problem.scales
     covariance = solver.covariance(joint, used, factors)
     spread: Floats = np.asarray(np.sqrt(np.diag(covariance)), np.float64)
@@ -257,6 +283,12 @@ def _finished(
     free[:count] = known
     x = solver.solve(np.where(free, joint, 0.0), used, factors, free)
     spread = np.where(free, np.hypot(spread, x - joint), spread)
+    told("leaving parts out")
+    parts = np.unique(data.part[used])
+    held_out = np.full(data.value.size, np.nan)
+    for fold in range(min(parts.size, FOLDS) if parts.size > 1 else 0):
+        rows = np.isin(data.part, parts[fold::FOLDS])
+        held_out[rows] = solver.without(x, rows, used, factors, free)
     parameters, open_ = (solver.parameters, covariance) if wider is None else wider
     open_ = open_[: len(parameters), : len(parameters)]
     of_left = np.sqrt(np.diag(open_))
@@ -269,36 +301,13 @@ def _finished(
         told=known,
         covariance=covariance,
         width=width,
-        scales={kind: float(x[count + k] * scales[kind]) for k, kind in enumerate(scales)},
+        scales={kind: float(bounded(x)[count + k] * scales[kind]) for k, kind in enumerate(scales)},
         scale_spreads={kind: float(spread[count + k] * scales[kind]) for k, kind in enumerate(scales)},
-        drift=float(x[-1] * width * DRIFT) if width else 0.0,
+        drift=float(bounded(x)[-1] * width * DRIFT) if width else 0.0,
         factors=factors,
         used=used,
         predicted=solver.predicted(x),
         nominal=nominal,
-        in_turn=in_turn,
+        held_out=held_out,
+        gain=gain,
     )
-
-
-def errors_of(fitted: Fit, data: Data, chosen: NDArray[np.bool_]) -> Mapping[str, tuple[int, float, float]]:
-    """Of each kind among the chosen: how many, root mean square error of the catalogue and of the fit.
-
-    Relative to the root mean square for power, of the logarithm for other scales; of size and diameter in their unit.
-    """
-    found = {}
-    for kind in data.kinds:
-        mine = chosen & (data.kind == kind)
-        if kind == YES_OR_NO or not mine.any():
-            continue
-        before, after = (_error(kind, data.value[mine], each[mine]) for each in (fitted.nominal, fitted.predicted))
-        found[kind] = (int(mine.sum()), before, after)
-    return found
-
-
-def _error(kind: str, value: Floats, predicted: Floats) -> float:
-    if kind in LINEAR:
-        return float(np.sqrt(np.mean(np.square(value - predicted)) / max(float(np.mean(np.square(value))), 1e-300)))
-    if kind in ABSOLUTE:
-        return float(np.sqrt(np.mean(np.square(value - predicted))))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return float(np.sqrt(np.mean(np.square(np.log(value / predicted)))))

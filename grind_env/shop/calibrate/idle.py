@@ -43,7 +43,7 @@ def idle_at(
             "the log has no samples between its strokes, so that the power of the idling spindle is not known; "
             "log faster, or from before the first stroke on"
         )
-    idle, error = np.full(when.size, np.nan), np.full(when.size, np.nan)
+    near = np.full((when.size, NEIGHBOURS), -1)
     for k, moment in enumerate(when.tolist()):
         low, high = np.searchsorted(time, (moment - FARTHEST, moment + FARTHEST))
         if high - low < 3:
@@ -51,24 +51,36 @@ def idle_at(
         span = np.arange(low, high)
         quiet = span if pausing is None else span[pausing[low:high]]
         before, after = quiet[time[quiet] < moment][-HALF:], quiet[time[quiet] >= moment][:HALF]
-        near = np.concatenate([before, after])
+        nearest = np.concatenate([before, after])
         if pausing is None or min(before.size, after.size) < ENOUGH:
-            near = span[np.argsort(np.abs(time[span] - moment), kind="stable")[:NEIGHBOURS]]
-        idle[k], error[k] = _line(time[near] - moment, power[near])
+            nearest = span[np.argsort(np.abs(time[span] - moment), kind="stable")[:NEIGHBOURS]]
+        near[k, : nearest.size] = nearest
+    idle, error = np.full((2, when.size), np.nan)
+    known = near[:, 0] >= 0
+    inside = near[known] >= 0
+    x, y = np.where(inside, time[near[known]] - when[known, None], np.nan), np.where(inside, power[near[known]], np.nan)
+    idle[known], error[known] = _lines(x, y)
     return idle, error
 
 
-def _line(x: Floats, y: Floats) -> tuple[float, float]:
-    """Value at 0 of a straight line through points, and its standard error; Tukey's bisquare by reweighting."""
-    weight = np.ones(x.size)
-    span = max(float(np.abs(x).max()), 1e-9)
-    design = np.column_stack([np.ones(x.size), x / span])
-    ridge = np.diag([1e-9, 0.1])  # a line from one side only must not run away
+def _lines(x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """Value at 0 of a straight line through the points of each row, NaN for none, and its standard error.
+
+    Tukey's bisquare by reweighting.
+    """
+    inside, span = np.isfinite(x), np.maximum(np.nanmax(np.abs(x), axis=1, initial=1e-9), 1e-9)
+    x, weight = np.nan_to_num(x / span[:, None]), inside.astype(np.float64)
     for _ in range(ROUNDS):
-        inverse = np.linalg.inv(design.T @ (weight[:, None] * design) + ridge)
-        line = inverse @ design.T @ (weight * y)
-        rest = y - design @ line
-        scatter = max(SCATTER * float(np.median(np.abs(rest - np.median(rest)))), 1e-6 * (abs(line[0]) + 1.0))
-        weight = np.square(np.maximum(1.0 - np.square(rest / (TUKEY * scatter)), 0.0)) + 1e-9
-    sigma = np.sqrt(np.sum(weight * rest * rest) / max(weight.sum() - 2.0, 1.0))
-    return float(line[0]), float(sigma * np.sqrt(inverse[0, 0]))
+        # a line from one side only must not run away: its slope has a weight of its own
+        s, sx, sxx = (np.sum(weight * each, axis=1) for each in (1.0, x, x * x))
+        sy, sxy = (np.sum(weight * each, axis=1, where=inside) for each in (y, x * y))
+        s, sxx = s + 1e-9, sxx + 0.1
+        per = 1.0 / (s * sxx - sx * sx)
+        level, slope = per * (sxx * sy - sx * sxy), per * (s * sxy - sx * sy)
+        rest = np.where(inside, y - level[:, None] - slope[:, None] * x, np.nan)
+        apart = np.nanmedian(np.abs(rest - np.nanmedian(rest, axis=1)[:, None]), axis=1)
+        scatter = np.maximum(SCATTER * apart, 1e-6 * (np.abs(level) + 1.0))
+        weight = np.square(np.maximum(1.0 - np.square(rest / (TUKEY * scatter[:, None])), 0.0)) + 1e-9
+        rest, weight = np.nan_to_num(rest), np.where(inside, weight, 0.0)
+    sigma = np.sqrt(np.sum(weight * rest * rest, axis=1) / np.maximum(weight.sum(axis=1) - 2.0, 1.0))
+    return level, sigma * np.sqrt(per * sxx)

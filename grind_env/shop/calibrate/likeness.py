@@ -191,6 +191,16 @@ def refined(found: Alignment, log: Log, pattern: Pattern, expected: Floats) -> A
     return like.alignment(found.time_unit)
 
 
+def clarity(found: Alignment, log: Log, pattern: Pattern, expected: Floats, most: int) -> float:
+    """Return the median correlation of `most` runs of the log at most, where they are most likely."""
+    like = Likeness(log, pattern, expected, found.begin, found.override)
+    places = np.argwhere(np.isfinite(found.correlation)).tolist()
+    chosen = [places[k] for k in np.linspace(0, len(places) - 1, min(len(places), most)).round().astype(int)]
+    for place in chosen:
+        like.refine(*place)
+    return float(np.median([like.of(*place)[0] for place in chosen]))
+
+
 def shifted(found: Alignment, log: Log, pattern: Pattern, expected: Floats, run: int, strokes: int) -> Alignment | None:
     """The same with a run some strokes later in all executions; None if the log clearly says that it is not there."""
     begin = found.begin.copy()

@@ -6,7 +6,7 @@ import numpy as np
 
 from grind_env.shop.calibrate.align import SURE, align, refuse_unlike
 from grind_env.shop.calibrate.alignment import Alignment
-from grind_env.shop.calibrate.likeness import refined
+from grind_env.shop.calibrate.likeness import clarity, refined
 from grind_env.shop.calibrate.logs import Log
 from grind_env.shop.calibrate.pattern import Pattern
 from grind_env.shop.calibrate.sheet import Floats
@@ -25,8 +25,8 @@ FAST_ENOUGH = 0.2
 """s between rows up to which a lag can be told."""
 CLEARLY = 0.002
 """By which the correlation must be better than without."""
-LOOKED_AT = 3
-"""Executions in which the lag is looked for."""
+LOOKED_AT = 6
+"""Runs of strokes in which the lag is looked for."""
 
 
 def averaged(log: Log, unit: float) -> Log:
@@ -67,16 +67,16 @@ def with_lag(log: Log, pattern: Pattern, found: Alignment, expected: Floats, abo
     The lag is that with which the log is most like what such a meter shows of the program, of short ones or of those
     `about` a long one.
     """
-    few, best, step = found.first(LOOKED_AT), about, STEP
+    best, step = about, STEP
     tried = {0.0: CLEARLY}
 
     def quality(lag: float) -> float:
         if lag not in tried:
-            tried[lag] = refined(few, replace(log, lag=lag), pattern, expected).quality
+            tried[lag] = clarity(found, replace(log, lag=lag), pattern, expected, LOOKED_AT)
         return tried[lag]
 
     if log.interval <= FAST_ENOUGH:
-        tried[0.0] += refined(few, log, pattern, expected).quality
+        tried[0.0] += clarity(found, log, pattern, expected, LOOKED_AT)
         best = max((0.0, *LAGS, about), key=quality)
         while best and step > LEAST_STEP:
             nearer = max((best, best / step, best * step), key=quality)

@@ -80,27 +80,19 @@ class Pattern:
             run: its number.
             override: of the feed.
         """
-        chosen = np.flatnonzero(self.run == run)
-        speed = self.feed[chosen] * override
-        each = list(zip(self.way[chosen].tolist(), speed.tolist(), strict=True))
-        seconds = np.array([motion_time(way, v, self.acceleration) for way, v in each]) + self.rest[chosen]
-        begin = np.concatenate([[0.0], np.cumsum(seconds)])
-        on, off = (
-            begin[:-1]
-            + np.array([self._passed(s, way, v) for s, (way, v) in zip(ends[chosen].tolist(), each, strict=True)])
-            for ends in (self.near, self.far)
-        )
-        return on, off, float(begin[-1])
+        chosen, a = np.flatnonzero(self.run == run), self.acceleration
+        way, speed = self.way[chosen], self.feed[chosen] * override
+        ramp = np.minimum(0.5 * speed * speed / a, 0.5 * way)  # in which the table speeds up, and as evenly slows down
+        whole = 2.0 * np.sqrt(2.0 * ramp / a) + (way - 2.0 * ramp) / speed
+        begin = np.concatenate([[0.0], np.cumsum(whole + self.rest[chosen])])
 
-    def _passed(self, s: float, way: float, speed: float) -> float:
-        """When the table has gone the first `s` mm of a stroke, s: it speeds up, runs and slows down evenly."""
-        a = self.acceleration
-        ramp = min(0.5 * speed * speed / a, 0.5 * way)
-        if s <= ramp:
-            return math.sqrt(2.0 * max(s, 0.0) / a)
-        if s >= way - ramp:
-            return motion_time(way, speed, a) - math.sqrt(2.0 * max(way - s, 0.0) / a)
-        return math.sqrt(2.0 * ramp / a) + (s - ramp) / speed
+        def passed(s: Floats) -> Floats:
+            """When the table has gone the first `s` mm of each stroke, s."""
+            early, late = np.sqrt(2.0 * np.maximum(s, 0.0) / a), np.sqrt(2.0 * np.maximum(way - s, 0.0) / a)
+            between = np.sqrt(2.0 * ramp / a) + (s - ramp) / speed
+            return np.where(s <= ramp, early, np.where(s >= way - ramp, whole - late, between))
+
+        return begin[:-1] + passed(self.near[chosen]), begin[:-1] + passed(self.far[chosen]), float(begin[-1])
 
 
 def pattern_of(programs: Programs, job: Job) -> Pattern:

@@ -5,8 +5,6 @@ from pathlib import Path
 import numpy as np
 
 from grind_env.errors import listed
-from grind_env.machine.record import GrindingRecord
-from grind_env.process.cost import NO_LIMIT
 from grind_env.process.user_catalogue import OVERRIDES
 from grind_env.shop.calibrate.alignment import SAME_FEED, Alignment
 from grind_env.shop.calibrate.fit import Fit
@@ -17,15 +15,9 @@ from grind_env.shop.calibrate.observe import Observations
 from grind_env.shop.calibrate.pattern import Pattern
 from grind_env.toml import read_toml
 
-SCATTERS = 3.0
-"""Enlargement of errors that is told."""
 GROUND, WORTH_TELLING = 0.15, 0.1
 """Share of the usual power of strokes above idle that is taken for grinding; how long it must be, over that of the
 program, to be told."""
-HOT = 0.7
-"""Of the temperature that is allowed, from which on burn should have been looked for."""
-CONDEMNED = 0.7
-"""Of the parts that the gauge found good, fewer than which the fit contradicts it."""
 NAMED = 3
 """Runs that are named, of those that were left out."""
 
@@ -99,44 +91,6 @@ def gauge_remarks(gauge: Gauge, parts: int) -> list[str]:
     beyond = int((gauge.part > parts).sum())
     more = [f"{beyond} rows of the gauge file are of parts that are not in the log"] if beyond else []
     return [*gauge.remarks, *more]
-
-
-def verdict_remarks(gauge: Gauge | None, record: GrindingRecord, *, burn: bool) -> list[str]:
-    """What the fitted machine says of the parts, where the gauge says something else or nothing.
-
-    Args:
-        gauge: what was measured; None for nothing.
-        record: of the fitted machine.
-        burn: whether burn was looked for.
-    """
-    rows, limits, said = record.parts, record.job.limits, []
-    hottest = float(rows["rise"].max() / limits.rise)
-    if hottest > HOT and not burn:
-        said.append(
-            f"parts come to {100.0 * hottest:.0f} % of the temperature at which they burn, by constants that the power "
-            "does not tell; say in a column burn of the gauge file whether any was seen, yes or no"
-        )
-    if gauge is not None:
-        mine = gauge.part <= len(rows)
-        bad = (limits.roughness > NO_LIMIT) & (gauge.Ra > limits.roughness) | (gauge.burn > 0.5)
-        bad |= (limits.size > NO_LIMIT) & (np.abs(gauge.size) > limits.size)
-        found_good, expected = int((mine & ~bad).sum()), float(rows["survival"][gauge.part[mine & ~bad] - 1].sum())
-        if expected < CONDEMNED * found_good:
-            said.append(
-                f"the gauge found {found_good} parts good, of which the fit expects {expected:.1f} to be so; constants "
-                "that it keeps from the catalogue are not those of this machine: give size, Ra, burn of more parts"
-            )
-    return said
-
-
-def fit_remarks(fitted: Fit) -> list[str]:
-    """What is to be known of the errors of a fit."""
-    return [
-        f"the {kind} scatters {factor:.1f} times as much as its samples say; the intervals allow for it, but the model "
-        "does not follow all that happened"
-        for kind, factor in fitted.factors.items()
-        if factor > SCATTERS
-    ]
 
 
 def overridden(job: Path, fitted: Fit, *, idle: bool) -> list[str]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.errors import listed
 from grind_env.files import write_atomically
 from grind_env.machine.job import Job
 from grind_env.machine.job.entries import entries_of
@@ -19,15 +20,13 @@ from grind_env.shop.calibrate.fit import NORMAL_90, Fit
 from grind_env.shop.calibrate.observe import Observations
 from grind_env.shop.calibrate.parameters import Parameter
 from grind_env.shop.calibrate.sheet import Floats
-from grind_env.shop.calibrate.solver import LINEAR, Data
+from grind_env.shop.calibrate.solver import Data
 from grind_env.shop.calibrate.uncertain import uncertainty_lines
+from grind_env.shop.calibrate.verdict import Judged, Verdict
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-WORSE, SLIGHTLY = 1.1, 0.005
-"""Times the error of the catalogue, and by more than what share of the power, from which on a fit is worse beyond
-chance: where the catalogue is right to .1 % a fit is off by .3 %, and tells how little else the machine may be."""
 BARE_KEY = re.compile("[A-Za-z0-9_-]+")
 """A key that TOML takes without quotes."""
 
@@ -54,30 +53,18 @@ class Estimate:
 
 
 @dataclass(frozen=True, slots=True)
-class HeldOut:
-    """How well parts or settings are predicted that took no part in a fit to all others.
-
-    Attributes:
-        what: which these are.
-        errors: by kind of measurement, in the units of `fit.errors_of`: how many, the catalogue's error,
-            that of the fit.
-    """
-
-    what: str
-    errors: Mapping[str, tuple[int, float, float]]
-
-
-@dataclass(frozen=True, slots=True)
 class Idle:
     """Power of the idling spindle, W: `mean` under the strokes, `low` and `high` the lowest and highest of them.
 
-    `full` is the power, W, at which a meter in per cent shows 100, idling among it; None of other meters.
+    `full` is the power, W, at which a meter in per cent shows 100, idling among it; None of other meters. Where the job
+    states the limit of the power itself, idle power alone would lower what is left for grinding: none is `written`.
     """
 
     mean: float
     low: float
     high: float
     full: float | None = None
+    written: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,8 +83,7 @@ class Calibration:
         label: of each measurement, such as `part 2, block 50, stroke 7`.
         part: number of that of each measurement, from 1; the setting of a table.
         time: of each, s of the log; NaN for what was gauged.
-        errors: by kind of measurement, in the units of `fit.errors_of`.
-        held_out: error on what took no part; None if there is too little.
+        judged: how well it predicts each kind of measurement.
         quality: median correlation of the log with the program, no unit; NaN for a table.
         idle: power of the idling spindle in W; None for a table, and where the scale of the meter is not known.
         by_stroke: whether strokes have means of their own.
@@ -120,8 +106,7 @@ class Calibration:
     label: tuple[str, ...]
     part: NDArray[np.int64]
     time: Floats
-    errors: Mapping[str, tuple[int, float, float]]
-    held_out: HeldOut | None
+    judged: Judged
     quality: float = math.nan
     idle: Idle | None = None
     by_stroke: bool = True
@@ -143,14 +128,9 @@ class Calibration:
         return self.idle is None and not any(each.told for each in self.estimates)
 
     @property
-    def is_worse(self) -> bool:
-        """Whether parts that took no part are predicted worse than by the catalogue as it was."""
-        errors = {} if self.held_out is None else self.held_out.errors
-        return any(
-            after > max(WORSE * before, before + SLIGHTLY)
-            for kind, (_, before, after) in errors.items()
-            if kind in LINEAR
-        )
+    def verdict(self) -> Verdict:
+        """Whether the fitted model may be used, and for what."""
+        return self.judged.verdict(tells_nothing=self.tells_nothing)
 
     def write(self, path: str | Path, *, force: bool = False) -> None:
         """Write the catalogue file, as `grind calibrate -o`; errors as of `write_catalogue`."""
@@ -217,7 +197,7 @@ def catalogue_text(found: Calibration) -> str:
             for each in found.estimates
             if each.told and each.parameter.kind == kind
         ]
-        if kind == "machine" and found.idle is not None:
+        if kind == "machine" and found.idle is not None and found.idle.written:
             rows += _idle_rows(found.job, found.idle)
         if kind == "machine" and found.meter_scale is not None:
             rows += [f"meter_scale = {found.meter_scale:.4g}  # what its power meter shows over the power"]
@@ -234,10 +214,10 @@ def write_catalogue(found: Calibration, path: Path, *, force: bool = False) -> N
     Args:
         found: what was found.
         path: of the file.
-        force: whether it is written, too, where the catalogue as it was predicts parts better that took no part.
+        force: whether it is written, too, where the catalogue as it was predicts measurements better.
 
     Raises:
-        WorseFit: it does so.
+        WorseFit: the catalogue does so.
         CalibrationError: nothing was found that could stand in it.
         FileError: the folder does not exist or cannot be written to.
     """
@@ -246,11 +226,10 @@ def write_catalogue(found: Calibration, path: Path, *, force: bool = False) -> N
             f"{found.source} tells none of the constants beyond what the catalogue says, so that {path} was not "
             "written; log faster, or more parts, or give what was gauged"
         )
-    if found.is_worse and not force:
-        held_out = found.held_out.what if found.held_out else "parts"
+    if found.judged.worse and not force:
         raise WorseFit(
-            f"the catalogue as it was predicts {held_out} better than a fit to the others, so that {path} was not "
-            "written; log more parts, check part and wheel of the job, or say --force"
+            f"{path} was not written, because the catalogue predicts {listed(found.judged.worse)} better; log more "
+            "parts, check part and wheel of the job, or say --force"
         )
     write_atomically(path, lambda temporary: temporary.write_text(catalogue_text(found), encoding="utf-8"))
 

@@ -21,11 +21,8 @@ def told_rows(found: Calibration) -> list[tuple[str, ...]]:
 
 def said_sentences(found: Calibration) -> list[str]:
     """What is to be said below the table."""
-    nothing = (
-        [] if told_rows(found) else [f"{found.source} tells none of the constants beyond what the catalogue says."]
-    )
     next_cut = [] if found.next_cut is None else [found.next_cut]
-    return [*nothing, *meter_sentences(found), *kept_sentences(found), *error_sentences(found), *next_cut]
+    return [*meter_sentences(found), *kept_sentences(found), *error_sentences(found), *next_cut]
 
 
 def show(found: Calibration, console: Console) -> None:
@@ -45,6 +42,7 @@ def show(found: Calibration, console: Console) -> None:
         table.add_row(entry, style="dim")
         for each in constants:
             table.add_row(f" {each.parameter.key}", *_row(each)[1:])
+    console.print(found.verdict.headline, style="bold")
     if table.row_count:
         console.print(table)
     for sentence in said_sentences(found):
@@ -71,23 +69,29 @@ def kept_sentences(found: Calibration) -> list[str]:
 
 def error_sentences(found: Calibration) -> list[str]:
     """How well the measurements are predicted, then those that took no part."""
-    said = [
-        f"Error of {count} measurement{'s' if count > 1 else ''} of {kind}: {_error(kind, after)}; "
-        f"with the catalogue {_error(kind, before)}."
-        for kind, (count, before, after) in found.errors.items()
-    ]
-    if found.held_out is not None:
-        said += [
-            f"Error on {found.held_out.what}, fitted without: {count} of {kind} {_error(kind, after)}; "
-            f"with the catalogue {_error(kind, before)}."
-            for kind, (count, before, after) in found.held_out.errors.items()
-        ]
+    held_out, whole = found.judged.held_out or {}, "part" if found.program else "setting"
+    said = []
+    for kind, (count, before, after) in found.judged.errors.items():
+        without = (
+            f", {_error(kind, held_out[kind][2])} on {whole}s that are left out in turn" if kind in held_out else ""
+        )
+        said.append(
+            f"Error of {count} measurement{'s' if count > 1 else ''} of {kind}: {_error(kind, after)}{without}; with "
+            f"the catalogue {_error(kind, before)}."
+        )
     return said
 
 
 def as_data(found: Calibration) -> dict[str, Any]:
     """The same for `--json`."""
     return {
+        "verdict": {
+            "level": found.verdict.level,
+            "headline": found.verdict.headline,
+            "uses": list(found.verdict.uses),
+            "worse": list(found.judged.worse),
+            "kept": list(found.judged.kept),
+        },
         "source": found.source,
         "program": found.program,
         "constants": [
@@ -109,10 +113,8 @@ def as_data(found: Calibration) -> dict[str, Any]:
         "idle": None
         if found.idle is None
         else {"mean": found.idle.mean, "low": found.idle.low, "high": found.idle.high},
-        "errors": _errors(found.errors),
-        "held_out": None
-        if found.held_out is None
-        else {"what": found.held_out.what, "errors": _errors(found.held_out.errors)},
+        "errors": _errors(found.judged.errors),
+        "held_out": None if found.judged.held_out is None else {"errors": _errors(found.judged.held_out)},
         "width": found.fit.width,
         "residual": found.residual,
         "drift": found.drift,

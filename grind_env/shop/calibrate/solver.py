@@ -8,12 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.errors import GrindError
-from grind_env.extras import needing
 from grind_env.shop.calibrate.parameters import Parameter
 from grind_env.shop.calibrate.sheet import Floats
-
-with needing("shop", "a calibration needs"):
-    from scipy import optimize
 
 OUTLIER = 5.0
 """Errors from which on a measurement is left out."""
@@ -25,6 +21,19 @@ LOOSE = 0.01
 """Of the root mean square of the power of all strokes."""
 HOPELESS = 1e3
 """Residual of constants with which the process model has no numbers."""
+NEAR = 0.25
+"""Spreads of the prior from where derivatives were taken, up to which a solution needs no new ones."""
+LONGEST_STEP, MOST_STEPS, MOST_SLOPES = 2.0, 40, 4
+"""Spreads of the prior that a constant moves in a step at most; steps of a solution, and how often its derivatives are
+taken anew."""
+LITTLE, LITTLE_ROUGHLY, LEAST_LITTLE = 1e-4, 1e-2, 2e-3
+"""Of half the sum of squares, shares of it and itself: what a step must promise to be worth a run of the machine."""
+STEPS_WITHOUT = 2
+"""Of a fit to all parts but some."""
+FARTHEST = 2.0
+"""Spreads from its prior that a nuisance may be."""
+TINY = 1e-6
+"""Relative step of the derivatives of residuals over what is predicted."""
 
 Changes: TypeAlias = Mapping[str, Mapping[str, float]]
 """Values by kind of entry and field."""
@@ -37,6 +46,8 @@ LINEAR = ("power",)
 """Kinds of measurement with additive errors, beside which those of the others are relative."""
 ABSOLUTE = ("size", "diameter")
 """Those whose level the scale of no meter multiplies."""
+GAUGED = (*ABSOLUTE, "Ra")
+"""Those of single parts."""
 YES_OR_NO = "burn"
 """A measurement of 1 or 0, whose prediction is the logit of its probability."""
 
@@ -51,14 +62,12 @@ class Data:
             the share of yes that passes for no.
         kind: such as power or Ra.
         part: number of the part that it is of, from 1; the setting of a table.
-        held_out: whether it is of the parts or settings that judge a fit to the others.
     """
 
     value: Floats
     error: Floats
     kind: NDArray[np.str_]
     part: NDArray[np.int64]
-    held_out: NDArray[np.bool_]
 
     @property
     def kinds(self) -> tuple[str, ...]:
@@ -84,6 +93,11 @@ class Nuisance:
 
     spread: float
     effect: Floats
+
+
+def bounded(x: Floats) -> Floats:
+    """Return nuisances none of which is beyond `FARTHEST` spreads: a known meter does not give way to a model."""
+    return np.asarray(FARTHEST * np.tanh(x / FARTHEST))
 
 
 def changes_of(parameters: Sequence[Parameter], z: Floats) -> Changes:
@@ -124,6 +138,8 @@ class Solver:
             len(nuisances), data.value.size
         )
         self._known: dict[Changed, Floats] = {} if like is None else like._known
+        self._at: Floats | None = None
+        self._slopes: Floats | None = None
 
     def predicted(self, x: Floats) -> Floats:
         """What would be measured, shape as of the values."""
@@ -136,7 +152,7 @@ class Solver:
                 self._known[key] = np.array(self._predict(changes), np.float64)
             except GrindError:
                 self._known[key] = np.full(self.data.value.size, np.nan)
-        found: Floats = self._known[key] * np.exp(x[count:] @ self._effects)
+        found: Floats = self._known[key] * np.exp(bounded(x[count:]) @ self._effects)
         return found
 
     def residuals(self, predicted: Floats, used: NDArray[np.bool_], factors: Mapping[str, float]) -> Floats:
@@ -157,64 +173,118 @@ class Solver:
         return np.nan_to_num(result[used], nan=HOPELESS, posinf=HOPELESS, neginf=-HOPELESS)
 
     def solve(
-        self, x: Floats, used: NDArray[np.bool_], factors: Mapping[str, float], free: NDArray[np.bool_]
-    ) -> Floats:
-        """The most probable variables, those that are not free being as they are."""
-        if not free.any():
-            return x
-        whole = x.copy()
-
-        def filled(part: Floats) -> Floats:
-            whole[free] = part
-            return whole
-
-        def residuals(part: Floats) -> Floats:
-            return np.append(self.residuals(self.predicted(filled(part)), used, factors), part)
-
-        def jacobian(part: Floats) -> Floats:
-            return np.vstack([self.slopes(filled(part).copy(), used, factors, free), np.eye(part.size)])
-
-        best = optimize.least_squares(
-            residuals, x[free], jac=jacobian, method="trf", xtol=1e-4, ftol=1e-6, gtol=1e-6, max_nfev=30
-        )
-        return filled(best.x).copy()
-
-    def slopes(
         self,
         x: Floats,
         used: NDArray[np.bool_],
         factors: Mapping[str, float],
         free: NDArray[np.bool_],
         *,
-        central: bool = False,
+        roughly: bool = False,
     ) -> Floats:
-        """Derivatives of the residuals, shape (used, free)."""
-        here, signs = (
-            self.residuals(self.predicted(x), used, factors),
-            (1.0, -1.0) if central or self._step == LONG_STEP else (1.0,),
-        )
-        columns = []
-        for k in np.flatnonzero(free).tolist():
+        """Return the most probable variables; those that are not free stay as they are.
+
+        Gauss-Newton steps with damping. A run of the machine corrects the derivatives of those before (Broyden), and
+        derivatives are taken anew where the solution is far from their place, unless it may be found `roughly`.
+        """
+        if not free.any():
+            return x
+        here, damping, left = self.predicted(x), 0.0, MOST_SLOPES
+        for _ in range(MOST_STEPS):
+            rest, rows = self.residuals(here, used, factors), self.slopes(x, used, factors)[:, free]
+            gradient, curvature = rows.T @ rest + x[free], rows.T @ rows + np.eye(rows.shape[1])
+            step = np.linalg.solve(curvature + damping * np.diag(np.diag(curvature)), -gradient)
+            step *= min(1.0, LONGEST_STEP / max(float(np.abs(step).max()), 1e-300))
+            cost = _cost(rest, x[free])
+            promised = -float(gradient @ step) - 0.5 * float(step @ curvature @ step)
+            if promised < max((LITTLE_ROUGHLY if roughly else LITTLE) * cost, LEAST_LITTLE):
+                if roughly or left == 0 or self._is_near(x):
+                    break
+                self._take_slopes(x)
+                left -= 1
+                continue
+            moved = x.copy()
+            moved[free] += step
+            there = self.predicted(moved)
+            if _cost(self.residuals(there, used, factors), moved[free]) < cost:
+                self._correct(x, moved, here, there)
+                x, here, damping = moved, there, 0.25 * damping
+            elif left and not self._is_at(x):
+                self._take_slopes(x)
+                left -= 1
+            elif damping > 1e6:
+                break
+            else:
+                damping = max(10.0 * damping, 0.1)
+        return x
+
+    def _take_slopes(self, x: Floats) -> None:
+        """Take the derivatives of what is predicted, shape (measurements, variables), at some variables."""
+        here, columns = self.predicted(x), []
+        for k in range(self.size):
             ends = []
-            for sign in signs:
+            for sign in (1.0, -1.0) if self._step == LONG_STEP else (1.0,):
                 moved = x.copy()
                 moved[k] += sign * self._step
-                ends.append(self.residuals(self.predicted(moved), used, factors))
-            columns.append(
-                (ends[0] - ends[-1]) / (2.0 * self._step) if len(ends) == 2 else (ends[0] - here) / self._step
-            )
-        return np.column_stack(columns)
+                ends.append((sign * self._step, self.predicted(moved)))
+            ends = ends if len(ends) == 2 else [*ends, (0.0, here)]
+            columns.append((ends[0][1] - ends[1][1]) / (ends[0][0] - ends[1][0]))
+        self._at, self._slopes = x.copy(), np.nan_to_num(np.column_stack(columns))
+
+    def begin_with(self, other: "Solver", ratio: Floats) -> None:
+        """Take over the derivatives of another solver, whose variables are `ratio` times as wide."""
+        if other._slopes is not None and other._at is not None:
+            self._at, self._slopes = other._at / ratio, other._slopes * ratio
+
+    def _correct(self, x: Floats, moved: Floats, here: Floats, there: Floats) -> None:
+        """Correct the derivatives by the difference that a step has made (Broyden, Math. Comp. 19 (1965) 577)."""
+        assert self._slopes is not None
+        step = moved - x
+        missed = np.nan_to_num(there - here - self._slopes @ step)
+        self._slopes = self._slopes + np.outer(missed, step) / float(step @ step)
+
+    def _is_near(self, x: Floats) -> bool:
+        return self._at is not None and float(np.abs(x - self._at).max()) <= NEAR
+
+    def _is_at(self, x: Floats) -> bool:
+        return self._at is not None and np.array_equal(x, self._at)
+
+    def slopes(self, x: Floats, used: NDArray[np.bool_], factors: Mapping[str, float]) -> Floats:
+        """Return derivatives of the residuals, shape (used, variables), by those of what is predicted nearby."""
+        if self._slopes is None:
+            self._take_slopes(x)
+        assert self._slopes is not None
+        predicted = self.predicted(x)
+        push = TINY * np.maximum(np.abs(np.nan_to_num(predicted)), 1e-3)
+        above, below = (self.residuals(predicted + each, used, factors) for each in (push, -push))
+        return ((above - below) / (2.0 * push[used]))[:, None] * self._slopes[used]
 
     def covariance(self, x: Floats, used: NDArray[np.bool_], factors: Mapping[str, float]) -> Floats:
-        """Of all variables around the most probable ones."""
-        free = np.ones(self.size, np.bool_)
-        slopes = self.slopes(x, used, factors, free, central=True)
+        """Return that of all variables around the most probable ones."""
+        if not self._is_at(x):
+            self._take_slopes(x)
+        slopes = self.slopes(x, used, factors)
         return np.asarray(np.linalg.inv(slopes.T @ slopes + np.eye(self.size)), np.float64)
 
-    def without_outliers(self, x: Floats, used: NDArray[np.bool_], factors: Mapping[str, float]) -> NDArray[np.bool_]:
-        """The measurements that are near what is predicted, as errors that may be too small say."""
-        predicted = self.predicted(x)
-        everything = self.residuals(predicted, np.ones(used.size, np.bool_), factors)
+    def without(
+        self,
+        x: Floats,
+        rows: NDArray[np.bool_],
+        used: NDArray[np.bool_],
+        factors: Mapping[str, float],
+        free: NDArray[np.bool_],
+    ) -> Floats:
+        """Return what a fit to all measurements but some `rows` predicts of these, starting from a fit `x` to all."""
+        others = used & ~rows
+        for _ in range(STEPS_WITHOUT):
+            rest, slopes = self.residuals(self.predicted(x), others, factors), self.slopes(x, others, factors)[:, free]
+            gradient, curvature = slopes.T @ rest + x[free], slopes.T @ slopes + np.eye(slopes.shape[1])
+            x = x.copy()
+            x[free] -= np.clip(np.linalg.solve(curvature, gradient), -LONGEST_STEP, LONGEST_STEP)
+        return self.predicted(x)[rows]
+
+    def without_outliers(self, x: Floats, used: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Return the measurements that are near what is predicted, as errors that may be too small say."""
+        everything = self.residuals(self.predicted(x), np.ones(used.size, np.bool_), dict.fromkeys(self._of_kind, 1.0))
         kept = used.copy()
         for kind, chosen in self._of_kind.items():
             mine = np.flatnonzero(chosen & used)
@@ -225,8 +295,13 @@ class Solver:
             kept[worst[np.abs(everything[worst]) > OUTLIER * scatter]] = False
         return kept
 
-    def enlarged(self, x: Floats, used: NDArray[np.bool_], factors: Mapping[str, float]) -> dict[str, float]:
-        """The factors on errors with which the residuals of every kind agree; never below 1."""
+    def enlarged(
+        self, x: Floats, used: NDArray[np.bool_], factors: Mapping[str, float], *, gauged: bool
+    ) -> dict[str, float]:
+        """Return the factors on errors with which the residuals of every kind agree; never below 1.
+
+        Without what is `gauged`, whose few values a power with errors that are too small overrules: they keep theirs.
+        """
         predicted, plain = self.predicted(x), dict.fromkeys(factors, 1.0)
         everything = self.residuals(predicted, np.ones(used.size, np.bool_), plain)
         taken = self._effective(x, used, factors)
@@ -234,12 +309,16 @@ class Solver:
         for kind, chosen in self._of_kind.items():
             mine = chosen & used
             freedom = mine.sum() - taken * mine.sum() / used.sum()
-            enough = kind != YES_OR_NO and mine.sum() >= 4 and freedom >= 1.0
+            enough = kind != YES_OR_NO and mine.sum() >= 4 and freedom >= 1.0 and (gauged or kind not in GAUGED)
             result[kind] = max(1.0, float(np.sqrt(np.square(everything[mine]).sum() / freedom))) if enough else 1.0
         return result
 
     def _effective(self, x: Floats, used: NDArray[np.bool_], factors: Mapping[str, float]) -> float:
         """How many variables the measurements determine."""
-        slopes = self.slopes(x, used, factors, np.ones(self.size, np.bool_))
+        slopes = self.slopes(x, used, factors)
         information = slopes.T @ slopes
         return float(np.trace(np.linalg.solve(information + np.eye(self.size), information)))
+
+
+def _cost(rest: Floats, x: Floats) -> float:
+    return 0.5 * float(rest @ rest + x @ x)

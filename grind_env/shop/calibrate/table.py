@@ -23,10 +23,10 @@ from grind_env.plants.names import MODEL
 from grind_env.process.catalogue import Catalogue
 from grind_env.shop.calibrate.columns import Map, find_columns, read_map
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.fit import Fit, Problem, errors_of, fit
+from grind_env.shop.calibrate.fit import Fit, Problem, fit_and_judge
 from grind_env.shop.calibrate.parameters import chosen_parameters
-from grind_env.shop.calibrate.remarks import fit_remarks, overridden
-from grind_env.shop.calibrate.result import Calibration, HeldOut, estimates_of, scales_of
+from grind_env.shop.calibrate.remarks import overridden
+from grind_env.shop.calibrate.result import Calibration, estimates_of, scales_of
 from grind_env.shop.calibrate.sheet import MICROMETRES, MILLIMETRES, WATTS, Floats, read_sheet
 from grind_env.shop.calibrate.solver import Changes, Data, changes_of
 from grind_env.shop.calibrate.uncertain import missed
@@ -45,10 +45,6 @@ FREE = 3.0
 """Logarithmic spread of a scale that is not known."""
 BESIDE = (("material", "g_ratio_exponent"), ("wheel", "roughness_rate"), ("wheel", "initial_wear"))
 """Constants that settings tell and a log does not."""
-HELD_OUT, ENOUGH = 4, 6
-"""One row in so many judges the fit, if there are at least so many."""
-
-
 LEAST_SETTING = 1e-9
 """Of m/s, mm/s and mm, up to which a setting is none: with it nothing would be ground."""
 MOST_STROKES = 100_000
@@ -86,7 +82,7 @@ def calibrate_table(
         for name, column in columns.items()
     }
     rows = [_row(settings, values, k) for k in range(len(sheet.rows))]
-    distinct = set(rows)  # a setting may be measured many times
+    distinct = list(dict.fromkeys(rows))  # a setting may be measured many times
     free = _free(said, measured)
     of_row, kind, value = (
         np.array(each)
@@ -101,8 +97,8 @@ def calibrate_table(
         )
     )
     error = np.array([ERRORS[name] for name in kind.tolist()])
-    held_out = (of_row % HELD_OUT == HELD_OUT // 2) & (len(rows) >= ENOUGH)
-    data = Data(value, np.where(kind == "power", error * value, error), kind, of_row + 1, held_out)
+    setting = np.array([distinct.index(each) + 1 for each in rows])
+    data = Data(value, np.where(kind == "power", error * value, error), kind, setting[of_row])
 
     def predict(changes: Changes) -> Floats:
         changed = with_entries(settings, changes)
@@ -111,14 +107,7 @@ def calibrate_table(
 
     told("fitting")
     problem = Problem(parameters, dict.fromkeys(free, FREE), data, predict)
-    fitted = fit(problem, told)
-    judged = None
-    if held_out.any():
-        told("fitting without some settings")
-        judged = HeldOut(
-            f"{np.unique(of_row[held_out]).size} of {len(rows)} settings",
-            errors_of(fit(problem, held_out=held_out, start=fitted), data, held_out),
-        )
+    fitted, judged = fit_and_judge(problem, told)
     return Calibration(
         source=table.name,
         program="",
@@ -131,13 +120,11 @@ def calibrate_table(
         label=tuple(f"setting {k + 1}" for k in of_row.tolist()),
         part=data.part,
         time=np.full(value.size, np.nan),
-        errors=errors_of(fitted, data, fitted.used),
-        held_out=judged,
+        judged=judged,
         residual=_missed(fitted, data),
         remarks=(
             *sheet.remarks,
             *(f"of {name} only ratios count" for name in free),
-            *fit_remarks(fitted),
             *overridden(job, fitted, idle=False),
         ),
     )

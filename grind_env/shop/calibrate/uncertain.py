@@ -4,6 +4,7 @@ import numpy as np
 
 from grind_env.arrays import Numbers
 from grind_env.machine.job import Job
+from grind_env.machine.job.worlds import USUAL_DRIFT
 from grind_env.shop.calibrate.fit import Fit
 from grind_env.shop.calibrate.parameters import chosen_parameters
 from grind_env.shop.calibrate.sheet import Floats
@@ -11,6 +12,8 @@ from grind_env.shop.calibrate.solver import Data
 
 ENOUGH_PARTS = 4
 """From which on it can be told whether levels wander from part to part."""
+MANY_PARTS = 20
+"""From which on it can be told that they wander by more than they usually do."""
 SINGULAR = 1e-6
 """By which correlations are less than found, so that they may be rounded."""
 
@@ -25,18 +28,18 @@ def missed(fitted: Fit, data: Data, block: Numbers) -> tuple[float, float]:
         data: the measurements.
         block: number of that of each measurement, none of which is of two parts; 0 of what is no power.
     """
-    rest = np.full(data.value.size, np.nan)
-    if fitted.in_turn is not None:
-        rest = fitted.in_turn.rest * data.loose_error
-    else:
-        rest[fitted.used] = (data.value - fitted.predicted)[fitted.used]
+    predicted = np.where(np.isfinite(fitted.held_out), fitted.held_out, fitted.predicted)
+    rest = np.where(fitted.used, data.value - predicted, np.nan)
     seen = np.isfinite(rest) & (block > 0)
     of_block = _levels(rest[seen], data.value[seen], data.error[seen], block[seen])
     of_part = _levels(rest[seen], data.value[seen], data.error[seen], data.part[seen])
-    apart = (
-        [float(np.mean(np.square(of_part[k:] - of_part[:-k]))) for k in (1, 2)] if of_part.size > ENOUGH_PARTS else []
-    )
-    return float(np.sqrt(np.mean(np.square(of_block)))), float(np.sqrt(max(apart[1] - apart[0], 0.0))) if apart else 0.0
+    drift = 0.0
+    if of_part.size > ENOUGH_PARTS:
+        once, twice = (float(np.mean(np.square(of_part[k:] - of_part[:-k]))) for k in (1, 2))
+        drift = float(np.sqrt(max(twice - once, 0.0)))
+    if of_part.size < MANY_PARTS:  # what a model misses of a few parts may look like a drift, which adds up over a lot
+        drift = min(drift, USUAL_DRIFT)
+    return float(np.sqrt(np.mean(np.square(of_block)))), drift
 
 
 def _levels(rest: Floats, value: Floats, error: Floats, group: Numbers) -> Floats:

@@ -46,28 +46,22 @@ class Linear:
 
     def without(self, rows: NDArray[np.bool_], width: float) -> Floats:
         """Residuals of measurements of the power, in loose errors, that a fit to all other rows predicts."""
-        prior = np.where(self.fixed, 1.0, width**-2.0)
-        others, rest = self.slopes[~rows], self.rest[~rows]
-        step = np.linalg.solve(others.T @ others + np.diag(prior), -others.T @ rest - prior * self.x)
+        step = self.at(width, rows) - self.x
         found: Floats = self.enlarged[rows] * (self.rest[rows] + self.slopes[rows] @ step)
         return found
 
-
-@dataclass(frozen=True, slots=True)
-class InTurn:
-    """The power of each part as a fit to all others predicts it.
-
-    Attributes:
-        rest: residual of each measurement, in loose errors; NaN where it took no part.
-        gain: mean square of these over that without a free term.
-    """
-
-    rest: Floats
-    gain: float
+    def at(self, width: float, without: NDArray[np.bool_] | bool = False) -> Floats:
+        """Return the variables with so much of the free term, in spreads of the prior at its full width."""
+        prior, chosen = np.where(self.fixed, 1.0, width**-2.0), np.broadcast_to(~np.asarray(without), self.rest.shape)
+        others, rest = self.slopes[chosen], self.rest[chosen]
+        step = np.linalg.solve(others.T @ others + np.diag(prior), -others.T @ rest - prior * self.x)
+        return np.asarray(self.x + step)
 
 
-def best_width(plain: Linear, wide: Linear, data: Data) -> tuple[float, InTurn | None]:
-    """The width that predicts best, a share of the full one, and what it predicts.
+def best_width(plain: Linear, wide: Linear, data: Data) -> tuple[float, float]:
+    """Return the width that predicts best, a share of the full one.
+
+    With the mean square of what it misses on parts that are left out in turn, over that without a free term.
 
     Args:
         plain: a fit without the free term.
@@ -75,21 +69,17 @@ def best_width(plain: Linear, wide: Linear, data: Data) -> tuple[float, InTurn |
         data: the measurements.
     """
     if np.unique(data.part[plain.used & (data.kind == "power")]).size < ENOUGH_PARTS:
-        return 0.0, None
-    found = {0.0: _in_turn(plain, 1.0, data)} | {width: _in_turn(wide, width, data) for width in WIDTHS}
-    errors = {width: float(np.nanmean(np.square(each))) for width, each in found.items()}
+        return 0.0, 1.0
+    errors = {0.0: _in_turn(plain, 1.0, data)} | {width: _in_turn(wide, width, data) for width in WIDTHS}
     least = min(errors.values())
     width = next(each for each, error in errors.items() if error <= ALIKE * least)
     if errors[0.0] < FOLLOWED or errors[width] > CLEARLY * errors[0.0]:
         width = 0.0
-    return width, InTurn(found[width], errors[width] / errors[0.0])
+    return width, errors[width] / errors[0.0]
 
 
-def _in_turn(fit: Linear, width: float, data: Data) -> Floats:
-    rest = np.full(data.value.size, np.nan)
+def _in_turn(fit: Linear, width: float, data: Data) -> float:
+    """Return the mean square error of the power of parts that are left out in turn, in loose errors."""
     part, power = data.part[fit.used], (data.kind == "power")[fit.used]
-    for number in np.unique(part[power]).tolist():
-        rows = part == number
-        of_power = np.flatnonzero(fit.used)[rows & power]
-        rest[of_power] = fit.without(rows, width)[power[rows]]
-    return rest
+    missed = [fit.without(part == number, width)[power[part == number]] for number in np.unique(part[power])]
+    return float(np.mean(np.square(np.concatenate(missed))))

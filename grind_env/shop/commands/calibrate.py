@@ -12,7 +12,7 @@ from grind_env.errors import GrindError
 from grind_env.shop.commands.arguments import ReportFile, prepare_report
 from grind_env.terminal import table_console
 
-WORSE = 3
+NOT_TO_USE = 3
 
 
 def calibrate(
@@ -33,9 +33,7 @@ def calibrate(
     names: Annotated[
         str, typer.Option("--fit", help="Constants to fit, with commas between; auto: those that the log tells.")
     ] = "auto",
-    force: Annotated[
-        bool, typer.Option("--force", help="Write it, too, where the catalogue predicts parts held out better.")
-    ] = False,
+    force: Annotated[bool, typer.Option("--force", help="Write it, too, where the catalogue predicts better.")] = False,
     plan: Annotated[
         Path | None, typer.Option(help="Write what to log, made of the program, into this .nc file; no LOG."), Writes()
     ] = None,
@@ -44,28 +42,15 @@ def calibrate(
 ) -> None:
     """Fit the process model to a log of the spindle's power, or to a table of settings.
 
-    The log is a text with a column of the time (clock, s, ms) and one of the power (W, kW, hp, % of the rating, or
-    amperes), as it was exported: any separator, decimal point or comma, gaps, rows twice or out of order; one part or
-    several with pauses between. The strokes of the program are looked for in it by their pattern; the power of the
-    idling spindle is read between them. The gauge file has a row for every part: part, size (stock left), Ra, burn (yes
-    or no), wheel diameter; cells may be empty.
+    The first line says whether the model may be used, and for what. A model that predicts parts left out in turn worse
+    than the catalogue is not written without --force (exit status 3).
 
-    Columns are known by their names in the usual languages. Where they are not, a map says it, by heading or number:
-    tables [log] with time, power, dress, power_unit, time_unit, rated_power (W), volts, power_factor, scale
-    (what the meter shows over the power, which is then not fitted); [gauge] with part, size, Ra, burn, diameter,
-    nominal_size (mm), size_unit.
+    A job takes up what is written by [catalogue] files = ["shop.toml"].
 
-    What is found is written as a catalogue file, which a job takes up by [catalogue] files = ["shop.toml"]. Each
-    constant has an interval that holds it with 90 %; what the measurements do not tell is kept as the catalogue has it,
-    and named. What the model does not follow is left to a factor and exponents of the power, as far as parts that are
-    held out in turn say so. A fit that predicts the last parts worse than the catalogue is not written without --force
-    (exit status 3).
+    A log has columns of time and power, a gauge file a row for every part: size (stock left), Ra, burn (yes or no),
+    diameter of the wheel. Cells may be empty. A table has a row for each setting of a freshly dressed wheel.
 
-    Without LOG, --plan writes what to log: the program with a few E and picks and one dress in place of its first
-    cycle, within the limits of the job.
-
-    A table of settings has a row for each, ground with a freshly dressed wheel: wheel_speed, table_speed, downfeed,
-    width, length, lead, dress_depth, volume (mm3 per mm of width), and what was measured: power, Ft, Fn, Ra, wear, G.
+    --map names columns, units and what is known of the meter, in [log], [gauge] and [table]; see docs/howto/shop.md.
     """
     from rich.console import Console
 
@@ -94,12 +79,13 @@ def calibrate(
         named = {"log" if program else "table": log, "program": program, "gauge file": gauge, "job": job}
         files = {name: path for name, path in named.items() if path is not None}
         write_page(report, calibrated_report(found, files))
-    if output is not None:
-        try:
+    try:
+        if output is not None:
             found.write(output, force=force)
-        except WorseFit as error:
-            print(error, file=sys.stderr)
-            raise typer.Exit(WORSE) from None
+    except WorseFit as error:
+        print(error, file=sys.stderr)
+    if found.verdict.level == "bad" and not force:
+        raise typer.Exit(NOT_TO_USE)
 
 
 def _given(file: Path | None, what: str) -> Path:

@@ -58,9 +58,8 @@ def calibrated_report(found: Calibration, files: Mapping[str, Path]) -> str:
 def _verdict(found: Calibration) -> "Markup":
     count = len(found.estimates)
     told = count - len(found.not_told)
-    headline = f"The measurements tell {told} of {count} constants."
-    judged = [] if found.held_out is not None else ["There is too little to hold any of it out as a test."]
-    return verdict("good" if told else "poor", headline, [*error_sentences(found), *judged, *kept_sentences(found)])
+    more = [f"The measurements tell {told} of {count} constants.", *error_sentences(found), *kept_sentences(found)]
+    return verdict(found.verdict.level, found.verdict.headline, more)
 
 
 def _constants(found: Calibration) -> "Markup":

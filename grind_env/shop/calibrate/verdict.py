@@ -1,0 +1,156 @@
+"""Whether a fitted model may be used, and for what: one verdict for terminal, report, JSON and exit status.
+
+A kind of measurement is judged by parts or settings that are left out in turn: the fit to the others must predict it
+no worse than the catalogue does.
+"""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.errors import listed
+from grind_env.extras import needing
+from grind_env.shop.calibrate.sheet import Floats
+from grind_env.shop.calibrate.solver import ABSOLUTE, LINEAR, YES_OR_NO, Data
+
+with needing("shop", "a calibration needs"):
+    from scipy import special
+
+WORSE = 1.1
+"""Times the error of the catalogue from which on a fit is worse."""
+SURE, NORMAL = 0.9, 1.2816
+"""Probability with which it must be so by the scatter between parts (Student) and by errors of measuring (normal)."""
+CONTRADICTED = 3.0
+"""Logarithm of how much likelier what was seen of burn is by the catalogue, from which on a fit is worse: 20 times."""
+SLIGHTLY: Mapping[str, float] = {"size": 0.2, "diameter": 0.002}
+"""By how much the error must be larger, too, um and mm; of other kinds `SLIGHTLY_OTHERS`: where the catalogue is right
+to .1 % a fit is off by .3 %."""
+SLIGHTLY_OTHERS = 0.005
+PURPOSES: Mapping[str, Collection[str]] = {
+    "E and dressing": ("power", "Ft", "Fn"),
+    "size": ("size",),
+    "roughness": ("Ra",),
+    "burn": (YES_OR_NO,),
+    "wheel wear": ("diameter", "wear", "G"),
+}
+"""What a model is used for, and the kinds of measurement of which one must have been seen for it."""
+OWN: Mapping[str, Collection[str]] = {
+    "size": ("material.heat_factor",),
+    "Ra": ("wheel.roughness", "wheel.roughness_rate"),
+    YES_OR_NO: ("material.tempering_rise",),
+    **dict.fromkeys(PURPOSES["wheel wear"], ("wheel.g_ratio", "material.g_ratio_exponent", "wheel.initial_wear")),
+}
+"""Constants that are kept as the catalogue has them where a fit predicts a kind of measurement worse."""
+
+Errors: TypeAlias = Mapping[str, tuple[int, float, float]]
+"""By kind of measurement: how many, root mean square error of the catalogue and of the fit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """How well a fit predicts each kind of measurement, beside the catalogue.
+
+    Attributes:
+        errors: of all that took part.
+        held_out: of parts or settings by a fit to the others; None where there is one alone.
+        worse: kinds that it predicts worse than the catalogue, beyond chance.
+        kept: kinds for which it has the constants of the catalogue.
+    """
+
+    errors: Errors
+    held_out: Errors | None
+    worse: tuple[str, ...]
+    kept: tuple[str, ...] = ()
+
+    def verdict(self, *, tells_nothing: bool) -> "Verdict":
+        """Return whether the model may be used, and for what; `tells_nothing` of a fit that found no constant."""
+        if self.worse:
+            return Verdict("bad", f"Do not use it: the catalogue predicts {listed(self.worse)} better.")
+        if tells_nothing:
+            return Verdict("bad", "Do not use it: the measurements tell nothing beyond the catalogue.")
+        seen = {purpose: {*kinds} & {*self.errors} for purpose, kinds in PURPOSES.items()}
+        uses = tuple(purpose for purpose, kinds in seen.items() if kinds - {*self.kept})
+        unseen = [purpose for purpose, kinds in seen.items() if not kinds]
+        more = [f"not for {listed(unseen)}: not measured"] if unseen else []
+        more += [f"for {kind} it keeps the constants of the catalogue, which predict it better" for kind in self.kept]
+        care = "" if self.held_out else ", with care since nothing could be held out as a test,"
+        headline = "; ".join([f"Use it{care} for {listed(uses)}", *more]) + "."
+        return Verdict("good" if self.held_out else "poor", headline, uses)
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """Whether a model may be used.
+
+    Attributes:
+        level: good, poor for a model that nothing could be held out for, or bad for one that must not be used.
+        headline: the verdict as a sentence.
+        uses: what it may be used for.
+    """
+
+    level: Literal["good", "poor", "bad"]
+    headline: str
+    uses: tuple[str, ...] = ()
+
+
+def judge(data: Data, chosen: NDArray[np.bool_], nominal: Floats, predicted: Floats, held_out: Floats) -> Judged:
+    """Judge a fit by the chosen measurements.
+
+    Args:
+        data: the measurements.
+        chosen: which of them.
+        nominal: what the catalogue predicts of each.
+        predicted: what the fit does.
+        held_out: what a fit without its part does; NaN where there is one alone.
+    """
+    errors, without, worse = dict[str, tuple[int, float, float]](), dict[str, tuple[int, float, float]](), []
+    for kind in data.kinds:
+        mine = chosen & (data.kind == kind) & np.isfinite(data.value)
+        if not mine.any():
+            continue
+        is_held_out = bool(np.isfinite(held_out[mine]).all())
+        before, after, test = (_misses(data, mine, each) for each in (nominal, predicted, held_out))
+        # else nobody has looked for burn
+        for found, misses in ((errors, after), (without, test if is_held_out else None)):
+            if misses is not None and (kind != YES_OR_NO or not data.error[mine].all()):
+                found[kind] = int(mine.sum()), _usual(before), _usual(misses)
+        if _is_worse(kind, data, mine, before, test if is_held_out else after):
+            worse.append(kind)
+    return Judged(errors, without or None, tuple(worse))
+
+
+def _is_worse(kind: str, data: Data, mine: NDArray[np.bool_], before: Floats, after: Floats) -> bool:
+    """Whether what a fit misses is more than what the catalogue does, beyond chance."""
+    if kind == YES_OR_NO:
+        unlikely = -np.log(np.maximum(1.0 - np.abs([after, before]), 1e-12)).sum(axis=1)
+        return bool(unlikely[0] - unlikely[1] > CONTRADICTED)
+    _, part = np.unique(data.part[mine], return_inverse=True)
+    more = np.bincount(part, np.square(after) - np.square(before)) / np.bincount(part)
+    scatter = (
+        float(more.std(ddof=1)) / np.sqrt(more.size) * special.stdtrit(more.size - 1, SURE) if more.size > 1 else 0.0
+    )
+    # an error of measuring moves the difference of two squares by twice the difference of what is missed
+    error = data.error[mine] / (_usual(data.value[mine]) if kind in LINEAR else 1.0)
+    noise = NORMAL * float(np.sqrt(np.mean(np.square(2.0 * error * (after - before))) / part.size))
+    fit, catalogue = _usual(after), _usual(before)
+    clearly = fit > max(WORSE * catalogue, catalogue + SLIGHTLY.get(kind, SLIGHTLY_OTHERS))
+    return clearly and float(more.mean()) > max(scatter, noise)
+
+
+def _misses(data: Data, mine: NDArray[np.bool_], predicted: Floats) -> Floats:
+    """Return by how much measurements of one kind are missed, in its unit."""
+    kind, value, guess = str(data.kind[mine][0]), data.value[mine], predicted[mine]
+    if kind == YES_OR_NO:
+        return np.asarray(value - (1.0 - data.error[mine]) / (1.0 + np.exp(-np.clip(guess, -50.0, 50.0))))
+    if kind in LINEAR or kind in ABSOLUTE:
+        return np.asarray((value - guess) / (_usual(value) if kind in LINEAR else 1.0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.log(value / guess))
+
+
+def _usual(value: Floats) -> float:
+    """Return the root mean square."""
+    return max(float(np.sqrt(np.mean(np.square(value)))), 1e-150)

@@ -1,0 +1,120 @@
+"""Whether a fitted model may be used: by hand, on tables of settings, and on machines that are not the model."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from grind_env.cli import app
+from grind_env.control import read_file
+from grind_env.machine.grind import grind
+from grind_env.machine.job.entries import with_entries
+from grind_env.machine.job.file import load_job
+from grind_env.process.catalogue import load_catalogue
+from grind_env.shop.calibrate.calibration import calibrate
+from grind_env.shop.calibrate.solver import Data
+from grind_env.shop.calibrate.verdict import Judged, judge
+from grind_env.validation.rig import Rig
+from tests.foreign.shop import SHOPS, Shop, run, trace
+from tests.shop.blemished import Style, write_gauge, write_log
+from tests.shop.coverage import EXAMPLES
+
+PLATE = EXAMPLES / "plate_g82.nc"
+STYLE = Style(rate=10.0, unit="W", comma=False, separator=",", clock="s", headings=("time [s]", "power [W]"), scale=0.0)
+
+
+def judged(kind: str, value: list[float], nominal: list[float], held_out: list[float]) -> Judged:
+    """What is said of one kind of measurement, each of a part of its own."""
+    count = len(value)
+    each = (np.array(numbers, np.float64) for numbers in (value, nominal, held_out))
+    measured, before, after = each
+    data = Data(measured, np.zeros(count), np.full(count, kind, "U10"), np.arange(1, count + 1))
+    return judge(data, np.ones(count, np.bool_), before, after, after)
+
+
+def test_errors_are_those_of_the_unit_of_each_kind() -> None:
+    found = judged("size", [1.0, 2.0, 3.0], [2.0, 3.0, 4.0], [4.0, 5.0, 6.0])
+    assert found.errors["size"] == pytest.approx((3, 1.0, 3.0)) and found.worse == ("size",)
+    found = judged("Ra", [0.2, 0.2], [0.4, 0.4], [0.2, 0.2])
+    assert found.errors["Ra"] == pytest.approx((2, np.log(2.0), 0.0)) and not found.worse
+    found = judged("burn", [0.0, 0.0], [-3.0, -3.0], [3.0, 3.0])
+    assert found.errors["burn"][1:] == pytest.approx((1.0 / (1.0 + np.exp(3.0)), 1.0 / (1.0 + np.exp(-3.0))))
+    assert found.worse == ("burn",)
+    assert judged("burn", [0.0, 0.0], [-9.0, -9.0], [-2.0, -2.0]).worse == ()  # not burnt, as is likely by either
+
+
+def test_what_chance_between_parts_makes_is_not_worse() -> None:
+    assert judged("size", [0.0] * 4, [3.0] * 4, [0.0, 0.0, 0.0, 7.0]).worse == ()
+    assert judged("size", [0.0] * 4, [3.0] * 4, [5.0] * 4).worse == ("size",)
+
+
+def test_what_errors_of_measuring_make_is_not_worse() -> None:
+    data = Data(np.array([2.0]), np.array([2.0]), np.array(["size"]), np.array([1]))
+    for off, worse in ((3.0, ()), (24.0, ("size",))):
+        fit = np.array([2.0 + off])
+        assert judge(data, np.ones(1, np.bool_), np.array([3.5]), fit, fit).worse == worse
+
+
+def test_the_verdict_says_what_the_model_is_for() -> None:
+    errors = {"power": (9, 0.2, 0.02), "size": (3, 4.0, 1.0)}
+    found = Judged(errors, errors, ()).verdict(tells_nothing=False)
+    assert (found.level, found.uses) == ("good", ("E and dressing", "size"))
+    assert found.headline == ("Use it for E and dressing, size; not for roughness, burn, wheel wear: not measured.")
+    kept = Judged(errors, errors, (), kept=("size",)).verdict(tells_nothing=False)
+    assert kept.uses == ("E and dressing",) and "for size it keeps the constants of the catalogue" in kept.headline
+    assert Judged(errors, None, ()).verdict(tells_nothing=False).level == "poor"
+    assert Judged(errors, errors, ("size",)).verdict(tells_nothing=False).level == "bad"
+    assert Judged(errors, errors, ()).verdict(tells_nothing=True).level == "bad"
+
+
+def test_constants_of_a_kind_that_the_model_does_not_follow_stay_as_the_catalogue_has_them(tmp_path: Path) -> None:
+    """Forces that the model makes, beside a roughness that rises and falls without a reason."""
+    lines = ["table_speed [m/min];downfeed [um];volume;Ft [N/mm];Ra [um]"]
+    for k, (speed, feed) in enumerate((speed, feed) for speed in (8, 14, 20) for feed in (5, 15)):
+        rig = Rig(load_catalogue()).fresh(
+            table_speed=speed * 1000 / 60, downfeed=feed / 1000, changes={"material": {"chip_energy": 18.0}}
+        )
+        done = rig.grind_volume(40.0)
+        lines.append(f"{speed};{feed};40;{done.Ft:.4f};{done.Ra * (3.0 if k == 2 else 0.85):.4f}")
+    (tmp_path / "table.csv").write_text("\n".join(lines), encoding="utf-8")
+    words = ["calibrate", str(tmp_path / "table.csv"), "--job", str(PLATE.with_suffix(".toml")), "--json"]
+    result = CliRunner().invoke(app, [*words, "-o", str(tmp_path / "shop.toml")])
+    found = json.loads(result.stdout)
+    assert result.exit_code == 0 and found["verdict"]["kept"] == ["Ra"]
+    assert (
+        "chip_energy" in (tmp_path / "shop.toml").read_text()
+        and "roughness =" not in (tmp_path / "shop.toml").read_text()
+    )
+    assert "roughness" not in found["verdict"]["uses"]
+
+
+def test_the_share_of_the_heat_is_found_by_sizes(tmp_path: Path) -> None:
+    job = load_job(PLATE.with_suffix(".toml"))
+    truth = with_entries(job, {"material": {"heat_factor": 0.3, "chip_energy": 20.0}})
+    rng = np.random.default_rng(4)
+    record = write_log(tmp_path / "log.csv", read_file(PLATE), truth, 4, STYLE, rng)
+    write_gauge(tmp_path / "parts.csv", record, rng, filled=1.0)
+    found = calibrate(tmp_path / "log.csv", PLATE, PLATE.with_suffix(".toml"), gauge=tmp_path / "parts.csv")
+    heat = next(each for each in found.estimates if each.parameter.key == "heat_factor")
+    assert heat.told and heat.low < 0.3 < heat.high < 1.0
+    assert found.verdict.level == "good"
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("shop", SHOPS.values(), ids=SHOPS)
+def test_a_fit_to_a_foreign_machine_predicts_other_parts_of_it_better_than_the_catalogue(
+    shop: Shop, tmp_path: Path
+) -> None:
+    """By parts of another shift, which the fit has not seen."""
+    job = shop.write(tmp_path)
+    found = calibrate(tmp_path / "log.csv", tmp_path / "varied.nc", job, gauge=tmp_path / "gauge.csv")
+    assert found.verdict.level == "good" and not found.judged.worse
+    parts = list(run(shop, shop.machine(7), trace(tmp_path / "varied.nc", job)))
+    program = read_file(tmp_path / "varied.nc")
+    size, Ra = (np.array([getattr(part, name) for part in parts]) for name in ("size", "Ra"))
+    fit, catalogue = (grind(program, each).parts for each in (found.fitted, found.job))
+    assert np.abs(fit["size_error"] - size).mean() < np.abs(catalogue["size_error"] - size).mean()
+    assert np.abs(np.log(fit["Ra"] / Ra)).mean() < np.abs(np.log(catalogue["Ra"] / Ra)).mean()
+    assert fit["survival"].min() > 0.9 and not any(part.burnt for part in parts)
