@@ -30,8 +30,8 @@ SIZE_AIM = 0.5
 NEAR = 0.75
 """Of a limit of size or Ra, above which no block of the part becomes faster."""
 HEAT, ROOM, FURTHER, BACK = 0.78, 1.25, 1.1, 0.93
-"""Burn ratio that the model allows. Factors on the heat of the first part, which is allowed if the model says more of it;
-on a heat that did not burn; and on one that did."""
+"""Burn ratio that the model allows. Factors on the heat of the first part, allowed where it is above that; on a heat that
+did not burn; and on one that did."""
 COOLS = 0.6
 """Exponent of power over E from which on a slower table is cooler."""
 SLOWER, BURNT_SLOWER, BURNT_STEP, FORGIVEN = 0.9, 0.8, 1.05, 1.005
@@ -294,7 +294,7 @@ class Rule:
             self._learn_burn([*dict.fromkeys(self.kind_of[first : number + 1])], burnt=told.burn)
         self.heat[:] = 0.0
         self.volumes = np.minimum(REGAINED * self.volumes, self.usual_volumes)
-        if told.burn or (off and abs(told.size or 0.0) > 1.0):
+        if told.burn or (told.size is not None and (told.size > 1.0 or told.size < -AIM)):
             self.volumes = np.minimum(self.volumes, AIM * max(worn, 1.0))
 
     def _learn_burn(self, kinds: list[int], *, burnt: bool) -> None:
