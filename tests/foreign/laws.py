@@ -104,6 +104,38 @@ class Flats:
         return 0.24 * (speed / 150.0) ** 0.45 / (1.0 + 4.0 * dull)
 
 
+@dataclass
+class Loading:
+    """A size effect by the depth of the grains' chips, and a wheel that loads with chips until it is full.
+
+    M. C. Shaw, Principles of Abrasive Processing (1996), chapter 6, for the size effect; for loading Lauer-Schmaltz and
+    Koenig, Annals of the CIRP 29 (1980) 201.
+    """
+
+    stiffness: float = 25_000.0
+    force_ratio: float = 3.0
+    share: float = 0.45
+    full: float = 1.1
+    """Share by which a full wheel takes more power."""
+
+    def power(self, depth: float, speed: float, dull: float) -> float:
+        """By the depth of a grain's chip, which goes with the root of table speed and the fourth root of depth."""
+        chip = (speed / 200.0) ** 0.5 * (depth / 0.01) ** 0.25
+        return 22.0 * max(chip, 0.05) ** -0.7 * depth * speed * (1.0 + dull)
+
+    def dulls(self, depth: float, speed: float, dull: float) -> float:
+        """Slower the fuller the pores are."""
+        return max(self.full - dull, 0.0) / 90.0
+
+    def wears(self, depth: float, speed: float, volume: float) -> float:
+        """All the same."""
+        return 55.0
+
+    def roughness(self, depth: float, speed: float, volume: float, dull: float) -> float:
+        """By the depth of a chip; loaded wheels smear."""
+        return 0.3 * (speed / 150.0) ** 0.3 * (1.0 + 0.35 * dull)
+
+
 @dataclass(kw_only=True)
 class Machine:
     """One machine at work: wheel, part and the errors of its operator.

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tests.foreign.laws import Flats, Laws, Machine, Werner
+from tests.foreign.laws import Flats, Laws, Loading, Machine, Werner
 
 OVER = 30.0
 """mm, by which the table runs over each end of the part."""
@@ -144,7 +144,27 @@ FLATS = Shop(
     scrap=50.0,
     burns=310.0,
 )
-SHOPS = {shop.name: shop for shop in (WERNER, FLATS)}
+LOADING_WHEEL = Shop(
+    name="loading",
+    laws=Loading,
+    length=300.0,
+    width=15.0,
+    rough=0.12,
+    stock=0.14,
+    pick=0.006,
+    finish_pick=0.004,
+    sparks=2,
+    E=16000.0,
+    finish_E=10000.0,
+    rating=2600.0,
+    stalls=1.15,
+    Ra=0.5,
+    tolerance=10.0,
+    scrap=35.0,
+    burns=450.0,
+)
+"""The machine on which nothing was tuned: tried once, at the end."""
+SHOPS = {shop.name: shop for shop in (WERNER, FLATS, LOADING_WHEEL)}
 
 
 class Part(NamedTuple):

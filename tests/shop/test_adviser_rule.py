@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from grind_env.envs.job.loading import load_simulation
-from grind_env.shop.advise.adviser import Adviser, policy_for
-from grind_env.shop.advise.lead import PROVED, AdviserPolicy
-from grind_env.shop.advise.readings import Readings, readings_of
+from grind_env.shop.advise.adviser import policy_for
+from grind_env.shop.advise.lead import PROVED
+from grind_env.shop.advise.readings import readings_of
 from tests.examples import few
-from tests.foreign.shop import SHOPS, Block, PowerLaw, Shop, cost, depths_of, plans, shift, volumes_of
+from tests.foreign.shop import SHOPS, PowerLaw, cost, depths_of, plans, shift, volumes_of
+from tests.foreign.tools import advised_shift
 from tests.shop.advising import PLATE, advisers, batch
 
 ROUGHING, LIMIT = {"peak_power": 4500.0}, 7500.0
@@ -101,21 +101,6 @@ def test_machines_side_by_side_are_advised_as_each_alone() -> None:
             simulation.step(episode, *own)
 
 
-def foreign_shift(shop: Shop, folder: Path, job: Path, seed: int) -> list[Any]:
-    """Grind a shift on a foreign machine as the default adviser says."""
-    simulation = load_simulation(str(folder / "one.nc"), str(job), 30, 1.0, "measured")
-    adviser = Adviser(simulation, policy_for(None, simulation))
-    assert isinstance(adviser.policy, AdviserPolicy)
-
-    def decide(number: int, readings: Any) -> Block:
-        if readings:
-            adviser.take(Readings(**{name: float(value) for name, value in readings.items()}))
-        assert adviser.advice is not None
-        return Block(adviser.advice.speed, adviser.advice.executions)
-
-    return shift(shop, depths_of(folder / "one.nc", job), decide, seed)
-
-
 @pytest.mark.parametrize("seeds", few((range(100, 102), range(100, 108))))
 @pytest.mark.parametrize("name", SHOPS)
 def test_advice_on_a_foreign_machine_is_near_the_best_plan_and_no_dearer_than_a_power_law(
@@ -127,7 +112,7 @@ def test_advice_on_a_foreign_machine_is_near_the_best_plan_and_no_dearer_than_a_
     advised, ruled = (
         cost(shop, [part for seed in seeds for part in parts(seed)])
         for parts in (
-            lambda seed: foreign_shift(shop, tmp_path, job, seed),
+            lambda seed: advised_shift(shop, tmp_path, job, seed),
             lambda seed: shift(shop, depths, PowerLaw(shop, volumes_of(shop)), seed),
         )
     )

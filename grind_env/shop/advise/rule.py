@@ -30,8 +30,8 @@ SIZE_AIM = 0.5
 NEAR = 0.75
 """Of a limit of size or Ra, above which no block of the part becomes faster."""
 HEAT, ROOM, FURTHER, BACK = 0.78, 1.25, 1.1, 0.93
-"""Burn ratio that the model allows. Factors on the heat of the first part, allowed where it is above that; on a heat that
-did not burn; and on one that did."""
+"""Burn ratio that the model allows. Factors on the heat of the first part, allowed where it is above that, on a heat
+that did not burn, and on one that did."""
 COOLS = 0.6
 """Exponent of power over E from which on a slower table is cooler."""
 SLOWER, BURNT_SLOWER, BURNT_STEP, FORGIVEN = 0.9, 0.8, 1.05, 1.005
