@@ -49,7 +49,7 @@ def row(shop: Shop, folder: Path) -> list[str]:
         shop.name,
         *(f"{each:.2f}" for each in found),
         f"{advised.scrap:.1%}",
-        f"{bettered(shop, folder, job):.2f}",
+        bettered(shop, folder, job),
     ]
     fitted = calibrated(folder, job)
     if fitted is None:

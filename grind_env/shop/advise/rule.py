@@ -1,8 +1,10 @@
-"""The rule that advises without a model: E and D from what was read on this machine alone.
+"""The rule that advises without a model: E and D from what was read on this machine.
 
     ln P = c + f ln E + g ln(V' + 10)   peak power of a kind of block, by recursive least squares
     Ra ~ E^0.5, size ~ E                of finished parts
     P / E^0.5                           heats the work (Jaeger: heat flows off as the root of the table speed)
+
+Of the model the rule takes one number, where there is one: how near a block comes to burning for each watt.
 
 A dress is due when the next part takes longer than parts since the last dress have taken in the mean, that dress among
 them (renewal: Malkin and Guo, Grinding Technology, 2008, section 12.3), or where readings ask for it.
@@ -177,20 +179,22 @@ class Rule:
             power = max(power, 0.0)
         heat = self.heat_left(number, last, volume) / (rate - 0.5) if cool and rate > COOLS else np.inf
         easy = max(self.near, self.sized / EASY_SIZE, self.peaks[k] / limit) < EASY
-        step = 1.0 if self.near > NEAR else max(self.step, EASY_STEP) if easy else self.step
+        step = max(self.step, EASY_STEP) if easy else self.step
         step = step if np.isinf(self.burnt[k]) else min(step, BURNT_STEP)
+        rises = ("E rises step by step", step * self.tried[k])
+        if self.near > NEAR:
+            rises = (f"size or Ra is at {100.0 * self.near:.0f} % of its limit", last)
         none = np.zeros(1, np.int64)
         finishes = self.simulation.blocks[number].finished > 0
         # a fast roughing leaves more to the finish; Ra is a matter of the finish alone
         smooth, right = (max(float(law.speed(none)[0]), SLOWER) * self.own[k] for law in (self.roughness, self.size))
         smooth = smooth if finishes else np.inf
-        slowed = f"size or Ra is at {100.0 * self.near:.0f} % of its limit"
         bounds = {
             f"power {100.0 * self.peaks[k] / limit:.0f} % of its limit": last * np.exp(min(power, 5.0)),
             "faster would come near burning": last * np.exp(min(heat, 5.0)),
             "faster would be too rough": smooth,
             "faster would leave too much stock": right,
-            "E rises step by step" if step > 1.0 else slowed: step * self.tried[k],
+            rises[0]: rises[1],
             "faster came beyond a limit": self.ceiling[k],
         }
         why = min(bounds, key=lambda name: bounds[name])
