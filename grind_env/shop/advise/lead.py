@@ -85,7 +85,7 @@ class AdviserPolicy:
             return Decision(speeds, executions)
         for n in np.flatnonzero(self.leads).tolist():
             rule, D = self.rules[n], float(forecast.executions[n])
-            D = max(D, rule.wanted if executions[n] else 0.0)
+            D = max(D, executions[n] if rule.wanted or rule.slows else 0.0)
             volume = float(seen["volume"][n]) + rule.ground(self.number) / (D + 1.0)
             bound, why = rule.fastest(self.number, volume)
             speeds[n], executions[n] = min(forecast.speeds[n], bound), D

@@ -97,6 +97,9 @@ class Rule:
         self.own = np.asarray(branches.own_speeds, float)
         kinds = len(self.own)
         self.power, self.volumes = PowerLaw(kinds), usual_volumes(self.simulation, USUAL_INTERVAL)
+        self.volumes *= (
+            self.simulation.job.part.material.heat_factor
+        )  # of the work, whatever a calibration says of heat
         self.usual_volumes = self.volumes.copy()
         one = np.ones(1)
         self.roughness = PartLaw(1, one, exponent=0.5, usual=0.5, memory=8.0)
@@ -108,6 +111,7 @@ class Rule:
         self.reductions: dict[int, Reduction] = {}
         self.without_effect: set[int] = set()
         self.modelled = self.simulation.compiled
+        self.slows = False
         self.sized, self.near, self.finish, self.wanted, self.why = 0.0, 0.0, 1.0, 0.0, ""
         self.dressing = branches.dress_price / branches.second_price
         self.taken, self.parts, self.met, self.due = self.dressing, 0, 0.0, 0.0
@@ -141,21 +145,28 @@ class Rule:
         return max(asked, most)
 
     def is_hot(self, number: int, volume: float) -> bool:
-        """Return whether a block would come nearer to burning than is allowed, at the E that all else allows."""
-        E = self.fastest(number, volume, cool=False)[0]
+        """Return whether a block would come nearer to burning than is allowed."""
+        E = self.fastest(number, volume)[0]
         return bool(self.peaks[self.kind_of[number]] > 0.0 and self.heat_left(number, E, volume) < 0.0)
+
+    def is_over(self, number: int, E: float, volume: float) -> bool:
+        """Return whether a block is expected to take more than its power limit."""
+        read = self.peaks[self.kind_of[number]] > 0.0
+        return bool(read and self.expected(number, E, volume) > np.log(self.rows[number].power))
 
     def pays(self, number: int, volume: float) -> bool:
         """Return whether a dress pays before the part that begins with a block."""
-        stay, fresh, new, hot = 0.0, 0.0, 0.0, False
+        stay, fresh, new, hot, over = 0.0, 0.0, 0.0, False, False
         worn = volume
         for each in self.simulation.branches.part_from(number):
             worn, new = worn + self.ground(each), new + self.ground(each)
             E = self.fastest(each, worn)[0]
             stay, fresh = stay + self.seconds(each, E), fresh + self.seconds(each, self.fastest(each, new)[0])
             hot |= self.is_hot(each, worn)
+            over |= self.is_over(each, E, worn)
         left = self.simulation.parts - self.simulation.blocks[number].part
         longer = self.parts > 0 and stay > self.taken / self.parts and (stay - fresh) * left > self.dressing
+        self.slows = longer = longer or over
         dull = worn > self.volumes[self.kind_of[number]]
         duller = 100.0 * np.expm1(
             self.power.found[self.kind_of[number], 2] * np.log((worn + WORN_IN) / (new + WORN_IN))
@@ -165,19 +176,16 @@ class Rule:
             self.why = "the wheel would come near burning" if hot else f"{worn:.0f} mm3/mm since the last dress"
         return bool(longer or hot or dull)
 
-    def fastest(self, number: int, volume: float, *, cool: bool = True) -> tuple[float, str]:
-        """Return the fastest E, mm/min, of a block that ends `volume` after the dress, and what bounds it.
-
-        Without `cool` heat is no bound.
-        """
+    def fastest(self, number: int, volume: float) -> tuple[float, str]:
+        """Return the fastest E, mm/min, of a block that ends `volume` after the dress, and what bounds it."""
         k, last = self.kind_of[number], self.speeds[self.kind_of[number]]
         if self.peaks[k] == 0.0:
             return min(last, self.ceiling[k]), "no power was read of this block yet"
         limit, rate = self.rows[number].power, self.power.found[k, 1]
         power = (np.log(SHARE * limit) - self.expected(number, last, volume)) / max(rate, LEAST_EXPONENT)
-        if k in self.without_effect:
-            power = max(power, 0.0)
-        heat = self.heat_left(number, last, volume) / (rate - 0.5) if cool and rate > COOLS else np.inf
+        # power alone does not slow the table below the program's E: a dress costs less, and slow tables burn
+        power = max(power, 0.0 if k in self.without_effect else np.log(min(self.own[k], last) / last))
+        heat = self.heat_left(number, last, volume) / (rate - 0.5) if rate > COOLS else np.inf
         easy = max(self.near, self.sized / EASY_SIZE, self.peaks[k] / limit) < EASY
         step = max(self.step, EASY_STEP) if easy else self.step
         step = step if np.isinf(self.burnt[k]) else min(step, BURNT_STEP)
@@ -203,6 +211,17 @@ class Rule:
     def ground(self, number: int) -> float:
         """Return what a block grinds, mm3 per mm of width."""
         return self.rows[number].length * self.rows[number].stock
+
+    def ground_by_part(self, number: int) -> float:
+        """Return what all blocks of a part grind, mm3 per mm of width."""
+        return sum(self.ground(each) for each in self.part_of(number))
+
+    def part_of(self, number: int) -> range:
+        """Return the blocks of the part that a block is of."""
+        first = number
+        while not self.simulation.blocks[first].starts_part:
+            first -= 1
+        return self.simulation.branches.part_from(first)
 
     def seconds(self, number: int, E: float) -> float:
         """Return the time of a block, s."""
@@ -270,7 +289,7 @@ class Rule:
         if peak <= limit:
             return
         self._ask(2.0 if peak > FAR * limit and D else 1.0, f"power at {100.0 * peak / limit:.0f} % of its limit")
-        if (D or self.parts <= 1) and k not in self.without_effect:
+        if self.met <= self.ground_by_part(number) and k not in self.without_effect:  # the wheel was sharp
             self.ceiling[k] = SLOWER * min(E, self.ceiling[k])
             self.reductions.setdefault(k, Reduction(E, peak, BLOCKS))
 
@@ -291,11 +310,8 @@ class Rule:
         off = told.size is not None and (told.size > NEAR or told.size < -AIM)
         if off:
             self._ask(1.0, "the size of the last part")
-        first = number
-        while not self.simulation.blocks[first].starts_part:
-            first -= 1
         if told.burn is not None:
-            self._learn_burn([*dict.fromkeys(self.kind_of[first : number + 1])], burnt=told.burn)
+            self._learn_burn([*dict.fromkeys(self.kind_of[each] for each in self.part_of(number))], burnt=told.burn)
         self.heat[:] = 0.0
         self.volumes = np.minimum(REGAINED * self.volumes, self.usual_volumes)
         if told.burn or (told.size is not None and (told.size > 1.0 or told.size < -AIM)):
