@@ -131,7 +131,6 @@ class WheelBelief:
         self.begin(0)
 
     def begin(self, n: int) -> None:
-        """N episodes begin."""
         self.fresh = np.ones(n, bool)
         self.updates = np.zeros(n, np.int64)
         self.ground = np.zeros(n)

@@ -209,15 +209,7 @@ class ActionCodec:
         return tuple(choice)
 
     def _clipped(self, values: Table, bad: int) -> Table:
-        """Return a `table` within the bounds.
-
-        Args:
-            values: the table.
-            bad: position of its first number that is not legal.
-
-        Raises:
-            ActionError: if a number is not finite, not whole, or beyond a bound that is not to be clipped.
-        """
+        """Return a `table` within the bounds."""
         clipped = np.clip(values, self._low, self._high)
         beyond = np.abs(values - clipped)
         far = beyond > ROUNDING * np.maximum(np.abs(clipped), 1.0)

@@ -8,11 +8,10 @@ from dataclasses import replace
 from grind_env.envs.arguments import check_flags, is_full
 from grind_env.envs.blocks.program import check_task
 from grind_env.envs.blocks.simulation import BlockSimulation
-from grind_env.envs.env import GrindEnv
+from grind_env.envs.env import GrindEnv, renders
 from grind_env.envs.infeed.simulation import InfeedSimulation
 from grind_env.envs.machines import plants_of
 from grind_env.envs.pricing import usual_cost
-from grind_env.envs.showing import renders
 from grind_env.envs.strips.simulation import StripSimulation
 from grind_env.envs.tasks import Task, load_task
 from grind_env.envs.vector_env import side_by_side

@@ -63,13 +63,7 @@ def lateness(simulation: Simulation, observations: Array) -> Array:
 
 
 def usual(simulation: Simulation, codec: ActionCodec, forms: Sequence[MemoryForm]) -> Standard:
-    """Mean and standard deviation of every entry of what is shown, in the better part of random play.
-
-    Args:
-        simulation: of the environment.
-        codec: of its actions.
-        forms: of the memories that wrappers around it show, the innermost first.
-    """
+    """Mean and standard deviation of every entry of what is shown, in the better part of random play."""
     memories = memories_of(simulation, codec.space, forms)
     rng, n = np.random.default_rng(0), EPISODES
     episodes = simulation.start([np.random.default_rng(seed) for seed in range(n)])

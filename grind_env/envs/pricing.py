@@ -22,10 +22,6 @@ def usual_cost(task: Task, kind: type[BlockSimulation]) -> float:
     """Mean cost of a block, $, by the cheapest pair of an E and a dress interval for all blocks.
 
     One execution a dress, on the same few episodes: what lots, stocks and wheels differ in decides what a plan costs.
-
-    Args:
-        task: its `reference_cost` is not read.
-        kind: what steps its blocks.
     """
     simulation = kind(replace(task, reference_cost=1.0))
     plans = np.array(list(product(_speeds(task), (0, *INTERVALS))))

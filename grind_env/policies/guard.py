@@ -61,7 +61,6 @@ class Guarded:
         return self.policy.sees
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Trust the policy."""
         self.simulation, self.watch = simulation, Watch(simulation, episodes)
         self.policy.begin(simulation, episodes)
         self.rule.begin(simulation, episodes)
@@ -69,7 +68,6 @@ class Guarded:
         self.left, self.stay = np.zeros(episodes), np.full(episodes, SHORTEST)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Let both decide, and take the one that is trusted."""
         task, n = self.simulation.task, np.arange(len(observation))
         own = self.policy.act(observation, episodes)
         self.rule.learn(observation)

@@ -143,11 +143,7 @@ def _tuned_policy(name: str, task: Task, folder: Path | None) -> Any:
 
 
 def _check(place: str, name: str, values: Any, wanted: str, count: int) -> None:
-    """Check one parameter.
-
-    Raises:
-        ConfigError: unless it is that many finite numbers.
-    """
+    """Check one parameter."""
     numbers = isinstance(values, tuple) and all(isinstance(x, float | int) and math.isfinite(x) for x in values)
     if not numbers or len(values) != count:
         raise ConfigError(f"{place} has no {name} that fits: give {wanted}, or tune again with --fresh")

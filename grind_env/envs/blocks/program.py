@@ -175,12 +175,7 @@ def dress_program(task: Task) -> list[str]:
 
 
 def check_task(task: Task, cycle: str | None = None) -> None:
-    """Check that the program of a task can be run, and that its blocks have the cycle asked for; None asks for none.
-
-    Raises:
-        TaskError: there is no such cycle, it is not that of the task, its dresses leave no time for their program, or
-            gauging none for the way of the wheel off the part and back.
-    """
+    """Check that the program of a task can be run, and that its blocks have the cycle asked for; None asks for none."""
     try:
         job(task, task.kinds[0])
         for kind in task.kinds:
@@ -214,9 +209,6 @@ def job(task: Task, *kinds: Kind, first: float | None = None) -> Job:
     Parts of other kinds have theirs in their `conditions`. The dress set-up time is what the task counts for a dress
     beyond the motions of the dress program, which the wheel first meets `first` mm deep, or else where the first block
     begins to cut.
-
-    Raises:
-        TaskError: that set-up time is less than the way of the wheel to the diamond and back.
     """
     setup = Setup(
         wheel=task.wheel,

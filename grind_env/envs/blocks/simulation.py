@@ -177,7 +177,6 @@ class BlockSimulation:
         return twin
 
     def taken(self, episodes: Episodes, choice: tuple[Table, ...]) -> tuple[Table, ...]:
-        """The choice itself."""
         return choice
 
     def step(

@@ -4,9 +4,8 @@ import warnings
 
 from grind_env.control.options import variables_of
 from grind_env.envs.arguments import check_flags, check_variables, refuse_cycle, refuse_predress
-from grind_env.envs.env import GrindEnv
+from grind_env.envs.env import GrindEnv, renders
 from grind_env.envs.job.loading import load_simulation
-from grind_env.envs.showing import renders
 from grind_env.envs.vector_env import side_by_side
 from grind_env.errors import GrindWarning
 

@@ -352,11 +352,7 @@ class JobSimulation:
         return with_words(self.blocks[block.number].block, self.words(*block[:3])).source.text
 
     def program(self, blocks: Sequence[RunBlock]) -> str:
-        """As `Simulation.program`; blocks that have not been run keep their own words.
-
-        Raises:
-            JobProgramError: a block of a subprogram has been run with different words, so that no text says both.
-        """
+        """As `Simulation.program`; blocks that have not been run keep their own words."""
         return with_words_chosen(
             self.programs, [(self.blocks[block.number].block, self.words(*block[:3])) for block in blocks]
         )
@@ -416,9 +412,6 @@ class JobSimulation:
         With `settings`, shape (N, fields of `BlockSettings`), J, L and dress settings are chosen as well, in place of
         those of the program (`own_settings`); its E and D do not count. The wheel with which an episode begins is
         dressed as the program says.
-
-        Raises:
-            GrindError: a block cannot be run so; every episode is then as it was before.
         """
         assert isinstance(episodes, JobEpisodes)
         n = len(episodes.block)

@@ -21,11 +21,7 @@ MOST_STROKES, MOST_ACROSS = 100_000, 200
 
 
 def check_whole(task: TaskNumbers) -> None:
-    """Check what depends on more than one table, or on the catalogue.
-
-    Raises:
-        TaskError: at the first thing that does not go together.
-    """
+    """Check what depends on more than one table, or on the catalogue."""
     if not task.kinds:
         raise TaskError("kind is missing: give at least one block, headed [[kind]]", "kind")
     names = [kind.name for kind in task.kinds]
@@ -64,11 +60,7 @@ def check_whole(task: TaskNumbers) -> None:
 
 
 def check_plant(name: str) -> None:
-    """Check the machine that a task names.
-
-    Raises:
-        TaskError: there is none of that name.
-    """
+    """Check the machine that a task names."""
     try:
         plants_of(None, name)
     except GrindError as error:

@@ -84,7 +84,6 @@ class Task(TaskNumbers):
     file: str = ""
 
     def __post_init__(self) -> None:
-        """Check the values, and what depends on more than one table."""
         check(self, "", TaskError)
         known = self.catalogue.materials
         kinds = tuple(replace(kind, material=entry_name(kind.material, known)) for kind in self.kinds)

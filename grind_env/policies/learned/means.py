@@ -19,7 +19,6 @@ class RunningMeans:
         self.begin(0)
 
     def begin(self, n: int) -> None:
-        """N episodes begin with the next observations."""
         self.sums = np.zeros((n, len(MEMORIES), self.entries))
         self.weights = np.zeros((n, len(MEMORIES), 1))
 

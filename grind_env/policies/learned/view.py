@@ -80,11 +80,7 @@ class ViewForm(Protocol):
     """How an agent sees any simulation of its task."""
 
     def view(self, simulation: Simulation) -> LearnedView:
-        """How it sees this one.
-
-        Raises:
-            GrindError: it is of another task.
-        """
+        """How it sees this one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +119,6 @@ class LearnerView:
         self.observation_space = spaces.Box(-FEATURE_BOUND, FEATURE_BOUND, (width,), np.float32)
 
     def begin(self, n: int) -> None:
-        """N episodes begin."""
         for memory in (self.estimator, self.belief, self.means, self.stack):
             if memory is not None:
                 memory.begin(n)

@@ -59,7 +59,6 @@ class BeliefPlanner:
     block: int = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Back to what is believed of any wheel and lot; the table of a simulation is made once."""
         if getattr(self, "simulation", None) is not simulation:
             self.table = worth(simulation)
         self.simulation, self.block = simulation, 0
@@ -68,7 +67,6 @@ class BeliefPlanner:
         self.roughness = member_roughness(simulation.task, self.members)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Believe, try every choice, then try E near the best one."""
         task, n = self.simulation.task, len(observation)
         burnt = self.belief.update(observation).burnt
         wheels = member_wheels(self.simulation, self.belief, burnt, self.roughness, self.block)

@@ -40,11 +40,9 @@ class Hindsight:
     block: int = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Throw the plan away."""
         self.simulation, self.plan, self.block = simulation, None, 0
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Plan before the first block, then follow the plan."""
         if self.plan is None:
             assert episodes is not None
             self.plan = cheapest_plans(self.simulation, episodes)

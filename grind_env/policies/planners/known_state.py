@@ -48,11 +48,9 @@ class FullStateRule(SharpnessRule):
     sees: ClassVar[Sees] = "state"
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Learn the task."""
         self.task, self.simulation = simulation.task, simulation
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Read the state, then decide."""
         assert episodes is not None
         return self.read(episodes, self.task.blocks - episodes.block)
 
@@ -106,12 +104,10 @@ class ModelPredictive:
     block: int = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Back to the first block."""
         self.rule.begin(simulation, episodes)
         self.simulation, self.block = simulation, 0
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Simulate every choice and take the cheapest."""
         assert episodes is not None
         task, n = self.simulation.task, len(episodes.block)
         choices = all_choices(task, self.speeds)

@@ -28,7 +28,6 @@ class AdaptiveDress(Estimating, DressLaw):
     name: ClassVar[str] = "adaptive_dress"
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Estimate, then decide on D."""
         seen = self.estimator.update(observation)
         speeds = nearest_speed(self.task, np.full(len(observation), 1000.0 * self.E))
         return Decision(speeds, self.executions(seen, self.wS * seen.severity))

@@ -27,12 +27,10 @@ class AdaptiveSpeed(Estimating, SpeedLaw):
     plan: Fixed = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Forget all lots, and back to the first block of the plan."""
         super().begin(simulation, episodes)
         self.plan = Fixed(self.E[0], self.D, self.every)
         self.plan.begin(simulation, episodes)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Estimate, then decide on E."""
         seen = self.estimator.update(observation)
         return self.plan.act(observation, episodes)._replace(speeds=self.speeds(seen, self.gS * seen.severity))

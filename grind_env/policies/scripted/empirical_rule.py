@@ -75,7 +75,6 @@ class EmpiricalRule:
     """Usual volume between two dresses, by kind of part, mm3/mm, shape (N, kinds)."""
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Nothing has been read, and the wheel is freshly dressed."""
         self.simulation, self.first = simulation, first_speeds(simulation)
         kinds, zero, none = len(self.first), np.zeros(episodes), np.zeros(episodes, np.int64)
         # all kinds of block on a part share what it came out like
@@ -98,7 +97,6 @@ class EmpiricalRule:
         self.taken = zero + self.dressing
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Learn from the last block, then decide on the coming one."""
         self.learn(observation)
         return self.decide(observation)
 
@@ -114,7 +112,6 @@ class EmpiricalRule:
         self.wanted = np.maximum(self.wanted, where)
 
     def decide(self, observation: NDArray[np.float32]) -> Decision:
-        """Decide on the coming block."""
         task, branches, n = self.simulation.task, self.simulation.branches, np.arange(len(observation))
         seen, helpless = self.simulation.read(observation), self.helpless
         self.rows = branches.coming_rows(seen)

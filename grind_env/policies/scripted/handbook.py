@@ -34,11 +34,9 @@ class Handbook:
     usual: Array = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Look up the speeds."""
         self.simulation, self.usual = simulation, handbook_speeds(simulation.task)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Take that of the coming kind."""
         seen = self.simulation.read(observation)
         every = np.ones(len(observation))
         kinds = coming_kinds(self.simulation.branches, seen)

@@ -112,7 +112,6 @@ class LookAhead:
     block: int = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Back to what is believed of any wheel and lot, before the first block."""
         task = simulation.task
         self.simulation, self.belief, self.block = simulation, WheelBelief(MemberModel(simulation), MEMBERS), 0
         self.belief.begin(episodes)
@@ -120,7 +119,6 @@ class LookAhead:
         self.usual = np.tile(handbook_speeds(task), (episodes, 1))
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Believe, try every choice, then try E near the best one."""
         task, n = self.simulation.task, len(observation)
         burnt = self.belief.update(observation).burnt
         prices = self._prices(self.simulation.read(observation))

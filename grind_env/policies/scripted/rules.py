@@ -36,7 +36,6 @@ class Estimating:
     estimator: SharpnessEstimator = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Forget all lots."""
         self.task, self.estimator = simulation.task, SharpnessEstimator(simulation, episodes)
 
 
@@ -51,12 +50,10 @@ class Random:
     rng: np.random.Generator = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Start the random numbers anew."""
         self.codec = ActionCodec(simulation.task)
         self.rng = np.random.default_rng(self.seed)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Draw."""
         return Decision(*self.codec.decode(self.rng.uniform(-1.0, 1.0, (len(observation), 2))))
 
 
@@ -73,11 +70,9 @@ class Fixed:
     block: int = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Back to the first block."""
         self.task, self.block = simulation.task, 0
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """The plan."""
         self.block += 1
         n = len(observation)
         dresses = self.D if self.block % self.every == 0 else 0
@@ -93,7 +88,6 @@ class ConstantPerKind(Estimating):
     name: ClassVar[str] = "constant_per_kind"
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Look up."""
         kind = self.estimator.update(observation).kind.astype(np.int64)
         return Decision(nearest_speed(self.task, 1000.0 * np.array(self.E)[kind]), np.array(self.D, np.float64)[kind])
 
@@ -118,12 +112,10 @@ class PowerThreshold:
     dressing: NDArray[np.bool_] = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Nothing is being dressed."""
         self.task, self.simulation = simulation.task, simulation
         self.dressing = np.zeros(episodes, bool)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Compare."""
         seen = self.simulation.read(observation)
         power, last_speed = seen["mean_power"], np.maximum(seen["last_speed"], 1e-3)
         removal = np.maximum(seen["last_pick"] * seen["last_width"], 1e-9) * 1000.0 * last_speed / 60.0
@@ -222,6 +214,5 @@ class AdaptiveRule(Estimating, SharpnessRule):
     name: ClassVar[str] = "adaptive_rule"
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Estimate, then decide."""
         seen = self.estimator.update(observation)
         return self.decide(seen, self.gS * seen.severity, self.wS * seen.severity)
