@@ -99,7 +99,7 @@ def test_what_is_shown_is_written_on_the_space_and_travels_with_it() -> None:
     env = VectorForLearning(VectorHistoryStack(VectorBeliefFilter(gym.make_vec("grind/Slot-v0", num_envs=2)), 3))
     shown = pickle.loads(pickle.dumps(env.single_observation_space)).shown
     assert shown == env.single_observation_space.shown and shown.task == "slot"
-    assert [type(each).__name__ for each in shown.memories] == ["Belief", "Stack", "Standard"]
+    assert [type(each).__name__ for each in shown.memories] == ["BeliefForm", "Stack", "Standard"]
     simulation = env.unwrapped.simulation
     space = memories_of(simulation, env.single_action_space, shown.memories)[-1].space
     assert space == env.single_observation_space and isinstance(gym.make("grind/Slot-v0").observation_space, ShownBox)
