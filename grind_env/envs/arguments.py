@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from grind_env.envs.actions import ActionError
 from grind_env.envs.tasks import TaskError
 from grind_env.errors import quoted
 
@@ -13,29 +12,11 @@ SHOWN = ("measured", "full")
 """Of observation and info: what a shop knows, or what is hidden from it, too."""
 
 
-def check_count(name: str, count: object) -> int:
-    """A number of sub-environments or threads."""
+def check_count(name: str, count: object, otherwise: str = "") -> int:
+    """A number of sub-environments, threads or steps."""
     if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 1:
-        raise TaskError(f"{name} is {count!r}, but must be a whole number of at least 1")
+        raise TaskError(f"{name} is {count!r}, but must be a whole number of at least 1{otherwise}")
     return int(count)
-
-
-def check_threads(threads: object, *, compiled: bool) -> int:
-    """The number of threads that grind."""
-    number = check_count("threads", threads)
-    if number > 1 and not compiled:
-        raise TaskError(f"threads is {number}, but Python runs this program, in one thread: leave it out")
-    return number
-
-
-def check_steps(max_episode_steps: object) -> int | None:
-    """The most steps of an episode."""
-    steps = max_episode_steps
-    if steps is None:
-        return None
-    if isinstance(steps, bool) or not isinstance(steps, int | np.integer) or steps < 1:
-        raise TaskError(f"max_episode_steps is {steps!r}, but must be a whole number of at least 1, or left out")
-    return int(steps)
 
 
 def check_parts(parts: object, most: int) -> None:
@@ -49,18 +30,6 @@ def check_flags(**flags: object) -> None:
     for name, value in flags.items():
         if not isinstance(value, bool | np.bool_):
             raise TaskError(f"{name} is {value!r}, but must be True or False")
-
-
-def refuse_predress(predress: bool, why: str) -> None:
-    """Refuse the third component of an action where there is none."""
-    if predress:
-        raise ActionError(f"predress is {predress!r}, but {why}: leave it out")
-
-
-def refuse_cycle(cycle: object, why: str) -> None:
-    """Refuse the choice of a cycle where there is none."""
-    if cycle is not None:
-        raise TaskError(f"cycle is {cycle!r}, but {why}: leave it out")
 
 
 def check_number(name: str, value: object, low: float, high: float) -> None:
@@ -97,11 +66,11 @@ def is_full(shown: object, name: str = "observation") -> bool:
     return shown == "full"
 
 
-def refuse_render(render_mode: object, known: tuple[str, ...] = ()) -> None:
+def check_render(render_mode: object, known: tuple[str, ...]) -> None:
     """Check the render mode."""
     if render_mode is not None and not (isinstance(render_mode, str) and render_mode in known):
-        modes = f"has {', '.join(map(repr, known))}" if known else "has none: leave it out"
-        raise TaskError(f"render_mode is {render_mode!r}, but the environment {modes}")
+        modes = ", ".join(map(repr, known))
+        raise TaskError(f"render_mode is {render_mode!r}, but the environment has {modes}")
 
 
 def _can_name_a_file(name: str) -> bool:

@@ -9,7 +9,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from grind_env.envs.actions import ActionCodec
-from grind_env.envs.arguments import check_flags, refuse_render
+from grind_env.envs.arguments import check_flags, check_render
 from grind_env.envs.contexts import Given, drawn, read_options
 from grind_env.envs.episode_length import EpisodeLength
 from grind_env.envs.episodes import Episodes
@@ -75,7 +75,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
         out_of_range: str | None = None,
     ) -> None:
         check_flags(show_block=show_block)
-        refuse_render(render_mode, RENDER_MODES)
+        check_render(render_mode, RENDER_MODES)
         self.simulation, self.task = simulation, simulation.task
         self.codec = ActionCodec(self.task, action, predress=simulation.pre_dress, out_of_range=out_of_range)
         self.infos = InfoWriter(simulation, self.codec.names, info)

@@ -24,7 +24,11 @@ def usual_cost(task: Task, kind: type[BlockSimulation]) -> float:
     One execution a dress, on the same few episodes: what lots, stocks and wheels differ in decides what a plan costs.
     """
     simulation = kind(replace(task, reference_cost=1.0))
-    plans = np.array(list(product(_speeds(task), (0, *INTERVALS))))
+    low, high = task.action.speed_ends
+    tried = [float(round(speed)) for speed in np.geomspace(1000.0 * low, 1000.0 * high, SPEEDS)]
+    if task.action.speed_levels is not None:
+        tried = [1000.0 * speed for speed in task.action.speed_levels]
+    plans = np.array(list(product(tried, (0, *INTERVALS))))
     speeds, every = np.repeat(plans, EPISODES, axis=0).T
     episodes = simulation.start([np.random.default_rng(k % EPISODES) for k in range(len(speeds))])
     cost = np.zeros(len(speeds))
@@ -32,10 +36,3 @@ def usual_cost(task: Task, kind: type[BlockSimulation]) -> float:
         dresses = (every > 0.0) & (block % np.maximum(every, 1.0) == 0.0)
         cost += simulation.step(episodes, speeds, dresses.astype(float))[0][:, COST]
     return float(cost.reshape(len(plans), EPISODES).mean(axis=1).min()) / task.blocks
-
-
-def _speeds(task: Task) -> list[float]:
-    if task.action.speed_levels is not None:
-        return [1000.0 * speed for speed in task.action.speed_levels]
-    low, high = task.action.speed_ends
-    return [float(round(speed)) for speed in np.geomspace(1000.0 * low, 1000.0 * high, SPEEDS)]

@@ -13,7 +13,7 @@ from gymnasium.vector.utils import batch_space
 
 from grind_env.arrays import Array
 from grind_env.envs.actions import ActionCodec
-from grind_env.envs.arguments import check_count, check_flags, check_steps, check_threads, refuse_render
+from grind_env.envs.arguments import check_count, check_flags, check_render
 from grind_env.envs.contexts import Given, drawn, option_items, read_all_options, read_options
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.episode_length import EpisodeLength
@@ -70,7 +70,7 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
     ) -> None:
         check_flags(show_block=show_block)
         self.num_envs = num_envs = check_count("num_envs", num_envs)
-        refuse_render(render_mode, VECTOR_RENDER_MODES)
+        check_render(render_mode, VECTOR_RENDER_MODES)
         self.render_mode = render_mode
         self.autoreset_mode = _autoreset(autoreset_mode)
         self.metadata = {
@@ -78,11 +78,15 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
             "render_fps": frames.FPS,
             "autoreset_mode": self.autoreset_mode,
         }
-        self.most_steps = check_steps(max_episode_steps)
+        self.most_steps = max_episode_steps
+        if max_episode_steps is not None:
+            self.most_steps = check_count("max_episode_steps", max_episode_steps, ", or left out")
         self.steps = np.zeros(num_envs, np.int64)
         self.show_block = show_block
         self.task, self.simulation = simulation.task, simulation
-        self.threads = check_threads(threads, compiled=simulation.compiled)
+        self.threads = check_count("threads", threads)
+        if self.threads > 1 and not simulation.compiled:
+            raise TaskError(f"threads is {threads}, but Python runs this program, in one thread: leave it out")
         self.codec = ActionCodec(self.task, action, predress=simulation.pre_dress, out_of_range=out_of_range)
         self.infos = InfoWriter(simulation, self.codec.names, info)
         self.single_action_space = self.codec.space

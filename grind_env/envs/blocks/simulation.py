@@ -5,7 +5,7 @@ the next observation.
 """
 
 import copy
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
@@ -80,6 +80,7 @@ class BlockSimulation:
     compiled: ClassVar[bool] = True
     _block_text = staticmethod(block_text)
     _part_program = staticmethod(part_program)
+    _step_of = staticmethod(blocks_step)
 
     def __init__(
         self,
@@ -271,11 +272,6 @@ class BlockSimulation:
     def _readings(task: Task, *, full: bool, pre_dress: bool) -> tuple[Reading, ...]:
         """The entries of the observation."""
         return readings(task, full=full, pre_dress=pre_dress)
-
-    @staticmethod
-    def _step_of(process: Process, gauge: Gauge) -> Callable[..., None]:
-        """The compiled step of its blocks, as of `envs.step.step_of`."""
-        return blocks_step(process, gauge)
 
     def _tables(self, scratch: tuple[Table, ...]) -> tuple[Any, ...]:
         """Return the tables of the compiled step, with scratch arrays of N rows."""

@@ -1,6 +1,6 @@
 """Episodes of parts that are ground with a continuous infeed: a step is a G81."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -16,8 +16,6 @@ from grind_env.envs.tasks import Task
 from grind_env.machine.job import Job
 from grind_env.machine.loops.feeding import Feeding, FeedMotion
 from grind_env.machine.loops.rows import RULES_FROM
-from grind_env.process.gauge import Gauge
-from grind_env.process.process import Process
 
 DEEPEST = 5.0
 """Upper end of `last_pick`, scaled: what the infeed covers in a stroke of 3 m/min is 0.06 mm."""
@@ -28,6 +26,7 @@ class InfeedSimulation(BlockSimulation):
 
     _block_text = staticmethod(block_text)
     _part_program = staticmethod(part_program)
+    _step_of = staticmethod(feedings_step)
 
     def block(self, episodes: Episodes, i: int, speed: float, executions: float, pre_dress: float = 0.0) -> CycleBlock:
         """As `Simulation.block`; how long a stroke takes on a table with a speed of its own, a copy shows."""
@@ -51,10 +50,6 @@ class InfeedSimulation(BlockSimulation):
             for entry in readings(task, full=full, pre_dress=pre_dress)
             if entry.name != "pick"
         )
-
-    @staticmethod
-    def _step_of(process: Process, gauge: Gauge) -> Callable[..., None]:
-        return feedings_step(process, gauge)
 
     def _scratch_shapes(self) -> tuple[tuple[int, ...], ...]:
         return *super()._scratch_shapes(), (2 * (self.task.action.executions + 1), len(FeedMotion._fields))

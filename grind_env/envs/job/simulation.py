@@ -387,16 +387,6 @@ class JobSimulation:
         """What the program itself sets in the coming blocks, shape (N, fields of `BlockSettings`)."""
         return self._own.take(episodes.block, axis=0, mode="clip")
 
-    def _chosen(self, episodes: Episodes, settings: Table | None, active: NDArray[np.int64]) -> Table:
-        """What is set in the coming blocks besides E and D."""
-        own = self.own_settings(episodes)
-        if settings is None:
-            return own
-        if self.script is None:
-            raise JobProgramError(f"J, L and dress settings can be chosen in programs with a script only: {self.why}")
-        own[active] = taken(self.script, self.tables, episodes.block[active], settings[active])
-        return own
-
     def step(
         self,
         episodes: Episodes,
@@ -418,7 +408,12 @@ class JobSimulation:
         active = np.arange(n) if active is None else active
         check_running(episodes, active, len(self.blocks))
         outcomes, tallies = np.zeros((n, len(Outcome._fields))), np.zeros((n, len(Tally._fields)))
-        chosen = self._chosen(episodes, settings, active)
+        chosen = self.own_settings(episodes)
+        if settings is not None:
+            if self.script is None:
+                why = f"J, L and dress settings can be chosen in programs with a script only: {self.why}"
+                raise JobProgramError(why)
+            chosen[active] = taken(self.script, self.tables, episodes.block[active], settings[active])
         chosen[:, E], chosen[:, D] = self.taken(episodes, (speeds, executions))
         if self.script is None:
             self._execute(episodes, chosen, active, tallies, outcomes)

@@ -3,7 +3,7 @@
 Cost and memory are those of `envs.blocks.step.settle`.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,8 +22,6 @@ from grind_env.envs.strips.step import TAPER_NOISE, traverses_step
 from grind_env.envs.tasks import Task
 from grind_env.machine.job import Job
 from grind_env.machine.loops.zones import strip_centres, traverse_edges, zones_of
-from grind_env.process.gauge import Gauge
-from grind_env.process.process import Process
 
 TAPER = "taper"
 """Name of the entry that only a part ground in strips has."""
@@ -47,6 +45,7 @@ class StripSimulation(BlockSimulation):
 
     _block_text = staticmethod(block_text)
     _part_program = staticmethod(part_program)
+    _step_of = staticmethod(traverses_step)
 
     def __init__(self, task: Task, **given: Any) -> None:
         super().__init__(task, **given)
@@ -83,10 +82,6 @@ class StripSimulation(BlockSimulation):
 
     def room(self, n: int, *, whole: bool = True) -> StripEpisodes:
         return StripEpisodes(**self._room(n, whole), taper=np.empty(n))
-
-    @staticmethod
-    def _step_of(process: Process, gauge: Gauge) -> Callable[..., None]:
-        return traverses_step(process, gauge)
 
     def _tables(self, scratch: tuple[Table, ...]) -> tuple[Any, ...]:
         return *super()._tables(scratch), np.empty((len(scratch[0]), *self._zones.shape)), self._zones, *self._crossing

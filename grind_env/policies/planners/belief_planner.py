@@ -1,6 +1,6 @@
 """The planner on the belief: every choice is tried on wheels that may be the true one, what is left by a table."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -14,7 +14,7 @@ from grind_env.envs.observations import LEAST_SLACK
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Decision, cheapest_choice
 from grind_env.policies.columns import COST, PRESSURE
-from grind_env.policies.planners.worth import KA, Worth, between, dullness, worth
+from grind_env.policies.planners.worth import KA, between, dullness, worth
 from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.look_ahead import SECONDS, member_roughness, member_wheels
 
@@ -52,11 +52,6 @@ class BeliefPlanner:
     speeds: int = 10
     name: ClassVar[str] = "belief_planner"
     sees: ClassVar[Sees] = "measurements"
-    simulation: Simulation = field(init=False, repr=False)
-    belief: WheelBelief = field(init=False, repr=False)
-    table: Worth = field(init=False, repr=False)
-    roughness: Array = field(init=False, repr=False)
-    block: int = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         if getattr(self, "simulation", None) is not simulation:

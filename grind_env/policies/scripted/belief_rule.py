@@ -1,6 +1,6 @@
 """The rule on what can be believed of the hidden state."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -27,7 +27,6 @@ class BeliefRule(Estimating, SharpnessRule):
     gK: float
     wK: float
     name: ClassVar[str] = "belief_rule"
-    belief: WheelBelief = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         super().begin(simulation, episodes)

@@ -67,8 +67,6 @@ class EmpiricalRule:
     """E of the last block of each kind, whoever has decided it, mm/min, shape (N, kinds)."""
     kind: Numbers = field(init=False, repr=False)
     """Of the coming block, shape (N,)."""
-    good: Array = field(init=False, repr=False)
-    """Highest E of it at which parts are expected to be good, mm/min, shape (N,)."""
     helpless: NDArray[np.bool_] = field(init=False, repr=False)
     """Where two executions have not helped against power, shape (N,)."""
     volumes: Array = field(init=False, repr=False)
@@ -105,12 +103,6 @@ class EmpiricalRule:
         if self.begun:
             self._learn(self.simulation.read(observation), np.arange(len(observation)))
 
-    def dulled(self, where: NDArray[np.bool_], share: float = AIM) -> None:
-        """The wheel was too dull in the last block: a dress, and that share of what it had ground as usual volume."""
-        at = np.flatnonzero(where), self.part[where]
-        self.volumes[at] = np.minimum(self.volumes[at], share * np.maximum(self.worn[where], 1.0))
-        self.wanted = np.maximum(self.wanted, where)
-
     def decide(self, observation: NDArray[np.float32]) -> Decision:
         task, branches, n = self.simulation.task, self.simulation.branches, np.arange(len(observation))
         seen, helpless = self.simulation.read(observation), self.helpless
@@ -127,7 +119,7 @@ class EmpiricalRule:
         good = first * np.maximum(np.minimum(self.roughness.speed(part), self.size.speed(part)), FLOOR)
         # a slower table would make a hot part hotter; a faster one is tried where Ra is well below its limit
         faster = np.where(seen["roughness"] < SMOOTH, self.step, 1.0) * last
-        good = self.good = np.where(self.hot, np.maximum(good, faster), good)
+        good = np.where(self.hot, np.maximum(good, faster), good)
         driven = [60.0 * self.power.removal(SHARE * np.asarray(row.power), volume) / np.maximum(area, 1e-9)
                   for volume in (worn, 0.5 * (seen["volume"] + worn))]  # fmt: skip
         undressed, dressed = (np.minimum(np.where(feeds, np.clip(E, least, most), most), good) for E in driven)
@@ -170,7 +162,10 @@ class EmpiricalRule:
         self.hot = np.where(gauged, size < -AIM, self.hot)
         off = gauged & ((size > 1.0) | (size < -AIM))
         self.volumes = np.minimum(np.where(ended & ~off, REGAINED, 1.0)[:, None] * self.volumes, self.most)
-        self.dulled(off)
+        # the wheel was too dull: a dress, and a share of what it had ground as usual volume
+        at = np.flatnonzero(off), self.part[off]
+        self.volumes[at] = np.minimum(self.volumes[at], AIM * np.maximum(self.worn[off], 1.0))
+        self.wanted = np.maximum(self.wanted, off)
         beyond = power / row.power
         self.wanted = np.maximum(self.wanted, np.where(beyond > FAR, 2.0, beyond > 1.0))
         self.helpless = np.asarray((beyond > FAR) & (executions >= 2.0))

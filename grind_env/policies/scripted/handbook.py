@@ -1,6 +1,6 @@
 """What a handbook would give, before anything was tuned or measured."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -30,8 +30,6 @@ class Handbook:
 
     name: ClassVar[str] = "handbook"
     sees: ClassVar[Sees] = "measurements"
-    simulation: Simulation = field(init=False, repr=False)
-    usual: Array = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         self.simulation, self.usual = simulation, handbook_speeds(simulation.task)

@@ -1,6 +1,6 @@
 """The look-ahead on what can be believed of the hidden state: one block far, the wheel left behind priced."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from statistics import NormalDist
 from typing import ClassVar, NamedTuple
 
@@ -105,11 +105,6 @@ class LookAhead:
     speeds: int = 8
     name: ClassVar[str] = "look_ahead"
     sees: ClassVar[Sees] = "measurements"
-    simulation: Simulation = field(init=False, repr=False)
-    belief: WheelBelief = field(init=False, repr=False)
-    roughness: Array = field(init=False, repr=False)
-    usual: Array = field(init=False, repr=False)
-    block: int = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         task = simulation.task

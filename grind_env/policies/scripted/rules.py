@@ -32,8 +32,6 @@ class Estimating:
     """Base of the policies that estimate the sharpness of the wheel from measurements."""
 
     sees: ClassVar[Sees] = "measurements"
-    task: Task = field(init=False, repr=False)
-    estimator: SharpnessEstimator = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         self.task, self.estimator = simulation.task, SharpnessEstimator(simulation, episodes)
@@ -46,8 +44,6 @@ class Random:
     seed: int = 0
     name: ClassVar[str] = "random"
     sees: ClassVar[Sees] = "measurements"
-    codec: ActionCodec = field(init=False, repr=False)
-    rng: np.random.Generator = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         self.codec = ActionCodec(simulation.task)
@@ -66,8 +62,6 @@ class Fixed:
     every: int = 1
     name: str = "constant"
     sees: ClassVar[Sees] = "measurements"
-    task: Task = field(init=False, repr=False)
-    block: int = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         self.task, self.block = simulation.task, 0
@@ -107,9 +101,6 @@ class PowerThreshold:
     share: float
     name: ClassVar[str] = "power_threshold"
     sees: ClassVar[Sees] = "measurements"
-    task: Task = field(init=False, repr=False)
-    simulation: Simulation = field(init=False, repr=False)
-    dressing: NDArray[np.bool_] = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         self.task, self.simulation = simulation.task, simulation
@@ -216,3 +207,48 @@ class AdaptiveRule(Estimating, SharpnessRule):
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         seen = self.estimator.update(observation)
         return self.decide(seen, self.gS * seen.severity, self.wS * seen.severity)
+
+
+@dataclass(kw_only=True)
+class AdaptiveSpeed(Estimating, SpeedLaw):
+    """E as `AdaptiveRule` chooses it, D executions in every `every`-th block.
+
+    What it saves on the best fixed plan is what adapting E alone is worth; what `AdaptiveRule` saves on it, what
+    adapting D is.
+    """
+
+    gS: float
+    D: int
+    every: int
+    name: ClassVar[str] = "adaptive_speed"
+
+    def begin(self, simulation: Simulation, episodes: int) -> None:
+        super().begin(simulation, episodes)
+        self.plan = Fixed(self.E[0], self.D, self.every)
+        self.plan.begin(simulation, episodes)
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        seen = self.estimator.update(observation)
+        return self.plan.act(observation, episodes)._replace(speeds=self.speeds(seen, self.gS * seen.severity))
+
+
+@dataclass(kw_only=True)
+class AdaptiveDress(Estimating, DressLaw):
+    """D as `AdaptiveRule` chooses it, at one E for all blocks, as a fixed plan has it (scenarios, section 5).
+
+    What it saves on the best fixed plan is what adapting D alone is worth; what `AdaptiveRule` saves on it, what
+    adapting E is.
+
+    Attributes:
+        E: m/min.
+        wS: of the lot severity in the dress criterion.
+    """
+
+    E: float
+    wS: float
+    name: ClassVar[str] = "adaptive_dress"
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        seen = self.estimator.update(observation)
+        speeds = nearest_speed(self.task, np.full(len(observation), 1000.0 * self.E))
+        return Decision(speeds, self.executions(seen, self.wS * seen.severity))
