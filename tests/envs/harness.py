@@ -1,12 +1,14 @@
 """What the tests of the environments share: ids, actions, rollouts, and exact comparison."""
 
 import inspect
+from collections.abc import Callable
 from dataclasses import replace
 from importlib.util import find_spec
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
+import pytest
 from gymnasium.envs.registration import load_env_creator
 from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
@@ -168,6 +170,15 @@ def assert_same(a: Any, b: Any, place: str = "result") -> None:
             assert a.tobytes() == b.tobytes(), f"{place}: {a} and {b}"
     else:
         assert a == b, f"{place}: {a!r} and {b!r}"
+
+
+def refusal(error: Any, function: Callable[..., Any], *args: Any, **kwargs: Any) -> str:
+    """The message of an error, which must be one line."""
+    with pytest.raises(error) as caught:
+        function(*args, **kwargs)
+    message = str(caught.value)
+    assert message and "\n" not in message
+    return message
 
 
 def rollout(

@@ -23,7 +23,7 @@ from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task, task_names
 from grind_env.errors import GrindError
 from grind_env.process.catalogue import load_catalogue
-from tests.envs.harness import BLOCKS, IDS, Array, actions, assert_same, every_id, native, start, sync, whole_tape
+from tests.envs.harness import BLOCKS, IDS, Array, actions, assert_same, every_id, native, start, whole_tape
 
 DECILES = np.array([-1.28155, -0.84162, -0.52440, -0.25335, 0.0, 0.25335, 0.52440, 0.84162, 1.28155])
 """Of the standard normal distribution."""
@@ -191,16 +191,6 @@ def test_sub_envs_have_contexts_of_their_own_through_autoresets() -> None:
         mask = np.array([True, False, False])
         env.reset(options={"reset_mask": mask, "context": {"stock": 1.2}})
         assert [given.fixed.stock for given in env.unwrapped.given][::2] == [1.2, 1.0]
-
-
-@pytest.mark.bits
-@pytest.mark.parametrize("env_id", ["grind/Rush-v0", "grind/Blades-v0"])
-def test_contexts_and_splits_are_the_same_in_sync_and_native(env_id: str) -> None:
-    options = {"context": {"kA": 1.5, "material": "inconel_718"}, "split": "inner"}
-    a, b = native(env_id, 3), sync(env_id, 3)
-    assert_same(a.reset(seed=1, options=dict(options)), b.reset(seed=1, options=dict(options)))
-    for action in actions(2 * BLOCKS[env_id] + 5, 3):
-        assert_same(a.step(action), b.step(action))
 
 
 BAD: list[tuple[Any, str]] = [

@@ -1,6 +1,4 @@
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -8,7 +6,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grind_env.envs import any_task
 from grind_env.envs.blocks.program import job_from_surface
 from grind_env.envs.ids import wide_plates
 from grind_env.envs.strips.simulation import StripSimulation
@@ -56,13 +53,6 @@ def test_a_cycle_that_does_not_suit_the_wheel_is_refused() -> None:
     with pytest.raises(TaskError, match=r"^cycle is 'G84', but must be one of G81, G82, G83"):
         wide_plates.make(cycle="G84")
     assert gym.make("grind/WideRails-v0", cycle="G82").unwrapped.task.cycle == "G82"
-
-
-@pytest.mark.parametrize("make", [any_task.make, lambda **kwargs: any_task.make_vector(2, **kwargs)])
-def test_a_task_refuses_a_cycle_that_is_not_its_own(make: Callable[..., Any]) -> None:
-    for cycle in ("G81", "G83"):
-        with pytest.raises(TaskError, match=rf"^cycle is '{cycle}', but the blocks of power_limited are G82: leave"):
-            make(cycle=cycle)
 
 
 DESTROYED = {"context": {"material": "inconel_718", "kA": 20}}

@@ -11,18 +11,9 @@ from grind_env.envs import any_task
 from grind_env.envs.actions import ActionError
 from grind_env.envs.tasks import TaskError
 from grind_env.errors import GrindError
-from tests.envs.harness import IDS, MODES, assert_same, every_id, native, sync
+from tests.envs.harness import IDS, MODES, assert_same, every_id, native, refusal, sync
 
 pytestmark = pytest.mark.filterwarnings("error")
-
-
-def refusal(error: type[Exception], function: Any, *args: Any, **kwargs: Any) -> str:
-    """The message of an error, which must be one line."""
-    with pytest.raises(error) as caught:
-        function(*args, **kwargs)
-    message = str(caught.value)
-    assert message and "\n" not in message
-    return message
 
 
 def test_unknown_choices_are_refused_with_the_legal_ones() -> None:
@@ -109,14 +100,17 @@ BAD_FORMS: list[tuple[str, Any, str]] = [
     ("multidiscrete", [0, 4], "4 for D"),
     ("multidiscrete", [0, -1], "-1 for D"),
     ("multidiscrete", [np.nan, 0], "nan for E"),
+    ("multidiscrete", [0, np.nan], "nan for D"),
     ("multidiscrete", [0, 0, 0], "shape"),
     ("discrete", 96, "96 for E and D"),
     ("discrete", 1.5, "1.5 for E and D"),
+    ("discrete", np.nan, "nan for E and D"),
     ("discrete", -1, "-1 for E and D"),
     ("discrete", [1, 2], "shape"),
     ("dict", {"E": [2999.0], "D": 0}, "2999 for E"),
     ("dict", {"E": [np.nan], "D": 0}, "nan for E"),
     ("dict", {"E": [9000.0], "D": 0.5}, "0.5 for D"),
+    ("dict", {"E": [9000.0], "D": np.nan}, "nan for D"),
     ("dict", {"E": [9000.0], "D": 4}, "4 for D"),
     ("dict", {"E": [9000.0]}, "keys E, D"),
     ("dict", {"E": [9000.0], "D": 0, "predress": 1}, "keys E, D"),
