@@ -6,12 +6,12 @@ from typing import Any, TypeVar
 import gymnasium as gym
 import numpy as np
 from gymnasium import spaces
+from gymnasium.envs.registration import EnvSpec
 from numpy.typing import NDArray
 
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_flags, check_render
 from grind_env.envs.contexts import Given, drawn, read_options
-from grind_env.envs.episode_length import EpisodeLength
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.machines import machines_of
@@ -34,6 +34,32 @@ def renders(make: Make) -> Make:
     """Let a function that makes environments say how they render, as a class does: `gym.make` asks what it calls."""
     vars(make)["metadata"] = METADATA
     return make
+
+
+class EpisodeLength:
+    """Tells in `spec.max_episode_steps` how long an episode is; a mixin, to be listed before a class of Gymnasium.
+
+    It is the limit that the caller has set, else one more than the steps of an episode. `gym.make(env.spec)` puts a
+    `TimeLimit` of that many steps around the environment, and a limit of the very steps would truncate the last one,
+    which terminates.
+    """
+
+    simulation: Simulation
+    _spec: EnvSpec | None = None
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """The spec that `gym.make` or `gym.make_vec` used; None for an environment that was made directly."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, made: EnvSpec | None) -> None:
+        if made is not None:
+            limit = (
+                made.kwargs.get("max_episode_steps") or made.max_episode_steps
+            )  # `gym.make_vec` gives the argument precedence
+            made = replace(made, max_episode_steps=limit or self.simulation.most_steps + 1)
+        self._spec = made
 
 
 class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):

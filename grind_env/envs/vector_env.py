@@ -15,8 +15,7 @@ from grind_env.arrays import Array
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_count, check_flags, check_render
 from grind_env.envs.contexts import Given, drawn, option_items, read_all_options, read_options
-from grind_env.envs.env import GrindEnv
-from grind_env.envs.episode_length import EpisodeLength
+from grind_env.envs.env import EpisodeLength, GrindEnv
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.machines import machines_of
 from grind_env.envs.observations import Reading

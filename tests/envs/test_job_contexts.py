@@ -12,11 +12,11 @@ from grind_env.envs.drawing import EPISODE
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.ids import job
 from grind_env.envs.job.readings import job_task
-from grind_env.envs.job.tape import LOT_FACTORS, WHEEL_FACTORS, WHEEL_SPREAD, JobTape, barred_factors
+from grind_env.envs.job.tape import LOT_FACTORS, WHEEL_FACTORS, WHEEL_SPREAD, barred_factors
 from grind_env.envs.splits import SPLITS
 from grind_env.kernel.random import philox
 from grind_env.machine.job import Lots
-from tests.envs.harness import assert_same, job_drawn
+from tests.envs.harness import JobTape, assert_same, job_drawn
 from tests.envs.test_contexts import DECILES
 
 FIXABLE = ("kA", "pm", "wheel_kA", "ra_scale", "fc", "Gref", "hf", "noise")

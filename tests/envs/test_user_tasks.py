@@ -14,8 +14,7 @@ from hypothesis import strategies as st
 
 from grind_env.cli import main
 from grind_env.control import read
-from grind_env.envs.blocks.program import conditions, job, job_from_surface
-from grind_env.envs.blocks.requests import request_times
+from grind_env.envs.blocks.program import conditions, job, job_from_surface, request_times
 from grind_env.envs.names import FOLDER, environment_id, shipped_names
 from grind_env.envs.tasks import Kind, Task, TaskError, load_task, read_task
 from grind_env.envs.tasks.reading import TABLES

@@ -26,7 +26,6 @@ from grind_env.policies.evaluation import (
     SEEDS,
     SEEDS_EACH,
     episode_seeds,
-    roll_out,
     run_seeds,
     start_episodes,
 )
@@ -193,10 +192,3 @@ def test_a_policy_cannot_change_the_truth(sees):
     assert np.array_equal(
         run_seeds(Spy(sees), SIMULATION, [3, 4]).cost, run_seeds(Fixed(12.0, 1), SIMULATION, [3, 4]).cost
     )
-
-
-def test_a_roll_out_leaves_the_episodes_as_they_are():
-    episodes = start_episodes(SIMULATION, [1, 2])
-    first = roll_out(Handbook(), SIMULATION, episodes)
-    assert (episodes.block == 0).all()
-    assert np.array_equal(first.cost, roll_out(Handbook(), SIMULATION, episodes).cost)

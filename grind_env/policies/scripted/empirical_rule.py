@@ -1,7 +1,7 @@
 """The rule of a shop without a model of the process: it believes what it has read on this machine, and nothing else."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -51,26 +51,16 @@ class EmpiricalRule:
     Attributes:
         step: most that E rises by.
         interval: usual volume between two dresses over the conductivity of the work, mm3/mm over W/(m K).
+        power: the law of what was read of it.
+        speeds: E of the last block of each kind, whoever has decided it, mm/min, shape (N, kinds).
+        kind: of the coming block, shape (N,).
+        volumes: usual volume between two dresses, by kind of part, mm3/mm, shape (N, kinds).
     """
 
     step: float = 1.5
     interval: float = INTERVAL
     name: ClassVar[str] = "empirical_rule"
     sees: ClassVar[Sees] = "measurements"
-    simulation: Simulation = field(init=False, repr=False)
-    power: PowerLaw = field(init=False, repr=False)
-    roughness: PartLaw = field(init=False, repr=False)
-    size: PartLaw = field(init=False, repr=False)
-    first: Array = field(init=False, repr=False)
-    """E of each kind before anything was read, mm/min, shape (kinds,)."""
-    speeds: Array = field(init=False, repr=False)
-    """E of the last block of each kind, whoever has decided it, mm/min, shape (N, kinds)."""
-    kind: Numbers = field(init=False, repr=False)
-    """Of the coming block, shape (N,)."""
-    helpless: NDArray[np.bool_] = field(init=False, repr=False)
-    """Where two executions have not helped against power, shape (N,)."""
-    volumes: Array = field(init=False, repr=False)
-    """Usual volume between two dresses, by kind of part, mm3/mm, shape (N, kinds)."""
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         self.simulation, self.first = simulation, first_speeds(simulation)
@@ -86,6 +76,7 @@ class EmpiricalRule:
         self.size = PartLaw(episodes, size, exponent=1.0, usual=0.25, memory=2.0)
         self.rows, self.kind, self.speeds = none, none, np.tile(self.first, (episodes, 1))
         self.part, self.made, self.begun = none, zero + 1.0, False
+        # where the last part was hot, and where two executions have not helped against power
         self.hot, self.helpless = np.zeros((2, episodes), bool)
         self.met, self.dull, self.worn, self.gauged, self.sized, self.wanted, self.blocks = np.zeros((7, episodes))
         self.most = usual_volumes(simulation, self.interval)
