@@ -5,7 +5,6 @@ compiled cycle as the true one, from the programmed E and D and the pre-gauged s
 the power readings (ensemble adjustment Kalman filter: Anderson, Mon. Weather Rev. 129 (2001) 2884). A new lot draws
 its factors anew. Moving the members instead of weighing them matters: in PowerLimited a bootstrap filter of 512 weighed
 particles followed the wear no better than 16 moved ones, and was too sure of itself. The size gauge told nothing more.
-tests/belief/accuracy.py measures how well the wear is followed.
 
 The filter knows the task with its spreads and the noise of its sensors, as the process engineer does who sets it up;
 of an episode it knows the measured observation alone. It draws no random numbers: the members are rows of a fixed
@@ -131,7 +130,6 @@ class WheelBelief:
         self.begin(0)
 
     def begin(self, n: int) -> None:
-        """N episodes begin."""
         self.fresh = np.ones(n, bool)
         self.updates = np.zeros(n, np.int64)
         self.ground = np.zeros(n)

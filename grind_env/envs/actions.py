@@ -156,8 +156,7 @@ class ActionCodec:
         if values.ndim != 2 or values.shape != (count or len(values), width):
             shape = np.shape(_numbers(actions)) if self.action != "dict" else values.shape
             wanted = f"({count or 'N'},)" if self.action == "discrete" else f"({count or 'N'}, {width})"
-            names = " and ".join(column.name for column in self.columns)
-            raise ActionError(f"actions have shape {shape}, but must have shape {wanted}: {names} of each env")
+            raise ActionError(f"actions have shape {shape}, but must have shape {wanted}: {self._said} of each env")
         return values
 
     def _dict_table(self, actions: Any) -> Table:
@@ -183,8 +182,9 @@ class ActionCodec:
         if self.action == "dict":
             return self.table([action], 1)
         values = _numbers(action)
-        if values.shape != (1,) or self.action != "discrete":
-            check_shape(values, self._shape, self._said)
+        if values.shape != self._shape and (values.shape != (1,) or self.action != "discrete"):
+            said = f"the action has shape {values.shape}, but must have shape {self._shape}: {self._said}"
+            raise ActionError(said)
         return values.reshape(1, len(self.columns))
 
     def choose(self, values: Table) -> tuple[Table, ...]:
@@ -209,15 +209,7 @@ class ActionCodec:
         return tuple(choice)
 
     def _clipped(self, values: Table, bad: int) -> Table:
-        """Return a `table` within the bounds.
-
-        Args:
-            values: the table.
-            bad: position of its first number that is not legal.
-
-        Raises:
-            ActionError: if a number is not finite, not whole, or beyond a bound that is not to be clipped.
-        """
+        """Return a `table` within the bounds."""
         clipped = np.clip(values, self._low, self._high)
         beyond = np.abs(values - clipped)
         far = beyond > ROUNDING * np.maximum(np.abs(clipped), 1.0)
@@ -229,7 +221,10 @@ class ActionCodec:
         i, k = divmod(bad, len(self.columns))
         column, value = self.columns[k], float(values[i, k])
         if refused.any():
-            raise illegal(i, column.name, value, column.legal)
+            must = f"but must {column.legal}"
+            if not math.isfinite(value):
+                must = "which is no number: mend what chose it, such as a network whose training has diverged"
+            raise ActionError(f"action {i} has {plain(value)} for {column.name}, {must}")
         if self._warns and far.any():
             self._warns = False
             i, k = divmod(int(far.argmax()), len(self.columns))
@@ -302,12 +297,13 @@ def _whole(name: str, size: int) -> ActionColumn:
     return ActionColumn(name, 0.0, size - 1.0, True, f"be a whole number from 0 to {size - 1}")
 
 
-def real_numbers(values: Any, names: str) -> Table:
-    """Actions as an array of numbers; None counts as NaN.
+def plain(value: float) -> str:
+    """A number with all digits that tell it from its neighbours, and no more."""
+    return repr(float(value)).removesuffix(".0")
 
-    Args:
-        values: of one or of many actions, whose shape it keeps.
-        names: of the numbers of an action, for the message.
+
+def _numbers(values: Any) -> Table:
+    """Actions as an array of numbers; None counts as NaN.
 
     Raises:
         ActionError: if they make no array, or some are no real numbers: a text or a duration is none.
@@ -322,43 +318,7 @@ def real_numbers(values: Any, names: str) -> Table:
         pass
     said = " ".join(repr(values).split())
     said = said if len(said) <= LONGEST else f"{said[:LONGEST]}..."
-    raise ActionError(f"actions are {said}, but must be an array of numbers, {names} of each env")
-
-
-def check_shape(values: Table, shape: tuple[int, ...], names: str) -> None:
-    """Check the shape of a single action.
-
-    Raises:
-        ActionError: if it is another one.
-    """
-    if values.shape != shape:
-        raise ActionError(f"the action has shape {values.shape}, but must have shape {shape}: {names}")
-
-
-def illegal(number: int, name: str, value: float, legal: str) -> ActionError:
-    """The error of an action with a number that is not legal.
-
-    Args:
-        number: of the action in its batch.
-        name: of its number.
-        value: which is not legal.
-        legal: what it must do. NaN and infinity are never clipped.
-    """
-    if not math.isfinite(value):
-        return ActionError(
-            f"action {number} has {plain(value)} for {name}, which is no number: mend what chose it, such as a"
-            " network whose training has diverged"
-        )
-    return ActionError(f"action {number} has {plain(value)} for {name}, but must {legal}")
-
-
-def plain(value: float) -> str:
-    """A number with all digits that tell it from its neighbours, and no more."""
-    return repr(float(value)).removesuffix(".0")
-
-
-def _numbers(values: Any) -> Table:
-    return real_numbers(values, "E and D")
+    raise ActionError(f"actions are {said}, but must be an array of numbers, E and D of each env")
 
 
 @entry

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from grind_env.envs.actions import ActionError
 from grind_env.envs.tasks import TaskError
 from grind_env.errors import quoted
 
@@ -13,90 +12,28 @@ SHOWN = ("measured", "full")
 """Of observation and info: what a shop knows, or what is hidden from it, too."""
 
 
-def check_count(name: str, count: object) -> int:
-    """A number of sub-environments or threads.
-
-    Raises:
-        TaskError: if it is no whole number, or below 1.
-    """
+def check_count(name: str, count: object, otherwise: str = "") -> int:
+    """A number of sub-environments, threads or steps."""
     if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 1:
-        raise TaskError(f"{name} is {count!r}, but must be a whole number of at least 1")
+        raise TaskError(f"{name} is {count!r}, but must be a whole number of at least 1{otherwise}")
     return int(count)
 
 
-def check_threads(threads: object, *, compiled: bool) -> int:
-    """The number of threads that grind.
-
-    Raises:
-        TaskError: if it is no whole number of at least 1, or if more than one would wait for each other.
-    """
-    number = check_count("threads", threads)
-    if number > 1 and not compiled:
-        raise TaskError(f"threads is {number}, but Python runs this program, in one thread: leave it out")
-    return number
-
-
-def check_steps(max_episode_steps: object) -> int | None:
-    """The most steps of an episode.
-
-    Raises:
-        TaskError: if it is neither None nor a whole number of at least 1.
-    """
-    steps = max_episode_steps
-    if steps is None:
-        return None
-    if isinstance(steps, bool) or not isinstance(steps, int | np.integer) or steps < 1:
-        raise TaskError(f"max_episode_steps is {steps!r}, but must be a whole number of at least 1, or left out")
-    return int(steps)
-
-
 def check_parts(parts: object, most: int) -> None:
-    """The parts of a batch.
-
-    Raises:
-        TaskError: if they are no whole number from 1 to `most`.
-    """
+    """The parts of a batch."""
     if isinstance(parts, bool) or not isinstance(parts, int | np.integer) or not 1 <= parts <= most:
         raise TaskError(f"parts is {parts!r}, but must be a whole number from 1 to {most}")
 
 
 def check_flags(**flags: object) -> None:
-    """Check arguments that are either true or false; a text such as "no" would count as true.
-
-    Raises:
-        TaskError: if one is neither.
-    """
+    """Check arguments that are either true or false; a text such as "no" would count as true."""
     for name, value in flags.items():
         if not isinstance(value, bool | np.bool_):
             raise TaskError(f"{name} is {value!r}, but must be True or False")
 
 
-def refuse_predress(predress: bool, why: str) -> None:
-    """Refuse the third component of an action where there is none.
-
-    Raises:
-        ActionError: if it is asked for; it says `why` there is none.
-    """
-    if predress:
-        raise ActionError(f"predress is {predress!r}, but {why}: leave it out")
-
-
-def refuse_cycle(cycle: object, why: str) -> None:
-    """Refuse the choice of a cycle where there is none.
-
-    Raises:
-        TaskError: if it is asked for; it says `why` there is none.
-    """
-    if cycle is not None:
-        raise TaskError(f"cycle is {cycle!r}, but {why}: leave it out")
-
-
 def check_number(name: str, value: object, low: float, high: float) -> None:
-    """Check a number.
-
-    Raises:
-        TaskError: if it is none, or lies outside `low`..`high`.
-    """
+    """Check a number."""
     is_number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
     number: Any = value  # not as a float, which cannot be as large as an int
     if not (is_number and low <= number <= high):
@@ -104,11 +41,7 @@ def check_number(name: str, value: object, low: float, high: float) -> None:
 
 
 def check_file(name: str, value: object) -> None:
-    """Check the name of a file, which may be left out; Gymnasium writes it into the spec, which takes texts only.
-
-    Raises:
-        TaskError: if it is no text, or one that no file can have as its name.
-    """
+    """Check the name of a file, which may be left out; Gymnasium writes it into the spec, which takes texts only."""
     if value is None:
         return
     if isinstance(value, os.PathLike):
@@ -118,11 +51,7 @@ def check_file(name: str, value: object) -> None:
 
 
 def check_variables(variables: object) -> list[str]:
-    """The assignments in a text such as "#500=0, #101=15000", which may be left out.
-
-    Raises:
-        TaskError: if it is no text.
-    """
+    """The assignments in a text such as "#500=0, #101=15000", which may be left out."""
     if variables is None:
         return []
     if not isinstance(variables, str):
@@ -131,29 +60,17 @@ def check_variables(variables: object) -> list[str]:
 
 
 def is_full(shown: object, name: str = "observation") -> bool:
-    """Whether what is hidden is asked for, too.
-
-    Args:
-        shown: the value of an argument.
-        name: of the argument.
-
-    Raises:
-        TaskError: if it is neither `"measured"` nor `"full"`.
-    """
+    """Whether what is hidden is asked for, too."""
     if not isinstance(shown, str) or shown not in SHOWN:
         raise TaskError(f"{name} is {shown!r}, but must be one of {', '.join(SHOWN)}")
     return shown == "full"
 
 
-def refuse_render(render_mode: object, known: tuple[str, ...] = ()) -> None:
-    """Check the render mode.
-
-    Raises:
-        TaskError: if it is none of the known ones.
-    """
+def check_render(render_mode: object, known: tuple[str, ...]) -> None:
+    """Check the render mode."""
     if render_mode is not None and not (isinstance(render_mode, str) and render_mode in known):
-        modes = f"has {', '.join(map(repr, known))}" if known else "has none: leave it out"
-        raise TaskError(f"render_mode is {render_mode!r}, but the environment {modes}")
+        modes = ", ".join(map(repr, known))
+        raise TaskError(f"render_mode is {render_mode!r}, but the environment has {modes}")
 
 
 def _can_name_a_file(name: str) -> bool:

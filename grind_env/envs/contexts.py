@@ -30,9 +30,9 @@ each split another of the same draws.
 """
 
 import math
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,8 +44,6 @@ from grind_env.errors import GrindError, quoted
 
 if TYPE_CHECKING:
     from grind_env.plants import Plants
-
-What = TypeVar("What", bound=Hashable)
 
 
 class ContextError(GrindError):
@@ -197,8 +195,8 @@ def drawn(simulation: Any, given: Sequence[Given], rngs: Sequence[np.random.Gene
 
 
 def read_all_options(
-    options: Mapping[str, Any] | None, before: Sequence[What], read: Callable[[dict[str, Any], What], What]
-) -> list[What]:
+    options: Mapping[str, Any] | None, before: Sequence[Given], read: Callable[[dict[str, Any], Given], Given]
+) -> list[Given]:
     """What the options of a reset give to N sub-environments; the value of an option may be a list of N entries.
 
     Args:
@@ -212,7 +210,7 @@ def read_all_options(
     given = list(before)
     for name, value in option_items(options):
         if not isinstance(value, list | tuple):
-            once: dict[What, What] = {}
+            once: dict[Given, Given] = {}
             for i, each in enumerate(given):
                 if each not in once:
                     once[each] = read({name: value}, each)

@@ -1,31 +1,68 @@
 """The single environment of every id in which E and D are chosen."""
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar
 
 import gymnasium as gym
 import numpy as np
 from gymnasium import spaces
+from gymnasium.envs.registration import EnvSpec
 from numpy.typing import NDArray
 
 from grind_env.envs.actions import ActionCodec
-from grind_env.envs.arguments import check_flags, refuse_render
+from grind_env.envs.arguments import check_flags, check_render
 from grind_env.envs.contexts import Given, drawn, read_options
-from grind_env.envs.episode_length import EpisodeLength
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.machines import machines_of
 from grind_env.envs.observations import Reading
-from grind_env.envs.showing import RENDER_MODES, Showing
 from grind_env.envs.shown import shown_space
 from grind_env.envs.simulation import Simulation, Written
 from grind_env.envs.tables import Outcome
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
+from grind_env.render import ansi, frames
 from grind_env.render.view import EpisodePicture
 
+RENDER_MODES = ("rgb_array", "human", "ansi")
+METADATA: dict[str, Any] = {"render_modes": [*RENDER_MODES], "render_fps": frames.FPS}
 
-class GrindEnv(Showing, EpisodeLength, gym.Env[NDArray[np.float32], Any]):
+Make = TypeVar("Make")
+
+
+def renders(make: Make) -> Make:
+    """Let a function that makes environments say how they render, as a class does: `gym.make` asks what it calls."""
+    vars(make)["metadata"] = METADATA
+    return make
+
+
+class EpisodeLength:
+    """Tells in `spec.max_episode_steps` how long an episode is; a mixin, to be listed before a class of Gymnasium.
+
+    It is the limit that the caller has set, else one more than the steps of an episode. `gym.make(env.spec)` puts a
+    `TimeLimit` of that many steps around the environment, and a limit of the very steps would truncate the last one,
+    which terminates.
+    """
+
+    simulation: Simulation
+    _spec: EnvSpec | None = None
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """The spec that `gym.make` or `gym.make_vec` used; None for an environment that was made directly."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, made: EnvSpec | None) -> None:
+        if made is not None:
+            limit = (
+                made.kwargs.get("max_episode_steps") or made.max_episode_steps
+            )  # `gym.make_vec` gives the argument precedence
+            made = replace(made, max_episode_steps=limit or self.simulation.most_steps + 1)
+        self._spec = made
+
+
+class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
     """One episode of a simulation; `grind_env.envs.any_task` and the modules of `grind_env.envs.ids` make it.
 
     Args:
@@ -51,6 +88,8 @@ class GrindEnv(Showing, EpisodeLength, gym.Env[NDArray[np.float32], Any]):
         GrindError: an argument is not legal.
     """
 
+    metadata = METADATA
+
     def __init__(
         self,
         simulation: Simulation,
@@ -62,11 +101,12 @@ class GrindEnv(Showing, EpisodeLength, gym.Env[NDArray[np.float32], Any]):
         out_of_range: str | None = None,
     ) -> None:
         check_flags(show_block=show_block)
-        refuse_render(render_mode, RENDER_MODES)
+        check_render(render_mode, RENDER_MODES)
         self.simulation, self.task = simulation, simulation.task
         self.codec = ActionCodec(self.task, action, predress=simulation.pre_dress, out_of_range=out_of_range)
         self.infos = InfoWriter(simulation, self.codec.names, info)
         self.render_mode = render_mode
+        self.follower: frames.Follower | None = None
         self.show_block = show_block
         self.action_space: spaces.Space[Any] = self.codec.space
         self.observation_space = shown_space(simulation)
@@ -158,7 +198,7 @@ class GrindEnv(Showing, EpisodeLength, gym.Env[NDArray[np.float32], Any]):
             self.episodes = simulation.start(rngs, [given], whole=False)
         else:
             simulation.restart_all(self.episodes, [0], rngs, [given])
-        self.follow()
+        self._follow()
         return simulation.observe(self.episodes)[0], {"plant": self.plant} if self.plant else {}
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
@@ -179,7 +219,7 @@ class GrindEnv(Showing, EpisodeLength, gym.Env[NDArray[np.float32], Any]):
         outcome = Outcome(*outcomes[0].tolist())
         self.blocks.append(block)
         self.outcomes.append(outcome)
-        self.follow()
+        self._follow()
         observation = simulation.observe(episodes)[0]
         info = self.infos.single(outcome, observation, chosen)
         if self.show_block:
@@ -196,6 +236,30 @@ class GrindEnv(Showing, EpisodeLength, gym.Env[NDArray[np.float32], Any]):
         if self.episodes is None:
             raise gym.error.ResetNeeded("there is nothing to show yet: call reset() before render()")
         return self.simulation.view(self.episodes, 0, self.blocks, self.outcomes)
+
+    def render(self) -> Any:
+        """What the last step has led to: a picture, uint8 of shape (540, 960, 3), or text; None for a human."""
+        view = self.view()
+        if self.render_mode is None:
+            gym.logger.warn("render() shows nothing: make the env with render_mode='rgb_array', 'human' or 'ansi'")
+            return None
+        if self.render_mode == "ansi":
+            return ansi.panel(view)
+        if self.render_mode == "rgb_array":
+            return frames.render(view)
+        self.follower = self.follower or frames.Follower(view.title)
+        self.follower.show(view)
+        return None
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self.follower is not None:
+            self.follower.close()
+            self.follower = None
+
+    def _follow(self) -> None:
+        if self.render_mode == "human":
+            self.render()
 
     def _ground(self) -> Episodes:
         if self.episodes is None or not self.blocks:

@@ -11,7 +11,6 @@ class Noisy(Gauge):
     """A gauge with the noise of the tasks."""
 
     def __reduce__(self) -> Any:
-        """As that of `Process`."""
         return "GAUGE" if self is GAUGE else (Gauge, tuple(self))
 
 

@@ -27,32 +27,17 @@ DIGITS = 3
 """Behind the point: so much of means and deviations is the same on every machine."""
 
 
-def eased(rewards: NDArray[Any], worst: float = WORST_REWARD) -> NDArray[Any]:
-    """Rewards as a learner gets them: one more than the environment's, so that the best fixed plan earns about 0.
-
-    Args:
-        rewards: of the environment, shape (N,).
-        worst: what is below is cut.
-
-    Returns:
-        A new array of the same type.
-    """
-    return np.maximum(rewards + 1.0, worst).astype(rewards.dtype)
+def eased(rewards: NDArray[Any]) -> NDArray[Any]:
+    """Rewards, shape (N,), as a learner gets them: one more, so that the best fixed plan earns about 0, and cut."""
+    return np.maximum(rewards + 1.0, WORST_REWARD).astype(rewards.dtype)
 
 
 def lateness(simulation: Simulation, observations: Array) -> Array:
-    """What it costs that the parts of the coming due date are late already, over the reference cost; 0 without dates.
+    """What it costs that the parts of the coming due date are late already, over the reference cost, shape (N,).
 
     The environment charges it at the date, with the last of these parts. Whoever learns is better charged what it has
     grown by with each block, which is the same in the end (Ng, Harada, Russell, ICML 1999, 278) and tells which block
-    was too slow.
-
-    Args:
-        simulation: of the environment.
-        observations: of episodes, shape (N, entries).
-
-    Returns:
-        Shape (N,), of the same type.
+    was too slow. 0 without dates.
     """
     due, names = simulation.task.due, [reading.name for reading in simulation.entries]
     if due is None:
@@ -63,13 +48,7 @@ def lateness(simulation: Simulation, observations: Array) -> Array:
 
 
 def usual(simulation: Simulation, codec: ActionCodec, forms: Sequence[MemoryForm]) -> Standard:
-    """Mean and standard deviation of every entry of what is shown, in the better part of random play.
-
-    Args:
-        simulation: of the environment.
-        codec: of its actions.
-        forms: of the memories that wrappers around it show, the innermost first.
-    """
+    """Mean and standard deviation of every entry of what is shown, in the better part of random play."""
     memories = memories_of(simulation, codec.space, forms)
     rng, n = np.random.default_rng(0), EPISODES
     episodes = simulation.start([np.random.default_rng(seed) for seed in range(n)])

@@ -16,11 +16,7 @@ class OtherMachine(GrindError):
 
 
 def plants_of(argument: Any, of_file: str = "") -> "Plants | None":
-    """The machines that an argument names, which may be of a module, or without one those that a file names.
-
-    Raises:
-        PlantError: there are none of that name.
-    """
+    """The machines that an argument names, which may be of a module, or without one those that a file names."""
     if argument is None and not of_file:
         return None
     from grind_env.plants import find_plants
@@ -35,12 +31,7 @@ def machines_of(simulation: Any) -> "Plants | None":
 
 
 def fitting(value: Any, made: "Plants | None") -> "Plants | None":
-    """The machines that the option of a reset names; None for those that the environment was made with.
-
-    Raises:
-        PlantError: there are none of that name.
-        OtherMachine: they grind or show otherwise than those.
-    """
+    """The machines that the option of a reset names; None for those that the environment was made with."""
     found = plants_of(value)
     if found is None:
         return None

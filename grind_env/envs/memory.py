@@ -70,15 +70,12 @@ class StackMemory:
         self.begin(0)
 
     def begin(self, n: int) -> None:
-        """N episodes begin with the next observations."""
         self.stack = np.zeros((n, self.n, self.space.shape[0] // self.n), np.float32)
 
     def restart(self, mask: Flags) -> None:
-        """The episodes in `mask`, shape (N,), begin with their next observation."""
         self.stack[mask] = 0.0
 
     def take(self, observations: Array, actions: Array | None, mask: Flags) -> Array:
-        """Move the stack on by one; see `EpisodeMemory`."""
         self.stack[mask, :-1] = self.stack[mask, 1:]
         self.stack[mask, -1, : self.entries] = observations[mask]
         self.stack[mask, -1, self.entries :] = 0.0
@@ -112,16 +109,13 @@ class BeliefMemory:
         self.begin(0)
 
     def begin(self, n: int) -> None:
-        """N episodes begin with the next observations."""
         self.belief.begin(n)
         self.shown = np.zeros((n, self.space.shape[0]), np.float32)
 
     def restart(self, mask: Flags) -> None:
-        """The episodes in `mask`, shape (N,), begin with their next observation."""
         self.belief.restart(mask)
 
     def take(self, observations: Array, actions: Array | None, mask: Flags) -> Array:
-        """Update the belief; the actions are read from the observation. See `EpisodeMemory`."""
         belief = np.stack(self.belief.update(observations, mask), axis=1)
         scaled = np.clip(belief / self.scale, self.low, self.high)
         self.shown[mask] = np.concatenate([observations, scaled], axis=1)[mask]
@@ -129,11 +123,7 @@ class BeliefMemory:
 
 
 def action_bounds(space: spaces.Space[Any]) -> tuple[Array, Array]:
-    """Lowest and highest numbers that `action_numbers` gives.
-
-    Raises:
-        WrapperError: if an action is not a number, or an array of them with one axis.
-    """
+    """Lowest and highest numbers that `action_numbers` gives."""
     if isinstance(space, spaces.Box) and len(space.shape) == 1:
         return space.low, space.high
     if isinstance(space, spaces.Discrete):

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.belief.sensor import POWER_NOISE, POWER_NOISE_FLOOR, POWER_RANGE
-from grind_env.envs.tasks import Kind, Task
+from grind_env.envs.tasks import Task
 from grind_env.kernel import inlined
 
 SIZE_NOISE = 0.7
@@ -170,7 +170,9 @@ def constant_readings(task: Task, *, pre_dress: bool = False) -> dict[str, float
     What is said of the coming block or of the last one before the first and after the last block does not count.
     """
     kinds = task.kinds
-    constant = {name: float(getattr(kinds[0], name)) for name in OF_KIND if _same(kinds, name)}
+    constant = {
+        name: float(getattr(kinds[0], name)) for name in OF_KIND if len({getattr(kind, name) for kind in kinds}) == 1
+    }
     if "width" in constant:
         constant["last_width"] = kinds[0].width
     # an infeed goes as deep in a stroke as its time allows
@@ -195,10 +197,6 @@ def of_few_parts(parts: int, *, gauged: bool) -> dict[str, float]:
     size = {"size_error": 0.0} if parts < 2 else {}
     # the first one that is gauged is known one part late
     return size | ({} if gauged and parts > 2 else {"roughness": 0.0, "parts_since_gauged": 0.0})
-
-
-def _same(kinds: tuple[Kind, ...], name: str) -> bool:
-    return len({getattr(kind, name) for kind in kinds}) == 1
 
 
 def _table(task: Task) -> list[Reading]:

@@ -94,11 +94,7 @@ class ProgramEpisode:
         conditions: Sequence[PartConditions] = (),
         course: Sequence[Passage] = (),
     ) -> None:
-        """Start, and go on to the first cycle block.
-
-        Raises:
-            GrindError: whatever `machine.grind` raises.
-        """
+        """Start, and go on to the first cycle block."""
         self._arguments = (programs, job, conditions, course)
         self.course = course
         control = replace(job.control, announce_cycles=True, announce_feeds=True, whole_cycles=True)
@@ -123,15 +119,7 @@ class ProgramEpisode:
             self.step(words)
 
     def step(self, words: Words) -> BlockRun:
-        """Run the coming cycle block with other numbers in some of its words, and on to the next one.
-
-        Args:
-            words: for the cycle block; there must be one left.
-
-        Raises:
-            GrindError: whatever `machine.grind` raises.
-            PassageError: the program comes by others than its course says.
-        """
+        """Run the coming cycle block with other numbers in some of its words, and on to the next one."""
         run, began = self.run, self.time
         strokes, dresses, parts = len(run.strokes), len(run.dresses), len(run.parts)
         stages = len(run.part.ended) if run.unloaded_at is None else 0
@@ -215,15 +203,8 @@ class ProgramEpisode:
 def step_all(programs: Sequence[ProgramEpisode], words: Mapping[int, Words]) -> dict[int, BlockRun]:
     """Run the coming block of those programs that have words for it, or of none.
 
-    Args:
-        programs: under execution.
-        words: for the cycle block of each program to step, by its index.
-
     Returns:
         What happened in each, by its index.
-
-    Raises:
-        GrindError: whatever `machine.grind` raises; every program is then as it was before.
     """
     before = {i: len(programs[i].chosen) for i in words}
     try:

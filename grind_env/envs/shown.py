@@ -29,13 +29,7 @@ class MemoryForm(Protocol):
     def memory(
         self, simulation: Simulation | None, observation_space: spaces.Space[Any], action_space: spaces.Space[Any]
     ) -> EpisodeMemory:
-        """The memory.
-
-        Args:
-            simulation: of the environment, if it has one.
-            observation_space: of one environment, before the wrapper.
-            action_space: of one environment.
-        """
+        """The memory."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,13 +152,7 @@ def behind(space: spaces.Space[Any], form: MemoryForm, memory: EpisodeMemory) ->
 def memories_of(
     simulation: Simulation, action_space: spaces.Space[Any], forms: Sequence[MemoryForm]
 ) -> list[EpisodeMemory]:
-    """The memories that wrappers around an environment show, the innermost first.
-
-    Args:
-        simulation: of the environment.
-        action_space: of one environment.
-        forms: of the memories.
-    """
+    """The memories that wrappers around an environment show, the innermost first."""
     space: spaces.Box[Any] = shown_space(simulation)
     memories: list[EpisodeMemory] = []
     for form in forms:

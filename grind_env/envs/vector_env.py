@@ -3,38 +3,31 @@
 import inspect
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, TypeGuard
 
+import gymnasium as gym
 import numpy as np
+from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from grind_env.arrays import Array
 from grind_env.envs.actions import ActionCodec
-from grind_env.envs.arguments import check_count, check_flags, check_threads, refuse_render
-from grind_env.envs.contexts import Given, drawn, read_all_options, read_options
-from grind_env.envs.env import GrindEnv
-from grind_env.envs.episode_length import EpisodeLength
+from grind_env.envs.arguments import check_count, check_flags, check_render
+from grind_env.envs.contexts import Given, drawn, option_items, read_all_options, read_options
+from grind_env.envs.env import EpisodeLength, GrindEnv
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.machines import machines_of
 from grind_env.envs.observations import Reading
 from grind_env.envs.shown import shown_space
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tables import Outcome
+from grind_env.envs.tasks import TaskError
 from grind_env.envs.threads import step_shared
-from grind_env.envs.vector_common import (
-    VECTOR_RENDER_MODES,
-    Generators,
-    StepLimit,
-    autoreset,
-    beside_mask,
-    drawn_all,
-    final_info,
-    refuse_out_of_turn,
-    reset_mask,
-    vector_metadata,
-)
-from grind_env.envs.view import History
+from grind_env.errors import GrindError
+from grind_env.render import ansi, frames
+
+VECTOR_RENDER_MODES = ("rgb_array", "ansi")
 
 REWARD = Outcome._fields.index("reward")
 
@@ -54,7 +47,6 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
         max_episode_steps: steps after which an episode is truncated, as by `TimeLimit`; None for never.
         info: as for `GrindEnv`.
         threads: that grind, each a share of the episodes; the numbers are the same. For some thousand, on idle cores.
-
         out_of_range: `"clip"` or `"raise"`, see `grind_env.envs.actions`.
 
     Raises:
@@ -77,35 +69,50 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
     ) -> None:
         check_flags(show_block=show_block)
         self.num_envs = num_envs = check_count("num_envs", num_envs)
-        refuse_render(render_mode, VECTOR_RENDER_MODES)
+        check_render(render_mode, VECTOR_RENDER_MODES)
         self.render_mode = render_mode
-        self.autoreset_mode = autoreset(autoreset_mode)
-        self.metadata = vector_metadata(self.autoreset_mode)
-        self.limit = StepLimit(max_episode_steps, num_envs)
+        self.autoreset_mode = _autoreset(autoreset_mode)
+        self.metadata = {
+            "render_modes": [*VECTOR_RENDER_MODES],
+            "render_fps": frames.FPS,
+            "autoreset_mode": self.autoreset_mode,
+        }
+        self.most_steps = max_episode_steps
+        if max_episode_steps is not None:
+            self.most_steps = check_count("max_episode_steps", max_episode_steps, ", or left out")
+        self.steps = np.zeros(num_envs, np.int64)
         self.show_block = show_block
         self.task, self.simulation = simulation.task, simulation
-        self.threads = check_threads(threads, compiled=simulation.compiled)
+        self.threads = check_count("threads", threads)
+        if self.threads > 1 and not simulation.compiled:
+            raise TaskError(f"threads is {threads}, but Python runs this program, in one thread: leave it out")
         self.codec = ActionCodec(self.task, action, predress=simulation.pre_dress, out_of_range=out_of_range)
         self.infos = InfoWriter(simulation, self.codec.names, info)
         self.single_action_space = self.codec.space
         self.single_observation_space = shown_space(self.simulation)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self.generators = Generators(num_envs)
+        self.rngs: list[np.random.Generator] = []
+        self.seeds: list[int] = []
+        for _ in range(num_envs):
+            rng, seed = seeding.np_random()
+            self.rngs.append(rng)
+            self.seeds.append(seed)
         self.given = [Given()] * num_envs
-        self.episodes = self.simulation.start(self.generators.rngs, whole=False)
+        self.episodes = self.simulation.start(self.rngs, whole=False)
         self.begun = np.zeros(num_envs, bool)
         self.all_begun = False
         self.due = np.zeros(num_envs, bool)
         self.some_due = False
         self.everyone = np.arange(num_envs)
-        self.history = None if render_mode is None else History(num_envs)
+        self.blocks: list[list[Any]] = [[] for _ in range(num_envs)]  # what pictures show, like the outcomes of each
+        self.outcomes: list[list[Outcome]] = [[] for _ in range(num_envs)]
         self.last: tuple[Array, tuple[Array, ...]]  # outcomes and choice of the last step
 
     @property
     def np_random_seed(self) -> Any:
         """The seeds of the generators of all sub-environments, as in `SyncVectorEnv`."""
-        return tuple(self.generators.seeds)
+        return tuple(self.seeds)
 
     def observation_info(self) -> tuple[Reading, ...]:
         """Name, unit, scale, noise and meaning of every entry of the observation."""
@@ -128,10 +135,15 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
         Raises:
             GrindError: if the seeds or the options do not fit the sub-environments.
         """
-        mask = reset_mask(options, self.num_envs)
+        given_options = dict(option_items(options))
+        mask = given_options.pop("reset_mask", np.ones(self.num_envs, bool))
+        if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (self.num_envs,) or not mask.any():
+            raise GrindError(f"reset_mask must be a bool array of shape ({self.num_envs},) with at least one True")
         read = partial(read_options, self.task, barred=self.simulation.barred, made=machines_of(self.simulation))
-        given = read_all_options(beside_mask(options), self.given, read)
-        self.generators.reseed(seed, mask)
+        given = read_all_options(given_options, self.given, read)
+        for i, each in enumerate(_seed_list(seed, self.num_envs)):
+            if mask[i] and each is not None:
+                self.rngs[i], self.seeds[i] = seeding.np_random(each)
         self.given = [new if chosen else old for new, old, chosen in zip(given, self.given, mask, strict=True)]
         info = self._restart(mask)
         self.begun |= mask
@@ -146,7 +158,12 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
             gymnasium.error.ResetNeeded: before the first reset; without autoreset, after the last block.
             ActionError: if an action is not in the action space.
         """
-        refuse_out_of_turn(self.all_begun, self.due, self.autoreset_mode)
+        if not self.all_begun:
+            raise gym.error.ResetNeeded("some sub-environments have not begun: call reset() before step()")
+        if self.autoreset_mode == AutoresetMode.DISABLED and self.some_due:
+            raise gym.error.ResetNeeded(
+                f"episode {np.flatnonzero(self.due)[0]} is over: reset it with options={{'reset_mask': ...}}"
+            )
         # in NEXT_STEP mode the action of an episode that is over is ignored, and it begins anew
         resetting, some = self.due, self.some_due
         values = self.codec.table(actions, self.num_envs)
@@ -156,22 +173,27 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
             stepping = np.flatnonzero(~resetting)
         choice = self.simulation.taken(self.episodes, self.codec.choose(values))
         blocks: dict[int, Any] = {}
-        if self.show_block or self.history is not None:
+        if self.show_block or self.render_mode is not None:
             block = self.simulation.block
             blocks = {i: block(self.episodes, i, *(values[i] for values in choice)) for i in stepping.tolist()}
         outcomes = step_shared(self.simulation, self.episodes, choice, stepping, self.threads)
         self.last = outcomes, choice
-        if self.history is not None:
-            self.history.note(blocks, outcomes)
+        if self.render_mode is not None:
+            for i, ground in blocks.items():
+                self.blocks[i].append(ground)
+                self.outcomes[i].append(Outcome(*outcomes[i].tolist()))
         begun = self._restart(resetting) if some else {}
-        terminated, truncated = self.simulation.over(self.episodes), self.limit.step(stepping)
+        terminated, truncated = self.simulation.over(self.episodes), np.zeros(self.num_envs, bool)
+        if self.most_steps is not None:
+            self.steps[stepping] += 1
+            truncated = self.steps >= self.most_steps
         over = terminated | truncated
         ended = bool(over.any())
         observations = self.simulation.observe(self.episodes)
         told = self._info(outcomes, observations, choice, blocks, ~resetting) if stepping.size > 0 else {}
         info = {**begun, **told}
         if ended and self.autoreset_mode == AutoresetMode.SAME_STEP:
-            info = {**final_info(info, observations, over), **self._restart(over)}
+            info = {**_final_info(info, observations, over), **self._restart(over)}
             observations = self.simulation.observe(self.episodes)
         due_later = self.autoreset_mode != AutoresetMode.SAME_STEP
         self.due, self.some_due = over & due_later, ended and due_later
@@ -180,13 +202,12 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
     def _restart(self, mask: Array) -> dict[str, Any]:
         """Put new episodes in place of those in `mask`; what there is to say of them."""
         index = np.flatnonzero(mask).tolist()
-        rngs = [self.generators.rngs[i] for i in index]
+        rngs = [self.rngs[i] for i in index]
         given = drawn(self.simulation, [self.given[i] for i in index], rngs)
         self.simulation.restart_all(self.episodes, index, rngs, given)
-        self.limit.restart(mask)
-        if self.history is not None:
-            for i in index:
-                self.history.restart(i)
+        self.steps[mask] = 0
+        for i in index:
+            self.blocks[i], self.outcomes[i] = [], []
         if not given or given[0].plant is None:
             return {}
         names = np.full(self.num_envs, None, object)
@@ -202,9 +223,14 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
             gymnasium.error.ResetNeeded: before the first reset.
             RenderError: if what draws it is not installed.
         """
-        ground = () if self.history is None else enumerate(self.history)
-        views = (self.simulation.view(self.episodes, i, *each) for i, each in ground)
-        return drawn_all(self.render_mode, self.begun, views)
+        if self.render_mode is None:
+            gym.logger.warn("render() shows nothing: make the env with render_mode='rgb_array' or 'ansi'")
+            return None
+        if not self.all_begun:
+            raise gym.error.ResetNeeded("there is nothing to show yet: call reset() before render()")
+        draw = ansi.panel if self.render_mode == "ansi" else frames.render
+        ground = enumerate(zip(self.blocks, self.outcomes, strict=True))
+        return tuple(draw(self.simulation.view(self.episodes, i, *each)) for i, each in ground)
 
     def _info(
         self, outcomes: Array, observations: Array, choice: tuple[Array, ...], blocks: dict[int, Any], mask: Array
@@ -231,3 +257,65 @@ def side_by_side(make: Callable[..., GrindEnv]) -> Callable[..., GrindVectorEnv]
     vector.__name__ = vector.__qualname__ = f"{make.__name__}_vector"
     vector.__doc__ = f"As `{make.__name__}`, many times side by side; further arguments as for `GrindVectorEnv`."
     return vector
+
+
+def _masked(info: dict[str, Any], mask: Array) -> dict[str, Any]:
+    """The vector info of the sub-environments in `mask` alone."""
+    chosen: dict[str, Any] = {}
+    for name, value in info.items():
+        if name.startswith("_"):
+            chosen[name] = value & mask
+        elif isinstance(value, dict):
+            chosen[name] = _masked(value, mask)
+        else:
+            chosen[name] = np.where(mask, value, np.zeros((), value.dtype) if value.dtype != object else None)
+    return chosen
+
+
+def _final_info(info: dict[str, Any], observations: Array, over: Array) -> dict[str, Any]:
+    """The vector info of a step in mode `"SameStep"`: what belongs to the episodes that it ended is set apart.
+
+    Args:
+        info: of the step.
+        observations: last ones of the episodes, shape (num_envs, entries).
+        over: which are over, bool of shape (num_envs,), one of them at least.
+    """
+    final_obs = np.full(len(over), None, object)
+    for i in np.flatnonzero(over):
+        final_obs[i] = observations[i].copy()
+    moved = {
+        "final_obs": final_obs,
+        "_final_obs": over.copy(),
+        "final_info": _masked(info, over),
+        "_final_info": over.copy(),
+    }
+    return {**moved, **_masked(info, ~over)} if not over.all() else moved
+
+
+def _autoreset(mode: AutoresetMode | str) -> AutoresetMode:
+    """The autoreset mode of that name."""
+    try:
+        return AutoresetMode(mode)
+    except ValueError:
+        legal = ", ".join(repr(each.value) for each in AutoresetMode)
+        raise TaskError(f"autoreset_mode is {mode!r}, but must be one of {legal}") from None
+
+
+def _seed_list(seed: int | Sequence[int | None] | None, num_envs: int) -> list[int | None]:
+    """A seed for each sub-environment; None to go on with its generator."""
+    if seed is None:
+        return [None] * num_envs
+    given: Any = seed
+    if isinstance(given, np.ndarray):
+        given = given.tolist()
+    if _is_seed(given):
+        return [int(given) + i for i in range(num_envs)]
+    if isinstance(given, list | tuple) and len(given) == num_envs:
+        numbers = [each if each is None else int(each) for each in given if each is None or _is_seed(each)]
+        if len(numbers) == num_envs:
+            return numbers
+    raise GrindError(f"seed is {seed!r}, but must be one int of at least 0, or a list of {num_envs}, one for each env")
+
+
+def _is_seed(value: object) -> TypeGuard[int]:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool) and bool(value >= 0)

@@ -1,10 +1,7 @@
 """The view of a running episode: an `EpisodePicture` read off a task, its episodes and what came of each block."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.tables import Outcome
@@ -42,16 +39,7 @@ def view_of(
     outcomes: Sequence[Outcome],
     text: str,
 ) -> EpisodePicture:
-    """Episode i as it stands, at rest between two blocks.
-
-    Args:
-        task: its task.
-        episodes: the episodes.
-        i: which of them.
-        blocks: the blocks that it has run, each with its kind, the stock on the part before it, E and D.
-        outcomes: what came of each.
-        text: what the control has read for the last block.
-    """
+    """Episode i as it stands, at rest between two blocks."""
     limits = {kind.name: task.limits(kind) for kind in task.kinds}
     return EpisodePicture(
         extent=extent_of(task),
@@ -80,28 +68,6 @@ def ground_block(block: Any, outcome: Outcome, limits: Limits) -> GroundBlock:
         finished=outcome.finished > 0.0,
         good=outcome.good,
     )
-
-
-class History:
-    """What the pictures of `count` episodes need beside their state: what each has run, and what came of it."""
-
-    def __init__(self, count: int) -> None:
-        self.blocks: list[list[Any]] = [[] for _ in range(count)]
-        self.outcomes: list[list[Outcome]] = [[] for _ in range(count)]
-
-    def restart(self, i: int) -> None:
-        """Forget episode i."""
-        self.blocks[i], self.outcomes[i] = [], []
-
-    def note(self, blocks: Mapping[int, Any], outcomes: NDArray[np.float64]) -> None:
-        """Blocks by number of their episode; `outcomes` has shape (N, fields of `Outcome`)."""
-        for i, block in blocks.items():
-            self.blocks[i].append(block)
-            self.outcomes[i].append(Outcome(*outcomes[i].tolist()))
-
-    def __iter__(self) -> Iterator[tuple[list[Any], list[Outcome]]]:
-        """Blocks and outcomes of every episode."""
-        return zip(self.blocks, self.outcomes, strict=True)
 
 
 def coming_part(task: Task, episodes: Episodes, i: int) -> Workpiece:

@@ -16,7 +16,7 @@ from grind_env.arrays import Array
 from grind_env.envs.contexts import option_items
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.learning import eased, usual
-from grind_env.envs.memory import Flags, WrapperError, belief_entries
+from grind_env.envs.memory import WrapperError, belief_entries
 from grind_env.envs.observations import Reading
 from grind_env.envs.shown import BeliefForm, MemoryForm, ShownBox, Stack, Standard, behind
 from grind_env.envs.simulation import Simulation
@@ -34,7 +34,7 @@ class MemoryWrapper(gym.Wrapper[Array, Any, Array, Any]):
     """A single environment that shows a memory of its episode."""
 
     def __init__(self, env: AnyEnv, form: MemoryForm) -> None:
-        check_kind(env, gym.Env)
+        _check_kind(env, gym.Env)
         gym.Wrapper.__init__(self, env)
         self.memory = form.memory(simulation_of(env), env.observation_space, env.action_space)
         self.observation_space = behind(env.observation_space, form, self.memory)
@@ -56,7 +56,7 @@ class VectorMemory(ArrayWrapper):
     """A vector environment that shows a memory of every episode, in any autoreset mode."""
 
     def __init__(self, env: AnyVectorEnv, form: MemoryForm) -> None:
-        check_kind(env, VectorEnv)
+        _check_kind(env, VectorEnv)
         VectorWrapper.__init__(self, env)
         self.memory = form.memory(simulation_of(env), env.single_observation_space, env.single_action_space)
         self.single_observation_space = behind(env.single_observation_space, form, self.memory)
@@ -89,21 +89,15 @@ class VectorMemory(ArrayWrapper):
             last[ended] = np.stack(info["final_obs"][ended].tolist())
         shown = self.memory.take(last, actions, ~begun)
         if self.mode is AutoresetMode.SAME_STEP and ended.any():
-            info = {**info, "final_obs": replaced(info["final_obs"], shown, ended)}
-            begun = ended
+            final = info["final_obs"].copy()
+            for i in np.flatnonzero(ended):
+                final[i] = shown[i]
+            info, begun = {**info, "final_obs": final}, ended
         if begun.any():
             self.memory.restart(begun)
             shown = self.memory.take(observations, None, begun)
         self.over = ended
         return shown, rewards, terminations, truncations, info
-
-
-def replaced(values: Array, rows: Array, mask: Flags) -> Array:
-    """Object array of shape (N,) with the rows in `mask`, shape (N, entries), in place of its values there."""
-    changed = values.copy()
-    for i in np.flatnonzero(mask):
-        changed[i] = rows[i]
-    return changed
 
 
 class HistoryStack(MemoryWrapper, RecordConstructorArgs):
@@ -123,7 +117,7 @@ class HistoryStack(MemoryWrapper, RecordConstructorArgs):
 
     def __init__(self, env: AnyEnv, n: int = 4) -> None:
         RecordConstructorArgs.__init__(self, n=n)
-        check_whole("n", n)
+        _check_whole("n", n)
         super().__init__(env, Stack(n))
 
 
@@ -139,7 +133,7 @@ class VectorHistoryStack(VectorMemory):
     """
 
     def __init__(self, env: AnyVectorEnv, n: int = 4) -> None:
-        check_whole("n", n)
+        _check_whole("n", n)
         super().__init__(env, Stack(n))
 
 
@@ -157,8 +151,8 @@ class BeliefFilter(MemoryWrapper, RecordConstructorArgs):
 
     def __init__(self, env: AnyEnv, members: int = 16) -> None:
         RecordConstructorArgs.__init__(self, members=members)
-        simulation = followed(env, env.observation_space, env.unwrapped.observation_space)
-        check_whole("members", members)
+        simulation = _followed(env)
+        _check_whole("members", members)
         self.entries = (*simulation.entries, *belief_entries())
         super().__init__(env, BeliefForm(members))
 
@@ -181,8 +175,8 @@ class VectorBeliefFilter(VectorMemory):
     """
 
     def __init__(self, env: AnyVectorEnv, members: int = 16) -> None:
-        simulation = followed(env, env.observation_space, env.unwrapped.observation_space)
-        check_whole("members", members)
+        simulation = _followed(env)
+        _check_whole("members", members)
         self.entries = (*simulation.entries, *belief_entries())
         super().__init__(env, BeliefForm(members))
 
@@ -208,8 +202,8 @@ class ForLearning(MemoryWrapper, RecordConstructorArgs):
 
     def __init__(self, env: AnyEnv) -> None:
         RecordConstructorArgs.__init__(self)
-        check_kind(env, gym.Env)
-        super().__init__(env, standard(env, env.observation_space))
+        _check_kind(env, gym.Env)
+        super().__init__(env, _standard(env, env.observation_space))
 
     def step(self, action: Any) -> tuple[Array, Any, bool, bool, dict[str, Any]]:
         """Step; the reward is eased."""
@@ -228,8 +222,8 @@ class VectorForLearning(VectorMemory):
     """
 
     def __init__(self, env: AnyVectorEnv) -> None:
-        check_kind(env, VectorEnv)
-        super().__init__(env, standard(env, env.single_observation_space))
+        _check_kind(env, VectorEnv)
+        super().__init__(env, _standard(env, env.single_observation_space))
 
     def step(self, actions: Array) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
         """Step; the rewards are eased, but for those of the steps that only begin an episode anew."""
@@ -238,12 +232,8 @@ class VectorForLearning(VectorMemory):
         return observations, np.where(ground, eased(rewards), rewards), terminations, truncations, info
 
 
-def standard(env: AnyEnv | AnyVectorEnv, space: Any) -> Standard:
-    """How the observations of an environment, in that space, are standardised.
-
-    Raises:
-        WrapperError: if nobody knows what they show.
-    """
+def _standard(env: AnyEnv | AnyVectorEnv, space: Any) -> Standard:
+    """How the observations of an environment, in that space, are standardised."""
     simulation = simulation_of(env)
     if simulation is None or not isinstance(space, ShownBox):
         raise WrapperError(
@@ -260,37 +250,23 @@ def simulation_of(env: AnyEnv | AnyVectorEnv) -> Simulation | None:
     return unwrapped.simulation if isinstance(unwrapped, GrindEnv | GrindVectorEnv) else None
 
 
-def followed(env: AnyEnv | AnyVectorEnv, shown: Any, own: Any) -> Simulation:
-    """The simulation of an environment that shows its own observation.
-
-    Raises:
-        WrapperError: if it has none, or shows something else.
-    """
+def _followed(env: Any) -> Simulation:
+    """The simulation of an environment that shows its own observation."""
     simulation = simulation_of(env)
-    if simulation is None or shown != own:
+    if simulation is None or env.observation_space != env.unwrapped.observation_space:
         raise WrapperError(
             f"{env} is no grinding environment with its own observation: wrap the belief around that first"
         )
     return simulation
 
 
-def check_kind(env: Any, kind: type) -> None:
-    """Check that a wrapper of single environments is given one, and a wrapper of vector environments one of these.
-
-    Raises:
-        WrapperError: if the environment is of the other kind, or none.
-    """
-    if isinstance(env, kind):
-        return
-    wanted, others = ("vector", "without") if kind is VectorEnv else ("single", "with")
-    raise WrapperError(f"{env} is no {wanted} environment: take the wrapper {others} 'Vector' in its name")
+def _check_kind(env: Any, kind: type) -> None:
+    """Check that a wrapper of single environments is given one, and a wrapper of vector environments one of these."""
+    if not isinstance(env, kind):
+        wanted, others = ("vector", "without") if kind is VectorEnv else ("single", "with")
+        raise WrapperError(f"{env} is no {wanted} environment: take the wrapper {others} 'Vector' in its name")
 
 
-def check_whole(name: str, value: object) -> None:
-    """Check a number that counts something.
-
-    Raises:
-        WrapperError: if it is no whole number.
-    """
+def _check_whole(name: str, value: object) -> None:
     if isinstance(value, bool) or not isinstance(value, int | np.integer):
         raise WrapperError(f"{name} is {value!r}, but must be a whole number")

@@ -42,12 +42,10 @@ class Apart:
     sees: Sees = "measurements"
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Say what the policy is, and how many episodes begin."""
         told = json.dumps([self.env_id, self.model, self.name, episodes])
         self._answer(f"{told}\n".encode(), 0)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Send what was measured, and wait for E and D."""
         answer = self._answer(np.ascontiguousarray(observation, np.float32).tobytes(), 16 * len(observation))
         return Decision(*np.frombuffer(answer).reshape(2, -1))
 

@@ -32,8 +32,8 @@ def nearest_speed(task: Task, speeds: ArrayLike) -> Array:
 
 def speed_bounds(task: Task) -> tuple[float, float]:
     """Lowest and highest E of the task, mm/min."""
-    speeds = task.action.speed_levels or task.action.speed_range or ()
-    return 1000.0 * min(speeds), 1000.0 * max(speeds)
+    low, high = task.action.speed_ends
+    return 1000.0 * low, 1000.0 * high
 
 
 def speed_grid(task: Task, count: int) -> Array:

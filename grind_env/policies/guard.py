@@ -6,7 +6,6 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Array
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Decision, nearest_speed
@@ -38,16 +37,6 @@ class Guarded:
     policy: Policy
     rule: EmpiricalRule = field(default_factory=EmpiricalRule)
     step: float = STEP
-    simulation: Simulation = field(init=False, repr=False)
-    watch: Watch = field(init=False, repr=False)
-    alarmed: NDArray[np.bool_] = field(init=False, repr=False)
-    """Where the rule decides, shape (N,)."""
-    left: Array = field(init=False, repr=False)
-    """Blocks that it does so at least."""
-    stay: Array = field(init=False, repr=False)
-    """Those of a further alarm."""
-    returning: NDArray[np.bool_] = field(init=False, repr=False)
-    """Where the policy comes back."""
     PREFIX: ClassVar[str] = "guarded:"
 
     @property
@@ -61,15 +50,15 @@ class Guarded:
         return self.policy.sees
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Trust the policy."""
         self.simulation, self.watch = simulation, Watch(simulation, episodes)
         self.policy.begin(simulation, episodes)
         self.rule.begin(simulation, episodes)
+        # where the rule decides, and where the policy comes back
         self.alarmed, self.returning = np.zeros(episodes, bool), np.zeros(episodes, bool)
+        # blocks that the rule decides at least, and those of a further alarm
         self.left, self.stay = np.zeros(episodes), np.full(episodes, SHORTEST)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Let both decide, and take the one that is trusted."""
         task, n = self.simulation.task, np.arange(len(observation))
         own = self.policy.act(observation, episodes)
         self.rule.learn(observation)

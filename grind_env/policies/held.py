@@ -30,11 +30,7 @@ def machines_name(simulation: Simulation) -> str:
 
 
 def training_machines(problem: Problem, plant: str | None) -> Problem:
-    """Return a problem on the machines to train on, by default its own.
-
-    Raises:
-        GrindError: they are held out to judge agents, or there are none of that name.
-    """
+    """Return a problem on the machines to train on, by default its own."""
     name = machines_name(problem.simulation()) if plant is None else plant
     if name.startswith("held-out"):
         raise GrindError(
@@ -44,11 +40,7 @@ def training_machines(problem: Problem, plant: str | None) -> Problem:
 
 
 def model_of(problem: Problem, name: str = MODEL.name) -> Simulation:
-    """The problem as policies hold it: on one machine, by default on that which is the model.
-
-    Raises:
-        GrindError: there is no such machine, or its name is that of many.
-    """
+    """The problem as policies hold it: on one machine, by default on that which is the model."""
     simulation: Any = on(problem, name).simulation()
     if not simulation.plants.one:
         raise GrindError(f"model is {quoted(name)}, but a policy holds one machine: give a seed, as '{name}:1'")
@@ -68,15 +60,6 @@ def parted(
 
     All that a machine remembers is shown where the model remembers it, too, but for the numbers in which the two differ
     as an episode begins: these are the model's.
-
-    Args:
-        policy: is shown of them what it sees.
-        machine: grinds.
-        model: is held.
-        begun: the episodes at their first block.
-
-    Raises:
-        GrindError: the policy would try what comes on programs that the control executes on the machine.
     """
     if model is None or policy.sees == "measurements":
         return lambda episodes: episodes

@@ -127,11 +127,7 @@ def _of_program(program: str | None, job: str | None, parts: int) -> Problem:
 
 
 def _own_name(path: Path, name: str) -> str:
-    """The name of what a file says, which is that of tables and folders, too.
-
-    Raises:
-        ProblemError: it would be taken for an environment of the package, or no table can show it.
-    """
+    """The name of what a file says, which is that of tables and folders, too."""
     if not name.isprintable():
         raise ProblemError(f"{quoted(str(path))} has a name that cannot be printed: rename the file")
     if environment_id(name) in map(environment_id, (*task_names(), *OTHERS)) and name != "job":

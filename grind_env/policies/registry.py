@@ -12,16 +12,27 @@ from grind_env.envs.tasks import Task
 from grind_env.errors import did_you_mean, quoted
 from grind_env.policies.planners.belief_planner import BeliefPlanner
 from grind_env.policies.planners.hindsight import Hindsight
-from grind_env.policies.planners.known_state import FullStateRule, ModelPredictive
-from grind_env.policies.planners.partly_known import DullnessRule, GrowthRule, RoughnessRule
+from grind_env.policies.planners.known_state import (
+    DullnessRule,
+    FullStateRule,
+    GrowthRule,
+    ModelPredictive,
+    RoughnessRule,
+)
 from grind_env.policies.policy import Policy
-from grind_env.policies.scripted.adaptive_dress import AdaptiveDress
-from grind_env.policies.scripted.adaptive_speed import AdaptiveSpeed
 from grind_env.policies.scripted.belief_rule import BeliefRule
 from grind_env.policies.scripted.empirical_rule import EmpiricalRule
 from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.look_ahead import LookAhead
-from grind_env.policies.scripted.rules import AdaptiveRule, ConstantPerKind, Fixed, PowerThreshold, Random
+from grind_env.policies.scripted.rules import (
+    AdaptiveDress,
+    AdaptiveRule,
+    AdaptiveSpeed,
+    ConstantPerKind,
+    Fixed,
+    PowerThreshold,
+    Random,
+)
 from grind_env.policies.tuned import ConfigError, tuned_arguments, tuned_folder
 
 UNIFORM_PLANS = ("constant", "interval")
@@ -143,11 +154,7 @@ def _tuned_policy(name: str, task: Task, folder: Path | None) -> Any:
 
 
 def _check(place: str, name: str, values: Any, wanted: str, count: int) -> None:
-    """Check one parameter.
-
-    Raises:
-        ConfigError: unless it is that many finite numbers.
-    """
+    """Check one parameter."""
     numbers = isinstance(values, tuple) and all(isinstance(x, float | int) and math.isfinite(x) for x in values)
     if not numbers or len(values) != count:
         raise ConfigError(f"{place} has no {name} that fits: give {wanted}, or tune again with --fresh")

@@ -76,8 +76,6 @@ class Watch:
         alarm: whether the last block is an alarm, shape (N,).
         doubt: whether the machine is in doubt to be the model, shape (N,).
         burn_per_watt: burn ratio of the last block over its peak power, as forecast, 1/W, shape (N,).
-        error: of forecasts in the mean of the last readings, in standard deviations, of size before it was learned,
-            shape (N,).
         holds: whether its forecasts hold, shape (N,).
         seen: readings of the last block beside their forecasts, each of shape (N, readings).
     """
@@ -97,14 +95,11 @@ class Watch:
         self.scatter = float(np.linalg.norm(scatter))
         self.alarm, self.doubt = np.zeros((2, machines), bool)
         self.burn_per_watt = np.zeros(machines)
-        self.holds, self.error = np.ones(machines, bool), np.ones(machines)
+        self.holds = np.ones(machines, bool)
         self._off, self._count, self._sum = np.zeros(shape), np.ones(shape), np.zeros(shape)
         self._beyond, self._run, self._squares = np.zeros(shape, bool), np.zeros(shape, bool), np.zeros(machines)
-        self._gauged, self._sized, self._part = (
-            np.zeros(machines),
-            np.zeros(machines),
-            np.full((machines, 1), USUAL_RATIO),
-        )
+        self._gauged, self._sized = np.zeros((2, machines))
+        self._part = np.full((machines, 1), USUAL_RATIO)
         self._row: KindRow | None = None
         self.seen = WatchedReading(*np.zeros((len(WatchedReading._fields), *shape)))
 
@@ -141,9 +136,6 @@ class Watch:
         squares = np.where(seen.new, np.minimum(unlearned**2, LARGE_SQUARE) - USUAL_SQUARE, 0.0).sum(axis=1)
         self._squares = np.clip(self._squares + squares, 0.0, MOST_DOUBT)
         self.doubt = self._squares > DOUBTFUL
-        told = seen.new.sum(axis=1)
-        mean = (unlearned**2).sum(axis=1) / np.maximum(told, 1)
-        self.error = np.sqrt(self.error**2 + (mean - self.error**2) * np.minimum(told / MEMORY, 1.0))
         surprise = np.where(seen.read > seen.near, np.minimum(z, MOST), 0.0) - SLACK
         total = np.maximum(self._sum + np.where(seen.new, surprise, 0.0), 0.0)
         self._run, self.holds = total > BEARABLE, np.asarray((np.abs(z) < HOLDS).all(axis=1))

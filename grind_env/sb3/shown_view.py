@@ -49,7 +49,7 @@ class ShownForm:
 
 
 class ShownView:
-    """What wrappers around an environment make of its observations; a `View`.
+    """What wrappers around an environment make of its observations; a `LearnedView`.
 
     Args:
         simulation: of the environment.
@@ -63,22 +63,15 @@ class ShownView:
         self.observation_space = self.memories[-1].space if self.memories else shown_space(simulation)
 
     def begin(self, n: int) -> None:
-        """N episodes begin."""
         for memory in self.memories:
             memory.begin(n)
         self.actions: NDArray[Any] | None = None
 
     def features(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Take in the measured observation before a block, shape (N, entries).
-
-        Returns:
-            What the model saw of it, shape (N, entries of the observation space).
-        """
         return np.asarray(remembered(self.memories, observation, self.actions, np.ones(len(observation), bool)))
 
     def decide(self, actions: NDArray[Any]) -> Decision:
-        """E in mm/min and D of a batch of actions, which a stack remembers."""
-        self.actions = actions
+        self.actions = actions  # a stack remembers them
         return Decision(*self.codec.decode(actions))
 
 

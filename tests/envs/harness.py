@@ -1,12 +1,14 @@
 """What the tests of the environments share: ids, actions, rollouts, and exact comparison."""
 
 import inspect
+from collections.abc import Callable
 from dataclasses import replace
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, NamedTuple
 
 import gymnasium as gym
 import numpy as np
+import pytest
 from gymnasium.envs.registration import load_env_creator
 from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
@@ -14,14 +16,14 @@ from numpy.typing import NDArray
 import grind_env
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.contexts import Given
-from grind_env.envs.episodes import Episodes
-from grind_env.envs.job.tape import JobGenerator, JobTape, job_tape
+from grind_env.envs.episodes import NOISE, Episodes
+from grind_env.envs.job.tape import NEW_LOT, JobGenerator, conditions_of
 from grind_env.envs.names import environment_id, task_names
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tables import Outcome
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task, load_task
-from grind_env.machine.job import Lots
+from grind_env.machine.job import Lots, PartConditions
 from grind_env.process.state import WheelState
 
 gym.register_envs(grind_env)
@@ -86,15 +88,29 @@ NOTHING_GIVEN = Given()
 USUAL_LOTS = Lots()
 
 
+class JobTape(NamedTuple):
+    """What was drawn for an episode of a job: the parts, whether each begins a lot, and the noise of each block."""
+
+    conditions: tuple[PartConditions, ...]
+    new_lot: tuple[bool, ...]
+    noise: Array
+
+
+def job_tape(tape: Array, conditions: tuple[PartConditions, ...], part_of_block: Array) -> JobTape:
+    """Of a tape of shape (blocks, fields of `TapeRow`)."""
+    first = np.flatnonzero(np.diff(part_of_block, prepend=-1))
+    return JobTape(conditions, tuple((tape[first, NEW_LOT] > 0.0).tolist()), tape[:, NOISE])
+
+
 def job_drawn(
     rng: np.random.Generator, parts: int, spread: float, given: Given = NOTHING_GIVEN, lots: Lots = USUAL_LOTS
 ) -> JobTape:
     """An episode of a job of that many parts with one block each."""
     blocks, wheel = np.arange(parts), np.zeros(len(WheelState._fields))
     tape, wheels = np.empty((1, parts, len(TapeRow._fields))), np.empty((1, len(wheel)))
-    generator = JobGenerator(blocks.tolist(), parts, lots, [0.2] * parts, spread, wheel)
+    generator = JobGenerator(blocks.tolist(), lots, [0.2] * parts, spread, wheel)
     generator.begin(tape, wheels, np.array([0]), [rng], [given])
-    return job_tape(tape[0], blocks, parts, [0.2] * parts)
+    return job_tape(tape[0], conditions_of(tape[0], blocks, parts, [0.2] * parts), blocks)
 
 
 def whole_tape(env: Any) -> np.ndarray:
@@ -104,7 +120,8 @@ def whole_tape(env: Any) -> np.ndarray:
 
 def tape_of_job(env: Any) -> JobTape:
     """What was drawn for the episode of a program that an environment is in."""
-    return env.simulation.tape(env.episodes, 0)
+    simulation, episodes = env.simulation, env.episodes
+    return job_tape(episodes.tape[0], simulation.conditions(episodes, 0), simulation.part_of_block)
 
 
 def rows_of(batch: Any, count: int) -> list[Any]:
@@ -168,6 +185,15 @@ def assert_same(a: Any, b: Any, place: str = "result") -> None:
             assert a.tobytes() == b.tobytes(), f"{place}: {a} and {b}"
     else:
         assert a == b, f"{place}: {a!r} and {b!r}"
+
+
+def refusal(error: Any, function: Callable[..., Any], *args: Any, **kwargs: Any) -> str:
+    """The message of an error, which must be one line."""
+    with pytest.raises(error) as caught:
+        function(*args, **kwargs)
+    message = str(caught.value)
+    assert message and "\n" not in message
+    return message
 
 
 def rollout(

@@ -1,52 +1,20 @@
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.error import ResetNeeded
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grind_env.envs import any_task
-from grind_env.envs.actions import ActionError
 from grind_env.envs.blocks.program import job_from_surface
-from grind_env.envs.contexts import nominal_context
 from grind_env.envs.ids import wide_plates
 from grind_env.envs.strips.simulation import StripSimulation
 from grind_env.envs.tasks import TaskError, read_task
 from grind_env.pages import page, summary
-from tests.envs.harness import FORMS, assert_same
+from tests.envs.harness import assert_same
 from tests.examples import examples
 
 ID = "grind/WidePlates-v0"
-
-CONTEXTS: list[dict[str, Any]] = [
-    {"stock": 1.3},
-    {"kA": 4.0},
-    {"pm": 1.5},
-    {"wheel_kA": 3.0},
-    {"ra_scale": 1.4},
-    {"fc": 0.5},
-    {"Gref": 0.5},
-    {"hf": 0.5},
-    {"diamond_flat": 0.3},
-    {"noise": 3.0},
-    {"material": "inconel_718"},
-]
-
-
-@pytest.mark.parametrize("context", CONTEXTS, ids=lambda context: next(iter(context)))
-def test_every_factor_changes_the_trajectory(context: dict[str, Any]) -> None:
-    env = wide_plates.make()
-    nominal = nominal_context(env.task)
-    ends = []
-    for given_context in (nominal, {**nominal, **context}):
-        env.reset(seed=0, options={"context": given_context})
-        steps = [env.step(np.array([0.2, -0.5], np.float32)) for _ in range(3)]
-        ends.append([step[0].tobytes() for step in steps])
-    assert ends[0] != ends[1]
 
 
 def test_the_nominal_context_leaves_nothing_to_chance() -> None:
@@ -56,40 +24,6 @@ def test_the_nominal_context_leaves_nothing_to_chance() -> None:
         observation, _ = env.reset(seed=seed, options={"context": "nominal"})
         runs.append([observation, *(env.step(np.array([0.1, -0.4], np.float32))[:2] for _ in range(3))])
     assert_same(*runs)
-
-
-@pytest.mark.bits
-def test_the_same_seed_is_the_same_episode_whatever_was_ground_before() -> None:
-    env = wide_plates.make()
-    runs = []
-    for seed in (5, 6, 5):
-        observation, _ = env.reset(seed=seed)
-        runs.append([observation, *(env.step(np.array([0.1 * k, -0.4], np.float32)) for k in range(4))])
-        assert env.episodes is not None
-        runs[-1].append(env.episodes.tape[0].copy())
-    assert_same(runs[0], runs[2])
-    assert runs[0][1][1] != runs[1][1][1]
-
-
-def test_all_forms_of_the_action_take_the_same_decision() -> None:
-    ends: list[Any] = []
-    for form in FORMS:
-        env = wide_plates.make(action=form)
-        E = float(np.floor(np.geomspace(3000.0, 30_000.0, 24)[12] + 0.5))
-        batch = env.codec.encode(E, 2.0)
-        action = {name: values[0] for name, values in batch.items()} if isinstance(batch, dict) else batch[0]
-        env.reset(seed=2)
-        ends.append(env.step(action)[:4])
-    for other in ends[1:]:
-        assert_same(ends[0], other)
-
-
-def test_contexts_are_given_to_each_sub_environment() -> None:
-    env = gym.make_vec(ID, 2)
-    env.reset(seed=[4, 4], options={"context": [{"kA": 0.2}, {"kA": 8.0}]})
-    for _ in range(3):
-        _, rewards, *_ = env.step(np.full((2, 2), -0.7, np.float32))
-    assert rewards[0] > rewards[1]
 
 
 def test_picked_episodes_go_on_like_the_ones_they_were_picked_from() -> None:
@@ -121,13 +55,6 @@ def test_a_cycle_that_does_not_suit_the_wheel_is_refused() -> None:
     assert gym.make("grind/WideRails-v0", cycle="G82").unwrapped.task.cycle == "G82"
 
 
-@pytest.mark.parametrize("make", [any_task.make, lambda **kwargs: any_task.make_vector(2, **kwargs)])
-def test_a_task_refuses_a_cycle_that_is_not_its_own(make: Callable[..., Any]) -> None:
-    for cycle in ("G81", "G83"):
-        with pytest.raises(TaskError, match=rf"^cycle is '{cycle}', but the blocks of power_limited are G82: leave"):
-            make(cycle=cycle)
-
-
 DESTROYED = {"context": {"material": "inconel_718", "kA": 20}}
 """The slowest table overheats this lot so much that the wear flats of the wheel would grow beyond its face."""
 
@@ -154,18 +81,6 @@ def test_a_task_that_no_g83_can_grind_is_refused() -> None:
             replace(task, cross_pick=pick)
     with pytest.raises(TaskError, match=r"does not make 16 blocks of whole parts"):
         replace(task, kinds=(replace(task.kinds[0], ends_part=False),), sequence=("plate",))
-
-
-def test_a_bad_action_and_a_record_of_nothing_are_refused() -> None:
-    env = wide_plates.make()
-    with pytest.raises(ResetNeeded):
-        env.record()
-    env.reset(seed=0)
-    with pytest.raises(ResetNeeded, match=r"^nothing has been ground: "):
-        env.record()
-    for action in (np.zeros(3), [np.nan, 0.0], "fast"):
-        with pytest.raises(ActionError):
-            env.step(action)
 
 
 @examples(4)

@@ -1,4 +1,3 @@
-import copy
 import math
 import re
 from dataclasses import replace
@@ -178,19 +177,6 @@ def test_the_taper_grows_as_the_wheel_dulls_and_a_dress_ends_it() -> None:
     assert (np.diff(levels) > 0.0).all()
     by_dresses = [tapers({}, D)[1:].mean() for D in (0, 1, 2)]
     assert (np.diff(by_dresses) < 0.0).all()
-
-
-def test_a_dress_lowers_the_taper_of_the_part() -> None:
-    env = wide_plates.make(predress=True)
-    env.reset(seed=0, options={"context": {**nominal_context(env.task), "kA": 3.0}})
-    for _ in range(6):
-        env.step(np.array([0.0, -1.0, -1.0], np.float32))
-    twin = copy.deepcopy(env)
-    env.step(np.array([0.0, -1.0, -1.0], np.float32))
-    twin.step(np.array([0.0, -1.0, 1.0], np.float32))
-    dull, sharp = env.record().parts["taper"], twin.record().parts["taper"]
-    assert dull[:-1].tolist() == sharp[:-1].tolist()
-    assert sharp[-1] < 0.9 * dull[-1]
 
 
 def test_taper_and_worst_size_are_read_after_every_part() -> None:

@@ -1,6 +1,8 @@
 import subprocess
 import sys
 
+import pytest
+
 BODY = """
 import importlib.abc, sys
 
@@ -29,20 +31,11 @@ print([name for name in OPTIONAL if name in sys.modules])
 """
 
 
-def lines(block: bool) -> list[str]:
+@pytest.mark.parametrize("block", [False, True])
+def test_every_env_loads_and_needs_no_optional_package(block: bool) -> None:
     script = BODY.replace("BLOCK", str(block))
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    return done.stdout.splitlines()
-
-
-def test_importing_and_stepping_loads_no_optional_package() -> None:
-    *ids, loaded = lines(block=False)
-    assert len(ids) >= 2
-    assert loaded == "[]"
-
-
-def test_every_env_works_without_the_optional_packages() -> None:
-    *ids, loaded = lines(block=True)
+    *ids, loaded = done.stdout.splitlines()
     assert {"grind/PowerLimited-v0", "grind/Oracle6-v0"} <= set(ids)
     assert loaded == "[]"

@@ -9,7 +9,7 @@ from grind_env.envs.episodes import Episodes
 from grind_env.envs.observations import physical
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task
-from tests.envs.harness import IDS, Array, actions, assert_same, native, rollout, start
+from tests.envs.harness import IDS, Array, actions, assert_same, native, start
 
 
 def columns(env_id: str, seeds: list[int], plans: Array) -> list[Array]:
@@ -35,17 +35,6 @@ def test_a_sub_env_does_not_feel_its_neighbours(env_id: str) -> None:
         assert_same(together, [alone[i] for i in order])
 
 
-def test_the_seed_decides_everything() -> None:
-    a, b, c = (native("grind/PowerLimited-v0", 2) for _ in range(3))
-    assert_same(a.reset(seed=1), b.reset(seed=[1, 2]))
-    c.reset(seed=3)
-    for action in actions(65, 2):
-        stepped = a.step(action)
-        assert_same(stepped, b.step(action))
-        other = c.step(action)
-        assert not (stepped[0] == other[0]).all(axis=1).any()
-
-
 def test_successive_and_unseeded_episodes_differ() -> None:
     env = gym.make("grind/PowerLimited-v0")
     first, second, third = env.reset(seed=1)[0], env.reset()[0], env.reset()[0]
@@ -56,40 +45,6 @@ def test_successive_and_unseeded_episodes_differ() -> None:
     assert not np.array_equal(
         gym.make("grind/PowerLimited-v0").reset()[0], gym.make("grind/PowerLimited-v0").reset()[0]
     )
-
-
-@pytest.mark.bits
-def test_stock_and_lots_do_not_depend_on_the_policy() -> None:
-    seen = []
-    for k in range(3):
-        env = native("grind/PowerLimited-v0", 16, AutoresetMode.SAME_STEP, observation="full")
-        entries = env.unwrapped.observation_info()
-        rows = [env.reset(seed=5)[0]]
-        for action in actions(130, 16, seed=k):
-            rows.append(env.step(action)[0])
-        table = physical(np.array(rows), entries)
-        drawn = "stock new_lot growth pressure fracture wear convection roughness_scale"
-        seen.append(np.array([table[name] for name in drawn.split()]))
-    assert_same(seen[0], seen[1])
-    assert_same(seen[0], seen[2])
-    assert len(np.unique(seen[0])) > 1000
-
-
-@pytest.mark.bits
-def test_measurement_noise_does_not_depend_on_the_policy() -> None:
-    simulation = BlockSimulation(load_task("power_limited"))
-    noise, true = [], []
-    for speed in (5000.0, 8000.0):
-        outcome, _, observations = rollout(simulation, start(simulation, 8), speed, 1.0)
-        error = physical(observations, simulation.entries)["size_error"][1:] - outcome.size_error
-        noise.append(error)
-        true.append(outcome.size_error)
-    # the gauge ends at 100 um, which a part on which the spindle stalls is off by
-    inside = (np.abs(true) < 90.0).all(axis=0)
-    assert inside.mean() > 0.98
-    noise = [error[inside] for error in noise]
-    np.testing.assert_allclose(noise[0], noise[1], atol=1e-5)
-    assert np.std(noise[0]) > 0.5
 
 
 def tape_columns(count: int) -> dict[str, Array]:

@@ -8,13 +8,13 @@ from gymnasium.vector import AutoresetMode
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.names import environment_id
 from grind_env.envs.observations import HIDDEN, physical
-from grind_env.envs.tables import Outcome, ShopMemory
+from grind_env.envs.tables import Outcome
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task, task_names
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.machine.loops.tally import Tally
 from grind_env.process.state import WheelState
-from tests.envs.harness import IDS, Array, actions, native, rollout, start, whole_tape
+from tests.envs.harness import IDS, Array, actions, native, start, whole_tape
 
 N = 300
 
@@ -324,71 +324,6 @@ def test_the_removed_volume_is_the_removed_stock(name: str) -> None:
     undressed = (r.executions == 0.0) & (r.outcome.change_cost == 0.0)
     np.testing.assert_allclose(gained[undressed], removed[undressed], rtol=1e-9, atol=1e-12)
     assert undressed.any()
-
-
-@pytest.mark.parametrize("name", task_names())
-def test_the_measured_observation_shows_nothing_hidden(name: str) -> None:
-    measured, full = (BlockSimulation(load_task(name), full=value) for value in (False, True))
-    # a part that has not been ground is as warm as the hall
-    whole = all(kind.starts_part for kind in measured.task.kinds)
-    behind = [each for each in HIDDEN if each != "part_rise" or not whole]
-    hidden = set(behind)
-    names = [entry.name for entry in measured.entries]
-    assert hidden.isdisjoint(names)
-    assert [entry.name for entry in full.entries] == [*names, *behind]
-    assert all((entry.noise == "hidden") == (entry.name in hidden) for entry in full.entries)
-
-    episodes = start(measured, 5)
-    _, _, before = rollout(measured, start(measured, 5), 9000.0, 1.0)
-    # other wheels and lots look the same until they are ground
-    visible = ("kind", "stock", "gauged", "new_lot", "material", "due", "work", "is_due")
-    for k, field in enumerate(TapeRow._fields):
-        if field not in visible:
-            episodes.tape[:, :, k] *= 1.3
-    for k, field in enumerate(WheelState._fields):
-        if field not in ("ds", "V"):
-            episodes.wheels[:, k] = 1.1 * episodes.wheels[:, k] + 0.01
-    np.testing.assert_array_equal(measured.observe(episodes), before[0])
-    _, _, after = rollout(measured, episodes, 9000.0, 1.0)
-    assert not np.array_equal(after[1], before[1])
-
-
-@pytest.mark.parametrize("name", task_names())
-def test_physical_gives_back_what_observe_scaled(name: str) -> None:
-    r = run(name)
-    entries = r.simulation.entries
-    assert list(physical(r.observations, entries)) == [entry.name for entry in entries]
-    episodes = start(r.simulation, 2)
-    remembered = {
-        "mean_power": 1234.5,
-        "first_power": 2345.5,
-        "peak_power": 3456.5,
-        "speed": 11.25,
-        "executions": 1.0,
-        "pick": 0.013,
-        "width": 37.5,
-        "size_error": -2.25,
-        "roughness": 0.71,
-        "since_gauged": 4.0,
-        "volume": 456.7,
-        "blocks_since_dress": 3.0,
-        "dresses": 17.0,
-        "diameter": 287.125,
-    }
-    worn = {"A": 0.0123, "lam": 0.21, "V": 345.6, "Rd": 0.81, "Cd": 7.5, "wd": 0.037}
-    for fields, table, values in ((ShopMemory, episodes.memory, remembered), (WheelState, episodes.wheels, worn)):
-        for field, value in values.items():
-            table[1, fields._fields.index(field)] = value
-    shown_as = {"speed": "last_speed", "executions": "last_executions", "pick": "last_pick", "width": "last_width"}
-    shown_as |= {"since_gauged": "parts_since_gauged", "A": "wear_flat", "lam": "loading"}
-    shown_as |= {"V": "wheel_volume", "Rd": "dressed_roughness", "Cd": "dressed_density"}
-    shown_as |= {"wd": "diamond_flat"}
-    observations = r.simulation.observe(episodes)
-    both, single = physical(observations, entries), physical(observations[1], entries)
-    for field, value in (remembered | worn).items():
-        reading = shown_as.get(field, field)
-        if reading not in r.simulation.usual:
-            assert single[reading] == both[reading][1] == pytest.approx(value, rel=1e-5), reading
 
 
 def test_the_scaling_keeps_ordinary_readings_near_one() -> None:

@@ -9,7 +9,6 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 
 from tests.envs.harness import (
     BLOCKS,
-    FORMS,
     IDS,
     MODES,
     Array,
@@ -18,8 +17,6 @@ from tests.envs.harness import (
     info_of,
     native,
     row_of,
-    rows_of,
-    sampled,
     sync,
 )
 
@@ -87,27 +84,6 @@ def test_single_and_native_give_the_same_bits(env_id: str) -> None:
             stepped = vector.step(action)
             for i, env in enumerate(singles):
                 assert_same(row_of(stepped, i), env.step(action[i]))
-
-
-@pytest.mark.parametrize("predress", [False, True])
-@pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("env_id", ["grind/Oracle6-v0", "grind/Blades-v0"])
-def test_every_form_of_action_is_the_same_in_all_envs(env_id: str, form: str, predress: bool) -> None:
-    n, kwargs = 3, {"action": form, "predress": predress}
-    plan = sampled(env_id, BLOCKS[env_id] + 3, n, **kwargs)
-    vector, other = native(env_id, n, **kwargs), sync(env_id, n, **kwargs)
-    singles = [gym.make(env_id, show_block=False, **kwargs) for _ in range(n)]
-    both(vector, other, lambda env: env.reset(seed=1))
-    for i, env in enumerate(singles):
-        env.reset(seed=1 + i)
-    dressed = 0.0
-    for k, batch in enumerate(plan):
-        stepped = both(vector, other, lambda env, batch=batch: env.step(batch))
-        if k < BLOCKS[env_id]:
-            for i, (env, action) in enumerate(zip(singles, rows_of(batch, n), strict=True)):
-                assert_same(row_of(stepped, i), env.step(action))
-            dressed += stepped[4]["predress"].sum() if predress else 0.0
-    assert (dressed > 0.0) == predress
 
 
 def test_same_step_hands_out_the_last_observation_and_info_of_the_episode() -> None:

@@ -1,7 +1,6 @@
 """Contexts and splits of the user's own job: the grammar of the other tasks, for what a job leaves to chance."""
 
 import functools
-from pathlib import Path
 from statistics import NormalDist
 from typing import Any
 
@@ -13,11 +12,11 @@ from grind_env.envs.drawing import EPISODE
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.ids import job
 from grind_env.envs.job.readings import job_task
-from grind_env.envs.job.tape import LOT_FACTORS, WHEEL_FACTORS, WHEEL_SPREAD, JobTape, barred_factors
+from grind_env.envs.job.tape import LOT_FACTORS, WHEEL_FACTORS, WHEEL_SPREAD, barred_factors
 from grind_env.envs.splits import SPLITS
 from grind_env.kernel.random import philox
 from grind_env.machine.job import Lots
-from tests.envs.harness import MODES, assert_same, job_drawn, tape_of_job
+from tests.envs.harness import JobTape, assert_same, job_drawn
 from tests.envs.test_contexts import DECILES
 
 FIXABLE = ("kA", "pm", "wheel_kA", "ra_scale", "fc", "Gref", "hf", "noise")
@@ -132,50 +131,3 @@ def test_a_program_keeps_its_wheel_and_its_stocks_in_every_split() -> None:
 def test_every_factor_of_a_wheel_and_of_a_lot_has_a_name_in_a_context() -> None:
     assert {*WHEEL_FACTORS.values(), *LOT_FACTORS, "noise"} == set(FIXABLE)
     assert set(barred_factors(1.0)) == {*CONTEXT_FACTORS, "material", "sequence"} - set(FIXABLE)
-
-
-def test_a_context_holds_until_another_is_given() -> None:
-    env = job.make()
-
-    def growth(**reset: Any) -> float:
-        env.reset(**reset)
-        return float(column(tape_of_job(env), "hf")[0])
-
-    drawn = growth(seed=0)
-    assert growth(seed=0, options={"context": {"hf": 2.0}}) == 2.0 and growth() == 2.0
-    with pytest.raises(ContextError, match="no factor 'HF'"):
-        growth(seed=1, options={"context": {"HF": 3.0}})
-    assert growth() == 2.0
-    assert growth(seed=0, options={"context": None}) == drawn and env.given == Given()
-
-
-@pytest.mark.parametrize("mode", MODES)
-def test_sub_envs_have_contexts_of_their_own_through_autoresets(mode: Any) -> None:
-    options = {"context": [{"hf": 2.0}, None, "nominal"], "split": ["all", "interpolation", "inner"]}
-    vector, singles = job.make_vector(num_envs=3, autoreset_mode=mode), [job.make() for _ in range(3)]
-    begun = vector.reset(seed=4, options=options)[0]
-    for i, env in enumerate(singles):
-        own = {name: values[i] for name, values in options.items()}
-        assert_same(env.reset(seed=4 + i, options=own)[0], begun[i])
-    action = np.zeros((3, 2), np.float32)
-    over, rounds = np.zeros(3, bool), 0
-    while rounds < 2:
-        shown, rewards, over, _, info = vector.step(action)
-        last = info["final_obs"] if over.all() and mode.value == "SameStep" else shown
-        for i, env in enumerate(singles):
-            stepped = env.step(action[i])
-            assert_same(stepped[0], last[i])
-            assert stepped[1] == rewards[i]
-        if over.all():
-            rounds += 1
-            if mode.value != "SameStep":
-                shown = vector.step(action)[0] if mode.value == "NextStep" else vector.reset()[0]
-            for i, env in enumerate(singles):
-                assert_same(env.reset()[0], shown[i])
-    mask = np.array([False, True, False])
-    vector.reset(options={"reset_mask": mask, "context": {"hf": 3.0}})
-    assert [given.fixed.hf for given in vector.given] == [2.0, 3.0, 1.0]
-
-
-def test_the_job_of_the_example_has_two_blocks() -> None:
-    assert len(example().simulation.blocks) == 2 and Path(example().simulation.programs.name).name == "plate_g82.nc"

@@ -1,31 +1,22 @@
-import copy
-import json
-import pickle
 import warnings
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.envs.registration import EnvSpec
-from gymnasium.error import ResetNeeded
 from gymnasium.utils.env_checker import check_env
-from gymnasium.vector import AutoresetMode
 from hypothesis import given
 from hypothesis import strategies as st
 from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 import grind_env
 from grind_env.control import read, read_file
-from grind_env.envs.actions import ActionError
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.ids import job as job_env
 from grind_env.envs.job import simulation as job_simulation
 from grind_env.envs.job.outline import JobChoice, outline_of_runs
 from grind_env.envs.program_episode import PassageError
-from grind_env.envs.vector_env import GrindVectorEnv
 from grind_env.errors import GrindError
 from grind_env.machine.grind import grind
 from grind_env.machine.job.file import load_job
@@ -33,10 +24,9 @@ from grind_env.machine.record import GrindingRecord
 from grind_env.machine.script.block import ScriptError
 from grind_env.machine.script.script import script_of
 from grind_env.machine.script.settings import Ranges
-from tests.envs.harness import MODES, assert_same, job_drawn, reward_terms_of, row_of, tape_of_job
+from tests.envs.harness import assert_same, job_drawn, refusal, reward_terms_of, row_of, tape_of_job
 from tests.examples import examples, nightly
 from tests.machine.harness import DRESS
-from tests.testing.conformance import check_vector_env
 
 ID = "grind/Job-v0"
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
@@ -112,13 +102,15 @@ def assert_same_record(a: GrindingRecord, b: GrindingRecord) -> None:
         assert getattr(a, name).tobytes() == getattr(b, name).tobytes(), name
 
 
-def refusal(error: type[Exception], function: Callable[..., Any], *args: Any, **kwargs: Any) -> str:
-    """The message of an error, which must be one line."""
-    with pytest.raises(error) as caught:
-        function(*args, **kwargs)
-    message = str(caught.value)
-    assert message and "\n" not in message
-    return message
+def assert_told(env: GrindEnv, infos: list[dict[str, Any]]) -> GrindingRecord:
+    """The record of an episode, of which the infos told costs, seconds and good parts."""
+    record = env.record()
+    handover = -infos[-1]["reward_handover"] * env.task.reference_cost
+    cost = sum(info["block_cost"] for info in infos)
+    assert cost == pytest.approx(record.parts["total_cost"].sum() + handover, rel=1e-9)
+    assert sum(info["seconds"] for info in infos) == pytest.approx(record.seconds, rel=1e-9)
+    assert sum(info["good_parts"] for info in infos) == pytest.approx(record.parts["survival"].sum(), rel=1e-9)
+    return record
 
 
 # --- the environment is the program ------------------------------------------------------------------
@@ -131,14 +123,9 @@ def test_the_program_with_the_words_chosen_grinds_the_same_record(
 ) -> None:
     env = job_env.make(batch if name == "batch" else example(name), info="full")
     infos = play(env, policy_seed, seed)
-    record = grind(read(env.part_program(), "part.nc"), env.part_job())
-    assert_same_record(record, env.record())
-    assert env.record().dresses.size == sum(info["D"] for info in infos)
-    handover = -infos[-1]["reward_handover"] * env.task.reference_cost
-    cost = sum(info["block_cost"] for info in infos)
-    assert cost == pytest.approx(record.parts["total_cost"].sum() + handover, rel=1e-9)
-    assert sum(info["seconds"] for info in infos) == pytest.approx(record.seconds, rel=1e-9)
-    assert sum(info["good_parts"] for info in infos) == pytest.approx(record.parts["survival"].sum(), rel=1e-12)
+    record = assert_told(env, infos)
+    assert_same_record(grind(read(env.part_program(), "part.nc"), env.part_job()), record)
+    assert record.dresses.size == sum(info["D"] for info in infos)
     scrap = record.parts.size - record.parts["survival"].sum()
     assert sum(info["cost"] for info in infos) == pytest.approx(scrap, rel=1e-9, abs=1e-12)
 
@@ -147,14 +134,9 @@ def test_a_part_that_is_finished_before_the_first_cycle_block_is_in_its_step(tmp
     groove = "G71 G94 G90 G18 S1910 M03 M08\nG00 X1. Z0\nG77 X-1. Z-50. I.7 K40. D0 F6.\nM00\n"
     env = job_env.make(written(tmp_path, f"{groove}G19\nG00 X-30. Y20.\n{PLATE}M00\n{PLATE}M30\n{DRESS}"), info="full")
     infos = play(env, 0)
-    record = env.record()
+    record = assert_told(env, infos)
     assert record.parts.size == 3 and record.parts["scrap_cost"][0] == pytest.approx(40.0)
     assert infos[0]["cost"] == pytest.approx(1.0) and infos[0]["good_parts"] == 0.0
-    handover = -infos[-1]["reward_handover"] * env.task.reference_cost
-    cost = sum(info["block_cost"] for info in infos)
-    assert cost == pytest.approx(record.parts["total_cost"].sum() + handover, rel=1e-9)
-    assert sum(info["seconds"] for info in infos) == pytest.approx(record.seconds, rel=1e-9)
-    assert sum(info["good_parts"] for info in infos) == pytest.approx(record.parts["survival"].sum(), rel=1e-12)
     assert [block.depth for block in env.simulation.blocks] == pytest.approx([0.05, 0.01, 0.05, 0.01])
     # a turning tool makes the groove: the gauges show the first plate as they do where it is the first part
     grooved, plain = (
@@ -344,67 +326,6 @@ def test_both_checkers_pass_without_a_warning(name: str, observation: str) -> No
         sb3_check_env(gym.make(ID, program=example(name), observation=observation).unwrapped)
 
 
-def test_the_spec_survives_json(batch: str) -> None:
-    env = gym.make(ID, program=batch, spread=0.5)
-    text = env.spec.to_json()
-    json.loads(text)
-    assert_same(env.reset(seed=3), gym.make(EnvSpec.from_json(text)).reset(seed=3))
-    vector = gym.make_vec(ID, 2, program=batch, autoreset_mode="SameStep")
-    again = gym.make_vec(EnvSpec.from_json(vector.spec.to_json()))
-    assert again.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
-    assert_same(vector.reset(seed=3), again.reset(seed=3))
-
-
-@pytest.mark.parametrize("clone", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
-def test_a_copy_goes_on_identically_and_alone(batch: str, clone: Callable[[Any], Any]) -> None:
-    env = gym.make(ID, program=batch)
-    env.reset(seed=7)
-    plan = np.random.default_rng(0).uniform(-1, 1, (6, 2)).astype(np.float32)
-    for action in plan[:3]:
-        env.step(action)
-    twin = clone(env)
-    ahead = [twin.step(action) for action in plan[3:]]
-    assert_same([env.step(action) for action in plan[3:]], ahead)
-    assert_same_record(env.unwrapped.record(), twin.unwrapped.record())
-    assert_same(env.reset(), twin.reset())
-
-
-def test_the_vector_form_keeps_the_contract(batch: str) -> None:
-    check_vector_env(
-        lambda mode: job_env.make_vector(2, program=batch, autoreset_mode=mode),
-        single=lambda: job_env.make(batch, show_block=False),
-        steps=14,
-    )
-
-
-@pytest.mark.parametrize("mode", MODES)
-def test_gymnasium_makes_the_vector_form(batch: str, mode: AutoresetMode) -> None:
-    env = gym.make_vec(ID, 3, program=batch, autoreset_mode=mode.value)
-    assert isinstance(env.unwrapped, GrindVectorEnv)
-    assert env.metadata["autoreset_mode"] is mode
-    assert env.reset(seed=0)[0].shape == (3, *env.single_observation_space.shape)
-
-
-def test_a_step_out_of_turn_is_refused(batch: str) -> None:
-    env = job_env.make(batch)
-    refusal(ResetNeeded, env.step, np.zeros(2))
-    refusal(ResetNeeded, env.record)
-    play(env, 0)
-    refusal(ResetNeeded, env.step, np.zeros(2))
-
-
-def test_a_bad_action_is_refused_and_changes_nothing(batch: str) -> None:
-    env, twin = job_env.make(batch), job_env.make(batch)
-    env.reset(seed=1)
-    twin.reset(seed=1)
-    for action in (np.zeros(3), [np.nan, 0.0], [0.0, np.inf], "fast"):
-        refusal(ActionError, env.step, action)
-    assert_same(env.step(np.zeros(2)), twin.step(np.zeros(2)))
-    vector = job_env.make_vector(2, program=batch)
-    vector.reset(seed=1)
-    assert "shape (3, 2)" in refusal(ActionError, vector.step, np.zeros((3, 2)))
-
-
 # --- what cannot be made into an environment ----------------------------------------------------------
 
 
@@ -420,6 +341,7 @@ def test_a_bad_action_is_refused_and_changes_nothing(batch: str) -> None:
         (BATCH.replace("M30", "M99"), JOB, "without end; end it with M30"),
         (CALLED_3000_TIMES, JOB, "more than 2000 cycle blocks"),
         (BATCH, FREE, "costs nothing"),
+        ("G71 G94 G90 G18\nG00 X30. Z0\nG77 X24. Z-50. I.7 K40. D0 F6.\nM30\n", JOB, "no cycle block"),
     ],
 )
 def test_a_program_or_job_at_fault_is_told_when_the_environment_is_made(
@@ -506,30 +428,16 @@ def test_another_job_file_can_be_named(tmp_path: Path) -> None:
     assert job_env.make(str(path), job=str(other)).simulation.job == load_job(other)
 
 
-def test_a_pre_dress_is_left_to_the_program(batch: str) -> None:
-    for make in (job_env.make, job_env.make_vector):
-        assert "the program says where" in refusal(ActionError, make, program=batch, predress=True)
-
-
-def test_a_program_of_grooves_alone_has_nothing_to_choose(tmp_path: Path) -> None:
-    text = "G71 G94 G90 G18\nG00 X30. Z0\nG77 X24. Z-50. I.7 K40. D0 F6.\nM30\n"
-    assert "no cycle block" in refusal(GrindError, job_env.make, written(tmp_path, text))
-
-
-def test_arguments_out_of_range_are_refused(batch: str) -> None:
-    assert "measured, full" in refusal(GrindError, job_env.make, batch, observation="hidden")
-    for spread in (-0.1, float("nan"), 3.0, True, "1", 10**400, 10**5000):
-        assert "from 0 to 2" in refusal(GrindError, job_env.make, batch, spread=spread)
-    assert "'svg'" in refusal(GrindError, job_env.make, batch, render_mode="svg")
-    assert "0" in refusal(GrindError, job_env.make_vector, program=batch, num_envs=0)
-    assert "'Sometimes'" in refusal(GrindError, job_env.make_vector, program=batch, autoreset_mode="Sometimes")
+def test_a_spread_that_is_no_float_is_refused() -> None:
+    for spread in (10**400, 10**5000):
+        assert "from 0 to 2" in refusal(GrindError, job_env.make, spread=spread)
 
 
 # --- a batch of parts ---------------------------------------------------------------------------------
 
 
 def test_a_program_is_run_for_a_batch_of_parts() -> None:
-    env = job_env.make(parts=3)
+    env = job_env.make(parts=3, info="full")
     text = env.simulation.program([])
     assert [line for line in text.splitlines() if line.endswith(("M00", "M30"))] == ["M00", "M00", "N100 M30"]
     assert text.count("G82") == 6 and text.count("O9100") == 1
@@ -537,11 +445,9 @@ def test_a_program_is_run_for_a_batch_of_parts() -> None:
         (k // 2, k % 2 == 0) for k in range(6)
     ]
     infos = play(env, policy_seed=3, seed=4)
-    record = grind(read(env.part_program(), "part.nc"), env.part_job())
-    assert_same_record(record, env.record())
-    handover = -infos[-1]["reward_handover"] * env.task.reference_cost
-    cost = sum(info["block_cost"] for info in infos)
-    assert record.parts.size == 3 and cost == pytest.approx(record.parts["total_cost"].sum() + handover, rel=1e-9)
+    record = assert_told(env, infos)
+    assert_same_record(grind(read(env.part_program(), "part.nc"), env.part_job()), record)
+    assert record.parts.size == 3
     # the wheel carries over: each part finds it as the one before has left it
     parts, ds = record.strokes["part"], record.strokes["ds"]
     for number in (2, 3):
@@ -647,10 +553,7 @@ def test_a_stop_in_the_dress_program_gauges_no_part(tmp_path: Path) -> None:
     stopped = BATCH.replace("N4 G00 Y10.", "N4 M00\nN5 G00 Y10.").replace("N5 G91", "N6 G91")
     env = job_env.make(written(tmp_path, stopped), info="full")
     assert env.simulation.why is None
-    infos = play(env, policy_seed=3)
-    record = env.record()
-    assert sum(info["seconds"] for info in infos) == pytest.approx(record.seconds, rel=1e-9)
-    assert sum(info["good_parts"] for info in infos) == pytest.approx(record.parts["survival"].sum(), rel=1e-9)
+    assert_told(env, play(env, policy_seed=3))
 
 
 @pytest.mark.bits

@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import read
-from grind_env.envs.blocks.program import CycleBlock, coming_block, conditions, job, part_program
+from grind_env.envs.blocks.program import CycleBlock, coming_block, conditions, job
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.contexts import Fixed, Given
 from grind_env.envs.names import environment_id, task_names
@@ -84,7 +84,7 @@ class Episode:
         if task.start.wear_flat_area is not None:
             start = replace(start, wear_flat_area=wheel.A, volume_since_dress=wheel.V)
         self.record: GrindingRecord = grind(
-            read(part_program(task, self.blocks)),
+            read(simulation.program(self.blocks)),
             replace(shop, wheel=start),
             conditions=conditions(task, tape)[:PARTS],
         )

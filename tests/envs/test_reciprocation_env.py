@@ -20,7 +20,6 @@ from grind_env.machine.grind import grind
 from grind_env.machine.record import GrindingRecord
 from tests.envs.harness import assert_same, reward_terms_of, whole_tape
 from tests.examples import examples
-from tests.testing.conformance import check_vector_env
 
 ID = "grind/Reciprocation-v0"
 
@@ -146,15 +145,6 @@ def test_a_fixed_plan_earns_minus_one_a_step() -> None:
     action = env.unwrapped.codec.encode(np.full(64, 12_000.0), np.full(64, 1.0))
     rewards = np.array([env.step(action)[1] for _ in range(60)])
     assert rewards.mean() == pytest.approx(-1.0, abs=0.1)
-
-
-def test_the_vector_form_that_shows_everything_keeps_the_contract() -> None:
-    kwargs = {"observation": "full", "predress": True}
-    check_vector_env(
-        lambda mode: reciprocation.make_vector(3, autoreset_mode=mode, show_block=True, **kwargs),
-        single=lambda: reciprocation.make(show_block=True, **kwargs),
-        steps=125,
-    )
 
 
 def test_the_terms_add_up_to_the_reward() -> None:

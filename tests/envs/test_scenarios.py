@@ -21,9 +21,6 @@ HANDBOOK_SPEED = 12_000.0
 """mm/min; a usual table speed for hardened steel."""
 HANDBOOK_SPEEDS = {"power_limited": 8000.0, "wide_rails": 8000.0}
 """mm/min, of the tasks whose spindle of 5 kW the usual one stalls."""
-LEAST_GAIN = {"power_limited": 1.5, "rush": 3.0}
-"""How many times as dear never dressing is at least where it is not 5: a fast table keeps the wheel sharp, or both are
-late."""
 COST, GOOD = (Outcome._fields.index(name) for name in ("cost", "good"))
 
 
@@ -99,11 +96,3 @@ def test_the_best_fixed_plan_grinds_good_parts(name: str) -> None:
     cost, good = best_fixed_plan(name)
     assert good.mean() > 0.9 * task.parts
     assert per_good_part(cost, good) < 0.25 * min(kind.scrap for kind in task.kinds)
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_never_dressing_is_dearer_than_the_best_fixed_plan(name: str) -> None:
-    low, high = simulation(name).task.action.speed_range or (0.0, 0.0)
-    speeds = 1000.0 * np.geomspace(low, high, 12)
-    never = min(per_good_part(*episode_costs(name, speed, 0.0, 9000, 48)) for speed in speeds)
-    assert never > LEAST_GAIN.get(name, 5.0) * per_good_part(*best_fixed_plan(name))

@@ -12,7 +12,7 @@ from gymnasium.wrappers.vector import RecordEpisodeStatistics
 
 from grind_env import examples
 from grind_env.envs.tasks import TaskError
-from tests.envs.harness import BLOCKS, MODES, accepts, assert_same, every_id, native, quiet, sampled, sync
+from tests.envs.harness import BLOCKS, MODES, assert_same, every_id, native, quiet, sampled, sync
 from tests.examples import few
 from tests.testing.conformance import check_vector_env
 
@@ -154,7 +154,3 @@ def test_vector_envs_tell_the_length_and_cut_no_episode(
             assert not truncated.any()
     for limit in (1, steps, steps + 5):
         assert native(env_id, 2, mode, max_episode_steps=limit, **arguments).spec.max_episode_steps == limit
-
-
-def test_single_envs_have_the_time_limit_of_gymnasium() -> None:
-    assert not any(accepts(env_id, "max_episode_steps") for env_id in every_id())

@@ -29,12 +29,6 @@ def test_every_task_loads_and_has_its_id(name: str) -> None:
     assert load_task(name) is task
 
 
-def test_ids_are_camel_case() -> None:
-    assert environment_id("power_limited") == "grind/PowerLimited-v0"
-    assert environment_id("oracle6") == "grind/Oracle6-v0"
-    assert environment_id("CBN") == "grind/CBN-v0"
-
-
 def test_an_unknown_task_is_refused() -> None:
     with pytest.raises(TaskError, match=rf"'slots'.*{', '.join(task_names())}"):
         load_task("slots")
@@ -158,7 +152,6 @@ def test_a_slip_beside_a_base_is_named(own: str, parts: list[str], tmp_path: Pat
         ('title = "', 'file = "x"\ntitle = "', "file", ["there is no key file"]),
         ('title = "', 'observation = "hidden"\ntitle = "', "observation", ["one of measured, full"]),
         ("reference_cost = 5.26", "reference_cost = -1", "reference_cost", ["0 to"]),
-        ("executions = 3", "execution = 3", "action.execution", ["did you mean executions?"]),
         (
             "speed_range = [3.0, 30.0]",
             "speed_range = [30.0, 3.0]",
@@ -168,33 +161,23 @@ def test_a_slip_beside_a_base_is_named(own: str, parts: list[str], tmp_path: Pat
         ("speed_range = [3.0, 30.0]", "speed_range = [3.0, 3.0]", "action.speed_range", ["leave a choice"]),
         ("speed_range = [3.0, 30.0]", "speed_levels = []", "action.speed_levels", ["rising numbers"]),
         ("speed_range", "speed_levels = [3.0]\nspeed_range", "action.speed_levels", ["give one of the two"]),
-        ("overrun = 30.0", "over_run = 30.0", "setup.over_run", ["did you mean overrun?"]),
         ("overrun = 30.0", "overrun = 30.0005", "setup.overrun", ["multiple of 0.001 mm"]),
         ("[setup]", "[set_up]", "set_up", ["did you mean setup?"]),
         ("load = 20.0", "load = -20.0", "setup.load", ["-20.0", "0 to 86400 s"]),
-        ("lead = 0.15", "lead_mm = 0.15", "dress.lead_mm", ["did you mean lead?"]),
         ("pick = 0.02", "picks = 0.02", "kind.picks", ["kind 1: ", "did you mean pick?"]),
         ("pick = 0.02", "", "kind.pick", ["kind 1: ", "kind.pick is missing"]),
         ("pick = 0.02", "pick = 0.0205", "kind.pick", ["multiple of 0.001 mm"]),
         ("pick = 0.02", "pick = 2.0", "kind.pick", ["half a stroke", "take less"]),
         ("pick = 0.02", 'pick = "thin"', "kind.pick", ["thin", "number"]),
         ("width = 50.0", "width = 66.0", "kind.width", ["66 mm wide, the wheel 65 mm", "cross_pick"]),
-        ("lot_growth = 0.80", "lot_grow = 0.80", "spread.lot_grow", ["did you mean lot_growth?"]),
         ("lot_growth = 0.80", "lot_growth = nan", "spread.lot_growth", ["nan", "0 to 1"]),
         ("width = 65.0", "widht = 65.0", "setup.wheel_overrides.widht", ["did you mean width?"]),
         ("width = 65.0", "width = 1000", "setup.wheel_overrides", ["width is 1000", "5 to 300 mm"]),
-        (
-            "stiffness = 50_000.0",
-            "stifness = 50_000.0",
-            "setup.machine_overrides.stifness",
-            ["did you mean stiffness?"],
-        ),
         ('wheel = "a60j"', 'wheel = "a60jj"', "setup.wheel", ["did you mean a60j?"]),
         ('material = "aisi_52100"', 'material = "aisi_52101"', "kind.material", ["did you mean aisi_52100?"]),
         ('sequence = ["plate"]', 'sequence = ["plates"]', "sequence", ["did you mean plate?"]),
         ("[spread]", "[factors]\nka_factor = 2.0\n\n[spread]", "factors.ka_factor", ["there is no key"]),
         ("[spread]", "[factors]\nkA = 0\n\n[spread]", "factors", ["0.01 to 100"]),
-        ("[spread]", "[start]\nwear = 0.1\n\n[spread]", "start.wear", ["there is no key"]),
         ("[spread]", "[start]\nwear_flat_area = 0.4\n\n[spread]", "start.wear_flat_area", ["below 0.15"]),
         ("[spread]", "[start]\nexecutions_left = [1, 4000]\n\n[spread]", "start.executions_left", ["at most 666"]),
         ("blocks = 60", "blocks = ", "", ["TOML"]),

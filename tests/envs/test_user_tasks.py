@@ -9,14 +9,12 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.vector import AutoresetMode
 from hypothesis import example, given
 from hypothesis import strategies as st
 
 from grind_env.cli import main
 from grind_env.control import read
-from grind_env.envs.blocks.program import conditions, job, job_from_surface
-from grind_env.envs.blocks.requests import request_times
+from grind_env.envs.blocks.program import conditions, job, job_from_surface, request_times
 from grind_env.envs.names import FOLDER, environment_id, shipped_names
 from grind_env.envs.tasks import Kind, Task, TaskError, load_task, read_task
 from grind_env.envs.tasks.reading import TABLES
@@ -24,7 +22,7 @@ from grind_env.envs.tasks.schema import document, json_schema, rows, toml_text
 from grind_env.machine.grind import grind
 from grind_env.machine.job import WheelStart
 from grind_env.toml import tomllib
-from tests.envs.harness import assert_same, native, row_of, sync, whole_tape
+from tests.envs.harness import assert_same, native, row_of, whole_tape
 from tests.examples import examples, few
 from tests.testing.conformance import check_vector_env
 
@@ -88,18 +86,6 @@ def test_the_cycle_follows_from_the_file(cycle: str, tmp_path: Path) -> None:
     assert env.step(np.zeros(2, np.float32))[4]["block"].startswith(cycle)
     assert env.task.parameters(env.task.kinds[0]).kA == 5e-6 and env.task.wheel.width == 30.0
     assert env.task.environment_id == ID
-
-
-@every_cycle
-@pytest.mark.parametrize("mode", AutoresetMode)
-def test_the_native_vector_form_is_the_single_one_bit_by_bit(cycle: str, mode: AutoresetMode, tmp_path: Path) -> None:
-    path = written(tmp_path, CYCLES[cycle])
-    ours, theirs = native(ID, 3, mode, task=path, predress=True), sync(ID, 3, mode, task=path, predress=True)
-    assert_same(ours.reset(seed=4), theirs.reset(seed=4))
-    ours.action_space.seed(1)
-    for _ in range(4):
-        actions = ours.action_space.sample()
-        assert_same(ours.step(actions), theirs.step(actions))
 
 
 @every_cycle

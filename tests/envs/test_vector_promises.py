@@ -8,95 +8,13 @@ import numpy as np
 import pytest
 
 from grind_env.arrays import Array
-from grind_env.envs.actions import ActionError
 from grind_env.envs.contexts import ContextError
 from grind_env.envs.job.loading import EXAMPLE
-from grind_env.errors import GrindError
 from grind_env.machine.part.part import PartRun
 from grind_env.machine.run import GrindingError
 from tests.envs.harness import assert_same, native
 
 ID = "grind/Job-v0"
-
-
-@pytest.mark.parametrize(
-    ("form", "actions", "part"),
-    [
-        ("box", np.array([[0.0, 0.0], [np.nan, 0.0]]), "action 1 has nan for E"),
-        ("box", np.zeros((2, 3)), "shape (2, 3)"),
-        ("box", np.zeros((3, 2)), "shape (3, 2)"),
-        ("box", 0.5, "shape ()"),
-        ("box", None, "shape ()"),
-        ("box", "fast", "numbers"),
-        ("multidiscrete", [[0, 0], [24, 0]], "action 1 has 24 for E"),
-        ("discrete", [0, 0.5], "action 1 has 0.5"),
-        ("discrete", [0, 0, 0], "shape (3,)"),
-        ("dict", {"E": [9000.0, 2999.0], "D": [0, 0]}, "action 1 has 2999 for E"),
-        ("dict", {"E": [9000.0, 9000.0], "D": [0, -1]}, "action 1 has -1 for D"),
-        ("dict", {"E": [9000.0, 9000.0]}, "keys E, D"),
-        ("dict", [[0.0, 0.0]] * 2, "keys E, D"),
-    ],
-)
-def test_bad_actions_move_no_job(form: str, actions: Any, part: str) -> None:
-    env, twin = native(ID, 2, action=form), native(ID, 2, action=form)
-    for each in (env, twin):
-        each.reset(seed=1)
-    with pytest.raises(ActionError) as caught:
-        env.step(actions)
-    assert part in str(caught.value) and "\n" not in str(caught.value)
-    good = env.action_space.sample()
-    assert_same(env.step(good), twin.step(good))
-
-
-def with_one_over(mode: str) -> Any:
-    """Two environments, of which the episode of the second one is over."""
-    env = native(ID, 2, mode, max_episode_steps=2)
-    env.reset(seed=0)
-    env.step(np.zeros((2, 2), np.float32))
-    env.reset(options={"reset_mask": np.array([True, False])})
-    assert env.step(np.zeros((2, 2), np.float32))[3].tolist() == [False, True]
-    return env
-
-
-def test_the_action_of_an_env_that_begins_anew_is_ignored() -> None:
-    stepped = with_one_over("NextStep").step(np.array([[0.0, 0.0], [7.0, np.nan]], np.float32))
-    assert stepped[1][1] == 0.0 and stepped[1][0] < 0.0
-
-
-def test_no_env_moves_before_all_have_begun() -> None:
-    env = native(ID, 2)
-    for chosen in ([True, False], [False, True]):
-        with pytest.raises(gym.error.ResetNeeded, match="some sub-environments have not begun"):
-            env.step(np.zeros((2, 2), np.float32))
-        assert env.reset(seed=0, options={"reset_mask": np.array(chosen)})[0] in env.observation_space
-    twin = native(ID, 2)
-    twin.reset(seed=0)
-    assert_same(env.step(np.zeros((2, 2), np.float32)), twin.step(np.zeros((2, 2), np.float32)))
-
-
-@pytest.mark.parametrize("env_seed", [[1], "a", [1.5, 2]])
-def test_bad_seeds_are_refused_as_by_the_native_environments(env_seed: Any) -> None:
-    for each in (ID, "grind/PowerLimited-v0"):
-        with pytest.raises(GrindError, match="seed is"):
-            native(each, 2).reset(seed=env_seed)
-
-
-def test_seeds_of_numpy_are_those_of_python() -> None:
-    first = native(ID, 2).reset(seed=[4, 5])
-    for seed in (4, np.int64(4), np.array([4, 5])):
-        assert_same(native(ID, 2).reset(seed=seed), first)
-
-
-@pytest.mark.parametrize("mask", [[True, False], np.array([1, 0]), np.array([True]), np.array([False, False])])
-def test_bad_masks_are_refused(mask: Any) -> None:
-    with pytest.raises(GrindError, match="reset_mask must be"):
-        native(ID, 2).reset(options={"reset_mask": mask})
-
-
-def test_an_episode_that_is_over_asks_for_a_reset() -> None:
-    env = with_one_over("Disabled")
-    with pytest.raises(gym.error.ResetNeeded, match="episode 1 is over"):
-        env.step(np.zeros((2, 2), np.float32))
 
 
 @pytest.mark.parametrize(
@@ -119,17 +37,12 @@ def test_a_list_that_does_not_fit_moves_no_env(options: dict[str, Any]) -> None:
     assert_same(env.reset(), twin.reset())
 
 
-def test_a_seed_below_0_moves_no_env() -> None:
-    env, twin = native(ID, 2), native(ID, 2)
-    for each in (env, twin):
-        each.reset(seed=1)
-    with pytest.raises(GrindError, match="seed is"):
-        env.reset(seed=[1, -1])
-    assert_same(env.reset(), twin.reset())
-
-
 def test_an_option_that_is_refused_ends_no_wait_for_a_reset() -> None:
-    env = with_one_over("Disabled")
+    env = native(ID, 2, "Disabled", max_episode_steps=2)
+    env.reset(seed=0)
+    env.step(np.zeros((2, 2), np.float32))
+    env.reset(options={"reset_mask": np.array([True, False])})
+    assert env.step(np.zeros((2, 2), np.float32))[3].tolist() == [False, True]
     with pytest.raises(ContextError):
         env.reset(options={"weather": "fine"})
     with pytest.raises(gym.error.ResetNeeded, match="episode 1 is over"):

@@ -11,10 +11,9 @@ from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
-from grind_env.belief.wheel import BeliefError, WheelBelief
+from grind_env.belief.wheel import BeliefError
 from grind_env.envs.contexts import ContextError
-from grind_env.envs.memory import WrapperError, belief_entries
-from grind_env.envs.model import MemberModel
+from grind_env.envs.memory import WrapperError
 from grind_env.envs.shown import ShownBox, memories_of
 from grind_env.envs.wrappers import (
     BeliefFilter,
@@ -99,7 +98,7 @@ def test_what_is_shown_is_written_on_the_space_and_travels_with_it() -> None:
     env = VectorForLearning(VectorHistoryStack(VectorBeliefFilter(gym.make_vec("grind/Slot-v0", num_envs=2)), 3))
     shown = pickle.loads(pickle.dumps(env.single_observation_space)).shown
     assert shown == env.single_observation_space.shown and shown.task == "slot"
-    assert [type(each).__name__ for each in shown.memories] == ["Belief", "Stack", "Standard"]
+    assert [type(each).__name__ for each in shown.memories] == ["BeliefForm", "Stack", "Standard"]
     simulation = env.unwrapped.simulation
     space = memories_of(simulation, env.single_action_space, shown.memories)[-1].space
     assert space == env.single_observation_space and isinstance(gym.make("grind/Slot-v0").observation_space, ShownBox)
@@ -109,14 +108,6 @@ def test_what_is_shown_is_written_on_the_space_and_travels_with_it() -> None:
 def test_nobody_knows_what_is_usual_elsewhere(make: Any) -> None:
     with pytest.raises(WrapperError, match="no environment of grind_env in which E and D are chosen"):
         ForLearning(make())
-
-
-def test_a_stack_of_beliefs_is_one_too() -> None:
-    check_vector_env(
-        lambda mode: VectorHistoryStack(VectorBeliefFilter(native("grind/Oracle6-v0", 3, mode, **MEASURED), members=8)),
-        single=lambda: HistoryStack(believing("grind/Oracle6-v0")),
-        steps=20,
-    )
 
 
 def test_the_first_observation_of_an_episode_knows_nothing_of_the_one_before() -> None:
@@ -174,20 +165,6 @@ def test_a_wrapped_env_can_be_made_again_from_its_spec() -> None:
         assert_same(env.step(action), again.step(action))
 
 
-def test_the_belief_of_the_wrapper_is_that_of_the_filter() -> None:
-    env = VectorBeliefFilter(native("grind/PowerLimited-v0", 2, AutoresetMode.DISABLED))
-    belief = WheelBelief(MemberModel(env.unwrapped.simulation))
-    belief.begin(2)
-    shown, _ = env.reset(seed=3)
-    count = len(belief_entries())
-    assert [entry.name for entry in env.observation_info()][-count:] == [entry.name for entry in belief_entries()]
-    assert len(env.observation_info()) == env.single_observation_space.shape[0]
-    for action in actions(20, 2):
-        wear = np.float32(belief.update(shown[:, :-count]).wear_flat / 0.05)
-        assert (shown[:, -count] == wear).all()
-        shown, *_ = env.step(action)
-
-
 def test_what_is_no_grinding_environment_has_no_belief() -> None:
     for make in (
         lambda: BeliefFilter(Walk()),
@@ -235,13 +212,12 @@ def test_options_that_are_no_dict_are_refused_as_without_the_wrapper() -> None:
         VectorHistoryStack(native("grind/Oracle6-v0", 2)).reset(options=[1])
 
 
-@pytest.mark.parametrize("wrapper", [VectorForLearning, VectorBeliefFilter, VectorHistoryStack])
-def test_a_vector_wrapper_refuses_a_single_environment(wrapper: Any) -> None:
+@pytest.mark.parametrize(
+    ("single", "vector"),
+    [(ForLearning, VectorForLearning), (BeliefFilter, VectorBeliefFilter), (HistoryStack, VectorHistoryStack)],
+)
+def test_a_wrapper_refuses_an_environment_of_the_other_form(single: Any, vector: Any) -> None:
     with pytest.raises(WrapperError, match="is no vector environment: take the wrapper without 'Vector' in its name"):
-        wrapper(gym.make("grind/PowerLimited-v0"))
-
-
-@pytest.mark.parametrize("wrapper", [ForLearning, BeliefFilter, HistoryStack])
-def test_a_single_wrapper_refuses_a_vector_environment(wrapper: Any) -> None:
+        vector(gym.make("grind/PowerLimited-v0"))
     with pytest.raises(WrapperError, match="is no single environment: take the wrapper with 'Vector' in its name"):
-        wrapper(gym.make_vec("grind/PowerLimited-v0", 2))
+        single(gym.make_vec("grind/PowerLimited-v0", 2))

@@ -83,29 +83,17 @@ def test_a_mix_has_what_its_parts_have_in_whatever_order() -> None:
     assert mix.own == foreign.of_process + meter.own[len(meter.of_process) :]
 
 
-@given(SEEDS)
-def test_those_of_the_public_set_are_drawn_likewise_from_the_public_numbers(seed: int) -> None:
-    plant = find_plant(f"public:{seed}")
+@given(name=st.sampled_from(["public", "held-out"]), seed=SEEDS)
+def test_machines_of_a_set_mix_families_and_those_held_out_have_numbers_of_their_own(name: str, seed: int) -> None:
+    plant, first = find_plant(f"{name}:{seed}"), find_plant("held-out:0")
     families = differing(plant)
     assert 2 <= len(families) <= 4 and families <= {*NAMES} and not {"foreign", "bursts"} <= families
-    assert (plant.process, plant.gauge) == (find_plant("held-out:0").process, find_plant("held-out:0").gauge)
-    numbers = dict(zip(plant.remembers._fields, plant.own, strict=True))
+    assert (plant.process, plant.gauge) == (first.process, first.gauge)
+    numbers = {*zip(plant.remembers._fields, plant.own, strict=True)}
     for family in FAMILIES:
         if family.name in families:
-            assert {*family.drawn(seed).items()} <= {*numbers.items()}
-
-
-@given(SEEDS)
-def test_those_held_out_mix_families_and_have_numbers_of_their_own(seed: int) -> None:
-    plant = find_plant(f"held-out:{seed}")
-    families = differing(plant)
-    assert 2 <= len(families) <= 4 and families <= {*NAMES}
-    assert not {"foreign", "bursts"} <= families
-    assert plant.process == find_plant("held-out:0").process and plant.gauge == find_plant("held-out:0").gauge
-    numbers = dict(zip(plant.remembers._fields, plant.own, strict=True))
-    for family in FAMILIES:
-        if family.name in families:
-            assert not {*family.drawn(seed).items()} & {*numbers.items()}  # those of the public one of this seed
+            public = {*family.drawn(seed).items()}
+            assert public <= numbers if name == "public" else not public & numbers
 
 
 def test_no_number_of_those_held_out_is_one_of_the_public_ones() -> None:

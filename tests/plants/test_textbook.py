@@ -12,9 +12,8 @@ from grind_env.plants import FAMILIES, Plant, find_plant, find_plants
 from grind_env.plants.family import HELD_OUT, PUBLIC
 from grind_env.plants.plant import mixed
 from grind_env.plants.textbook import DEPTH, SPEED, TEXTBOOK
-from grind_env.process.state import StrokeResult
 from tests.plants.test_names import differing
-from tests.plants.test_processes import bare
+from tests.plants.test_processes import bare, first
 from tests.plants.written import Shop, written
 
 OURS = Plant(name="ours")
@@ -26,13 +25,6 @@ DEPTHS = (0.004, 0.007, 0.012, 0.02)
 def textbook(**numbers: float) -> Plant:
     named = {f"textbook_{name}": number for name, number in (LAWS | numbers).items()}
     return mixed("textbook", (TEXTBOOK,), named)
-
-
-def first(plant: Plant, depth: float = DEPTH, speed: float = SPEED, **state: float) -> StrokeResult:
-    """A stroke of just that depth, mm, and speed, mm/s."""
-    shop = Shop(plant, bare(), table_speed=0.06 * speed)
-    shop.wheel = shop.wheel._replace(**state)
-    return shop.stroke(depth)
 
 
 def slope(xs: list[float], ys: list[float]) -> float:

@@ -6,8 +6,7 @@ import pytest
 
 from grind_env import examples
 from grind_env.machine.job.file import load_job
-from grind_env.shop.advise.command import open_session
-from grind_env.shop.calibrate.table import calibrate_table
+from grind_env.shop.advise.command import AdviceRequest
 from grind_env.shop.sweep.study import Ranges, sweep
 from grind_env.shop.sweep.table import as_data, sentences
 
@@ -37,31 +36,22 @@ def test_a_sweep_names_the_machine_that_it_grinds_on(jobs: tuple[Path, Path]) ->
     assert on_model.own.cost != on_plant.own.cost
 
 
-def test_an_adviser_holds_the_model(jobs: tuple[Path, Path], tmp_path: Path) -> None:
-    sessions = [
-        open_session(
-            PLATE,
-            job,
+def test_an_adviser_holds_the_model(jobs: tuple[Path, Path]) -> None:
+    advisers = []
+    for job in jobs:
+        request = AdviceRequest(
+            program=PLATE,
+            job=job,
             policy=None,
+            other_part=False,
             parts=2,
             variables={},
-            by="block",
-            measurements=None,
-            follow=False,
-            state=tmp_path / f"{job.stem}.json",
-            values=None,
+            step=1.25,
+            bounds=None,
             as_json=False,
+            why=False,
         )
-        for job in jobs
-    ]
-    model, plant = (session.adviser for session in sessions)
+        advisers.append(request.adviser(request.simulation()))
+    model, plant = advisers
     assert model.simulation.job.process is plant.simulation.job.process
-    assert model.forecast() == plant.forecast()
-
-
-@pytest.mark.nightly
-def test_what_is_fitted_is_the_model(jobs: tuple[Path, Path], tmp_path: Path) -> None:
-    table = tmp_path / "table.csv"
-    table.write_text(TABLE, encoding="utf-8")
-    model, plant = (calibrate_table(table, job) for job in jobs)
-    assert model.fitted == plant.fitted and model.estimates == plant.estimates
+    assert model.advice == plant.advice and model.details() == plant.details()

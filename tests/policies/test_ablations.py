@@ -8,7 +8,7 @@ from grind_env.policies.planners.known_state import FullStateRule
 from grind_env.policies.policy import Policy
 from grind_env.policies.registry import ABLATIONS, TUNED, make_policy, policy_names
 from grind_env.policies.scripted.rules import AdaptiveRule, Fixed
-from grind_env.policies.tuned import ConfigError, Tuned, write_tuned
+from grind_env.policies.tuned import ConfigError
 from tests.policies.harness import simulated
 
 SPEED = {"E": (9.0, 14.0, 20.0), "gA": -0.5, "gF": 0.1, "gH": -0.2, "gS": 0.1, "gP": 0.3}
@@ -66,25 +66,6 @@ def test_they_can_be_named_but_stand_in_no_list() -> None:
         match=r"there is no policy 'adaptive' .* for rush: choose from random, .*adaptive_dress",
     ):
         make_policy("adaptive", RUSH)
-
-
-def test_an_interval_of_one_that_is_no_number_of_blocks_is_an_error(tmp_path) -> None:
-    parameters = {name: list(value) if isinstance(value, tuple) else value for name, value in SPEED.items()}
-    for every, fits in ((3, True), (0, False), (1.5, False)):
-        tuned = Tuned(
-            parameters={**parameters, "D": 1, "every": every},
-            training_cost=1.0,
-            validation_cost=1.0,
-            evaluations=1,
-            training_seeds=[0, 1],
-            validation_seeds=[500000, 1],
-        )
-        write_tuned("rush", {"adaptive_speed": tuned}, tmp_path)
-        if fits:
-            assert make_policy("adaptive_speed", RUSH, tmp_path).every == every
-        else:
-            with pytest.raises(ConfigError, match=r"\[adaptive_speed\.parameters\] has no every that fits"):
-                make_policy("adaptive_speed", RUSH, tmp_path)
 
 
 def test_a_trained_agent_is_said_to_be_one_and_not_a_misspelling() -> None:

@@ -1,7 +1,6 @@
 """`grind evaluate` and `grind play`, as they are typed."""
 
 import json
-import re
 import sys
 from pathlib import Path
 
@@ -9,7 +8,6 @@ import gymnasium as gym
 import pytest
 
 import grind_env
-from grind_env.control import check, read
 from grind_env.policies.evaluation import episode_seeds
 from grind_env.policies.evaluation import run_seeds as run
 from grind_env.policies.problem import find_problem
@@ -65,26 +63,6 @@ def test_scores_on_seeds_of_ones_own_are_said_to_be_unpaired(grind: Grind) -> No
     assert "unpaired" in grind(*command)[1]
 
 
-@pytest.mark.parametrize("env", ["reciprocation", "wide_plates"])
-def test_a_played_program_is_that_of_the_episode(env: str, tmp_path: Path, grind: Grind) -> None:
-    path, seed = tmp_path / "played.nc", episode_seeds("evaluation", 1)[0]
-    status, out, _ = grind("play", "--env", env, "--policy", "E15D1", "--seed", seed, "--output", path)
-    problem = find_problem(env)
-    wanted = run(Fixed(15.0, 1), problem.simulation(), [seed])
-    assert status == 0
-    assert f"seed {seed}, split all: {wanted.cost[0]:.2f} $ for {wanted.good[0]:.1f} good parts of" in out
-    assert f"; {int(wanted.executions.sum())} dress executions," in out
-    program = path.read_text(encoding="utf-8")
-    assert not check(read(program)).errors
-    assert re.findall(r"E15000\b", program)
-
-
-def test_without_a_window_the_episode_is_shown_as_text(grind: Grind) -> None:
-    status, out, _ = grind("play", "--env", "oracle6", "--policy", "handbook", "--no-window")
-    assert status == 0
-    assert out.count("G82 ") > 6
-
-
 BAD = {
     "no problem": (("--env", "no_such"), "there is no problem 'no_such'"),
     "a misspelt id": (("--env", "grind/JobShp-v0"), "(did you mean grind/JobShop-v0?)"),
@@ -133,11 +111,6 @@ def test_a_users_mistake_is_one_sentence(
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (
-            ("evaluate", "--split", "no_such"),
-            "split is 'no_such', but must be one of all, inner, interpolation, extrapolation",
-        ),
-        (("evaluate", "--split", "test"), "split is 'test', which is called 'interpolation' now"),
         (("evaluate", "--seeds", "test"), "there are no seeds 'test'"),
         (("evaluate", "--seeds", "training", "--first-seed", 3), "give one of both"),
         (("play", "--no-window", "--split", "train"), "split is 'train', which is called 'inner' now"),

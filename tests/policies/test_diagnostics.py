@@ -7,9 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import pytest
 
-from grind_env.envs.names import ANY_TASK
 from grind_env.envs.tables import Outcome
 from grind_env.envs.tape import TapeRow
 from grind_env.policies.choices import Decision, all_choices, nearest_speed
@@ -150,9 +148,3 @@ def test_a_dress_pays_for_who_counts_what_comes_until_the_next_one() -> None:
     assert costs[6].high < 0.95 * costs[2].low and costs[2].high < 0.2 * costs[1].low
     # for the block itself a dress pays next to never
     assert runs[1].dresses < 0.02 and runs[6].dresses > 0.08
-
-
-@pytest.mark.parametrize("name", ["memory", "noise", "credit"])
-def test_a_diagnostic_is_short(name: str) -> None:
-    problem = find_problem(name)
-    assert problem.id != ANY_TASK and problem.simulation().task.blocks <= 24

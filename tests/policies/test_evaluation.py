@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 import grind_env
-from grind_env.envs.actions import ActionError
 from grind_env.envs.episodes import NOISE
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Due
@@ -27,7 +26,6 @@ from grind_env.policies.evaluation import (
     SEEDS,
     SEEDS_EACH,
     episode_seeds,
-    roll_out,
     run_seeds,
     start_episodes,
 )
@@ -80,14 +78,6 @@ def test_training_validation_and_evaluation_have_no_seed_in_common():
 @pytest.mark.parametrize(
     ("seeds", "count", "sentence"),
     [
-        *(
-            (
-                name,
-                1,
-                f"there are no seeds '{name}': the seeds are training, validation, evaluation; contexts are named",
-            )
-            for name in ("no_such", "test", "inner")
-        ),
         ("training", 0, "0 episodes are asked for"),
         ("evaluation", SEEDS_EACH + 1, "but there are 1 to 500000 evaluation seeds"),
     ],
@@ -197,32 +187,8 @@ def test_later_due_dates_are_expected_at_the_mean_slack():
     assert expected_dates(dates, tape, np.array([100.0]), np.array([3]))[0, 3:] == pytest.approx([100.0, 122.0, 122.0])
 
 
-def test_a_policy_that_sees_the_future_is_shown_it_without_measurement_noise():
-    tape = truth().tape
-    quiet = [k for k in range(tape.shape[2]) if k not in NOISE]
-    for shown in spied("future"):
-        assert np.array_equal(shown.tape[..., quiet], tape[..., quiet])
-        assert (shown.tape[..., NOISE] == 0.0).all()
-
-
 @pytest.mark.parametrize("sees", ["measurements", "state", "future"])
 def test_a_policy_cannot_change_the_truth(sees):
     assert np.array_equal(
         run_seeds(Spy(sees), SIMULATION, [3, 4]).cost, run_seeds(Fixed(12.0, 1), SIMULATION, [3, 4]).cost
     )
-
-
-def test_a_roll_out_leaves_the_episodes_as_they_are():
-    episodes = start_episodes(SIMULATION, [1, 2])
-    first = roll_out(Handbook(), SIMULATION, episodes)
-    assert (episodes.block == 0).all()
-    assert np.array_equal(first.cost, roll_out(Handbook(), SIMULATION, episodes).cost)
-
-
-def test_a_decision_outside_the_action_space_is_an_error():
-    class Reckless(Spy):
-        def act(self, observation, episodes):
-            return Decision(np.full(len(observation), 50000.0), np.zeros(len(observation)))
-
-    with pytest.raises(ActionError, match="E is 50000 mm/min"):
-        run_seeds(Reckless("measurements"), SIMULATION, [0])

@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grind_env.policies.learned.means import MEMORIES, RunningMeans
+from grind_env.policies.learned.view import MEMORIES, RunningMeans
 
 
 @given(st.lists(st.floats(-10.0, 10.0), min_size=1, max_size=30), st.integers(0, 2**32 - 1))

@@ -22,7 +22,6 @@ from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.learned import saved
 from grind_env.policies.learned.saved import ENTRY, load_policy
 from grind_env.policies.learned.view import FEATURE_BOUND, LearnerForm
-from grind_env.policies.naming import SHIPPED
 from grind_env.policies.problem import find_problem
 from grind_env.sb3 import load_zip
 from grind_env.task_version import TASK_VERSION
@@ -251,14 +250,6 @@ def test_wrong_tensors_are_refused(good: bytes, tmp_path: Path):
     refused(tmp_path, tensors_with(tensors, metadata), "its tensors are not those")
 
 
-def test_a_network_with_bad_weights_is_not_saved(tmp_path: Path):
-    model = untrained(PROBLEM)
-    model.policy.action_net.bias.data[0] = float("nan")
-    with pytest.raises(GrindError, match="no finite number"):
-        save(tmp_path / "agent.safetensors", model, SIMULATION)
-    assert list(tmp_path.iterdir()) == []
-
-
 LAYERS = ("mlp_extractor.policy_net.0", "mlp_extractor.policy_net.2", "action_net")
 
 
@@ -315,16 +306,16 @@ def test_what_is_accepted_does_not_overflow(
     assert np.isfinite(values).all()
 
 
-@pytest.mark.parametrize("path", sorted(SHIPPED.glob("*.safetensors")), ids=lambda path: path.stem)
-def test_the_policies_that_are_shipped_are_accepted(path: Path):
-    assert load_policy(path).task_name == path.stem
-
-
 def test_a_network_that_overflows_is_neither_saved_nor_taken_from_a_zip(tmp_path: Path):
     model = untrained(PROBLEM)
     model.policy.action_net.weight.data[:] = 3e38
     with pytest.raises(GrindError, match="the weights of action_net are so large"):
         save(tmp_path / "agent.safetensors", model, SIMULATION)
+    model.policy.action_net.bias.data[0] = float("nan")
+    with pytest.raises(GrindError, match="no finite number"):
+        save(tmp_path / "agent.safetensors", model, SIMULATION)
+    assert list(tmp_path.iterdir()) == []
+    model.policy.action_net.bias.data[0] = 0.0
     model.save(tmp_path / "agent.zip")
     with pytest.raises(GrindError, match="the weights of action_net are so large"):
         load_zip(tmp_path / "agent.zip", SIMULATION)
@@ -356,13 +347,3 @@ def test_an_agent_for_a_task_file_of_any_name_is_read_again(name: str, good: byt
     path.write_bytes(with_document(good, lambda document: document.update(task=name)))
     simulation = find_problem(str(tmp_path / f"{name}.toml")).simulation()
     assert load_policy(path, simulation=simulation).name == "ppo"
-
-
-@pytest.mark.parametrize("name", ["../oracle6", "/etc/passwd", "a\nb", "\x1b[2J", ""])
-def test_a_description_that_leads_elsewhere_or_that_a_terminal_would_obey_is_refused(
-    name: str, good: bytes, tmp_path: Path
-):
-    path = tmp_path / "agent.safetensors"
-    path.write_bytes(with_document(good, lambda document: document.update(task=name)))
-    with pytest.raises(GrindError, match="its description is damaged"):
-        load_policy(path)

@@ -5,7 +5,6 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from grind_env.policies.statistics import (
-    Interval,
     bootstrap,
     cost_per_good_part,
     improvement,
@@ -87,10 +86,6 @@ def test_the_same_seed_gives_the_same_interval():
 def test_samples_of_different_episodes_are_refused():
     with pytest.raises(ValueError, match="same episodes"):
         bootstrap(cost_per_good_part, np.ones(3), np.ones(4))
-
-
-def test_half_width():
-    assert Interval(1.0, 0.5, 2.5).half_width == 1.0
 
 
 def test_aggregates_by_hand():

@@ -42,12 +42,6 @@ def test_a_task_without_a_file_has_nothing_tuned(tmp_path):
         make_policy("adaptive_rule", PLATES, tmp_path)
 
 
-def test_the_file_says_its_task_version(tmp_path):
-    write_tuned("job", {"a": TUNED}, tmp_path)
-    text = (tmp_path / "job.toml").read_text(encoding="utf-8")
-    assert f"\ntask_version = {TASK_VERSION}\n" in text
-
-
 @pytest.mark.parametrize("line", ["", "task_version = 1\n", f"task_version = {TASK_VERSION + 1}\n"])
 def test_parameters_of_another_task_version_are_none_and_say_what_tunes_them_anew(tmp_path, line):
     write_tuned("power_limited", {"adaptive_rule": TUNED, "constant": TUNED}, tmp_path)
@@ -74,15 +68,9 @@ def test_tuning_does_again_what_was_tuned_for_another_task_version(tmp_path):
     assert path.read_text(encoding="utf-8") == fresh
 
 
-@pytest.mark.parametrize("text", ["[a", "[a]\nnonsense = 1"])
+@pytest.mark.parametrize("text", ["[a", "[a]\nnonsense = 1", "# 5 µm\n"])
 def test_a_damaged_file_is_an_error(tmp_path, text):
-    (tmp_path / "job.toml").write_text(text, encoding="utf-8")
-    with pytest.raises(ConfigError, match=r"job\.toml is damaged"):
-        read_tuned("job", tmp_path)
-
-
-def test_a_file_of_another_encoding_is_an_error(tmp_path):
-    (tmp_path / "power_limited.toml").write_text("# 5 µm\n", encoding="latin-1")
+    (tmp_path / "power_limited.toml").write_text(text, encoding="latin-1")
     for read in (lambda: read_tuned("power_limited", tmp_path), lambda: make_policy("constant", PLATES, tmp_path)):
         with pytest.raises(ConfigError, match=r"power_limited\.toml is damaged"):
             read()

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.belief.hidden import FACTORS
-from grind_env.control import ProgramEnd, ProgramStop, execute, read
+from grind_env.control import Motion, ProgramEnd, Programs, ProgramStop, Source, execute, read
 from grind_env.control.cycles import RULES
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.tables import ShopMemory
@@ -23,8 +23,9 @@ from grind_env.envs.tape import SPARE_FACTORS, TapeRow
 from grind_env.envs.tasks import DRESS_CLEARANCE, PICK_FEED, Kind, Task, TaskError
 from grind_env.errors import quoted
 from grind_env.machine.dress.program import run_dress
-from grind_env.machine.job import Job, Part, PartConditions, Setup, Stage, Times, WheelStart
+from grind_env.machine.job import Job, Part, PartConditions, Setup, Stage, Times
 from grind_env.machine.loops.cycle import PartState
+from grind_env.machine.run import GrindingRun
 from grind_env.process.state import WheelState
 from grind_env.process.tables import wrong
 
@@ -39,6 +40,10 @@ NO_COMMENT = re.compile(r"[^A-Z0-9 ,.:/+-]")
 LONGEST_COMMENT = 80
 NEAR = 1.0
 """mm; from here on the wheel comes down beside the part with a feed."""
+
+
+REQUEST = "OPERATOR ASKS FOR A DRESS"
+"""Comment on the dwell in which the operator's request is served."""
 
 
 class CycleBlock(NamedTuple):
@@ -100,16 +105,6 @@ def block_text(task: Task, block: CycleBlock) -> str:
     return ("G82.1 " if block.pre_dress else "G82 ") + " ".join(words)
 
 
-def part_program(task: Task, blocks: Sequence[CycleBlock]) -> str:
-    """A main program that runs the blocks, and the dress program."""
-
-    def lines_of(block: CycleBlock) -> list[str]:
-        first = min(block.surface + block.kind.pick, block.surface + block.stock)
-        return [*approach(task, first), block_text(task, block), "G80"]
-
-    return program_of(task, blocks, lines_of)
-
-
 def approach(task: Task, depth: float) -> list[str]:
     """Over the part and down beside it to a depth, mm, from wherever the operator has left the wheel."""
     return [
@@ -120,25 +115,11 @@ def approach(task: Task, depth: float) -> list[str]:
     ]
 
 
-def comment(text: str) -> str:
-    """A text as it may stand between the parentheses of a comment."""
-    return NO_COMMENT.sub(" ", text.upper())[:LONGEST_COMMENT]
-
-
 def start_of(task: Task) -> list[str]:
     """The first blocks of a main program: its number, its modes, wheel and coolant on."""
+    title = NO_COMMENT.sub(" ", task.title.upper())[:LONGEST_COMMENT]
     speed = f"S{60 * task.wheel_revolutions:.0f}"
-    return [f"O0001 ({comment(task.title)})", "G71 G90 G94 G19 G40", f"{speed} M03", "M08"]
-
-
-def end_of(task: Task) -> list[str]:
-    """The last blocks of a main program, coolant and wheel off, and the dress program."""
-    return ["M09", "M05", "M30", *dress_program(task), ""]
-
-
-def next_part(change: str = "") -> str:
-    """The stop between two parts, at which the operator perhaps does something else before, such as a wheel change."""
-    return f"M00 ({change}RETRACT, LOAD THE NEXT PART, TOUCH OFF AT Y0)"
+    return [f"O0001 ({title})", "G71 G90 G94 G19 G40", f"{speed} M03", "M08"]
 
 
 def program_of(task: Task, blocks: Sequence[CycleBlock], lines_of: Callable[[CycleBlock], list[str]]) -> str:
@@ -151,11 +132,11 @@ def program_of(task: Task, blocks: Sequence[CycleBlock], lines_of: Callable[[Cyc
         if k > 0:
             change = "CHANGE THE WHEEL, " if block.wheel_changes > blocks[k - 1].wheel_changes else ""
             if block.kind.starts_part:
-                lines.append(next_part(change))
+                lines.append(f"M00 ({change}RETRACT, LOAD THE NEXT PART, TOUCH OFF AT Y0)")
             else:
                 lines.append(f"M01 ({change}RETRACT, GAUGE THE PART)")
         lines += lines_of(block)
-    return "\n".join([*lines, *end_of(task)])
+    return "\n".join([*lines, "M09", "M05", "M30", *dress_program(task), ""])
 
 
 def dress_program(task: Task) -> list[str]:
@@ -175,12 +156,7 @@ def dress_program(task: Task) -> list[str]:
 
 
 def check_task(task: Task, cycle: str | None = None) -> None:
-    """Check that the program of a task can be run, and that its blocks have the cycle asked for; None asks for none.
-
-    Raises:
-        TaskError: there is no such cycle, it is not that of the task, its dresses leave no time for their program, or
-            gauging none for the way of the wheel off the part and back.
-    """
+    """Check that the program of a task can be run, and that its blocks have the cycle asked for; None asks for none."""
     try:
         job(task, task.kinds[0])
         for kind in task.kinds:
@@ -214,9 +190,6 @@ def job(task: Task, *kinds: Kind, first: float | None = None) -> Job:
     Parts of other kinds have theirs in their `conditions`. The dress set-up time is what the task counts for a dress
     beyond the motions of the dress program, which the wheel first meets `first` mm deep, or else where the first block
     begins to cut.
-
-    Raises:
-        TaskError: that set-up time is less than the way of the wheel to the diamond and back.
     """
     setup = Setup(
         wheel=task.wheel,
@@ -240,34 +213,9 @@ def job(task: Task, *kinds: Kind, first: float | None = None) -> Job:
     return replace(bare, times=replace(times, dress_setup=beyond))
 
 
-def job_of_kinds(task: Task, blocks: Sequence[CycleBlock]) -> Job:
-    """The job of an episode of these blocks, the kinds of the first part giving that of the job."""
-    first = next((k for k, block in enumerate(blocks) if block.kind.ends_part), len(blocks) - 1)
-    return job(task, *(block.kind for block in blocks[: first + 1]))
-
-
 def job_from_surface(task: Task) -> Job:
     """The job of a task whose wheel sets out from the surface of each part: there it first meets a dress program."""
     return job(task, *task.kinds, first=0.0)
-
-
-def drawn_job(task: Task, bare: Job, wheel: WheelState, tape: NDArray[np.float64]) -> Job:
-    """A job with the wheel and the parts of an episode, as they were drawn.
-
-    Args:
-        task: of the episode.
-        bare: the job for nominal parts.
-        wheel: at the start.
-        tape: shape (blocks, fields of `TapeRow`).
-    """
-    start = task.start
-    found = WheelStart(
-        diameter=wheel.ds,
-        diamond_flat=wheel.wd,
-        wear_flat_area=None if start.wear_flat_area is None else wheel.A,
-        volume_since_dress=None if start.wear_flat_area is None else wheel.V,
-    )
-    return replace(bare, wheel=found, parts=tuple(conditions(task, tape)))
 
 
 def part_of(task: Task, kinds: Sequence[Kind], stocks: Sequence[float], material: str) -> Part:
@@ -322,3 +270,30 @@ def _factors(task: Task, row: TapeRow, fields: tuple[str, ...]) -> dict[str, flo
     """Factors on the stroke parameters `FACTORS`, from these fields of the tape, with those fixed in the task."""
     drawn = {name: getattr(row, field) for name, field in zip(FACTORS, fields, strict=True)}
     return {**task.factors, **{name: value * task.factors.get(name, 1.0) for name, value in drawn.items()}}
+
+
+def request_times(programs: Programs, job: Job) -> tuple[float, ...]:
+    """Times of the control, s, at which the operator asks for a dress; for `Control.operator_dress_at`.
+
+    A request is made when the last motion or dwell before the dwell that says so has ended.
+    """
+    ahead, before = set(), 0
+    for source in programs.main.blocks:
+        if REQUEST in source.text:
+            ahead.add(before)
+        if source.text.startswith("G04") or " Y" in source.text:
+            before = source.line
+    if not ahead:
+        return ()
+    control, times = replace(job.control), []
+    execution = execute(programs, control)
+    run = None if job.process.before is None else GrindingRun(programs, job, control, job.parts)
+    for event in execution:
+        if run is not None:  # the table has a speed of its own
+            run.take(event)
+            run.tell(execution)
+        if isinstance(event, Motion) and event.source is Source.PROGRAM and event.line in ahead:
+            control.request_dress()
+            # just after it, not in the same moment, in which the table may turn
+            times.append(event.finish + 1e-6)
+    return tuple(times)

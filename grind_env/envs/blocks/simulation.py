@@ -5,7 +5,7 @@ the next observation.
 """
 
 import copy
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
@@ -17,8 +17,16 @@ from grind_env.control import read
 from grind_env.envs.blocks.branches import BlockBranches
 from grind_env.envs.blocks.episode import EpisodeGenerator
 from grind_env.envs.blocks.observe import heat_column, observe_blocks
-from grind_env.envs.blocks.program import block_text, coming_block, drawn_job, job_of_kinds, part_program
-from grind_env.envs.blocks.requests import request_times
+from grind_env.envs.blocks.program import (
+    CycleBlock,
+    approach,
+    block_text,
+    coming_block,
+    conditions,
+    job,
+    program_of,
+    request_times,
+)
 from grind_env.envs.blocks.step import NEW_PART, blocks_step
 from grind_env.envs.contexts import Given, drawn, without_effect
 from grind_env.envs.episodes import Episodes, EpisodesT, check_running
@@ -31,7 +39,7 @@ from grind_env.envs.tasks import Task
 from grind_env.envs.view import view_of
 from grind_env.kernel import MANY, MANY_ROWS, compile_at_once
 from grind_env.machine.grind import grind
-from grind_env.machine.job import Job
+from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.loops.batch import CYCLE_FIELDS
 from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.rows import OWN_FROM
@@ -78,8 +86,7 @@ class BlockSimulation:
     """
 
     compiled: ClassVar[bool] = True
-    _block_text = staticmethod(block_text)
-    _part_program = staticmethod(part_program)
+    _step_of = staticmethod(blocks_step)
 
     def __init__(
         self,
@@ -177,7 +184,6 @@ class BlockSimulation:
         return twin
 
     def taken(self, episodes: Episodes, choice: tuple[Table, ...]) -> tuple[Table, ...]:
-        """The choice itself."""
         return choice
 
     def step(
@@ -249,34 +255,39 @@ class BlockSimulation:
         return coming_block(self.task, episodes, i, speed, executions, pre_dress)
 
     def text(self, block: Any) -> str:
-        return self._block_text(self.task, block)
+        return block_text(self.task, block)
 
     def program(self, blocks: Sequence[Any]) -> str:
-        return self._part_program(self.task, blocks)
+        return program_of(self.task, blocks, self._lines)
 
     def written(self, episodes: Episodes, i: int, blocks: Sequence[Any]) -> Written:
-        program = self.program(blocks)
-        job = drawn_job(self.task, self._job(blocks), blocks[0].wheel, self.tape(episodes, i))
-        own = blocks[0].own[: len(self.process.own._fields)]
-        job = replace(job, process=self.process, own=own)
-        return Written(program, job, request_times(read(program), job))
+        program, found, start = self.program(blocks), blocks[0].wheel, self.task.start
+        wheel = WheelStart(
+            diameter=found.ds,
+            diamond_flat=found.wd,
+            wear_flat_area=None if start.wear_flat_area is None else found.A,
+            volume_since_dress=None if start.wear_flat_area is None else found.V,
+        )
+        parts, own = conditions(self.task, self.tape(episodes, i)), blocks[0].own[: len(self.process.own._fields)]
+        shop = replace(self._job(blocks), wheel=wheel, parts=tuple(parts), process=self.process, own=own)
+        return Written(program, shop, request_times(read(program), shop))
 
     def record(self, episodes: Episodes, i: int, blocks: Sequence[Any]) -> GrindingRecord:
-        program, job, requests = self.written(episodes, i, blocks)
-        return grind(read(program), job, control=replace(job.control, operator_dress_at=requests))
+        program, shop, requests = self.written(episodes, i, blocks)
+        return grind(read(program), shop, control=replace(shop.control, operator_dress_at=requests))
 
     def view(self, episodes: Episodes, i: int, blocks: Sequence[Any], outcomes: Sequence[Outcome]) -> EpisodePicture:
         return view_of(self.task, episodes, i, blocks, outcomes, self.text(blocks[-1]) if blocks else "")
+
+    def _lines(self, block: CycleBlock) -> list[str]:
+        """What stands in a program for a block."""
+        first = min(block.surface + block.kind.pick, block.surface + block.stock)
+        return [*approach(self.task, first), self.text(block), "G80"]
 
     @staticmethod
     def _readings(task: Task, *, full: bool, pre_dress: bool) -> tuple[Reading, ...]:
         """The entries of the observation."""
         return readings(task, full=full, pre_dress=pre_dress)
-
-    @staticmethod
-    def _step_of(process: Process, gauge: Gauge) -> Callable[..., None]:
-        """The compiled step of its blocks, as of `envs.step.step_of`."""
-        return blocks_step(process, gauge)
 
     def _tables(self, scratch: tuple[Table, ...]) -> tuple[Any, ...]:
         """Return the tables of the compiled step, with scratch arrays of N rows."""
@@ -284,8 +295,9 @@ class BlockSimulation:
         return self.kinds, self.branches.base, self._shops, *drawn, *scratch
 
     def _job(self, blocks: Sequence[Any]) -> Job:
-        """The job of their program, for nominal parts and a new wheel."""
-        return job_of_kinds(self.task, blocks)
+        """The job of their program, for nominal parts and a new wheel; the kinds of the first part give it its own."""
+        first = next((k for k, block in enumerate(blocks) if block.kind.ends_part), len(blocks) - 1)
+        return job(self.task, *(block.kind for block in blocks[: first + 1]))
 
 
 def room_for(n: int, blocks: int, rows: int, own: tuple[float, ...]) -> dict[str, Any]:

@@ -3,10 +3,11 @@
 import warnings
 
 from grind_env.control.options import variables_of
-from grind_env.envs.arguments import check_flags, check_variables, refuse_cycle, refuse_predress
-from grind_env.envs.env import GrindEnv
+from grind_env.envs.actions import ActionError
+from grind_env.envs.arguments import check_flags, check_variables
+from grind_env.envs.env import GrindEnv, renders
 from grind_env.envs.job.loading import load_simulation
-from grind_env.envs.showing import renders
+from grind_env.envs.tasks import TaskError
 from grind_env.envs.vector_env import side_by_side
 from grind_env.errors import GrindWarning
 
@@ -103,8 +104,11 @@ def make(
         GrindError: the program or the job cannot be run, or an argument is not legal.
     """
     check_flags(predress=predress)
-    refuse_predress(predress, "the program says where a cycle of grind/Job-v0 is a G82.1")
-    refuse_cycle(cycle, "the program of grind/Job-v0 says which cycles it runs")
+    if predress:
+        why = "the program says where a cycle of grind/Job-v0 is a G82.1"
+        raise ActionError(f"predress is {predress!r}, but {why}: leave it out")
+    if cycle is not None:
+        raise TaskError(f"cycle is {cycle!r}, but the program of grind/Job-v0 says which cycles it runs: leave it out")
     held = variables_of(check_variables(variables), "variables:")
     simulation = load_simulation(program, job, parts, spread, observation, held, plant)
     for sentence in simulation.unread:

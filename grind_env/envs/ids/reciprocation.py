@@ -1,8 +1,7 @@
 """`grind/Reciprocation-v0`: G81 with a continuous infeed."""
 
 from grind_env.envs.any_task import simulation_of
-from grind_env.envs.env import GrindEnv
-from grind_env.envs.showing import renders
+from grind_env.envs.env import GrindEnv, renders
 from grind_env.envs.tasks import read_task
 from grind_env.envs.vector_env import side_by_side
 

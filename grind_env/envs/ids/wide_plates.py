@@ -1,8 +1,7 @@
 """`grind/WidePlates-v0`: plates wider than the wheel, ground in G83 cross picks."""
 
 from grind_env.envs.any_task import simulation_of
-from grind_env.envs.env import GrindEnv
-from grind_env.envs.showing import renders
+from grind_env.envs.env import GrindEnv, renders
 from grind_env.envs.tasks import read_task
 from grind_env.envs.vector_env import side_by_side
 

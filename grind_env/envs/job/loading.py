@@ -31,11 +31,7 @@ def load_simulation(
     variables: Mapping[int, float] = {},
     plant: str | None = None,
 ) -> JobSimulation:
-    """The simulation of a program in a file; as for `grind_env.envs.ids.job.make`, but `variables` by their numbers.
-
-    Raises:
-        GrindError: the program or the job cannot be run, or an argument is not legal.
-    """
+    """The simulation of a program in a file; as for `grind_env.envs.ids.job.make`, but `variables` by their numbers."""
     check_file("program", program)
     check_file("job", job)
     check_number("spread", spread, 0.0, MOST_SPREAD)

@@ -85,11 +85,7 @@ class MeasuredEpisode:
         return float(speeds[0]), int(dresses[0])
 
     def take(self, speed: float, executions: int, measured: Measured) -> None:
-        """The coming block was ground with E (mm/min) and D, and this was measured of it.
-
-        Raises:
-            GrindError: the control refuses the block.
-        """
+        """The coming block was ground with E (mm/min) and D, and this was measured of it."""
         simulation, episodes = self.simulation, self._episodes
         number, kept = episodes.block.copy(), episodes.memory.copy()
         ends = simulation.blocks[int(number[0])].finished > 0

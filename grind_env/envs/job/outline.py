@@ -109,17 +109,7 @@ def outline_of_script(script: Script, tables: ScriptTables) -> tuple[BlockOutlin
 def outline_of_runs(
     programs: Programs, job: Job, trials: Sequence[JobChoice], between: Callable[[], object]
 ) -> tuple[BlockOutline, ...]:
-    """The cycle blocks of a program that has to be run to know them, on parts as the job states them.
-
-    Args:
-        programs: what `control.read` or `control.read_file` returned.
-        job: the job.
-        trials: choices for all blocks with each of which the program must run as well.
-        between: called between two blocks; what it raises ends the runs.
-
-    Raises:
-        GrindError: it cannot be run.
-    """
+    """The cycle blocks of a program that has to be run to know them, on parts as the job states them."""
     episode = ProgramEpisode(programs, job, job.parts)
     runs: list[BlockRun] = []
     while episode.block is not None:
@@ -150,9 +140,6 @@ def refuse_many(programs: Programs, job: Job) -> tuple[str, ...]:
 
     Returns:
         What to say of each variable of the job whose value it does not read.
-
-    Raises:
-        JobProgramError: it has them.
     """
     events = execute(programs, replace(job.control, whole_cycles=True))
     events.set_wheel_radius(0.5 * job.setup.wheel.diameter)

@@ -60,13 +60,7 @@ HIDDEN = (
 
 
 def job_readings(task: Task, constant: Container[str], *, full: bool) -> tuple[Reading, ...]:
-    """The observation of a job, entry by entry, the hidden ones last.
-
-    Args:
-        task: of the job, see `job_task`.
-        constant: names of readings that are left out, see `constant_readings`.
-        full: with the hidden state, for oracles and tests.
-    """
+    """The observation of a job, entry by entry, the hidden ones last."""
     spread = task.spread.measurement
     wheel_noise = f"{2.0 * SIZE_NOISE * spread:g} um" if spread > 0.0 else "to 1 um"
     ra_noise = f"{100.0 * ROUGHNESS_NOISE * spread:g} %, " if spread > 0.0 else ""
@@ -94,12 +88,6 @@ def job_task(name: str, job: Job, spread: float, file: str) -> Task:
     """A task with the limits and the spreads of a job, whose actions and readings have the ranges that the job needs.
 
     The rest of it is that of another task: the program, not the task, says what is ground.
-
-    Args:
-        name: of the program and its parts, in tables and folders.
-        job: the job.
-        spread: factor on all that is random.
-        file: of the program; empty for one of the package.
     """
     task = load_task("power_limited")
     # a task asks for more of its parts than a job: whole micrometres, and no part wider than the wheel
@@ -137,13 +125,7 @@ def job_task(name: str, job: Job, spread: float, file: str) -> Task:
 
 
 def kinds_of(task: Task, blocks: Sequence[BlockOutline], job: Job) -> tuple[NDArray[np.int64], tuple[Kind, ...]]:
-    """Number of the kind of each block of a program, and the kinds: the same text at the same place of a like part.
-
-    Args:
-        task: of the job.
-        blocks: of the program.
-        job: the job.
-    """
+    """Number of the kind of each block of a program, and the kinds: the same text at the same place of a like part."""
     numbers, known, kinds, place = [], dict[tuple[int, str, Part], int](), list[Kind](), 0
     for block in blocks:
         place = 1 if block.starts_part else place + 1
@@ -160,12 +142,6 @@ def constant_readings(blocks: Sequence[BlockOutline], job: Job, spread: float, *
     """The measured readings, with their values, that nothing chosen, drawn or fixed by a context changes in a job.
 
     What is said of the coming block or of the last one before the first and after the last block does not count.
-
-    Args:
-        blocks: of the program.
-        job: the job.
-        spread: factor on all that is random.
-        picks: whether J may be chosen.
     """
     said = [{"pick": block.plan.primary_pick, "sparkout": float(block.plan.spark_out), **_said_of(block)}
             for block in blocks]  # fmt: skip
@@ -194,12 +170,7 @@ def _said_of(block: BlockOutline) -> dict[str, float]:
 
 
 def coming(blocks: Sequence[BlockOutline], entries: Sequence[Reading]) -> NDArray[np.float64]:
-    """What the program says of each coming block, shape (blocks + 1, entries); 0 after the last, NaN where it does not.
-
-    Args:
-        blocks: of the program.
-        entries: of the observation.
-    """
+    """What the program says of each coming block, shape (blocks + 1, entries); NaN for nothing, 0 after the last."""
     table = np.full((len(blocks) + 1, len(entries)), np.nan)
     for number, block in enumerate(blocks):
         said = _said_of(block)

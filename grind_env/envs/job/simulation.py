@@ -24,8 +24,7 @@ from grind_env.envs.episodes import Episodes, EpisodesT, check_running
 from grind_env.envs.gauge import GAUGE, noisy
 from grind_env.envs.job.branches import ProgramBranches
 from grind_env.envs.job.episodes import JobEpisodes
-from grind_env.envs.job.machines import machines_of
-from grind_env.envs.job.numbers import kind_of, shop_of, tally_of
+from grind_env.envs.job.numbers import kind_of, machines_of, shop_of, tally_of
 from grind_env.envs.job.outline import (
     INCH,
     JobChoice,
@@ -39,7 +38,7 @@ from grind_env.envs.job.outline import (
 )
 from grind_env.envs.job.readings import ACTION, coming, constant_readings, job_readings, job_task, kinds_of
 from grind_env.envs.job.step import FOUND_FIELDS, STAGE_FIELDS, Found, jobs_step, settle_of
-from grind_env.envs.job.tape import JobGenerator, JobTape, StatedParts, barred_factors, job_tape
+from grind_env.envs.job.tape import JobGenerator, barred_factors, conditions_of
 from grind_env.envs.job.text import with_words_chosen
 from grind_env.envs.job.view import RunBlock, job_view
 from grind_env.envs.observations import scaling
@@ -47,7 +46,7 @@ from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step
 from grind_env.envs.simulation import Written
 from grind_env.envs.tables import FOUND, Outcome, Shop
 from grind_env.kernel import MANY, MANY_ROWS, compile_at_once
-from grind_env.machine.job import Job, require_conditions
+from grind_env.machine.job import Job, PartConditions, require_conditions
 from grind_env.machine.loops.compiled import handover_cost
 from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.rows import OWN_FROM
@@ -200,10 +199,8 @@ class JobSimulation:
         self._generator, self.plants = self._generator_of(spread), plants
 
     def _generator_of(self, spread: float) -> JobGenerator:
-        job, wheel = self.job, self.branches.wheel
-        if job.parts:
-            return StatedParts(self.part_of_block.tolist(), job.parts[: self.parts], self._stocks, spread, wheel)
-        return JobGenerator(self.part_of_block.tolist(), self.parts, job.lots, self._stocks, spread, wheel)
+        job, blocks = self.job, self.part_of_block.tolist()
+        return JobGenerator(blocks, job.lots, self._stocks, spread, self.branches.wheel, job.parts[: self.parts])
 
     def without_spread(self) -> "JobSimulation":
         """The same, read in the same way, with nominal parts and exact gauges."""
@@ -279,7 +276,7 @@ class JobSimulation:
                 job = self.machines.jobs[number]
                 conditions = [
                     each.forced(factor)
-                    for each, factor in zip(self.tape(episodes, i).conditions, forces[i, first].tolist(), strict=True)
+                    for each, factor in zip(self.conditions(episodes, i), forces[i, first].tolist(), strict=True)
                 ]
                 episodes.programs[i] = ProgramEpisode(self.programs, job, conditions, course_of(self.blocks))
         return episodes
@@ -311,15 +308,15 @@ class JobSimulation:
             seat(episodes, rows, given)
         if self.script is None:
             for i, each in zip(index, given, strict=True):
-                conditions = self.tape(episodes, i).conditions
+                conditions = self.conditions(episodes, i)
                 job = self.job if each.plant is None else self.job.on(each.plant.first)
                 program = ProgramEpisode(self.programs, job, conditions, course_of(self.blocks))
                 _job_episodes(episodes).programs[i : i + 1] = [program]
 
-    def tape(self, episodes: Episodes, i: int) -> JobTape:
-        """What was drawn for episode i."""
-        found = job_tape(episodes.tape[i], self.part_of_block, self.parts, self._stocks)
-        return replace(found, conditions=self.job.parts[: self.parts]) if self.job.parts else found
+    def conditions(self, episodes: Episodes, i: int) -> tuple[PartConditions, ...]:
+        """What the parts of episode i are like."""
+        stated = self.job.parts[: self.parts]
+        return stated or conditions_of(episodes.tape[i], self.part_of_block, self.parts, self._stocks)
 
     def clear(self, episodes: Episodes, index: Numbers) -> None:
         forget(episodes, index, self.task.start.volume, self._start)
@@ -352,11 +349,7 @@ class JobSimulation:
         return with_words(self.blocks[block.number].block, self.words(*block[:3])).source.text
 
     def program(self, blocks: Sequence[RunBlock]) -> str:
-        """As `Simulation.program`; blocks that have not been run keep their own words.
-
-        Raises:
-            JobProgramError: a block of a subprogram has been run with different words, so that no text says both.
-        """
+        """As `Simulation.program`; blocks that have not been run keep their own words."""
         return with_words_chosen(
             self.programs, [(self.blocks[block.number].block, self.words(*block[:3])) for block in blocks]
         )
@@ -367,7 +360,7 @@ class JobSimulation:
     def _job(self, episodes: Episodes, i: int, blocks: Sequence[RunBlock]) -> Job:
         """The job with the parts of episode i, and what its process remembered when it began."""
         own = blocks[0].own[: len(self.job.process.own._fields)]
-        return replace(self.job, parts=self.tape(episodes, i).conditions, met=(), own=own)
+        return replace(self.job, parts=self.conditions(episodes, i), met=(), own=own)
 
     def record(self, episodes: Episodes, i: int, blocks: Sequence[RunBlock]) -> GrindingRecord:
         """As `Simulation.record`, up to the block that comes after these."""
@@ -391,16 +384,6 @@ class JobSimulation:
         """What the program itself sets in the coming blocks, shape (N, fields of `BlockSettings`)."""
         return self._own.take(episodes.block, axis=0, mode="clip")
 
-    def _chosen(self, episodes: Episodes, settings: Table | None, active: NDArray[np.int64]) -> Table:
-        """What is set in the coming blocks besides E and D."""
-        own = self.own_settings(episodes)
-        if settings is None:
-            return own
-        if self.script is None:
-            raise JobProgramError(f"J, L and dress settings can be chosen in programs with a script only: {self.why}")
-        own[active] = taken(self.script, self.tables, episodes.block[active], settings[active])
-        return own
-
     def step(
         self,
         episodes: Episodes,
@@ -416,16 +399,18 @@ class JobSimulation:
         With `settings`, shape (N, fields of `BlockSettings`), J, L and dress settings are chosen as well, in place of
         those of the program (`own_settings`); its E and D do not count. The wheel with which an episode begins is
         dressed as the program says.
-
-        Raises:
-            GrindError: a block cannot be run so; every episode is then as it was before.
         """
         assert isinstance(episodes, JobEpisodes)
         n = len(episodes.block)
         active = np.arange(n) if active is None else active
         check_running(episodes, active, len(self.blocks))
         outcomes, tallies = np.zeros((n, len(Outcome._fields))), np.zeros((n, len(Tally._fields)))
-        chosen = self._chosen(episodes, settings, active)
+        chosen = self.own_settings(episodes)
+        if settings is not None:
+            if self.script is None:
+                why = f"J, L and dress settings can be chosen in programs with a script only: {self.why}"
+                raise JobProgramError(why)
+            chosen[active] = taken(self.script, self.tables, episodes.block[active], settings[active])
         chosen[:, E], chosen[:, D] = self.taken(episodes, (speeds, executions))
         if self.script is None:
             self._execute(episodes, chosen, active, tallies, outcomes)

@@ -5,7 +5,6 @@ of material differs somewhat from the catalogue, and gauges are noisy.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,9 +29,6 @@ WHEEL_FACTORS = {name: "wheel_kA" if name == "kA" else name for name in WHEEL_SP
 LOT_FACTORS = ("kA", "pm")
 """Factors that every lot of material draws, by stroke parameter."""
 
-NOISES = tuple(
-    TapeRow._fields.index(f"{name}_noise") for name in ("mean", "first", "peak", "size", "roughness", "wheel")
-)
 STOCK, NEW_LOT = TapeRow._fields.index("stock"), TapeRow._fields.index("new_lot")
 FACTOR_COLUMNS = [TapeRow._fields.index(name) for name in FACTORS]
 OF_NEW_WHEEL = ("kA", "ra_scale")
@@ -63,22 +59,6 @@ class JobSigmas(NamedTuple):
     measurement: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class JobTape:
-    """The random numbers of an episode.
-
-    Attributes:
-        conditions: of each part.
-        new_lot: whether each part begins a new lot.
-        noise: of the readings of mean, first and highest power, size, roughness and wheel diameter after each block,
-            standard normal times the spread, shape (blocks, 6).
-    """
-
-    conditions: tuple[PartConditions, ...]
-    new_lot: tuple[bool, ...]
-    noise: NDArray[np.float64]
-
-
 def barred_factors(spread: float) -> dict[str, str]:
     """What a context of `grind_env.envs.contexts` cannot fix in a job, each with the reason."""
     fixable = {*WHEEL_FACTORS.values(), *LOT_FACTORS, *({"noise"} if spread > 0.0 else ())}
@@ -88,40 +68,38 @@ def barred_factors(spread: float) -> dict[str, str]:
 
 
 class JobGenerator:
-    """Draws the episodes of a job.
+    """Draws the episodes of a job; of parts that are stated only the noise of the gauges.
 
     Args:
         part_of_block: number of the part of each block, from 0.
-        parts: how many parts the program grinds.
         lots: how lots and stocks differ.
         stocks: nominal stock of each part, mm.
         spread: factor on all standard deviations; 0 is the nominal job with exact gauges.
         wheel: as the first block finds it, shape (fields of `WheelState`,).
+        stated: of each part, where the job says how it differs.
+
+    Raises:
+        JobError: a factor that cannot differ from part to part here.
     """
 
     def __init__(
         self,
         part_of_block: Sequence[int],
-        parts: int,
         lots: Lots,
         stocks: Sequence[float],
         spread: float,
         wheel: NDArray[Any],
+        stated: Sequence[PartConditions] = (),
     ) -> None:
-        self.part_of_block, self.stocks = np.array(part_of_block), np.array(stocks)
-        self.parts, self.lots, self.spread, self.wheel = parts, lots, spread, wheel
+        self.part_of_block, self.stocks, self.wheel = np.array(part_of_block), np.array(stocks), wheel
+        self.lots = Lots(probability=0.0, growth=0.0, pressure=0.0, stock=0.0, roughness=0.0) if stated else lots
+        of_wheel = 0.0 if stated else spread
+        drawn = self.lots.growth, self.lots.pressure, self.lots.stock, self.lots.roughness, 1.0
         self._sigmas = JobSigmas(
-            wheel_growth=spread * WHEEL_SPREAD["kA"],
-            wheel_roughness=spread * WHEEL_SPREAD["ra_scale"],
-            fracture_force=spread * WHEEL_SPREAD["fc"],
-            g_ratio=spread * WHEEL_SPREAD["Gref"],
-            convection=spread * WHEEL_SPREAD["hf"],
-            lot_growth=spread * lots.growth,
-            lot_pressure=spread * lots.pressure,
-            stock=spread * lots.stock,
-            part_roughness=spread * lots.roughness,
-            measurement=spread,
+            *(of_wheel * each for each in WHEEL_SPREAD.values()), *(spread * each for each in drawn)
         )
+        rows = [_stated(number, each, stocks[number - 1]) for number, each in enumerate(stated, 1)]
+        self._stated = np.array(rows)[self.part_of_block] if stated else None
 
     def begin(
         self,
@@ -154,46 +132,8 @@ class JobGenerator:
             self.lots.probability,
         )
         wheels[index, : self.wheel.size] = self.wheel
-
-
-class StatedParts(JobGenerator):
-    """Writes the episodes of a job that states how each part differs; only the noise of the gauges is drawn.
-
-    Args:
-        part_of_block: number of the part of each block, from 0.
-        conditions: of each part.
-        stocks: nominal stock of each part, mm.
-        spread: factor on the noise.
-        wheel: as the first block finds it, shape (fields of `WheelState`,).
-
-    Raises:
-        JobError: a factor that cannot differ from part to part here.
-    """
-
-    def __init__(
-        self,
-        part_of_block: Sequence[int],
-        conditions: Sequence[PartConditions],
-        stocks: Sequence[float],
-        spread: float,
-        wheel: NDArray[Any],
-    ) -> None:
-        alike = Lots(probability=0.0, growth=0.0, pressure=0.0, stock=0.0, roughness=0.0)
-        super().__init__(part_of_block, len(conditions), alike, stocks, spread, wheel)
-        self._sigmas = JobSigmas(*[0.0] * len(JobSigmas._fields))._replace(measurement=spread)
-        rows = [_stated(number, each, stocks[number - 1]) for number, each in enumerate(conditions, 1)]
-        self._stated = np.array(rows)[self.part_of_block]
-
-    def begin(
-        self,
-        tape: NDArray[np.float64],
-        wheels: NDArray[np.float64],
-        index: NDArray[np.int64],
-        rngs: Sequence[np.random.Generator],
-        given: Sequence[Given],
-    ) -> None:
-        super().begin(tape, wheels, index, rngs, given)
-        tape[index[:, None], :, np.array(STATED)] = self._stated.T
+        if self._stated is not None:
+            tape[index[:, None], :, np.array(STATED)] = self._stated.T
 
 
 def _stated(number: int, part: PartConditions, nominal: float) -> tuple[float, ...]:
@@ -322,9 +262,9 @@ def fill_job(
         write_row(tape, k, row)
 
 
-def job_tape(
+def conditions_of(
     tape: NDArray[np.float64], part_of_block: NDArray[np.int64], parts: int, nominal: Sequence[float]
-) -> JobTape:
+) -> tuple[PartConditions, ...]:
     """What a tape, shape (blocks, fields of `TapeRow`), says of each part; its `nominal` stock in mm."""
     first = np.flatnonzero(np.diff(part_of_block, prepend=-1))
     rows = tape[first]
@@ -334,5 +274,4 @@ def job_tape(
     found = [PartConditions(stock=stock, factors=each) for stock, each in zip(stocks, factors, strict=True)]
     # a part without a cycle block is as the one with the next block, or with the last one
     of_part = np.minimum(np.searchsorted(part_of_block[first], np.arange(parts)), len(found) - 1)
-    conditions = [found[k] for k in of_part.tolist()]
-    return JobTape(tuple(conditions), tuple((rows[:, NEW_LOT] > 0.0).tolist()), tape[:, NOISES])
+    return tuple(found[k] for k in of_part.tolist())

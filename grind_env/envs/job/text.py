@@ -42,15 +42,7 @@ _LINE = re.compile(r"[^\r\n]*(?:\r\n|\r|\n|\Z)")
 
 
 def with_words_chosen(programs: Programs, chosen: Sequence[tuple[Block, Words]]) -> str:
-    """The text of the main program's file with other numbers in the words of blocks that have been run.
-
-    Args:
-        programs: the program.
-        chosen: blocks as they were read, each with numbers by letter.
-
-    Raises:
-        JobProgramError: a block stands in another file, or was run twice with different words.
-    """
+    """The text of the main program's file with other numbers in the words of blocks that have been run."""
     with programs.main.blocks.text.open() as handle:
         lines = _LINE.findall(readable(handle.read().decode("utf-8-sig", "surrogateescape")))
     changed: dict[tuple[int, int], tuple[str, str]] = {}
@@ -107,15 +99,6 @@ def batch_of(programs: Programs, parts: int, variables: Mapping[int, float] = {}
     keep their values from run to run, and local ones begin each as they began the first. N numbers to which GOTO leads
     are others in every run but the last. Cycle blocks that take E from F, or I from where the table stands, have them
     as words: the end of a program makes the control forget E and I of its last cycle, and M00 does not.
-
-    Args:
-        programs: the program.
-        parts: how often it is run.
-        variables: values that `#` variables have before the first run.
-
-    Raises:
-        JobProgramError: it may come to its end in a subprogram, behind which the next part cannot begin, or a jump of
-            it may lead from one part into another, or E or I of a cycle block cannot be written into it.
     """
     if parts == 1:
         return Batch(programs, {})
@@ -217,11 +200,7 @@ def _led(number: int, match: re.Match[str]) -> str:
 
 
 def _target(source: SourceText, parts: int) -> int | None:
-    """The N number to which a block jumps; None if it does not jump.
-
-    Raises:
-        JobProgramError: it follows from a variable.
-    """
+    """The N number to which a block jumps; None if it does not jump."""
     if not jumps(source):
         return None
     match = _LITERAL.search(_COMMENTS.sub("", source.text))

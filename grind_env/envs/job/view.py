@@ -40,18 +40,7 @@ def job_view(
     outcomes: Sequence[Outcome],
     text: str,
 ) -> EpisodePicture:
-    """Episode i of a user's program as it stands, at rest between two blocks.
-
-    Args:
-        name: of the program.
-        job: its job.
-        outlines: its cycle blocks.
-        episodes: its episodes.
-        i: which of them.
-        blocks: those that it has run.
-        outcomes: what came of each.
-        text: what the control has read for the last one.
-    """
+    """Episode i of a user's program as it stands, at rest between two blocks."""
     number = min(int(episodes.block[i]), len(outlines) - 1)
     coming = outlines[number]
     loads = coming.starts_part and (not blocks or blocks[-1].number != number)

@@ -1,9 +1,9 @@
 """Episodes of parts that are wider than the wheel: a step is a G83, which the lanes grind in zones.
 
-Cost and memory are those of `envs.blocks.step.settle`.
+Cost and memory are those of `envs.blocks.settling`.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,18 +12,15 @@ from numpy.typing import NDArray
 
 from grind_env.arrays import Table
 from grind_env.control.cycles.traverse import TraverseCycle
-from grind_env.envs.blocks.program import job_from_surface
+from grind_env.envs.blocks.program import DRESS_PROGRAM, CycleBlock, approach, job_from_surface, number
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.contexts import Given
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.observations import Reading, measured_first, readings
-from grind_env.envs.strips.program import block_text, crossover, part_program
 from grind_env.envs.strips.step import TAPER_NOISE, traverses_step
-from grind_env.envs.tasks import Task
+from grind_env.envs.tasks import CROSS_FEED, Task
 from grind_env.machine.job import Job
 from grind_env.machine.loops.zones import strip_centres, traverse_edges, zones_of
-from grind_env.process.gauge import Gauge
-from grind_env.process.process import Process
 
 TAPER = "taper"
 """Name of the entry that only a part ground in strips has."""
@@ -45,13 +42,12 @@ class StripSimulation(BlockSimulation):
     A part is judged where it is farthest from its size.
     """
 
-    _block_text = staticmethod(block_text)
-    _part_program = staticmethod(part_program)
+    _step_of = staticmethod(traverses_step)
 
     def __init__(self, task: Task, **given: Any) -> None:
         super().__init__(task, **given)
         self._zones = part_in_zones(task)
-        self._crossing = crossover(task, task.kinds[0]), task.cross_pick
+        self._crossing = crossover(task), task.cross_pick
 
     def restart_all(
         self, episodes: Episodes, index: Sequence[int], rngs: Sequence[np.random.Generator], given: Sequence[Given]
@@ -72,24 +68,52 @@ class StripSimulation(BlockSimulation):
         seen = super().read(observation)
         return seen | {"last_width": np.minimum(seen["last_width"], self.task.wheel.width)}
 
+    def text(self, block: CycleBlock) -> str:
+        task = self.task
+        overrun, kind = task.setup.overrun, block.kind
+        words = (
+            "G83.1" if block.pre_dress else "G83",
+            f"X{number(kind.length + overrun)}",
+            f"I{number(-overrun)}",
+            f"Y{number(-block.stock)}",
+            f"J{number(-kind.pick)}",
+            f"Z{number(crossover(task))}",
+            f"K{number(task.cross_pick)}",
+            f"L{kind.sparkout}",
+            f"F{number(CROSS_FEED)}",
+            f"E{number(block.speed)}",
+            f"P{DRESS_PROGRAM}",
+            f"D{block.executions}",
+        )
+        return " ".join(words)
+
+    def _lines(self, block: CycleBlock) -> list[str]:
+        return [*approach(self.task, 0.0), self.text(block), "G80"]
+
     def _job(self, blocks: Sequence[Any]) -> Job:
         return job_from_surface(self.task)
 
     @staticmethod
     def _readings(task: Task, *, full: bool, pre_dress: bool) -> tuple[Reading, ...]:
         """Those of the task with the size where it is worst, and the taper, which only a part ground in strips has."""
-        plain = (_at_worst(entry) for entry in readings(task, full=full, pre_dress=pre_dress))
-        return measured_first((*plain, taper_reading(task)))
+        factor, tolerance = task.spread.measurement, max(task.kinds[0].tolerance, 1.0)
+        noise = f"{TAPER_NOISE * factor:.2g} um" if factor > 0.0 else "exact"
+        taper = "range of the size across the last finished part"
+        worst = "stock left on the last finished part where it is farthest from its size"
+        plain = readings(task, full=full, pre_dress=pre_dress)
+        shown = (each._replace(meaning=worst) if each.name == "size_error" else each for each in plain)
+        return measured_first((*shown, Reading(TAPER, "um", 0.0, tolerance, 0.0, 5.0, noise, taper)))
 
     def room(self, n: int, *, whole: bool = True) -> StripEpisodes:
         return StripEpisodes(**self._room(n, whole), taper=np.empty(n))
 
-    @staticmethod
-    def _step_of(process: Process, gauge: Gauge) -> Callable[..., None]:
-        return traverses_step(process, gauge)
-
     def _tables(self, scratch: tuple[Table, ...]) -> tuple[Any, ...]:
         return *super()._tables(scratch), np.empty((len(scratch[0]), *self._zones.shape)), self._zones, *self._crossing
+
+
+def crossover(task: Task) -> float:
+    """Z of the G83, mm: from one edge of the wheel on the edge of the part to the other one."""
+    return task.kinds[0].width - task.wheel.width
 
 
 def part_in_zones(task: Task) -> Table:
@@ -99,29 +123,15 @@ def part_in_zones(task: Task) -> Table:
         depth=kind.stock,
         primary_pick=kind.pick,
         secondary_pick=kind.pick,
-        width=crossover(task, kind),
+        width=crossover(task),
         primary_cross_pick=task.cross_pick,
         secondary_cross_pick=task.cross_pick,
         at_depth=1.0 + kind.sparkout,
         executions=0.0,
         pre_dress=0.0,
     )
-    edges = traverse_edges(cycle, 0.0, crossover(task, kind))
+    edges = traverse_edges(cycle, 0.0, crossover(task))
     return zones_of(strip_centres(0.0, kind.width), edges, task.wheel.width)
-
-
-def taper_reading(task: Task) -> Reading:
-    """The entry of the observation that only a part ground in strips has."""
-    factor = task.spread.measurement
-    noise = f"{TAPER_NOISE * factor:.2g} um" if factor > 0.0 else "exact"
-    meaning = "range of the size across the last finished part"
-    return Reading(TAPER, "um", 0.0, max(task.kinds[0].tolerance, 1.0), 0.0, 5.0, noise, meaning)
-
-
-def _at_worst(entry: Reading) -> Reading:
-    if entry.name != "size_error":
-        return entry
-    return entry._replace(meaning="stock left on the last finished part where it is farthest from its size")
 
 
 def _cross(episodes: Episodes) -> StripEpisodes:

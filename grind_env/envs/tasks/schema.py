@@ -64,7 +64,6 @@ class SchemaRow:
         return "required" if self.required else f"default {default}"
 
     def __str__(self) -> str:
-        """The key with type, range, unit and default: `load: number, 0 to 86400 s; default 20.0`."""
         return f"{self.key}: {self.holds}; {self.otherwise}"
 
 

@@ -61,7 +61,6 @@ class ActionRange:
     speed_levels: Annotated[tuple[float, ...] | None, SPEED] = None
 
     def __post_init__(self) -> None:
-        """Check every value, and give E a range where nothing is said of it."""
         if self.speed_range is not None and self.speed_levels is not None:
             raise TaskError("action has both speed_range and speed_levels: give one of the two", "action.speed_levels")
         if self.speed_range is None and self.speed_levels is None:
@@ -116,7 +115,6 @@ class TaskSetup:
     machine_overrides: Mapping[str, float] = field(default_factory=ReadOnly)
 
     def __post_init__(self) -> None:
-        """Check every value; the overrides are checked against the catalogue."""
         check(self, "setup", TaskError)
         whole_micrometres(self, "setup", "overrun")
 
@@ -138,7 +136,6 @@ class Dress:
     setup: Annotated[float, Quantity("t_d0", "s", 0, 86_400)] = 8.0
 
     def __post_init__(self) -> None:
-        """Check every value."""
         check(self, "dress", TaskError)
         whole_micrometres(self, "dress", "depth")
 
@@ -183,7 +180,6 @@ class Kind:
     ends_part: bool = True
 
     def __post_init__(self) -> None:
-        """Check every value."""
         check(self, "kind", TaskError)
         if not (self.name.isprintable() and 0 < len(self.name) <= LONGEST_NAME):
             raise wrong("kind.name", self.name, f"1 to {LONGEST_NAME} printable characters", TaskError)
@@ -203,7 +199,6 @@ class Orders:
     most_parts: Annotated[int, Quantity("", "", 1, 1000)]
 
     def __post_init__(self) -> None:
-        """Check every value."""
         check(self, "orders", TaskError)
 
 
@@ -226,7 +221,6 @@ class Due:
     late: Annotated[float, Quantity("", "$/h", 0, 1e6)]
 
     def __post_init__(self) -> None:
-        """Check every value."""
         check(self, "due", TaskError)
 
 
@@ -243,7 +237,6 @@ class WheelChange:
     seconds: Annotated[float, Quantity("", "s", 0, 86_400)]
 
     def __post_init__(self) -> None:
-        """Check every value."""
         check(self, "wheel_change", TaskError)
 
 
@@ -287,7 +280,6 @@ class Spread:
     diamond_flat: Annotated[float, Quantity("wd", "mm", 0, 1)] = 0.0
 
     def __post_init__(self) -> None:
-        """Check every value."""
         check(self, "spread", TaskError)
 
 
@@ -307,7 +299,6 @@ class Start:
     executions_left: Annotated[tuple[float, float] | None, Quantity("", "", 0, 1e6)] = None
 
     def __post_init__(self) -> None:
-        """Check every value."""
         check(self, "start", TaskError)
 
 

@@ -205,11 +205,6 @@ class LearnedPolicy:
     sees: Sees = field(default="measurements", init=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """That many episodes begin.
-
-        Raises:
-            GrindError: if the agent was trained for another task.
-        """
         if simulation.task.name != self.task_name:
             raise GrindError(f"the agent {self.name} was trained for {self.task_name}, not for {simulation.task.name}")
         self.view = self.form.view(simulation)
@@ -217,7 +212,6 @@ class LearnedPolicy:
         self.state = self.actor.begin(episodes)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Decide the coming block."""
         values, self.state = self.actor.outputs(self.view.features(observation), self.state)
         return self.view.decide(best_actions(self.view.action_space, values))
 
@@ -248,16 +242,7 @@ POLICIES: Mapping[str, str] = {
 
 
 def acting_part(policy_class: str, state: Mapping[str, Tensor], activation: str) -> Actor:
-    """What acting needs of the state of a policy of Stable-Baselines3: the actor without critics.
-
-    Args:
-        policy_class: name of its class.
-        state: its tensors by name.
-        activation: name of its activation.
-
-    Raises:
-        NetworkError: if the class or the activation is not known, or the network is another one.
-    """
+    """What acting needs of the state of a policy of Stable-Baselines3: the actor without critics."""
     if policy_class not in POLICIES or activation not in ACTIVATIONS:
         raise NetworkError(f"a {policy_class} with {activation} cannot be saved: only {', '.join(POLICIES)} can")
     family = POLICIES[policy_class]

@@ -108,7 +108,8 @@ def load_policy(
     try:
         with safe_open(path, "numpy") as file:
             described = read_description(path, (file.metadata() or {}).get(ENTRY))
-            found = {key: _stored(file.get_slice(key)) for key in sorted(file.keys())}
+            stored = {key: file.get_slice(key) for key in sorted(file.keys())}
+            found = {key: (each.get_dtype(), tuple(each.get_shape())) for key, each in stored.items()}
             wanted = {key: ("F32", shape) for key, shape in described.network.shapes().items()}
             if found != wanted:
                 raise PolicyFileError(f"{path}: its tensors are not those of the network that it describes")
@@ -207,11 +208,6 @@ def fits(network: Network, view: LearnedView) -> bool:
     chooses = not valued or isinstance(view.action_space, spaces.Discrete)
     sizes = (network.entries, network.outputs) == (view.observation_space.shape[0], outputs_of(view.action_space))
     return acts and chooses and sizes
-
-
-def _stored(stored: Any) -> tuple[str, tuple[int, ...]]:
-    """Type and shape of a stored tensor."""
-    return stored.get_dtype(), tuple(stored.get_shape())
 
 
 def check_finite(path: Path, tensors: Mapping[str, Tensor]) -> None:

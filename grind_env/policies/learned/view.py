@@ -27,7 +27,6 @@ from grind_env.envs.memory import BeliefMemory, StackMemory, belief_entries
 from grind_env.envs.observations import bounds
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Decision
-from grind_env.policies.learned.means import RunningMeans
 from grind_env.policies.scripted.estimator import MEMORY, Estimate, LotMemory, SharpnessEstimator
 from grind_env.policies.scripted.rules import REFERENCE_AREA
 
@@ -48,6 +47,8 @@ LEAST_AREA = 1e-4
 """Wear-flat area below which the belief in it is not told apart."""
 
 BLOCKS_KNOWN = LotMemory._fields.index("blocks")
+MEMORIES = (0.9, 0.98)
+"""Share of a mean that is left after a block: memories of about 10 and 50 blocks."""
 NO_ACTION: spaces.Box[np.float32] = spaces.Box(-1.0, 1.0, (0,), np.float32)
 """In place of the actions of a stack: the observation shows the E and D of the last block."""
 
@@ -80,11 +81,7 @@ class ViewForm(Protocol):
     """How an agent sees any simulation of its task."""
 
     def view(self, simulation: Simulation) -> LearnedView:
-        """How it sees this one.
-
-        Raises:
-            GrindError: it is of another task.
-        """
+        """How it sees this one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +93,39 @@ class LearnerForm:
 
     def view(self, simulation: Simulation) -> LearnerView:
         return LearnerView(simulation, self.memory, self.actions)
+
+
+class RunningMeans:
+    """Means of every entry of the observations of N episodes so far, the older ones weighing ever less.
+
+    Args:
+        entries: of an observation.
+    """
+
+    def __init__(self, entries: int) -> None:
+        self.entries = entries
+        self.begin(0)
+
+    def begin(self, n: int) -> None:
+        self.sums = np.zeros((n, len(MEMORIES), self.entries))
+        self.weights = np.zeros((n, len(MEMORIES), 1))
+
+    def restart(self, mask: NDArray[np.bool_]) -> None:
+        """The episodes in `mask`, shape (N,), begin with their next observation."""
+        self.sums[mask] = 0.0
+        self.weights[mask] = 0.0
+
+    def take(self, observations: NDArray[np.float32], mask: NDArray[np.bool_]) -> NDArray[np.float32]:
+        """Take in observations, shape (N, entries), of the episodes in `mask`; those of the others mean nothing.
+
+        Returns:
+            The means, shape (N, len(MEMORIES) * entries); a new array.
+        """
+        left = np.array(MEMORIES)[:, None]
+        self.sums[mask] = left * self.sums[mask] + observations[mask, None]
+        self.weights[mask] = left * self.weights[mask] + 1.0
+        means = self.sums / np.maximum(self.weights, 1.0)
+        return means.reshape(len(observations), -1).astype(np.float32)
 
 
 class LearnerView:
@@ -123,7 +153,6 @@ class LearnerView:
         self.observation_space = spaces.Box(-FEATURE_BOUND, FEATURE_BOUND, (width,), np.float32)
 
     def begin(self, n: int) -> None:
-        """N episodes begin."""
         for memory in (self.estimator, self.belief, self.means, self.stack):
             if memory is not None:
                 memory.begin(n)

@@ -1,6 +1,6 @@
 """The planner on the belief: every choice is tried on wheels that may be the true one, what is left by a table."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -14,7 +14,7 @@ from grind_env.envs.observations import LEAST_SLACK
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Decision, cheapest_choice
 from grind_env.policies.columns import COST, PRESSURE
-from grind_env.policies.planners.worth import KA, Worth, between, dullness, worth
+from grind_env.policies.planners.worth import KA, between, dullness, worth
 from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.look_ahead import SECONDS, member_roughness, member_wheels
 
@@ -52,14 +52,8 @@ class BeliefPlanner:
     speeds: int = 10
     name: ClassVar[str] = "belief_planner"
     sees: ClassVar[Sees] = "measurements"
-    simulation: Simulation = field(init=False, repr=False)
-    belief: WheelBelief = field(init=False, repr=False)
-    table: Worth = field(init=False, repr=False)
-    roughness: Array = field(init=False, repr=False)
-    block: int = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Back to what is believed of any wheel and lot; the table of a simulation is made once."""
         if getattr(self, "simulation", None) is not simulation:
             self.table = worth(simulation)
         self.simulation, self.block = simulation, 0
@@ -68,7 +62,6 @@ class BeliefPlanner:
         self.roughness = member_roughness(simulation.task, self.members)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Believe, try every choice, then try E near the best one."""
         task, n = self.simulation.task, len(observation)
         burnt = self.belief.update(observation).burnt
         wheels = member_wheels(self.simulation, self.belief, burnt, self.roughness, self.block)

@@ -1,6 +1,6 @@
 """The hindsight planner, which knows the whole tape of an episode."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -35,16 +35,12 @@ class Hindsight:
     seed: int = 0
     name: ClassVar[str] = "hindsight"
     sees: ClassVar[Sees] = "future"
-    simulation: Simulation = field(init=False, repr=False)
-    plan: Decision | None = field(init=False, repr=False, default=None)
-    block: int = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Throw the plan away."""
-        self.simulation, self.plan, self.block = simulation, None, 0
+        self.simulation, self.block = simulation, 0
+        self.plan: Decision | None = None
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Plan before the first block, then follow the plan."""
         if self.plan is None:
             assert episodes is not None
             self.plan = cheapest_plans(self.simulation, episodes)

@@ -4,7 +4,7 @@ They do not bound what an agent can reach: one is a tuned rule, the other looks 
 that rule.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -48,11 +48,9 @@ class FullStateRule(SharpnessRule):
     sees: ClassVar[Sees] = "state"
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Learn the task."""
         self.task, self.simulation = simulation.task, simulation
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Read the state, then decide."""
         assert episodes is not None
         return self.read(episodes, self.task.blocks - episodes.block)
 
@@ -84,6 +82,32 @@ class FullStateRule(SharpnessRule):
         return self.decide(seen, self.gK * ln_kA + self.gR * ln_roughness, self.wK * ln_kA)
 
 
+@dataclass(kw_only=True)
+class GrowthRule(FullStateRule):
+    """Knows how dull the wheel is and how fast the lot dulls it, but not which Ra wheel and part give."""
+
+    gR: float = 0.0
+    name: ClassVar[str] = "growth_rule"
+
+
+@dataclass(kw_only=True)
+class RoughnessRule(FullStateRule):
+    """Knows how dull the wheel is and which Ra wheel and part give, but not how fast the lot dulls it."""
+
+    gK: float = 0.0
+    wK: float = 0.0
+    name: ClassVar[str] = "roughness_rule"
+
+
+@dataclass(kw_only=True)
+class DullnessRule(GrowthRule):
+    """Knows how dull the wheel is, and no more."""
+
+    gK: float = 0.0
+    wK: float = 0.0
+    name: ClassVar[str] = "dullness_rule"
+
+
 @dataclass
 class ModelPredictive:
     """Tries every E and D for the coming block and goes on with a rule over a horizon (scenarios, section 7, 6a).
@@ -102,16 +126,12 @@ class ModelPredictive:
     speeds: int = 14
     name: ClassVar[str] = "mpc"
     sees: ClassVar[Sees] = "state"
-    simulation: Simulation = field(init=False, repr=False)
-    block: int = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Back to the first block."""
         self.rule.begin(simulation, episodes)
         self.simulation, self.block = simulation, 0
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Simulate every choice and take the cheapest."""
         assert episodes is not None
         task, n = self.simulation.task, len(episodes.block)
         choices = all_choices(task, self.speeds)

@@ -222,11 +222,7 @@ class Worth:
 
 
 def worth(simulation: Simulation) -> Worth:
-    """The table of a simulation whose steps are compiled blocks.
-
-    Raises:
-        BeliefError: they are not.
-    """
+    """The table of a simulation whose steps are compiled blocks."""
     task, found, model = simulation.task, course(simulation), MemberModel(simulation)
     growth, pressure = (
         np.unique(np.round(np.quantile(values, levels), 6))

@@ -1,6 +1,6 @@
 """The rule on what can be believed of the hidden state."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -27,16 +27,13 @@ class BeliefRule(Estimating, SharpnessRule):
     gK: float
     wK: float
     name: ClassVar[str] = "belief_rule"
-    belief: WheelBelief = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Back to what is believed of any wheel and lot."""
         super().begin(simulation, episodes)
         self.belief = WheelBelief(MemberModel(simulation))
         self.belief.begin(episodes)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Believe, then decide."""
         belief = self.belief.update(observation)
         wheels = self.belief.wheels
         dullness = (wheels[:, :, AREA] + LOADED_AREA * wheels[:, :, LOADING]).mean(axis=1) * np.exp(belief.pressure)

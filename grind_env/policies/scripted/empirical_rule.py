@@ -1,7 +1,7 @@
 """The rule of a shop without a model of the process: it believes what it has read on this machine, and nothing else."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -51,31 +51,18 @@ class EmpiricalRule:
     Attributes:
         step: most that E rises by.
         interval: usual volume between two dresses over the conductivity of the work, mm3/mm over W/(m K).
+        power: the law of what was read of it.
+        speeds: E of the last block of each kind, whoever has decided it, mm/min, shape (N, kinds).
+        kind: of the coming block, shape (N,).
+        volumes: usual volume between two dresses, by kind of part, mm3/mm, shape (N, kinds).
     """
 
     step: float = 1.5
     interval: float = INTERVAL
     name: ClassVar[str] = "empirical_rule"
     sees: ClassVar[Sees] = "measurements"
-    simulation: Simulation = field(init=False, repr=False)
-    power: PowerLaw = field(init=False, repr=False)
-    roughness: PartLaw = field(init=False, repr=False)
-    size: PartLaw = field(init=False, repr=False)
-    first: Array = field(init=False, repr=False)
-    """E of each kind before anything was read, mm/min, shape (kinds,)."""
-    speeds: Array = field(init=False, repr=False)
-    """E of the last block of each kind, whoever has decided it, mm/min, shape (N, kinds)."""
-    kind: Numbers = field(init=False, repr=False)
-    """Of the coming block, shape (N,)."""
-    good: Array = field(init=False, repr=False)
-    """Highest E of it at which parts are expected to be good, mm/min, shape (N,)."""
-    helpless: NDArray[np.bool_] = field(init=False, repr=False)
-    """Where two executions have not helped against power, shape (N,)."""
-    volumes: Array = field(init=False, repr=False)
-    """Usual volume between two dresses, by kind of part, mm3/mm, shape (N, kinds)."""
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Nothing has been read, and the wheel is freshly dressed."""
         self.simulation, self.first = simulation, first_speeds(simulation)
         kinds, zero, none = len(self.first), np.zeros(episodes), np.zeros(episodes, np.int64)
         # all kinds of block on a part share what it came out like
@@ -89,6 +76,7 @@ class EmpiricalRule:
         self.size = PartLaw(episodes, size, exponent=1.0, usual=0.25, memory=2.0)
         self.rows, self.kind, self.speeds = none, none, np.tile(self.first, (episodes, 1))
         self.part, self.made, self.begun = none, zero + 1.0, False
+        # where the last part was hot, and where two executions have not helped against power
         self.hot, self.helpless = np.zeros((2, episodes), bool)
         self.met, self.dull, self.worn, self.gauged, self.sized, self.wanted, self.blocks = np.zeros((7, episodes))
         self.most = usual_volumes(simulation, self.interval)
@@ -98,7 +86,6 @@ class EmpiricalRule:
         self.taken = zero + self.dressing
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Learn from the last block, then decide on the coming one."""
         self.learn(observation)
         return self.decide(observation)
 
@@ -107,14 +94,7 @@ class EmpiricalRule:
         if self.begun:
             self._learn(self.simulation.read(observation), np.arange(len(observation)))
 
-    def dulled(self, where: NDArray[np.bool_], share: float = AIM) -> None:
-        """The wheel was too dull in the last block: a dress, and that share of what it had ground as usual volume."""
-        at = np.flatnonzero(where), self.part[where]
-        self.volumes[at] = np.minimum(self.volumes[at], share * np.maximum(self.worn[where], 1.0))
-        self.wanted = np.maximum(self.wanted, where)
-
     def decide(self, observation: NDArray[np.float32]) -> Decision:
-        """Decide on the coming block."""
         task, branches, n = self.simulation.task, self.simulation.branches, np.arange(len(observation))
         seen, helpless = self.simulation.read(observation), self.helpless
         self.rows = branches.coming_rows(seen)
@@ -130,7 +110,7 @@ class EmpiricalRule:
         good = first * np.maximum(np.minimum(self.roughness.speed(part), self.size.speed(part)), FLOOR)
         # a slower table would make a hot part hotter; a faster one is tried where Ra is well below its limit
         faster = np.where(seen["roughness"] < SMOOTH, self.step, 1.0) * last
-        good = self.good = np.where(self.hot, np.maximum(good, faster), good)
+        good = np.where(self.hot, np.maximum(good, faster), good)
         driven = [60.0 * self.power.removal(SHARE * np.asarray(row.power), volume) / np.maximum(area, 1e-9)
                   for volume in (worn, 0.5 * (seen["volume"] + worn))]  # fmt: skip
         undressed, dressed = (np.minimum(np.where(feeds, np.clip(E, least, most), most), good) for E in driven)
@@ -173,7 +153,10 @@ class EmpiricalRule:
         self.hot = np.where(gauged, size < -AIM, self.hot)
         off = gauged & ((size > 1.0) | (size < -AIM))
         self.volumes = np.minimum(np.where(ended & ~off, REGAINED, 1.0)[:, None] * self.volumes, self.most)
-        self.dulled(off)
+        # the wheel was too dull: a dress, and a share of what it had ground as usual volume
+        at = np.flatnonzero(off), self.part[off]
+        self.volumes[at] = np.minimum(self.volumes[at], AIM * np.maximum(self.worn[off], 1.0))
+        self.wanted = np.maximum(self.wanted, off)
         beyond = power / row.power
         self.wanted = np.maximum(self.wanted, np.where(beyond > FAR, 2.0, beyond > 1.0))
         self.helpless = np.asarray((beyond > FAR) & (executions >= 2.0))

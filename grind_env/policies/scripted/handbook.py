@@ -1,6 +1,6 @@
 """What a handbook would give, before anything was tuned or measured."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -30,15 +30,11 @@ class Handbook:
 
     name: ClassVar[str] = "handbook"
     sees: ClassVar[Sees] = "measurements"
-    simulation: Simulation = field(init=False, repr=False)
-    usual: Array = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Look up the speeds."""
         self.simulation, self.usual = simulation, handbook_speeds(simulation.task)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Take that of the coming kind."""
         seen = self.simulation.read(observation)
         every = np.ones(len(observation))
         kinds = coming_kinds(self.simulation.branches, seen)

@@ -1,6 +1,6 @@
 """The look-ahead on what can be believed of the hidden state: one block far, the wheel left behind priced."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from statistics import NormalDist
 from typing import ClassVar, NamedTuple
 
@@ -105,14 +105,8 @@ class LookAhead:
     speeds: int = 8
     name: ClassVar[str] = "look_ahead"
     sees: ClassVar[Sees] = "measurements"
-    simulation: Simulation = field(init=False, repr=False)
-    belief: WheelBelief = field(init=False, repr=False)
-    roughness: Array = field(init=False, repr=False)
-    usual: Array = field(init=False, repr=False)
-    block: int = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Back to what is believed of any wheel and lot, before the first block."""
         task = simulation.task
         self.simulation, self.belief, self.block = simulation, WheelBelief(MemberModel(simulation), MEMBERS), 0
         self.belief.begin(episodes)
@@ -120,7 +114,6 @@ class LookAhead:
         self.usual = np.tile(handbook_speeds(task), (episodes, 1))
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Believe, try every choice, then try E near the best one."""
         task, n = self.simulation.task, len(observation)
         burnt = self.belief.update(observation).burnt
         prices = self._prices(self.simulation.read(observation))

@@ -32,11 +32,8 @@ class Estimating:
     """Base of the policies that estimate the sharpness of the wheel from measurements."""
 
     sees: ClassVar[Sees] = "measurements"
-    task: Task = field(init=False, repr=False)
-    estimator: SharpnessEstimator = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Forget all lots."""
         self.task, self.estimator = simulation.task, SharpnessEstimator(simulation, episodes)
 
 
@@ -47,16 +44,12 @@ class Random:
     seed: int = 0
     name: ClassVar[str] = "random"
     sees: ClassVar[Sees] = "measurements"
-    codec: ActionCodec = field(init=False, repr=False)
-    rng: np.random.Generator = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Start the random numbers anew."""
         self.codec = ActionCodec(simulation.task)
         self.rng = np.random.default_rng(self.seed)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Draw."""
         return Decision(*self.codec.decode(self.rng.uniform(-1.0, 1.0, (len(observation), 2))))
 
 
@@ -69,15 +62,11 @@ class Fixed:
     every: int = 1
     name: str = "constant"
     sees: ClassVar[Sees] = "measurements"
-    task: Task = field(init=False, repr=False)
-    block: int = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Back to the first block."""
         self.task, self.block = simulation.task, 0
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """The plan."""
         self.block += 1
         n = len(observation)
         dresses = self.D if self.block % self.every == 0 else 0
@@ -93,7 +82,6 @@ class ConstantPerKind(Estimating):
     name: ClassVar[str] = "constant_per_kind"
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Look up."""
         kind = self.estimator.update(observation).kind.astype(np.int64)
         return Decision(nearest_speed(self.task, 1000.0 * np.array(self.E)[kind]), np.array(self.D, np.float64)[kind])
 
@@ -113,17 +101,12 @@ class PowerThreshold:
     share: float
     name: ClassVar[str] = "power_threshold"
     sees: ClassVar[Sees] = "measurements"
-    task: Task = field(init=False, repr=False)
-    simulation: Simulation = field(init=False, repr=False)
-    dressing: NDArray[np.bool_] = field(init=False, repr=False)
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Nothing is being dressed."""
         self.task, self.simulation = simulation.task, simulation
         self.dressing = np.zeros(episodes, bool)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Compare."""
         seen = self.simulation.read(observation)
         power, last_speed = seen["mean_power"], np.maximum(seen["last_speed"], 1e-3)
         removal = np.maximum(seen["last_pick"] * seen["last_width"], 1e-9) * 1000.0 * last_speed / 60.0
@@ -222,6 +205,50 @@ class AdaptiveRule(Estimating, SharpnessRule):
     name: ClassVar[str] = "adaptive_rule"
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Estimate, then decide."""
         seen = self.estimator.update(observation)
         return self.decide(seen, self.gS * seen.severity, self.wS * seen.severity)
+
+
+@dataclass(kw_only=True)
+class AdaptiveSpeed(Estimating, SpeedLaw):
+    """E as `AdaptiveRule` chooses it, D executions in every `every`-th block.
+
+    What it saves on the best fixed plan is what adapting E alone is worth; what `AdaptiveRule` saves on it, what
+    adapting D is.
+    """
+
+    gS: float
+    D: int
+    every: int
+    name: ClassVar[str] = "adaptive_speed"
+
+    def begin(self, simulation: Simulation, episodes: int) -> None:
+        super().begin(simulation, episodes)
+        self.plan = Fixed(self.E[0], self.D, self.every)
+        self.plan.begin(simulation, episodes)
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        seen = self.estimator.update(observation)
+        return self.plan.act(observation, episodes)._replace(speeds=self.speeds(seen, self.gS * seen.severity))
+
+
+@dataclass(kw_only=True)
+class AdaptiveDress(Estimating, DressLaw):
+    """D as `AdaptiveRule` chooses it, at one E for all blocks, as a fixed plan has it (scenarios, section 5).
+
+    What it saves on the best fixed plan is what adapting D alone is worth; what `AdaptiveRule` saves on it, what
+    adapting E is.
+
+    Attributes:
+        E: m/min.
+        wS: of the lot severity in the dress criterion.
+    """
+
+    E: float
+    wS: float
+    name: ClassVar[str] = "adaptive_dress"
+
+    def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
+        seen = self.estimator.update(observation)
+        speeds = nearest_speed(self.task, np.full(len(observation), 1000.0 * self.E))
+        return Decision(speeds, self.executions(seen, self.wS * seen.severity))
