@@ -92,12 +92,10 @@ def ended_at(report: Report) -> str:
 
 
 def _place(error: ControlError, main: str) -> tuple[bool, str, int, int]:
-    """By which errors are sorted: those in the file of the main program come first."""
     return error.file != main, error.file, error.line or 0, error.column or 0
 
 
 def _reading_errors(programs: Programs, control: Control) -> Iterator[ControlError]:
-    """What every block says wrong that cannot be read; of a file that cannot, one error."""
     for program in programs:
         try:
             for source in program.blocks:

@@ -98,7 +98,6 @@ class Control:
     panel: Panel = field(default_factory=Panel, init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Refuse values that no machine has."""
         positive = ["acceleration", "rapid_feed", "maximum_feed"]
         if self.groove_retract is not None:
             positive.append("groove_retract")

@@ -43,7 +43,6 @@ class WorkSystems:
 
     @property
     def origins(self) -> dict[str, Position]:
-        """The same of all of them, by code."""
         return {system: self.origin(system) for system in self.offsets}
 
     def follow_wheel(self, axis: int, way: float) -> None:
@@ -53,11 +52,7 @@ class WorkSystems:
         self.wear = (wear[0], wear[1], wear[2])
 
     def load(self, command: Command) -> None:
-        """G10 L2: write axis words into the table of a work system, under G91 add them (lathe 11-8).
-
-        Raises:
-            ControlError: missing-parameter, block-format or out-of-range.
-        """
+        """G10 L2: write axis words into the table of a work system, under G91 add them (lathe 11-8)."""
         block, words = command.block, command.words
         command.allow_only("LPOXYZ", "a G10 block")
         for letter, meaning in (("L", "L2"), ("P", "P")):
@@ -85,11 +80,7 @@ class WorkSystems:
         self.offsets[system] = (offset[0], offset[1], offset[2])
 
     def preset(self, command: Command, position: Position) -> None:
-        """G92: shift the origin so that `position` gets the coordinates of the axis words.
-
-        Raises:
-            ControlError: missing-parameter or block-format.
-        """
+        """G92: shift the origin so that `position` gets the coordinates of the axis words."""
         command.allow_only(AXES, "a G92 block")
         if not command.lengths:
             message = "G92 lacks X, Y or Z; it takes the coordinates that the present position shall have"
@@ -102,11 +93,7 @@ class WorkSystems:
         self.shift = (shift[0], shift[1], shift[2])
 
     def set_local(self, command: Command) -> None:
-        """G52: put the origin at the axis words as counted from the work system, whatever it was before (D).
-
-        Raises:
-            ControlError: missing-parameter or block-format.
-        """
+        """G52: put the origin at the axis words as counted from the work system, whatever it was before (D)."""
         command.allow_only(AXES, "a G52 block")
         if not command.lengths:
             message = (
@@ -119,6 +106,5 @@ class WorkSystems:
         self.local = (local[0], local[1], local[2])
 
     def cancel_preset(self, command: Command) -> None:
-        """G92.1: take the shift back."""
         command.allow_only("", "a G92.1 block")
         self.shift = ORIGIN

@@ -58,7 +58,6 @@ class Command:
 
     @property
     def action(self) -> str:
-        """The code of the block, or the motion code in force."""
         return self.code or self.modes.motion
 
     def error(self, name: str, message: str, letter: str = "") -> ControlError:
@@ -66,7 +65,6 @@ class Command:
         return self.block.error(name, message, self.words.get(letter, self.code_word))
 
     def named(self, letter: str, mm: float) -> str:
-        """The word with this letter as written; without one, the value in the units in force."""
         unit = float(numbers.MILLIMETRES_PER_INCH) if self.modes.inch else 1.0
         return str(self.words[letter]) if letter in self.words else f"{letter}{round(mm / unit, 7):g}"
 
@@ -81,12 +79,7 @@ class Command:
 
 @functools.lru_cache(maxsize=1024)
 def decode(block: Block, modes: Modes, form: NumberFormat) -> Command:
-    """Apply the words of a block from left to right; a mode acts on the values to its right only.
-
-    Raises:
-        ControlError: an unknown or unsupported code, a second motion code, a number out of format, or a
-            change between G94 and G95 without a new F.
-    """
+    """Apply the words of a block from left to right; a mode acts on the values to its right only."""
     code: str | None = None
     code_word: Word | None = None
     lengths: dict[str, Value] = {}
@@ -161,11 +154,7 @@ def _require_machine_move(block: Block, word: Word, action: str, lengths: Mappin
 
 
 def recognise(block: Block, form: NumberFormat) -> None:
-    """Check what a block means without the modes that it will be executed in: its codes, and numbers no unit allows.
-
-    Raises:
-        ControlError: unknown-word, not-supported, number-format or out-of-range.
-    """
+    """Check what a block means without the modes that it will be executed in: its codes, and numbers no unit allows."""
     if block.calls_macro:
         return
     for word in block.words:

@@ -1,4 +1,4 @@
-"""The one exception of the control, and the place in a part program that it points to."""
+"""The one exception of the control, which any of its functions may raise, and the place that it points to."""
 
 from typing import NamedTuple
 

@@ -14,13 +14,6 @@ def evaluated(block: Block, variables: Variables) -> Block:
     """The block with its expressions replaced by their values; the block itself if it has none.
 
     A value counts as written with a decimal point. The words still print as they were written.
-
-    Args:
-        block: as it was read.
-        variables: the `#` variables as they are now.
-
-    Raises:
-        ControlError: expression or not-supported, what is wrong in one of them.
     """
     if not block.has_expressions:
         return block
@@ -29,11 +22,7 @@ def evaluated(block: Block, variables: Variables) -> Block:
 
 
 def foreseen(block: Block) -> Block:
-    """The block with those of its expressions replaced that have the same value whenever it is executed.
-
-    Raises:
-        ControlError: expression or not-supported, what is wrong in one of them whatever its variables are.
-    """
+    """The block with those of its expressions replaced that have the same value whenever it is executed."""
     if not block.has_expressions:
         return block
     return block._replace(words=tuple(_foreseen(block, word) for word in block.words))

@@ -28,21 +28,15 @@ class Straight:
         return math.dist(self.start, self.end)
 
     def point(self, fraction: float) -> Position:
-        """The point after a fraction of the length."""
         x, y, z = (a + fraction * (b - a) for a, b in zip(self.start, self.end, strict=True))
         return x, y, z
 
 
 @dataclass(frozen=True, slots=True)
 class Circular:
-    """An arc in a plane, or a helix if the third axis moves too.
+    """An arc in a plane, counter-clockwise if its rotation is 1 (G03), or a helix if the third axis moves too.
 
-    Attributes:
-        start: first point.
-        end: last point; equal to the first for a full circle.
-        centre: its third coordinate is that of the start.
-        rotation: 1 = G03, seen from the positive end of the axis normal to the plane.
-        plane: G17, G18 or G19.
+    A full circle ends where it starts; the third coordinate of the centre is that of the start.
     """
 
     start: Position
@@ -71,7 +65,6 @@ class Circular:
         return math.hypot(self.radius * self.angle, self.end[normal] - self.start[normal])
 
     def point(self, fraction: float) -> Position:
-        """The point after a fraction of the length."""
         first, second = PLANES[self.plane]
         normal = 3 - first - second
         direction = self._direction(self.start) + self.rotation * fraction * self.angle
@@ -107,11 +100,7 @@ def split(path: Path, fraction: float) -> tuple[Path, Path]:
 
 
 def arc_about(start: Position, end: Position, offset: tuple[float, float], rotation: int, plane: str) -> Circular:
-    """The arc about the centre at `offset` from the start along the plane's first and second axis (14-5).
-
-    Raises:
-        ImpossibleArc: the centre is at the start, or not equally far from start and end.
-    """
+    """The arc about the centre at `offset` from the start along the plane's first and second axis (14-5)."""
     first, second = PLANES[plane]
     centre = list(start)
     centre[first] += offset[0]
@@ -129,11 +118,7 @@ def arc_about(start: Position, end: Position, offset: tuple[float, float], rotat
 
 
 def arc_with_radius(start: Position, end: Position, radius: float, rotation: int, plane: str) -> Circular:
-    """The arc with a radius; a negative one asks for the arc above 180 degrees (14-5).
-
-    Raises:
-        ImpossibleArc: start and end coincide, or lie further apart than the diameter.
-    """
+    """The arc with a radius; a negative one asks for the arc above 180 degrees (14-5)."""
     first, second = PLANES[plane]
     u, v = end[first] - start[first], end[second] - start[second]
     chord = math.hypot(u, v)

@@ -67,13 +67,7 @@ class GroovePlan:
 
 @dataclass(frozen=True, slots=True)
 class GrooveLeg:
-    """A straight leg from where the leg before ended; infeeds run at F, rapids at rapid speed.
-
-    Attributes:
-        end: where it ends, mm.
-        kind: "infeed" or "rapid".
-        groove: 1, 2, ...; the way to a groove counts as part of it.
-    """
+    """A straight leg from where the leg before ended; the way to a groove, numbered from 1, is part of it."""
 
     end: Position
     kind: LegKind
@@ -81,17 +75,7 @@ class GrooveLeg:
 
 
 def plan_groove(command: Command, position: Position, retract: float) -> GroovePlan:
-    """Fill in the parameters of a G76 or G77 block.
-
-    Args:
-        command: the block, its X words as radius values.
-        position: of the tool before the block in the coordinates of the program, mm.
-        retract: e, a setting of the control, mm, 0 or more.
-
-    Raises:
-        ControlError: block-format, compensation, missing-parameter, out-of-range, no-depth, groove-retract,
-            number-format or no-feedrate.
-    """
+    """The plan of a G76 or G77 block, in coordinates of the program, with the retract amount e, mm."""
     code = command.action
     axis, spacing_axis = _roles(command)
     infeed, space = AXES[axis], AXES[spacing_axis]
@@ -161,7 +145,6 @@ def _steps(total: float, step: float) -> int:
 
 
 def _one_groove(plan: GroovePlan, across: float) -> Iterator[tuple[Position, LegKind]]:
-    """To the groove, down in steps with a retract after each but the last, aside by D, and out again."""
     surface = plan.start[plan.axis]
     yield plan.point(surface, across), "rapid"
     for done in divided(plan.depth, plan.step):
@@ -179,7 +162,6 @@ def _on_the_way(start: float, end: float, done: float) -> float:
 
 
 def _roles(command: Command) -> tuple[int, int]:
-    """The axis that infeeds and the axis that spaces the grooves."""
     first, second = PLANES[command.modes.plane]
     return (second, first) if command.action == "G77" else (first, second)
 
@@ -197,7 +179,6 @@ def _bottom(command: Command, axis: int, start: float) -> float:
 
 
 def _step(command: Command, letter: str, retract: float) -> float:
-    """The infeed of a step; its sign does not matter."""
     step = _size(command, letter, "the infeed of each step")
     if step <= retract:
         raise command.error(

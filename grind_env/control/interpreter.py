@@ -146,7 +146,6 @@ class Interpreter:
         return (yield from self._repeatedly(MacroCall(block, words["P"], times, None)))
 
     def _macro(self, call: MacroCall) -> Generator[Event, None, str | None]:
-        """G65: the same with arguments, in local variables of its own level."""
         place, variables = call.block.place, self.variables
         self.mover.place = place
         if variables.level == DEEPEST_MACRO:

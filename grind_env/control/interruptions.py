@@ -84,19 +84,16 @@ class Interruptions:
                     return
 
     def next_reversal(self) -> Iterator[Event]:
-        """Go on to the next reversal point, and serve what waits for it."""
         yield from self.timeline.finish_stroke()
         yield from self.serve(0)
 
     def after_motion(self) -> Iterator[Event]:
-        """Serve the operator's request that has waited for the end of a program motion."""
         if self.timeline.owed and self.timeline.reciprocation is not None:
             yield from self.timeline.reach_reversal()
         if self.timeline.held:
             yield from self.serve(0)
 
     def after_block(self) -> Iterator[Event]:
-        """Run the program interrupts that are due, beside a stroke at its end."""
         while (requests := self._due()) is not None:
             table = self.timeline.reciprocation
             if table is None or table.at_reversal:
@@ -179,14 +176,9 @@ class Interruptions:
         return None
 
     def _interrupt(self, requests: deque[Interrupt], goal: Position) -> Generator[Event, None, bool]:
-        """Run the first of some program interrupts.
+        """Run the first of some program interrupts; whether it leaves the axes elsewhere (type 1, lathe manual 29-6).
 
-        Args:
-            requests: loses it.
-            goal: where the axes are programmed to be at the end of the motion or block that it interrupts.
-
-        Returns:
-            whether it leaves the axes elsewhere (type 1, lathe manual 29-6).
+        `goal` is where the axes are programmed to be at the end of the motion or block that it interrupts.
         """
         interrupt, timeline = requests.popleft(), self.timeline
         program = self.programs.find(interrupt.program)
@@ -204,12 +196,9 @@ class Interruptions:
         return away
 
     def _run(self, program: Program, source: Source, returning: bool) -> Generator[Event, None, bool]:
-        """Execute a program in the middle of another one, which finds modes and table as they were.
+        """Execute a program within another one, which finds modes and table as they were; whether it moved an axis.
 
         The radius compensation is dropped without a motion and armed again afterwards.
-
-        Returns:
-            whether the program moved an axis.
         """
         timeline, mover, compensation = self.timeline, self.mover, self.mover.compensation
         modes, place = mover.modes, mover.place

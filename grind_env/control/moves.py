@@ -43,14 +43,7 @@ LENGTHS = frozenset("EFIJKQRXYZ")
 
 @dataclass(frozen=True, slots=True)
 class MoveSection:
-    """A part of the way of a motion block, from rest to rest.
-
-    Attributes:
-        path: of the axes.
-        feed: mm/min along it; None for a rapid.
-        source: what commands it.
-        goal: where the block is programmed to end.
-    """
+    """A part of the way of a motion block that is to end at `goal`, from rest to rest, at mm/min or as a rapid."""
 
     path: Path
     feed: float | None
@@ -100,7 +93,6 @@ class Mover:
 
     @property
     def tables(self) -> tuple[object, ...]:
-        """What a program can write for later ones."""
         work = self.work
         shifts = dict(work.offsets), work.external, work.shift, work.local, work.length
         chosen = self.tooling.entry, dict(self.tooling.radii), self.passed, self.remembered
@@ -121,7 +113,6 @@ class Mover:
                 self.remembered = number - 900
 
     def turn_spindle(self) -> Iterator[Event]:
-        """Tell a new speed of the wheel."""
         modes = self.modes
         speed = self.tooling.spindle_speed(modes, self._no_wheel_radius)
         if speed is None or modes.spindle is None:
@@ -162,7 +153,6 @@ class Mover:
                 yield Message(self.timeline.time, text)
 
     def switch(self, command: Command, on: bool) -> Iterator[Event]:
-        """Turn wheel and coolant on, as a block does before its motion, or off, as after it."""
         before = self.turning, self.coolant
         for number in command.m:
             if number in (senses := SPINDLE_ON if on else SPINDLE_OFF):
@@ -212,7 +202,6 @@ class Mover:
         return target(command, self.position, origin, None)
 
     def circular(self, command: Command, ahead: Ahead) -> list[MoveSection]:
-        """G02 or G03."""
         path = arc_path(command, self.position, self._origin(command))
         if path is None:
             return []
@@ -225,18 +214,13 @@ class Mover:
         return self._sections(command, path, ahead)
 
     def dwell(self, command: Command) -> Iterator[Event]:
-        """G04."""
         here = self.timeline.position
         speed = self.tooling.spindle_speed(command.modes, lambda: no_feed_rate(command))
         seconds = dwell_seconds(command, speed)
         yield from self.timeline.move(command.block.place, Straight(here, here), None, self.source, dwell=seconds)
 
     def reference(self, command: Command) -> list[MoveSection]:
-        """G28, G29 and G30: rapid by way of the intermediate point; it cancels the compensation (lathe 21-49).
-
-        Raises:
-            ControlError: missing-parameter, out-of-range or axis-conflict.
-        """
+        """G28, G29 and G30: rapid by way of the intermediate point; it cancels the compensation (lathe 21-49)."""
         command.allow_only("XYZP" if command.action == "G30" else "XYZ", f"a {command.action} block")
         axes = [axis for axis, letter in enumerate(AXES) if letter in command.lengths]
         if not axes:
@@ -270,11 +254,7 @@ class Mover:
         return [MoveSection(path, None, self.source, goal) for path in paths if path.length > 0.0]
 
     def groove(self, command: Command) -> Iterator[Event]:
-        """G76 or G77, and a stop after each groove in single block.
-
-        Raises:
-            ControlError: axis-conflict while an axis reciprocates, and what `plan_groove` raises.
-        """
+        """G76 or G77, and a stop after each groove in single block."""
         if self._reciprocating is not None:
             message = f"{command.action} is programmed during reciprocation; program G80 before"
             raise command.error("axis-conflict", message)
@@ -306,11 +286,7 @@ class Mover:
             )
 
     def rate(self, command: Command) -> float:
-        """F in mm/min for a block.
-
-        Raises:
-            ControlError: no-feedrate.
-        """
+        """F in mm/min for a block."""
         modes = command.modes
 
         def missing() -> ControlError:
@@ -320,7 +296,6 @@ class Mover:
         return feed_rate(modes, speed, self.control, missing)
 
     def retrace(self, recorder: Recorder) -> Iterator[Event]:
-        """The way back, asked for by the M99 of a dress or interrupt program."""
         for leg in recorder.way_back(self.timeline.position, self._link_feed):
             path = Straight(self.timeline.position, leg.end)
             if path.length > 0.0:
@@ -357,7 +332,6 @@ class Mover:
         )
 
     def _sections(self, command: Command, path: Path, ahead: Ahead) -> list[MoveSection]:
-        """A programmed path, or what the compensation makes of it."""
         feed = None if command.action == "G00" else self.rate(command)
         actual = self.timeline.position
         if self.detour is not None:
@@ -399,7 +373,6 @@ class Mover:
 
 
 def _moved(position: Position, goal: Position, axes: list[int]) -> Position:
-    """The position with some axes at their goal."""
     x, y, z = (goal[axis] if axis in axes else position[axis] for axis in range(3))
     return x, y, z
 

@@ -29,7 +29,6 @@ class Interrupt:
     at: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse what is no request."""
         if self.kind not in (1, 2):
             raise ControlError("setting", f"an interrupt of type {self.kind} is unknown; it must be 1 or 2")
         if not self.at >= 0.0:
@@ -41,9 +40,7 @@ class Panel:
     """The operator's switches and requests, read by the control between two motions.
 
     Attributes:
-        dress_requested: a dress is wanted at the next reversal point.
         held: feedhold.
-        single_block: stop after every block.
         override: factor on every feed; 0 holds the axes.
         interrupts: requests not yet served.
     """
@@ -63,11 +60,7 @@ class Panel:
 
 
 def override_factor(percent: float) -> float:
-    """The factor of a feedrate override.
-
-    Raises:
-        ControlError: setting, outside 0 to 200 %.
-    """
+    """The factor of a feedrate override."""
     if not 0.0 <= percent <= HIGHEST_OVERRIDE:
         raise ControlError("setting", f"an override of {percent} % is impossible; it must be 0 to {HIGHEST_OVERRIDE:g}")
     return percent / 100.0

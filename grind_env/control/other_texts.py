@@ -36,15 +36,7 @@ MOST_BEFORE = 20
 
 
 def check_head(data: bytes, name: str) -> None:
-    """Refuse a program for another control, and one in which each byte has a bit of parity.
-
-    Args:
-        data: the first `LOOKED_AT` bytes of the text.
-        name: of its file.
-
-    Raises:
-        ControlError: file, the text is one of these.
-    """
+    """Refuse a program for another control, and one with parity bits, by its first `LOOKED_AT` bytes."""
     if sum(byte > 0x7F for byte in data) > max(8, len(data) // 4) and not any(byte.bit_count() % 2 for byte in data):
         message = (
             "every byte has a bit of even parity, as on punched tape; receive the program with 7 data bits and even "
@@ -61,14 +53,7 @@ def check_head(data: bytes, name: str) -> None:
 
 
 def check_before(blocks: Sequence[SourceText]) -> None:
-    """Refuse a text before the ``%`` of a program, of which no block can be read.
-
-    Args:
-        blocks: before a ``%`` with something behind it.
-
-    Raises:
-        ControlError: block-format, there are such blocks alone.
-    """
+    """Refuse a text before the ``%`` of a program, of which no block can be read."""
     if blocks and not any(map(_is_read, blocks)):
         message = (
             f"{quoted(blocks[0].text)} stands before the % of the program, where only comments may stand; delete it, "

@@ -45,14 +45,7 @@ _NAME = re.compile(r"[ \t]*(?:\([^()]*\)[ \t]*)*[Oo]")
 
 @dataclass(frozen=True, slots=True)
 class Blocks:
-    """The blocks of a program, cut from its text anew by every iteration.
-
-    Attributes:
-        text: where they stand.
-        start: where the first of them begins.
-        count: how many they are.
-        last: the last of them; None if there are none.
-    """
+    """The blocks of a program, cut from its text anew by every iteration."""
 
     text: Text
     start: Mark
@@ -60,15 +53,10 @@ class Blocks:
     last: SourceText | None
 
     def __len__(self) -> int:
-        """The number of blocks."""
         return self.count
 
     def __iter__(self) -> Iterator[SourceText]:
-        """Read them from the first one on; the text is closed with the iterator.
-
-        Raises:
-            ControlError: file, the text has changed.
-        """
+        """Read them from the first one on; the text is closed with the iterator."""
         if self.count <= SHORT:
             yield from _kept(self)
         else:
@@ -89,7 +77,6 @@ class Blocks:
 
 @functools.lru_cache(maxsize=64)
 def _kept(blocks: Blocks) -> tuple[SourceText, ...]:
-    """The blocks of a short program, which may be called a thousand times over."""
     return tuple(blocks._read())
 
 
@@ -127,7 +114,6 @@ class Programs:
         self._numbered = {program.number: program for program in programs if program.number is not None}
 
     def __iter__(self) -> Iterator[Program]:
-        """Every program read so far, the main program first."""
         return iter(self._programs)
 
     def find(self, number: int) -> Program | None:
@@ -169,10 +155,6 @@ def called_files(path: Path, interrupts: Iterable[int] = ()) -> list[Path]:
     """The files ``O<number>.nc`` beside a program that it may call, and those that these may call.
 
     The program is not executed: every number of a P word is taken for that of a program, and an expression for all.
-
-    Args:
-        path: of the program; of one that is no file, such as a pipe that can be read only once, there are none.
-        interrupts: numbers of programs that the operator asks for.
     """
     if not is_file(path):
         return []
@@ -239,7 +221,6 @@ def _split(text: Text, folder: Path | None, faults: list[ControlError] | None = 
 
 
 def _has_words(source: SourceText) -> bool:
-    """Whether a block holds more than comments; a faulty one does."""
     try:
         return bool(read_block(source).words)
     except ControlError:
@@ -247,7 +228,6 @@ def _has_words(source: SourceText) -> bool:
 
 
 def _new_number(source: SourceText, taken: set[int]) -> int:
-    """The number in the name of a program, which joins those that are taken."""
     number = _program_number(source)
     if number in taken:
         raise source.place.error("block-format", f"O{number} is named twice; every program needs its own number")

@@ -105,7 +105,6 @@ class Reciprocation:
         return self.underway is None and (self.at is Reversal.SECONDARY or starts_there)
 
     def take_over(self, plan: CyclePlan, place: Place) -> None:
-        """Let a new cycle rule from the secondary point on; its first stroke goes to the primary point."""
         self.plan, self.place = plan, place
         self.primary, self.secondary, self.feed = plan.primary, plan.secondary, plan.feed
         self.at, self.count, self.dresses, self.refed = Reversal.SECONDARY, 0, 0, False
@@ -119,7 +118,6 @@ class Reciprocation:
         return self.underway
 
     def arrive(self) -> None:
-        """End the stroke in progress."""
         assert self.underway is not None
         self.coordinate, self.free_at = self.underway.target, self.underway.finish
         self.at = Reversal.SECONDARY if self.at is Reversal.PRIMARY else Reversal.PRIMARY
@@ -127,7 +125,6 @@ class Reciprocation:
         self.count += 1
 
     def make(self, strokes: int, dresses: int, free_at: float) -> None:
-        """Make the strokes and dresses of a whole G82 or G83, whose first stroke leads to the primary point."""
         self.count, self.dresses, self.free_at = strokes, self.dresses + dresses, free_at
         self.at = Reversal.PRIMARY if strokes % 2 else Reversal.SECONDARY
         self.coordinate = self.primary if strokes % 2 else self.secondary

@@ -37,11 +37,7 @@ class SystemVariables:
         self.dependent: int | None = None
 
     def read(self, number: int) -> Decimal:
-        """The value of a system variable.
-
-        Raises:
-            VariableFault: there is none of this number that can be read.
-        """
+        """The value of a system variable."""
         mover = self.mover
         if number in RADII:
             entry = number - RADII[0] + 1
@@ -65,11 +61,7 @@ class SystemVariables:
         raise VariableFault(f"#{number} is no variable that can be read here; {NONE_SUCH}")
 
     def write(self, number: int, value: Decimal) -> None:
-        """Write a coordinate offset or an entry of the radius table.
-
-        Raises:
-            VariableFault: there is none of this number that can be written.
-        """
+        """Write a coordinate offset or an entry of the radius table."""
         work = self.mover.work
         if number in RADII:
             self.mover.tooling.radii[number - RADII[0] + 1] = self._millimetres(value, None)

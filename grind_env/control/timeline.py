@@ -107,7 +107,6 @@ class Timeline:
 
     @property
     def requested(self) -> bool:
-        """Whether the operator asks for a dress, now or at a later time."""
         return self.control.panel.dress_requested or bool(self._requests)
 
     def wait(self, time: float) -> Iterable[Event]:
@@ -143,15 +142,9 @@ class Timeline:
         dwell: float = 0.0,
         groove: tuple[int, int] | None = None,
     ) -> Iterator[Event]:
-        """Run along a path from now on, or dwell; the table reciprocates beside it.
+        """Run along a path from now on, at mm/min or as a rapid, or dwell for some s; the table reciprocates beside it.
 
-        Args:
-            place: the block that asks for it.
-            path: of length 0 for a dwell.
-            feed: mm/min along the path; None for a rapid.
-            source: what commanded it.
-            dwell: s.
-            groove: axis and number, for the infeed of a groove.
+        `groove` has axis and number of a groove whose infeed it is.
         """
         yield from self.wait(self.time)
         rate = self.rate(feed)
@@ -188,7 +181,6 @@ class Timeline:
             yield Line(**frame, feed=rate, reciprocating=self.reciprocation is not None)
 
     def finish_stroke(self) -> Generator[Event, None, Underway]:
-        """Go on to the next reversal point; the stroke in progress, or a new one, is returned."""
         table = self._table()
         yield from self.wait(self.time)
         stroke = table.underway or self._set_out(table)
@@ -197,7 +189,6 @@ class Timeline:
         return stroke
 
     def reach_reversal(self) -> Iterator[Event]:
-        """Hold the table for the request that is owed: where it stands, or at the end of its stroke."""
         table = self._table()
         if table.at_reversal:
             yield from self._hold(table)
@@ -234,14 +225,12 @@ class Timeline:
         )
 
     def settle(self) -> None:
-        """Wait at the reversal point until every pick has ended."""
         table = self._table()
         self.time = max(self.time, table.free_at, *(pick.finish for pick in self._picks))
         self._picks.clear()
         table.free_at = self.time
 
     def acknowledge(self) -> None:
-        """Drop the operator's requests up to now; the table is no longer held."""
         while self._requests and self._requests[0] <= self.time:
             self._requests.popleft()
         self.control.panel.dress_requested = False
@@ -344,12 +333,10 @@ class Timeline:
                 self.held = True
 
     def _moving(self, time: float) -> bool:
-        """Whether a program motion, which a dwell is not, is still under way at a time."""
         motion = self._motion
         return motion is not None and motion.path.length > 0.0 and motion.finish > time + INSTANT
 
     def _settle_axis(self, table: Reciprocation) -> None:
-        """Write the last reversal point of the table into the commanded position."""
         self.position = _with(self.position, table.axis, table.coordinate)
 
     def _table(self) -> Reciprocation:

@@ -12,12 +12,7 @@ MILLIMETRES_PER_METRE = 1000.0
 
 
 class Tooling:
-    """The tables that T selects from, as the execution changes them.
-
-    Attributes:
-        radii: radius table, mm.
-        entry: of the radius table; None before the first T word.
-    """
+    """The tables that T selects from, as the execution changes them; no entry is selected before the first T word."""
 
     def __init__(self, control: Control) -> None:
         self.control = control
@@ -49,16 +44,12 @@ class Tooling:
 
     @property
     def worn_out(self) -> bool:
-        """Whether the wheel is smaller than its least radius."""
         return self.radius_of(WHEEL_RADIUS) < self.control.minimum_radius
 
     def spindle_speed(self, modes: Modes, missing: Missing) -> float | None:
         """Revolutions per minute of the wheel; None before the first S.
 
         Under G96 the part does not turn, so that S is the surface speed itself: ``1000 S / (2 pi r)`` (12-41).
-
-        Raises:
-            ControlError: what `missing` makes, under G96 without a radius in entry 33.
         """
         if modes.spindle is None or not modes.surface_speed:
             return modes.spindle

@@ -37,11 +37,6 @@ class Word(NamedTuple):
     """An address letter and its number as written, cut into sign, integer digits and decimals; blanks left out.
 
     Attributes:
-        letter: the address, a capital.
-        sign: "+", "-" or nothing.
-        whole: the integer digits.
-        point: whether the number has a decimal point.
-        decimals: the digits after it.
         column: of the letter in its line, from 1.
         expression: what follows the letter when that is no number; there are no digits until it is evaluated.
     """
@@ -55,7 +50,6 @@ class Word(NamedTuple):
     expression: str = ""
 
     def __str__(self) -> str:
-        """The word as written; of a long expression the beginning."""
         if self.expression:
             return f"{self.letter}{shortened(self.expression.strip())}"
         return f"{self.letter}{self.sign}{self.whole}{'.' if self.point else ''}{self.decimals}"
@@ -71,22 +65,18 @@ class Block(NamedTuple):
 
     @property
     def has_expressions(self) -> bool:
-        """Whether a word takes the value of an expression."""
         return ("[" in self.source.text or "#" in self.source.text) and any(word.expression for word in self.words)
 
     @property
     def calls_macro(self) -> bool:
-        """Whether it is a G65 block, whose words are arguments."""
         return any(word.letter == "G" and word.whole == "65" and not word.decimals for word in self.words)
 
     @property
     def is_plain(self) -> bool:
-        """Whether what it says is written in it, and not in variables: no statement, no expression, no macro call."""
         return self.statement is None and not self.has_expressions and not self.calls_macro
 
     @property
     def comment(self) -> str:
-        """What stands in its parentheses."""
         return " ".join(match.strip() for match in _COMMENT.findall(self.source.text))
 
     def error(self, name: str, message: str, word: Word | None = None) -> ControlError:
@@ -96,11 +86,7 @@ class Block(NamedTuple):
 
 @functools.lru_cache(maxsize=1024)
 def read_block(source: SourceText) -> Block:
-    """Read the words of a block.
-
-    Raises:
-        ControlError: a comment, a word, a number or a statement is malformed, or a letter is unknown or repeated.
-    """
+    """Read the words of a block."""
     text, column = source.text, source.column
     place, size = source.place, len(text)
     position = 1 if source.deletable else 0
@@ -246,7 +232,6 @@ def _expression_end(text: str, start: int, place: Place, first_column: int) -> i
 
 
 def _stray(character: str) -> tuple[str, str]:
-    """Name and message of the error of a character that begins neither a word nor a comment."""
     if character == "/":
         return "block-format", "'/' stands inside a block; block delete is its first character"
     if character == ")":

@@ -78,20 +78,10 @@ class GrindingRun:
     """State of a run; feed `take` every event of the execution.
 
     Attributes:
-        mount: the wheel on the spindle.
         drive: what the table makes of its commands.
-        dressing: the dress programs met so far.
-        running: how fast the wheel turns, and whether the coolant flows.
-        part: on the machine.
         unloaded_at: time of the job at which the part was taken off, s; None while it is worked on.
-        strokes: rows of the record so far (`record.STROKE_ROW`), like the next two.
-        dresses: `record.DRESS_ROW`.
+        strokes: rows of the record so far (`record.STROKE_ROW`), like `dresses` and `parts`.
         plunged: of each of these strokes, whether it has gone deeper than any before it at some place of its own.
-        parts: `record.PART_ROW`; a part has its row once it is taken off.
-        stages: of each of `parts`, the last one among them.
-        unjudged: as of the record, with each of `parts`.
-        blocks: as of the record.
-        cycles: as of the record.
         begun: how many blocks of strokes there have been: cycles, and feed moves that are strokes.
         plan: of the last one.
     """
@@ -135,7 +125,6 @@ class GrindingRun:
         return self.mount.wheel
 
     def record(self) -> GrindingRecord:
-        """The record of all events taken."""
         return GrindingRecord(
             self.strokes.table(),
             self.dresses.table(),
@@ -151,7 +140,6 @@ class GrindingRun:
 
     @property
     def parts_before(self) -> int:
-        """How many parts of the run have been begun before the one at hand, or before the next one if that is off."""
         return len(self.parts) if self.unloaded_at is not None else self.part.number - 1
 
     def tell(self, execution: Execution) -> None:
@@ -163,7 +151,6 @@ class GrindingRun:
             self._dresses_anew = False
 
     def take(self, event: Event) -> None:
-        """Let an event of the control happen."""
         happen = HAPPENINGS.get(type(event))
         if happen is not None:
             happen(self, event)
@@ -178,7 +165,6 @@ class GrindingRun:
     # ------------------------------------------------------------------------------------------------- parts
 
     def _load(self, began: float, station: int = ANYWHERE, axis: int = 0) -> PartRun:
-        """Put the next part on the machine, or go on to that of a station along an axis, and touch the wheel off."""
         number = len(self.parts) + len(self._left) + 1
         require_conditions(self.conditions, number, self.programs.name)
         conditions = self.conditions[number - 1] if self.conditions else PartConditions()
@@ -187,15 +173,9 @@ class GrindingRun:
         return PartRun(number, job, conditions, began, new_wheel=self.mount.changes > 0, station=station)
 
     def _begin_cutting(self, time: float, axis: int = 0, stations: Sequence[int] = ()) -> bool:
-        """End the loading or gauging of the part; what is not cut after an M00 is no part.
+        """End the loading or gauging of the part; whether it has been loaded since the last cycle.
 
-        Args:
-            time: of the control, s.
-            axis: along which the table goes.
-            stations: that are met, by their numbers.
-
-        Returns:
-            Whether it has been loaded since the last cycle.
+        What is not cut after an M00 is no part.
         """
         if self.unloaded_at is not None:
             self.part, self.unloaded_at = self._load(self.unloaded_at), None
@@ -242,7 +222,6 @@ class GrindingRun:
         ]
 
     def _leaves_for(self, stations: Sequence[int]) -> bool:
-        """Whether strokes that meet these stations leave the part at hand for another."""
         return bool(stations) and self.part.met and self.part.station not in stations
 
     def expect(self, time: float, sweep: Swept) -> None:
@@ -255,7 +234,6 @@ class GrindingRun:
 
     @property
     def _numbers(self) -> range:
-        """Of the stations."""
         return range(len(self.job.stations))
 
     def _meet(self, line: int, stations: Sequence[int]) -> None:
@@ -352,7 +330,6 @@ class GrindingRun:
             self.watch.notices.tell(line, "call", called_dress(number))
 
     def _grind_between(self, time: float) -> None:
-        """The moves since the last part was taken off may grind the next one, which has had no cycle."""
         stations = self._numbers or [ANYWHERE]
         for k in stations:
             job = self.job if k == ANYWHERE else self.job.at_station(k, self.axis)
@@ -386,7 +363,6 @@ class GrindingRun:
         return loads
 
     def _take_over(self, time: float, plan: CyclePlan, sweep: Swept, dress: DressPlan | None = None) -> None:
-        """A cycle, with what its dress program does, or a feed move that is a stroke takes over."""
         loads = self._take_part(time, plan, met(self.job, sweep))
         if self.job.process.before is not None:
             self.part.p = self.part.nominal
@@ -409,7 +385,6 @@ class GrindingRun:
             self._strokes(event, 0)
 
     def is_feed_block(self, ahead: FeedAhead) -> bool:
-        """Whether a block that is about to be executed is a stroke, and its F that of the table."""
         axis, jobs = self._along
         place = ahead.start, ahead.end
         return axis is not None and any(leads_over(*place, axis, job) for job in jobs) and keeps_across(*place, axis)
@@ -476,7 +451,6 @@ class GrindingRun:
         self.watch.cuts.diameter(ds)
 
     def _misses(self, program: int) -> bool:
-        """Whether a dress program misses the diamond, which is told."""
         missed, diamond = self.dressing.missed[program], self.job.diamond
         if missed is None or diamond is None:
             return False
@@ -486,7 +460,6 @@ class GrindingRun:
         return True
 
     def _strokes(self, event: CycleStrokes, number: int) -> None:
-        """Strokes, the first one with a number within its cycle, and the dresses between them."""
         self._stroked_until = event.time
         if self.job.stations and (stations := touched(self.job, sweep_of(event))):
             self._meet(event.plan.line, stations)
@@ -533,11 +506,7 @@ class GrindingRun:
         self.position = event.end
 
     def _take_up_running(self, line: int) -> bool:
-        """The wheel is about to grind in the block of a line, as it turns and with the coolant as it flows now.
-
-        Returns:
-            Whether that is otherwise than before.
-        """
+        """Take up how the wheel turns and the coolant flows before a line grinds; whether that has changed."""
         fault = self.running.fault
         if fault is not None:
             raise GrindingError(f"{self.programs.name}:{line}: {fault}")
@@ -561,7 +530,6 @@ class GrindingRun:
         self.plunged += plunged
 
     def _infeed(self, event: Infeed) -> None:
-        """A groove infeed; it wears the wheel only if the job grooves with the wheel."""
         if self.job.stations:
             place = f"{self.programs.name}:{event.line}"
             raise GrindingError(f"{place}: a groove is cut, and grooves lie at no station; leave [[stations]] out")

@@ -179,7 +179,6 @@ def _built_in() -> Entries:
 
 
 def _content(path: Path) -> Mapping[str, Any]:
-    """What a file says."""
     try:
         return read_toml(path)
     except ReadError as error:

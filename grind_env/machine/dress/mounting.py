@@ -22,7 +22,6 @@ class Mount:
 
     Attributes:
         wheel: as it is now; None before the first cycle, which mounts it.
-        changes: how often a new one has been put in its place.
         own: what the process remembers, shape (1, fields of its `own`).
         lived: time of the job up to which both are as they are, s.
     """
@@ -43,11 +42,9 @@ class Mount:
         return first_diameter(self.job) if self.wheel is None else self.wheel.ds
 
     def present(self, p: StrokeParameters) -> WheelState:
-        """The wheel as it is now, before the first cycle as the job finds it."""
         return first_wheel(self.job, self._plan, p) if self.wheel is None else self.wheel
 
     def take_up(self, plan: DressPlan | None, p: StrokeParameters) -> None:
-        """A cycle begins, with a dress of its own or none: it mounts the first wheel."""
         self._plan = self._plan if plan is None else plan
         self.wheel = self.present(p)
 
@@ -62,7 +59,6 @@ class Mount:
         self.lived = time
 
     def leave(self, station: int) -> None:
-        """Strokes go over to another part, and may come back to the one at this station."""
         self._left[station] = self._row.copy(), self.lived
 
     def come_back(self, station: int, p: StrokeParameters) -> None:

@@ -40,14 +40,9 @@ class Laid:
 
 
 def dress_seconds(run: DressRun, control: Control, passes: Table, feed: Table, depth: Table) -> Table:
-    """Time of an execution with other numbers than the program's own, s, shape (N,); exactly its own with its own.
+    """Time of an execution with other numbers than the program's own, s; exactly its own with its own.
 
-    Args:
-        run: of the program.
-        control: settings of the control.
-        passes: at least 1, shape (N,).
-        feed: of the passes, mm/s, shape (N,).
-        depth: mean infeed of a pass, mm, shape (N,).
+    Passes, their feed in mm/s and their mean infeed in mm have shape (N,), as the result has.
     """
     plan = run.plan
     own = _seconds(run, control, plan.passes, np.array([plan.feed]), np.array([plan.depth]))
@@ -78,7 +73,6 @@ def add_times(ways: Any, rates: Any, acceleration: float, seconds: Any) -> None:
 
 
 def _legs(run: DressRun) -> tuple[list[Motion], list[int]]:
-    """The moves before the retrace, and which of them are passes."""
     moves = [k for k, motion in enumerate(run.motions) if _is_leg(motion)]
     return [run.motions[k] for k in moves], [moves.index(k) for k in run.strokes]
 
@@ -123,7 +117,6 @@ def _way_out(run: DressRun, control: Control, passes: int, feed: Table, depth: T
 
 
 def _way_back(run: DressRun, control: Control, out: Laid, feed: Table) -> Laid:
-    """The link to the end of the last move that is remembered, and these moves run backwards."""
     legs, _ = _legs(run)
     retrace = [motion for motion in run.motions if motion.source is Source.RETRACE]
     linked = not (len(retrace) <= min(len(legs), REMEMBERED) and legs[len(retrace) - 1].end == legs[-1].end)

@@ -37,7 +37,6 @@ def with_entries(job: Job, changes: Mapping[str, Mapping[str, float]]) -> Job:
 
 
 def _with_material(station: Station, old: Material, new: Material) -> Station:
-    """A station with the new material if it has the old one."""
     return replace(station, part=replace(station.part, material=new)) if station.part.material == old else station
 
 

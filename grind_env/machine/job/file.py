@@ -156,7 +156,6 @@ def load_job(path: str | Path, *, plant: "Plant | None" = None, calibrated: bool
 
 
 def _plant(name: Any) -> "Plant":
-    """The machine that a job names."""
     from grind_env.plants import PlantError, find_plant
 
     try:
@@ -215,7 +214,6 @@ def _uncertainty(catalogue: Catalogue, entries: Mapping[str, Entry]) -> Uncertai
 
 
 def _tables(document: TomlTable, name: str) -> list[object]:
-    """The tables of a name, each headed with it."""
     found = document.get(name, [])
     if not isinstance(found, list):
         raise wrong(name, found, f"tables, each headed [[{name}]]")
@@ -272,7 +270,6 @@ def _conditions(table: TomlTable, part: TomlTable, catalogue: Catalogue) -> Part
 
 
 def _stages(part: TomlTable) -> tuple[Stage, ...]:
-    """The stages of the part before the last one."""
     place, found = "part.stages", part.get("stages", [])
     if not isinstance(found, list):
         raise wrong(place, found, f"tables, each headed [[{place}]]")

@@ -182,7 +182,6 @@ class PartConditions:
     new_wheel_factors: Mapping[str, float] | None = None
 
     def __post_init__(self) -> None:
-        """Check names and numbers."""
         numbers = (*self.factors.items(), *(self.new_wheel_factors or {}).items())
         for name, _ in numbers:
             if name not in StrokeParameters._fields:
@@ -373,7 +372,6 @@ class Job:
     variables: Mapping[int, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Check what depends on more than one table."""
         wheel, start = self.setup.wheel, self.wheel
         low, high = wheel.minimum_diameter, wheel.diameter
         if start.diameter is not None and not low <= start.diameter <= high:
@@ -444,7 +442,6 @@ class Job:
 
     @cached_property
     def _lying(self) -> dict[int, tuple[Station, ...]]:
-        """By the axis of the table."""
         return {}
 
     def _of_kind(self, part: Part) -> "Job":
@@ -456,7 +453,6 @@ class Job:
 
     @cached_property
     def _kinds(self) -> dict[Part, "Job"]:
-        """The jobs of the other parts."""
         return {}
 
     @property

@@ -11,11 +11,7 @@ from grind_env.toml import toml_text
 
 
 def job_text(job: Job) -> str:
-    """The job as TOML.
-
-    Entries that are not those of the built-in catalogue stand in it with all their values, so that it needs no other
-    file.
-    """
+    """The job as TOML, which needs no other file: entries that are not built in stand in it with all values."""
     return toml_text(job_document(job)) + "\n"
 
 
@@ -41,7 +37,6 @@ def job_document(job: Job) -> dict[str, Any]:
 
 
 def _own(entries: list[tuple[str, Entry]]) -> dict[str, dict[str, Any]]:
-    """Entries that the built-in catalogue does not have so, by kind and name."""
     known = load_catalogue()
     own: dict[str, dict[str, Any]] = {}
     for kind, entry in entries:
@@ -52,7 +47,6 @@ def _own(entries: list[tuple[str, Entry]]) -> dict[str, dict[str, Any]]:
 
 
 def _uncertainty(job: Job) -> dict[str, Any]:
-    """What its calibration leaves open."""
     return {} if job.uncertainty is None else {"uncertainty": asdict(job.uncertainty)}
 
 
@@ -73,7 +67,6 @@ def _conditions(differs: PartConditions, part: Part) -> dict[str, Any]:
 
 
 def _differing(own: Part, part: Part) -> dict[str, Any]:
-    """What of a part is another than of that of the job."""
     found = {key: getattr(own, key) for key in contents(Part) if getattr(own, key) != getattr(part, key)}
     if own.material != part.material:
         found["material"] = own.material.name
@@ -83,7 +76,6 @@ def _differing(own: Part, part: Part) -> dict[str, Any]:
 
 
 def _said(table: Any) -> dict[str, Any]:
-    """The keys of a table that have not their default."""
     defaults = {each.name: each.default for each in fields(table) if each.default is not MISSING}
     values = {key: getattr(table, key) for key in contents(table.__class__)}
     return {key: value for key, value in values.items() if key not in defaults or value != defaults[key]}

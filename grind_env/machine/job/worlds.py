@@ -64,11 +64,7 @@ def worlds(job: Job, uncertainty: Uncertainty, seed: int, count: int) -> tuple[J
 
 
 def world(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: int) -> Job:
-    """One of the `worlds` by its number, with the `root` of their uncertainty.
-
-    Raises:
-        GrindError: numbers that are legal one by one are not together.
-    """
+    """One of the `worlds` by its number, with the `root` of their uncertainty."""
     entries = entries_of(job)
     *normal, force = np.random.default_rng((seed, number)).standard_normal(len(root) + 1).tolist()
     steps = (root @ np.array(normal)).tolist()
@@ -95,7 +91,6 @@ def world(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: in
 
 
 def _adds(name: str) -> bool:
-    """Whether a number may be below 0, and so has no logarithm."""
     kind, key = name.split(".")
     quantity = quantities(KINDS[kind])[key]
     return isinstance(quantity, Quantity) and quantity.low < 0.0

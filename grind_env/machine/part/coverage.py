@@ -27,7 +27,6 @@ class Coverage:
         self._known: Strips | None = None
 
     def is_whole(self, ends: tuple[float, float]) -> bool:
-        """Whether a table between these reversal points passes over the whole length."""
         low, high = self._passed(ends)
         return high - low == self._cells
 
@@ -72,7 +71,6 @@ class Coverage:
         return float(np.count_nonzero(depths <= 0.0) / depths.size)
 
     def _passed(self, ends: tuple[float, float]) -> tuple[int, int]:
-        """The first cell whose middle lies between two coordinates, and the one after the last."""
         low = max(math.ceil((min(ends) - self._start) / self._cell - 0.5), 0)
         return low, min(math.floor((max(ends) - self._start) / self._cell + 0.5), self._cells)
 

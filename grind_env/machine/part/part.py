@@ -66,7 +66,6 @@ class StageResult(NamedTuple):
 
     @property
     def passed(self) -> tuple[str, ...]:
-        """The limits that the part was beyond (fields of `process.cost.Limits`)."""
         return passed_limits(*self)
 
 
@@ -132,7 +131,6 @@ class PartRun:
 
     @property
     def said(self) -> str:
-        """What messages call it."""
         return "the part" if self.station == ANYWHERE else f"the part of station {self.job.stations[self.station].name}"
 
     @property
@@ -150,20 +148,12 @@ class PartRun:
         due: Sequence[int] = (),
         dress: DressPlan = NO_DRESS,
     ) -> tuple[Array, NDArray[np.bool_]]:
-        """Pass over the part once or many times, with dresses between.
+        """Pass over the part once or many times, with dresses after so many strokes as `due` says.
 
-        Args:
-            rows: of the strokes, dtype `record.STROKE_ROW`, with time, seconds, E and Z; what they do is written.
-            first_ends: reversal points between which the table moves in the first one, mm.
-            ends: those of the others.
-            edges: cross coordinate of the wheel's edge on the minus side in each, mm.
-            mount: the wheel, and what its process remembers; updated.
-            due: after how many strokes each dress falls due.
-            dress: what each of them does.
-
-        Returns:
-            The dresses, shape (dresses, fields of `Dressed`), and whether each stroke has gone deeper than any before
-            it at some place of its own.
+        `rows`, dtype `record.STROKE_ROW`, have time, seconds, E and Z; what the strokes do is written. `first_ends` are
+        the reversal points of the first one, mm; `edges` cross coordinates of the wheel's edge on the minus side.
+        Returns the dresses, shape (dresses, fields of `Dressed`), and whether each stroke has gone deeper than any
+        before it at some place.
         """
         first, last = self._under(edges)
         first_way = self._way(first_ends)
@@ -207,7 +197,6 @@ class PartRun:
         return dressed, plunged
 
     def _way(self, ends: Ends) -> PassedOver:
-        """What the table passes over between two reversal points."""
         part = self.job.part
         Lw = max(min(max(ends), part.start + part.length) - max(min(ends), part.start), 0.0)
         return PassedOver(Lw, self._coverage.is_whole(ends))
@@ -215,9 +204,7 @@ class PartRun:
     def reached(self, edges: tuple[float, float], ends: tuple[float, float]) -> float:
         """Least depth to which strokes have been in what a wheel sweeps that touches the part, mm.
 
-        Args:
-            edges: cross coordinates of the wheel's edge on the minus side, where it starts and ends.
-            ends: coordinates along the table there.
+        Between two `edges`, cross coordinates on the minus side, and two `ends` along the table, mm.
         """
         return self._coverage.least_between(*self._swept(edges), ends)
 
@@ -230,25 +217,15 @@ class PartRun:
         return min(self._coverage.least_between(first, last, ends), float(self._S[first:last].min()))
 
     def _swept(self, edges: tuple[float, float]) -> tuple[int, int]:
-        """The first strip that a wheel sweeps on its way between two edges, and the one after the last."""
         first, last = int(self._under(min(edges))[0]), int(self._under(max(edges))[1])
         first = min(first, len(self._centres) - 1)  # of one that is not over the middle of a strip, the nearest
         return first, max(last, first + 1)
 
     def _under(self, edge: Any) -> tuple[Any, Any]:
-        """The first strip under a wheel, or under each of many, whose edge lies there, and the one after the last."""
         return self._centres.searchsorted(edge), self._centres.searchsorted(edge + self.job.setup.wheel.width)
 
     def infeed(self, mount: Mount, event: Infeed) -> Pass:
-        """Infeed into a groove, with the wheel if the job says that it does the grooving.
-
-        Args:
-            mount: the wheel, and what its process remembers; updated if it cuts.
-            event: the infeed.
-
-        Returns:
-            The cut: an idle one of a turning tool, above the surface or in the air.
-        """
+        """Infeed into a groove; the cut is idle of a turning tool, above the surface or in the air."""
         self.infeeds += 1
         grinds = self.job.setup.grooving_wheel and not self.stalled
         before = mount.present(self.p)
@@ -265,16 +242,13 @@ class PartRun:
 
     @property
     def overloaded(self) -> bool:
-        """Whether the spindle has come to its power limit on it, and slowed."""
         return self.tally.peak_torque > SLOWED * self.p.rs
 
     @property
     def stalled(self) -> bool:
-        """Whether the spindle has stalled on it."""
         return self.tally.peak_torque >= STALL
 
     def end_stage(self) -> None:
-        """Judge the part at a gauging stop (M01), if it has been cut and has a further stage to end."""
         if not self.cutting or len(self.ended) == len(self.job.part.stages):
             return
         asked = self.job.part.stages[len(self.ended)]
@@ -290,7 +264,6 @@ class PartRun:
             plunges.clear()
 
     def change_wheel(self) -> None:
-        """Go on with a new wheel."""
         self._new_wheel = True
         self.p = self.nominal
 
@@ -321,7 +294,6 @@ class PartRun:
 
     @property
     def missed(self) -> bool:
-        """Whether a grooving wheel has made infeeds, none of which has reached the part."""
         return self.infeeds > 0 and self.job.setup.grooving_wheel and not tuple(self._grooves)
 
     @property

@@ -307,11 +307,7 @@ def _motions_of(block: ScriptBlock, job: Job) -> list[FeedMotion]:
 
 
 def _zones(script: Script, rows: Sequence[BlockRow]) -> Array:
-    """New parts in zones, as of `ScriptTables`; those of stations that are not alike have as many strips or zones.
-
-    Raises:
-        ScriptError: they have not.
-    """
+    """New parts in zones, as of `ScriptTables`; those of unlike stations must have as many strips or zones."""
     if not (script.job.stations and rows):
         return _zones_of(script.job, script.blocks, rows)[:, None]
     blocks: dict[str, list[int]] = {}

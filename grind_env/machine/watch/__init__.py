@@ -23,17 +23,7 @@ from grind_env.machine.watch.way import ObstacleWatch
 
 
 class RunWatch:
-    """Observes a run; what concerns one of its watchers alone is said to that one.
-
-    Attributes:
-        notices: what they have told.
-        cycles: those that grind nothing.
-        cuts: strokes, infeeds and dresses, for wheel and process model.
-        overload: of the spindle.
-        picks: that are too slow.
-        stops: at which a part is taken off.
-        way: moves outside the cycles.
-    """
+    """Observes a run; what concerns one of its watchers alone is said to that one."""
 
     def __init__(self, program: str, job: Job, control: Control) -> None:
         self.program, self.job, self.control = program, job, control
@@ -44,11 +34,9 @@ class RunWatch:
         self._last: dict[int, Cycle | None] = {}  # cycle on each part that has been left for another one, by its number
 
     def message(self, event: Message) -> None:
-        """Pass on what the control tells the operator."""
         self.notices.sentences.append(f"{self.program}: the control says: {event.text}")
 
     def start_cycle(self, part: PartRun, plan: CyclePlan) -> None:
-        """A cycle takes over, or a feed move that is a stroke."""
         if not self.cycles.goes_on(part, plan):
             self._end_cycle(part)
             self.stops.resume(part, plan)
@@ -67,15 +55,10 @@ class RunWatch:
     def strokes(
         self, part: PartRun, event: CycleStrokes, rows: Array, A: float, dress: DressPlan, dressed: Array
     ) -> None:
-        """Strokes have been made.
+        """Strokes have been made, with wear flats `A` before the first one.
 
-        Args:
-            part: on the machine.
-            event: the strokes.
-            rows: theirs, dtype `record.STROKE_ROW`.
-            A: wear-flat area of the wheel before the first one.
-            dress: what each dress between them does.
-            dressed: what each has come to, shape (dresses, fields of `Dressed`); none where they miss the diamond.
+        `dressed` is what each dress between them has come to, shape (dresses, fields of `Dressed`); none of one that
+        misses the diamond.
         """
         self.picks.strokes(event)
         longest, machine = self.cycles.count(event, rows), self.job.setup.machine
@@ -86,18 +69,15 @@ class RunWatch:
         self.way.stroked_until = event.time
 
     def leave(self, part: PartRun) -> None:
-        """The part stays at its station, and strokes go over to another one."""
         self._last[part.number] = self.cycles.cycle
         self._end_cycle(part)
         part.unjudged += tuple(self.cycles.unload())
 
     def take_off(self, part: PartRun) -> None:
-        """A part that has been left is taken off, with the last one."""
         part.unjudged += tuple(self.way.unjudged(part.station))
         self.stops.unload(part, self._last.pop(part.number, None), None)
 
     def unload(self, part: PartRun, stop: ProgramStop | None = None) -> None:
-        """The part is taken off the machine, at a stop or at the end of the program."""
         cycle, found = self.cycles.cycle, stop is not None and self.way.moves_since(stop.time)
         self._end_cycle(part)
         if self.way.axis is not None and (cycle is not None or not part.infeeds):

@@ -29,13 +29,7 @@ def middle_time(stroke: CycleStrokes, control: Control) -> float:
 
 
 def slow_pick(pick: Pick, stroke: CycleStrokes, control: Control) -> str:
-    """What to do about a pick that is still under way in the middle of the stroke after it.
-
-    Args:
-        pick: the pick.
-        stroke: any full stroke of the same cycle.
-        control: settings of the control.
-    """
+    """What to do about a pick that is still under way in the middle of the next stroke of its cycle."""
     dwell, (begin, end) = control.reversal_dwell, stroke.ends(0)
     length, seconds = abs(end - begin), stroke.seconds[0] - dwell
     ramp = ramp_time(length, stroke.feed / 60.0, control.acceleration)
@@ -66,13 +60,7 @@ def deepest_within(feed: float) -> float:
 
 
 def outside_model(feed: float, depth: float, word: str) -> str | None:
-    """What to say about a cut beyond the limits of validity of the process model; None within them.
-
-    Args:
-        feed: E, mm/min.
-        depth: real depth of cut, mm; 0 if the stroke does not cut.
-        word: that says the feed: E, or F of a feed move.
-    """
+    """What to say of a cut at E or F, mm/min, and a depth, mm, for which the model does not hold; None if it does."""
     low, high = TABLE_SPEEDS
     if depth <= deepest_within(feed):
         return None
@@ -82,16 +70,7 @@ def outside_model(feed: float, depth: float, word: str) -> str | None:
 
 
 def slowed_spindle(number: int, found: float, usual: float, limit: float, *, word: str, groove: bool) -> str:
-    """What to say of a stroke or infeed in which the wheel turned at `found` of `usual` m/s, at the power limit in kW.
-
-    Args:
-        number: of the stroke in its cycle; 0 if it has none.
-        found: m/s.
-        usual: m/s.
-        limit: kW.
-        word: that says how fast it is: E, or F of a feed move.
-        groove: whether it is an infeed.
-    """
+    """What to say of a cut in which the wheel turned at `found` of `usual` m/s, at the power limit in kW."""
     made, remedy = _cut(number, word, groove)
     return f"{made} the spindle slows to {found:.1f} of {usual:.1f} m/s at its {limit:.1f} kW; {remedy}"
 
@@ -106,7 +85,6 @@ def stalled_spindle(number: int, limit: float, lost: float, *, word: str, groove
 
 
 def _cut(number: int, word: str, groove: bool) -> tuple[str, str]:
-    """A stroke or an infeed in words, and what to do about one that asks too much of the spindle."""
     if groove:
         return "in an infeed", "take smaller steps or a lower F, or dress before"
     depth = "lower J or E" if word == "E" else f"go less deep or lower {word}"
@@ -114,10 +92,7 @@ def _cut(number: int, word: str, groove: bool) -> tuple[str, str]:
 
 
 def destroying_stroke(depth: float, feed: float, word: str) -> str:
-    """What to say of a stroke of a depth, mm, at a feed, mm/min, after which no grain of the wheel is as it was.
-
-    `word` says the feed: E, or F of a feed move.
-    """
+    """What to say of a stroke of a depth, mm, at a feed, mm/min, after which no grain of the wheel is as it was."""
     return (
         f"a stroke {depth:.3g} mm deep at {word}{feed:g} mm/min destroys the wheel; usual are picks of 0.001 to "
         f"0.04 mm and {word}3000 to {word}30000"
@@ -294,16 +269,7 @@ def worn_wheel(least: float) -> str:
 
 
 def missed_diamond(program: int, tip: Position, begin: Position, end: Position, cross: int, width: float) -> str:
-    """What to say of a dress program with a pass between two positions that leaves some of the wheel undressed.
-
-    Args:
-        program: its O number.
-        tip: of the diamond, mm.
-        begin: of the pass, mm.
-        end: of the pass, mm.
-        cross: the axis along which it leads.
-        width: of the wheel, mm.
-    """
+    """What to say of a dress program with a pass between two positions, mm, that leaves some of the wheel undressed."""
 
     def said(place: Position) -> str:
         return " ".join(f"{axis}{coordinate:g}" for axis, coordinate in zip(AXES, place, strict=True))

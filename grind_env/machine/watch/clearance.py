@@ -37,14 +37,7 @@ def into_part(part: PartRun, motion: Motion, axis: int, radius: float, *, found:
     """How far a move takes the wheel into the part, deeper than strokes have been there, mm; 0 if it keeps clear of it.
 
     An arc counts as its chord. A move that only lifts the wheel keeps clear, wherever it begins; of one that begins
-    where an operator has left the wheel, the end alone is judged, even if it lifts.
-
-    Args:
-        part: the part, with what strokes have done to it before the move.
-        motion: the move.
-        axis: the reciprocating axis.
-        radius: of the wheel, mm.
-        found: whether it begins where the control takes the wheel to be, and not where an operator has left it.
+    where an operator has left the wheel, and not where it was `found`, the end alone is judged, even if it lifts.
     """
     if found and lifts(motion, axis):
         return 0.0

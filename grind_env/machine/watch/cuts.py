@@ -79,7 +79,6 @@ class Cuts:
                 self.notices.tell(line, "wheel", advice.destroying_stroke(ae[k], event.feed, word))
 
     def infeed(self, part: PartRun, event: Infeed, cut: StrokeResult, before: WheelState, after: WheelState) -> None:
-        """A grooving wheel has made an infeed; the wheel before and after it."""
         self.notices.tell(event.line, "model", advice.groove_outside_model(cut))
         self.diameter(after.ds)
         if _destroyed(part, before.A, after.A):

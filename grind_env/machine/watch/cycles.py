@@ -48,7 +48,6 @@ class Cycle(NamedTuple):
     """Depth ground off."""
 
     def after(self, event: CycleStrokes, rows: Array) -> "Cycle":
-        """The same after further strokes, with their rows."""
         (begin, end), plan, edge = event.ends(0), self.plan, event.cross[-1]
         Z = rows["Z"].tolist()
         return self._replace(
@@ -86,11 +85,7 @@ class Cycle(NamedTuple):
 
 
 class Cycles:
-    """Tells of the cycles on a part that are in the air.
-
-    Attributes:
-        cycle: what the one in force has come to; None on a part that has had none.
-    """
+    """Tells of the cycles on a part that are in the air; `cycle` is that in force, None on a part that has had none."""
 
     def __init__(self, notices: Notices) -> None:
         self.notices = notices
@@ -104,7 +99,6 @@ class Cycles:
         self._others: dict[int, str] = {}  # cycles that may grind another part, by line, and what to say of each
 
     def goes_on(self, part: PartRun, plan: CyclePlan) -> bool:
-        """Whether a plan goes on with the one in force: both are feed moves, and it is no less deep."""
         cycle, depth = self.cycle, part.job.part.surface - plan.plunge_start
         return cycle is not None and cycle.plan.code == plan.code == FEED and depth >= cycle.deepest - DEPTH_TOLERANCE
 
@@ -120,7 +114,6 @@ class Cycles:
         return self.cycle.longest
 
     def end(self, part: PartRun) -> None:
-        """Judge the cycle as a whole, if there is one."""
         cycle, self.cycle = self.cycle, None
         if cycle is None or cycle.ends is None:
             return
@@ -139,7 +132,6 @@ class Cycles:
         self._in_air, self._ground = cycle.in_air, True
 
     def unload(self) -> Sequence[Unjudged]:
-        """The part is taken off; the cycles that may have been meant for another one."""
         if self._idle is not None and not self._ground:
             line, text = self._idle
             self.notices.tell(line, "air", text)
@@ -150,7 +142,6 @@ class Cycles:
 
 
 def _air(cycle: Cycle, ends: tuple[float, float], run: PartRun) -> str:
-    """What to say of a cycle in the air, with the ends of its last stroke."""
     part, axis, what = run.job.part, cycle.plan.axis, "this feed move" if cycle.plan.code == FEED else "this cycle"
     if cycle.over:
         plunge = AXES[plunge_axis(axis)]

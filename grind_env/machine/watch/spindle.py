@@ -10,11 +10,7 @@ from grind_env.process.state import StrokeParameters
 
 
 class Overload:
-    """Tells of it as the cycle, or the grooving, ends.
-
-    Attributes:
-        word: that says how fast the strokes are.
-    """
+    """Tells of it as the cycle, or the grooving, ends; its strokes have the `word` E, or F."""
 
     def __init__(self, notices: Notices) -> None:
         self.notices, self.word = notices, "E"
@@ -41,7 +37,6 @@ class Overload:
         self._line, self._torque, self._said = line, torque, said
 
     def end(self) -> None:
-        """The cycle is over."""
         if self._torque > 0.0:
             self.notices.tell(self._line, *self._said)
         self._torque = 0.0

@@ -23,7 +23,6 @@ class Stops:
         self._pending.append((stop.line, "stop", advice.stroked_on()))
 
     def unload(self, part: PartRun, cycle: Cycle | None, stop: ProgramStop | None) -> None:
-        """The part is taken off the machine after a cycle, if there was one, at a stop or at the end of the program."""
         left, notices = part.stock - max(part.deepest, 0.0), self.notices
         if cycle is not None and part.deepest > 0.0 and part.strokes:
             if 0.0 < part.job.part.tolerance < 1000.0 * left:
@@ -48,7 +47,6 @@ class Stops:
         self.end()
 
     def end(self) -> None:
-        """Nothing goes on with the part."""
         for line, subject, text in self._pending:
             self.notices.tell(line, subject, text)
         self._pending.clear()

@@ -46,11 +46,9 @@ class ObstacleWatch:
 
     @property
     def found(self) -> bool:
-        """Whether it is known where the wheel stands, and not only that an operator has left it there."""
         return self._found or bool(self._moves)
 
     def move(self, event: Motion) -> None:
-        """The program moves the axes."""
         if event.source in WATCHED and (event.start != event.end or isinstance(event, Arc)):  # a full circle
             self._moves.append(event)
 
@@ -62,11 +60,9 @@ class ObstacleWatch:
         self._moves = []
 
     def dress(self, part: PartRun, file: str, moves: Sequence[Motion], axis: int) -> None:
-        """A dress program of a file has been executed, with its way back."""
         self._judge(part, ((move, True) for move in moves), axis, file)
 
     def grinds(self, part: PartRun) -> bool:
-        """Whether the moves since the last part was taken off grind this one, which has had no cycle."""
         moves, axis = enumerate(self._moves), self.axis
         return axis is not None and any(self._ground(part, move, axis, k > 0) is not None for k, move in moves)
 
@@ -79,7 +75,6 @@ class ObstacleWatch:
         self._moves, self._found = [], found
 
     def unjudged(self, station: int) -> Sequence[Unjudged]:
-        """The part at a station is taken off; the moves that have ground it."""
         passes = self._passes.pop(station, [])
         if not passes:
             return []
