@@ -12,7 +12,6 @@ from grind_env.control.execution import execute
 from grind_env.control.expressions import foreseen
 from grind_env.control.motions import CycleEnd, Message, Motion, Stroke
 from grind_env.control.reader import Programs, read_block
-from grind_env.control.source import SourceText
 from grind_env.control.trace import error_record
 
 MOST_ERRORS = 1000
@@ -99,19 +98,12 @@ def _reading_errors(programs: Programs, control: Control) -> Iterator[ControlErr
     for program in programs:
         try:
             for source in program.blocks:
-                fault = _fault(source, control)
-                if fault is not None:
-                    yield fault
+                try:
+                    recognise(foreseen(read_block(source)), control.number_format)
+                except ControlError as error:
+                    yield error
         except ControlError as error:
             yield error
-
-
-def _fault(source: SourceText, control: Control) -> ControlError | None:
-    try:
-        recognise(foreseen(read_block(source)), control.number_format)
-    except ControlError as error:
-        return error
-    return None
 
 
 def _execution_error(programs: Programs, control: Control | None, report: Report) -> ControlError | None:

@@ -120,7 +120,9 @@ def decode(block: Block, modes: Modes, form: NumberFormat) -> Command:
             elif letter == "E":
                 reciprocation_feed = numbers.feed(block, word, modes.inch, form)
             elif letter == "S":
-                modes = modes._replace(spindle=numbers.spindle(block, word, modes.surface_speed and modes.inch, form))
+                feet = modes.surface_speed and modes.inch  # per minute (12-41)
+                speed = numbers.plain(block, word, form) * (numbers.METRES_PER_FOOT if feet else 1.0)
+                modes = modes._replace(spindle=speed)
             elif letter == "T":
                 tool = numbers.tool_numbers(block, word)
     if feed_missing is not None:

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 
-from grind_env.control.control import WHEEL_RADIUS, Control
+from grind_env.control.control import Control
 from grind_env.control.cycle_block import ModalWords
 from grind_env.control.decode import decode
 from grind_env.control.errors import ControlError
@@ -91,7 +91,7 @@ class Execution(Iterator[Event]):
         """
         if not 0.0 < radius < math.inf:
             raise ControlError("setting", f"a wheel radius of {radius} is impossible; it must be above 0 mm")
-        self._interpreter.mover.tooling.radii[WHEEL_RADIUS] = radius
+        self._interpreter.mover.tooling.wheel_radius = radius
 
     def set_table(self, share: float, dwell: float) -> None:
         """Let the table reach a share of every E, and rest some s at its reversal points, from the next stroke on."""

@@ -1,7 +1,7 @@
 """Straight and circular paths: their length, and the point after a fraction of it; all in mm."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from grind_env.control.modes import PLANES
@@ -93,10 +93,7 @@ Path: TypeAlias = Straight | Circular
 def split(path: Path, fraction: float) -> tuple[Path, Path]:
     """The parts of a path before and after a fraction of its length."""
     middle = path.point(fraction)
-    if isinstance(path, Straight):
-        return Straight(path.start, middle), Straight(middle, path.end)
-    first = Circular(path.start, middle, path.centre, path.rotation, path.plane)
-    return first, Circular(middle, path.end, path.centre, path.rotation, path.plane)
+    return replace(path, end=middle), replace(path, start=middle)
 
 
 def arc_about(start: Position, end: Position, offset: tuple[float, float], rotation: int, plane: str) -> Circular:

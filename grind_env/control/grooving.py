@@ -77,7 +77,7 @@ class GrooveLeg:
 def plan_groove(command: Command, position: Position, retract: float) -> GroovePlan:
     """The plan of a G76 or G77 block, in coordinates of the program, with the retract amount e, mm."""
     code = command.action
-    axis, spacing_axis = _roles(command)
+    axis, spacing_axis = PLANES[command.modes.plane][:: -1 if code == "G77" else 1]
     infeed, space = AXES[axis], AXES[spacing_axis]
     letters = infeed + space + INTEGRANDS[axis] + INTEGRANDS[spacing_axis] + "D"
     command.allow_only(
@@ -159,11 +159,6 @@ def _one_groove(plan: GroovePlan, across: float) -> Iterator[tuple[Position, Leg
 def _on_the_way(start: float, end: float, done: float) -> float:
     """The coordinate after `done` mm from start to end, exactly `end` after the whole way."""
     return end if done >= abs(end - start) else displaced(start, math.copysign(done, end - start))
-
-
-def _roles(command: Command) -> tuple[int, int]:
-    first, second = PLANES[command.modes.plane]
-    return (second, first) if command.action == "G77" else (first, second)
 
 
 def _bottom(command: Command, axis: int, start: float) -> float:

@@ -140,7 +140,7 @@ class Interruptions:
             table.dresses += 1
         yield DressEnd(timeline.time, number, cause)
         yield from mover.turn_spindle()
-        if mover.tooling.worn_out:
+        if mover.tooling.wheel_radius < self.control.minimum_radius:
             yield Message(timeline.time, "the wheel radius is below its minimum")
 
     def unserved(self) -> Iterator[str]:

@@ -164,7 +164,7 @@ class Mover:
 
     def follow_wheel(self, amount: float) -> None:
         """Let radius table, later infeeds and the program's origin follow a wheel made smaller by `amount` mm."""
-        self.tooling.dressed_off(amount)
+        self.tooling.wheel_radius -= amount
         plan = None if self.timeline.reciprocation is None else self.timeline.reciprocation.plan
         if plan is not None and plan.plunge_axis is not None and plan.depth > 0.0:
             way = amount if plan.depth_target > plan.plunge_start else -amount

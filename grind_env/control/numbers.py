@@ -94,12 +94,6 @@ def plain(block: Block, word: Word, form: NumberFormat = STANDARD) -> float:
     return value
 
 
-def spindle(block: Block, word: Word, feet: bool, form: NumberFormat = STANDARD) -> float:
-    """S: revolutions per minute, or a surface speed in m/min; with `feet` it is written in feet per minute (12-41)."""
-    value = plain(block, word, form)
-    return value * METRES_PER_FOOT if feet else value
-
-
 def integer(block: Block, word: Word, lowest: int, highest: int) -> int:
     """A whole number such as that of D, L, P or M; zero suppression does not concern it (D)."""
     _refuse_unevaluated(block, word)

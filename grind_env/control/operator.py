@@ -57,10 +57,3 @@ class Panel:
         if self.held:
             return "feedhold"
         return "override" if self.override == 0.0 else None
-
-
-def override_factor(percent: float) -> float:
-    """The factor of a feedrate override."""
-    if not 0.0 <= percent <= HIGHEST_OVERRIDE:
-        raise ControlError("setting", f"an override of {percent} % is impossible; it must be 0 to {HIGHEST_OVERRIDE:g}")
-    return percent / 100.0

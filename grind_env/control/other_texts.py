@@ -54,7 +54,7 @@ def check_head(data: bytes, name: str) -> None:
 
 def check_before(blocks: Sequence[SourceText]) -> None:
     """Refuse a text before the ``%`` of a program, of which no block can be read."""
-    if blocks and not any(map(_is_read, blocks)):
+    if blocks and not any(has_words(block, faulty=False) for block in blocks):
         message = (
             f"{quoted(blocks[0].text)} stands before the % of the program, where only comments may stand; delete it, "
             "or put it in parentheses"
@@ -62,8 +62,9 @@ def check_before(blocks: Sequence[SourceText]) -> None:
         raise blocks[0].place.error("block-format", message)
 
 
-def _is_read(block: SourceText) -> bool:
+def has_words(block: SourceText, *, faulty: bool) -> bool:
+    """Whether a block holds more than comments; what is to be said of a faulty one is given."""
     try:
         return bool(read_block(block).words)
     except ControlError:
-        return False
+        return faulty

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grind_env.control.errors import ControlError, Place
-from grind_env.control.other_texts import LOOKED_AT, MOST_BEFORE, check_before, check_head
+from grind_env.control.other_texts import LOOKED_AT, MOST_BEFORE, check_before, check_head, has_words
 from grind_env.control.source import Mark, Scanner, SourceText, Text, changed, text_in, text_of
 from grind_env.control.words import Block, Word, read_block
 from grind_env.files import ReadError, is_file, read_bytes
@@ -203,7 +203,7 @@ def _split(text: Text, folder: Path | None, faults: list[ControlError] | None = 
         for source in scanner:
             if not _NAME.match(source.text):
                 count, last = count + 1, source
-                begun = begun or _has_words(source)
+                begun = begun or has_words(source, faulty=True)
                 continue
             if begun:
                 programs.append(Program(number, place, Blocks(text, start, count, last)))
@@ -220,22 +220,7 @@ def _split(text: Text, folder: Path | None, faults: list[ControlError] | None = 
     return Programs(text.name, programs, folder)
 
 
-def _has_words(source: SourceText) -> bool:
-    try:
-        return bool(read_block(source).words)
-    except ControlError:
-        return True
-
-
 def _new_number(source: SourceText, taken: set[int]) -> int:
-    number = _program_number(source)
-    if number in taken:
-        raise source.place.error("block-format", f"O{number} is named twice; every program needs its own number")
-    taken.add(number)
-    return number
-
-
-def _program_number(source: SourceText) -> int:
     block = read_block(source)
     name, *others = block.words
     if others:
@@ -243,4 +228,7 @@ def _program_number(source: SourceText) -> int:
     number = int(name.whole or "0")
     if name.sign or name.point or not 1 <= number <= HIGHEST_PROGRAM:
         raise block.error("out-of-range", f"{name} is not a program name; O1 to O{HIGHEST_PROGRAM} are", name)
+    if number in taken:
+        raise source.place.error("block-format", f"O{number} is named twice; every program needs its own number")
+    taken.add(number)
     return number

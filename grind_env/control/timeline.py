@@ -9,7 +9,7 @@ import math
 from collections import deque
 from collections.abc import Generator, Iterable, Iterator
 from dataclasses import dataclass
-from typing import TypedDict
+from typing import Any
 
 from grind_env.control.budget import BlockBudget
 from grind_env.control.control import Control
@@ -50,19 +50,6 @@ class Moving:
         if time >= self.finish or length == 0.0:
             return self.path.end
         return self.path.point(travelled(time - self.begin, length, self.speed, self.acceleration) / length)
-
-
-class Frame(TypedDict):
-    """The fields that every `Motion` has."""
-
-    start: Position
-    end: Position
-    begin: float
-    seconds: float
-    block: int
-    line: int
-    source: Source
-    inch: bool
 
 
 class Timeline:
@@ -159,16 +146,16 @@ class Timeline:
         self.time, self.position, self._motion = finish, path.end, None
         if self.reciprocation is not None:
             self._settle_axis(self.reciprocation)
-        frame = Frame(
-            start=start,
-            end=end,
-            begin=begin,
-            seconds=seconds,
-            block=place.block,
-            line=place.line,
-            source=source,
-            inch=self.inch,
-        )
+        frame: dict[str, Any] = {
+            "start": start,
+            "end": end,
+            "begin": begin,
+            "seconds": seconds,
+            "block": place.block,
+            "line": place.line,
+            "source": source,
+            "inch": self.inch,
+        }
         if path.length == 0.0:
             yield Dwell(**frame)
         elif feed is None:

@@ -8,8 +8,6 @@ from grind_env.control.modal_state import Modes
 from grind_env.control.motions import Position
 from grind_env.control.paths import Missing
 
-MILLIMETRES_PER_METRE = 1000.0
-
 
 class Tooling:
     """The tables that T selects from, as the execution changes them; no entry is selected before the first T word."""
@@ -38,13 +36,14 @@ class Tooling:
         self.entry, number = command.tool
         return self.control.length_offset(number)
 
-    def dressed_off(self, amount: float) -> None:
-        """Keep entry 33 up to date after a dress that takes `amount` mm off the radius (15-11)."""
-        self.radii[WHEEL_RADIUS] = self.radius_of(WHEEL_RADIUS) - amount
-
     @property
-    def worn_out(self) -> bool:
-        return self.radius_of(WHEEL_RADIUS) < self.control.minimum_radius
+    def wheel_radius(self) -> float:
+        """That in entry 33, mm, which dresses keep up to date (15-11)."""
+        return self.radius_of(WHEEL_RADIUS)
+
+    @wheel_radius.setter
+    def wheel_radius(self, radius: float) -> None:
+        self.radii[WHEEL_RADIUS] = radius
 
     def spindle_speed(self, modes: Modes, missing: Missing) -> float | None:
         """Revolutions per minute of the wheel; None before the first S.
@@ -53,7 +52,6 @@ class Tooling:
         """
         if modes.spindle is None or not modes.surface_speed:
             return modes.spindle
-        radius = self.radius_of(WHEEL_RADIUS)
-        if radius <= 0.0:
+        if self.wheel_radius <= 0.0:
             raise missing()
-        return MILLIMETRES_PER_METRE * modes.spindle / (2.0 * math.pi * radius)
+        return 1000.0 * modes.spindle / (2.0 * math.pi * self.wheel_radius)

@@ -95,7 +95,7 @@ def test_slow_programs_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_more_strokes_than_the_budget_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     text = "G19 G81 X9. E9000.\nG04 P9.\nM30\n"
     assert examine(Case(text, {"block_budget": 20}))[0] == "block-budget"
-    monkeypatch.setattr("grind_env.control.budget.Budget.spend", lambda self, place: None)
-    monkeypatch.setattr("grind_env.control.budget.Budget.foresee", lambda self, count, place: None)
+    monkeypatch.setattr("grind_env.control.budget.BlockBudget.spend", lambda self, place: None)
+    monkeypatch.setattr("grind_env.control.budget.BlockBudget.foresee", lambda self, count, place: None)
     finding = examine(Case(text, {"block_budget": 20}))[1]
     assert finding is not None and finding.signature == "more strokes than the budget"

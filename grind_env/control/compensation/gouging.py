@@ -45,10 +45,6 @@ class Passed(NamedTuple):
     """Third coordinate, mm."""
 
 
-def _no_boxes() -> NDArray[np.float64]:
-    return np.full((4, HELD), math.nan)
-
-
 @dataclass(slots=True)
 class GougeCheck:
     """Compares each element with those along which the wheel has run since the compensation was switched on.
@@ -62,7 +58,7 @@ class GougeCheck:
 
     count: int = 0
     passed: list[Passed] = field(default_factory=list)
-    boxes: NDArray[np.float64] = field(default_factory=_no_boxes)
+    boxes: NDArray[np.float64] = field(default_factory=lambda: np.full((4, HELD), math.nan))
 
     def follow(self, place: Place, programmed: Element, centre: tuple[Element, ...], level: float) -> Place | None:
         """Take up an element; returns the block of an earlier one that the wheel cannot pass beside it."""
