@@ -56,7 +56,6 @@ class Blocks:
         return self.count
 
     def __iter__(self) -> Iterator[SourceText]:
-        """Read them from the first one on; the text is closed with the iterator."""
         if self.count <= SHORT:
             yield from _kept(self)
         else:

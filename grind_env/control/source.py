@@ -134,7 +134,6 @@ class Scanner:
         self._begun, self.unread = start.begun, False
 
     def __iter__(self) -> Iterator[SourceText]:
-        """Read the blocks."""
         name, line = self._text.name, self._start.line
         line_begin = 1 - self._start.column
         pieces = self._pieces()

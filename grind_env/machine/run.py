@@ -57,14 +57,7 @@ from grind_env.machine.part.stations import Swept, alone, met, sweep_of, sweep_o
 from grind_env.machine.part.unjudged import Unjudged
 from grind_env.machine.record import DRESS_ROW, PART_ROW, GrindingRecord, RowLog
 from grind_env.machine.watch import RunWatch
-from grind_env.machine.watch.advice import (
-    BEYOND_NUMBERS,
-    advancing_dresser,
-    called_dress,
-    missed_diamond,
-    shared_strokes,
-    unmet_station,
-)
+from grind_env.machine.watch.advice import BEYOND_NUMBERS, missed_diamond, shared_strokes
 from grind_env.process.cost import STALL
 from grind_env.process.process import Drive, Moment
 from grind_env.process.state import WheelState
@@ -325,9 +318,14 @@ class GrindingRun:
         self.watch.stops.end()
         for each in self.job.stations:
             if each.name in self._unmet:
-                self.watch.notices.sentences.append(unmet_station(each.name, self.programs.name))
+                text = f"station {each.name}: no stroke of {self.programs.name} meets its part; "
+                self.watch.notices.sentences.append(f"{text}mend its place in [[stations]], or leave it out")
         for line, number in self.dressing.called(self.position, self.axis):
-            self.watch.notices.tell(line, "call", called_dress(number))
+            text = (
+                f"M98 P{number} runs the motions of the dress program and dresses nothing; a dress is made by D, by "
+                "the .1 form of a cycle, or when the operator asks for one"
+            )
+            self.watch.notices.tell(line, "call", text)
 
     def _grind_between(self, time: float) -> None:
         stations = self._numbers or [ANYWHERE]
@@ -344,7 +342,12 @@ class GrindingRun:
         if plan.program is not None:
             dress = self.dressing.plan(plan.program, self.position, event)
             if plan.program in self.dressing.advancing and self.job.setup.dresser_infeed is None:
-                self.watch.notices.tell(0, f"O{plan.program}", advancing_dresser(plan.program, dress.depth))
+                text = (
+                    f"dress program O{plan.program} has no infeed; its dresser is taken to advance {dress.depth:g} mm "
+                    "by itself before each pass; say dresser_infeed in [setup] of the job, or move the wheel towards "
+                    "the diamond in a block of its own"
+                )
+                self.watch.notices.tell(0, f"O{plan.program}", text)
         self._take_over(event.time, plan, sweep_of_plan(plan, self.position), dress)
         if plan.program is not None and plan.dresses > 0:
             self._dresses_anew = self.dressing.goes_anew(plan.program, self.part.station)

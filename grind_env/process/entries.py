@@ -39,7 +39,6 @@ class Quantity:
         return is_number and self.low <= value <= self.high
 
     def __str__(self) -> str:
-        """The range: `1 to 500 W/(m K)`."""
         return f"{self.low:g} to {self.high:g} {self.unit}".rstrip()
 
 

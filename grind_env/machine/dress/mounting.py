@@ -94,7 +94,9 @@ class Mount:
 
     def change_if_worn(self, p: StrokeParameters) -> bool:
         """Put a new wheel in the place of one that is worn out; whether that was so."""
-        if self.wheel is None or not is_worn_out(self.job, self.wheel):
+        if self.wheel is None or self.job.times.wheel_change is None:
+            return False
+        if self.wheel.ds >= self.job.setup.wheel.minimum_diameter:
             return False
         self.wheel = new_wheel(self.job, self.wheel, self._plan, p)
         self.changes += 1
@@ -115,11 +117,6 @@ def first_wheel(job: Job, plan: DressPlan | None, p: StrokeParameters) -> WheelS
     if start.volume_since_dress is not None:
         wheel = wheel._replace(V=start.volume_since_dress)
     return wheel
-
-
-def is_worn_out(job: Job, wheel: WheelState) -> bool:
-    """Whether the operator puts a new wheel in its place at the next stop."""
-    return job.times.wheel_change is not None and wheel.ds < job.setup.wheel.minimum_diameter
 
 
 def new_wheel(job: Job, worn: WheelState, plan: DressPlan | None, p: StrokeParameters) -> WheelState:

@@ -65,7 +65,6 @@ class Stage:
     rise_allowance: Annotated[float, Quantity("dT", "K", 0, 2000)] = 0.0
 
     def __post_init__(self) -> None:
-        """Check every number; a `JobError` names the one out of range."""
         tables.check(self, "part.stages", JobError)
 
 
@@ -111,7 +110,6 @@ class Part:
     stages: tuple[Stage, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check every number; a `JobError` names the one out of range. No stage has less off than the one before."""
         tables.check(self, "part", JobError)
         least = 0.0
         for number, stage in enumerate(self.stages, 1):
@@ -140,7 +138,6 @@ class Station:
     part: Part
 
     def __post_init__(self) -> None:
-        """Check every value; a `JobError` names the one that is not legal."""
         tables.check(self, "stations", JobError)
         if not self.name.strip() or not self.name.isprintable():
             raise wrong("stations.name", self.name, "a text of one line that is not empty")
@@ -244,7 +241,6 @@ class Setup:
     grooving_wheel: bool = False
 
     def __post_init__(self) -> None:
-        """Check every value; a `JobError` names the one out of range."""
         tables.check(self, "setup", JobError)
 
 
@@ -267,7 +263,6 @@ class Times:
     wheel_change: Annotated[float | None, Quantity("", "s", 0, 86_400)] = None
 
     def __post_init__(self) -> None:
-        """Check every number; a `JobError` names the one out of range."""
         tables.check(self, "times", JobError)
 
 
@@ -288,7 +283,6 @@ class WheelStart:
     diamond_flat: Annotated[float, Quantity("wd", "mm", 0, 2)] = 0.0
 
     def __post_init__(self) -> None:
-        """Check every number; a `JobError` names the one out of range."""
         tables.check(self, "wheel", JobError)
 
 
@@ -310,7 +304,6 @@ class Diamond:
     z: Annotated[float, Quantity("", "mm", -10_000, 10_000)]
 
     def __post_init__(self) -> None:
-        """Check every number; a `JobError` names the one out of range."""
         tables.check(self, "diamond", JobError)
 
     @property
@@ -338,7 +331,6 @@ class Lots:
     roughness: Annotated[float, Quantity("", "", 0, 1)] = 0.15
 
     def __post_init__(self) -> None:
-        """Check every number; a `JobError` names the one out of range."""
         tables.check(self, "lots", JobError)
 
 

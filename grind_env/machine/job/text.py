@@ -12,11 +12,6 @@ from grind_env.toml import toml_text
 
 def job_text(job: Job) -> str:
     """The job as TOML, which needs no other file: entries that are not built in stand in it with all values."""
-    return toml_text(job_document(job)) + "\n"
-
-
-def job_document(job: Job) -> dict[str, Any]:
-    """The job by its keys; those that have their default are left out."""
     tools = {kind: getattr(job.setup, kind) for kind in USUAL}
     kinds = (*(each.part for each in job.parts if each.part is not None), *(each.part for each in job.stations))
     materials = [job.part.material, *(each.material for each in kinds)]
@@ -29,11 +24,11 @@ def job_document(job: Job) -> dict[str, Any]:
         "wheel": _said(job.wheel),
         "diamond": {} if job.diamond is None else _said(job.diamond),
         "lots": _said(job.lots),
-        "catalogue": _own(entries) | _uncertainty(job),
+        "catalogue": _own(entries) | ({} if job.uncertainty is None else {"uncertainty": asdict(job.uncertainty)}),
         "stations": [_said(each) | _part(each.part) for each in job.stations],
         "parts": [_conditions(each, job.part) for each in job.parts],
     }
-    return {name: table for name, table in tables.items() if table}
+    return toml_text({name: table for name, table in tables.items() if table}) + "\n"
 
 
 def _own(entries: list[tuple[str, Entry]]) -> dict[str, dict[str, Any]]:
@@ -44,10 +39,6 @@ def _own(entries: list[tuple[str, Entry]]) -> dict[str, dict[str, Any]]:
             values = {key: getattr(entry, key) for key in quantities(KINDS[kind])}
             own.setdefault(kind, {})[entry.name] = values
     return own
-
-
-def _uncertainty(job: Job) -> dict[str, Any]:
-    return {} if job.uncertainty is None else {"uncertainty": asdict(job.uncertainty)}
 
 
 def _part(part: Part) -> dict[str, Any]:

@@ -72,7 +72,9 @@ def world(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: in
     for name, spread, step in zip(uncertainty.names, uncertainty.spread, steps, strict=True):
         kind, key = name.split(".")
         value = _value(entries, name)
-        changes[kind][key] = value + spread * step if _adds(name) else value * math.exp(spread * step)
+        quantity = quantities(KINDS[kind])[key]
+        adds = isinstance(quantity, Quantity) and quantity.low < 0.0  # it may be below 0, and so has no logarithm
+        changes[kind][key] = value + spread * step if adds else value * math.exp(spread * step)
     material = changes["material"]
     factor = material.get("power_factor", _value(entries, "material.power_factor"))
     material["power_factor"] = factor * math.exp(uncertainty.residual * force)
@@ -88,12 +90,6 @@ def world(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: in
             f"{UNCERTAINTY}: some of the machines that it allows are none, for {why}; give smaller spreads, or leave "
             "names out"
         ) from None
-
-
-def _adds(name: str) -> bool:
-    kind, key = name.split(".")
-    quantity = quantities(KINDS[kind])[key]
-    return isinstance(quantity, Quantity) and quantity.low < 0.0
 
 
 def _value(entries: Mapping[str, Any], name: str) -> float:

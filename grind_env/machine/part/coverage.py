@@ -19,7 +19,6 @@ class Coverage:
     """
 
     def __init__(self, start: float, length: float, strips: int) -> None:
-        """Begin with a part from coordinate `start` on, both mm, that no stroke has reached."""
         self._cells = math.ceil(length / CELL)
         self._start, self._cell = start, length / self._cells
         self._whole = np.zeros(strips)  # by strokes over the whole length

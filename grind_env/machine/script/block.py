@@ -78,10 +78,6 @@ class ScriptBlock:
         return self.plan.plunges and self.plan.program is not None
 
     @property
-    def has_secondary_pick(self) -> bool:
-        return any(word.letter == "Q" for word in self.block.words)
-
-    @property
     def crosses(self) -> bool:
         return self.plan.cross_axis is not None and self.plan.cross_start != self.plan.cross_end
 

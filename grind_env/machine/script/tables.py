@@ -246,7 +246,8 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
 def _plan_row(block: ScriptBlock, row: BlockRow) -> Any:
     numbers = {name: float(getattr(block.plan, name)) for name in PLAN}
     numbers["depth"] = -_target(block) - row.start
-    numbers["secondary_pick"] = block.plan.secondary_pick if block.has_secondary_pick else AS_PRIMARY
+    has_own = any(word.letter == "Q" for word in block.block.words)
+    numbers["secondary_pick"] = block.plan.secondary_pick if has_own else AS_PRIMARY
     numbers["pre_dress"] = float(block.plan.pre_dress and block.dress is not None)
     return PlanRow(**numbers)
 

@@ -1,7 +1,4 @@
-"""When a run warns: brings what happens to the watchers, each with one matter, which tell of it in this order.
-
-The texts are in `advice.py`.
-"""
+"""When a run warns: brings what happens to the watchers, each with one matter, which tell of it in this order."""
 
 from grind_env.arrays import Array
 from grind_env.control import Control, CyclePlan, CycleStrokes, Message, ProgramStop
@@ -11,7 +8,6 @@ from grind_env.machine.job import Job
 from grind_env.machine.part.feeds import speed_word
 from grind_env.machine.part.part import PartRun
 from grind_env.machine.part.running import Running, Told
-from grind_env.machine.watch import advice
 from grind_env.machine.watch.cuts import Cuts
 from grind_env.machine.watch.cycles import Cycle, Cycles
 from grind_env.machine.watch.limits import beyond_picks, beyond_table
@@ -45,7 +41,11 @@ class RunWatch:
         self.cycles.begin(part, plan)
         self.notices.tell(plan.line, "feed", beyond_picks(plan, self.job.setup.machine))
         if plan.dresses and plan.dresses > (infeeds := plunges(plan)):
-            self.notices.tell(plan.line, "dresses", advice.many_dresses(plan.dresses, infeeds))
+            text = (
+                f"D{plan.dresses} asks for more dresses than the cycle has plunges, {infeeds}, so that some follow one "
+                f"another; give D{infeeds} or less"
+            )
+            self.notices.tell(plan.line, "dresses", text)
 
     def runs(self, line: int, running: Running, diameter: float) -> None:
         """The wheel, of a diameter, mm, is about to grind in the block of a line: how it turns, and the coolant."""
@@ -84,7 +84,8 @@ class RunWatch:
             self.way.judge(part, self.way.axis)
         others = self.cycles.unload()
         if part.missed:
-            self.notices.tell(0, "missed", advice.missed_surface(part.job.part.surface))
+            found = f"no infeed reaches the part, whose surface is at {part.job.part.surface:g}"
+            self.notices.tell(0, "missed", f"{found}; set part.surface to where the wheel touches")
         self.way.unload(found=found)
         part.unjudged += (*self.way.unjudged(part.station), *others)
         self.stops.unload(part, cycle, stop)

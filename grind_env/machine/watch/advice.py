@@ -23,11 +23,6 @@ BEYOND_NUMBERS = (
 """What to say of a cut on such a job."""
 
 
-def middle_time(stroke: CycleStrokes, control: Control) -> float:
-    """Time at which the table passes the middle of a stroke, s; its reversal dwell comes after the stroke."""
-    return stroke.begins[0] + 0.5 * (stroke.seconds[0] - control.reversal_dwell)
-
-
 def slow_pick(pick: Pick, stroke: CycleStrokes, control: Control) -> str:
     """What to do about a pick that is still under way in the middle of the next stroke of its cycle."""
     dwell, (begin, end) = control.reversal_dwell, stroke.ends(0)
@@ -99,11 +94,6 @@ def destroying_stroke(depth: float, feed: float, word: str) -> str:
     )
 
 
-def destroying_infeed(depth: float, feed: float) -> str:
-    """The same of an infeed at F `feed`, mm/min."""
-    return f"an infeed {depth:.3g} mm deep at F{feed:g} mm/min destroys the wheel; take smaller steps or a higher F"
-
-
 def groove_outside_model(cut: state.StrokeResult) -> str | None:
     """What to say about an infeed beyond the limits of validity of the process model; None within them."""
     if cut.ae <= 0.0:
@@ -118,11 +108,6 @@ def groove_outside_model(cut: state.StrokeResult) -> str | None:
     if cut.ae > DEEPEST_CUT:
         return f"an infeed cuts {cut.ae:.2f} mm deep; the process model holds up to {DEEPEST_CUT:g} mm"
     return None
-
-
-def missed_surface(surface: float) -> str:
-    """What to say where no infeed comes as far as the surface of the job, mm."""
-    return f"no infeed reaches the part, whose surface is at {surface:g}; set part.surface to where the wheel touches"
 
 
 def crash(depth: float, move: Motion, part: str = "the part") -> str:
@@ -151,22 +136,6 @@ def _named(move: Motion) -> str:
     if move.source is Source.RETRACE:
         return f"a {kind} on the way back from the dress"
     return f"a {kind} of the dress program" if move.source is Source.DRESS else f"a {kind} outside a cycle"
-
-
-def above_surface(what: str, axis: str, lowest: float, surface: float) -> str:
-    """What to say of a cycle, or `what` it is, whose lowest stroke is at a coordinate that is not below `surface`."""
-    return (
-        f"no stroke of {what} touches the part: the lowest is at {axis}{lowest:g}, "
-        f"the surface at {axis}{surface:g}; give a depth below it, or set part.surface to where the wheel touches"
-    )
-
-
-def ground_before(what: str, axis: str, lowest: float) -> str:
-    """What to say of a cycle, or `what` it is, that goes no deeper than the part has been ground."""
-    return (
-        f"{what} finds nothing to grind, for the part has been ground as deep as {axis}{lowest:g} before; "
-        "go deeper, or put M00 before it if it is to grind the next part"
-    )
 
 
 def beside_part(what: str, axis: str, swept: tuple[float, float], part: tuple[float, float]) -> str:
@@ -204,68 +173,9 @@ def shared_strokes(names: Sequence[str]) -> str:
     )
 
 
-def unmet_station(name: str, program: str) -> str:
-    """What to say of a station whose part a program leaves as it is."""
-    return f"station {name}: no stroke of {program} meets its part; mend its place in [[stations]], or leave it out"
-
-
 def _deep(depths: tuple[float, float]) -> str:
     low, high = (f"{depth:.4g}" for depth in depths)
     return f"{high} mm deep" if low == high else f"{low} to {high} mm deep"
-
-
-def stock_left(depth: float, stock: float) -> str:
-    """What to say of a program that ends at a depth, mm, at which the tolerance is not kept."""
-    return f"the part is ground to a depth of {depth:.4g} mm, but has {stock:.4g} mm of stock; go as deep"
-
-
-def unended_stages(stages: int, stops: int) -> str:
-    """What to say of a program that ends with stages of the job which no M01 has ended; it had `stops` that did."""
-    found = f"{stages} stage{'s' * (stages > 1)}"
-    return (
-        f"the job has {found} before the last one, but the program stopped at {stops} M01 after it had begun to grind; "
-        "put M01 after the last cycle of each, or its limits are not judged"
-    )
-
-
-def taken_off(line: int, depth: float, stock: float) -> str:
-    """What to say of M00 after which a cycle in a line goes on at the depth, mm, to which the part was ground."""
-    return (
-        f"M00 takes the part off at a depth of {depth:.4g} mm, with {stock:.4g} mm of stock, and line {line} goes on "
-        "there; write M01 if the part is to be gauged and stay"
-    )
-
-
-def stroked_on() -> str:
-    """What to say of M00 after which the table strokes on."""
-    return (
-        "M00 stops the program while the table reciprocates, from which no part is taken; the part stays and is ground "
-        "on until the table stands or the next cycle begins: write G80 before M00"
-    )
-
-
-def many_dresses(dresses: int, plunges: int) -> str:
-    """What to say of D above the number of the plunges of a cycle."""
-    return (
-        f"D{dresses} asks for more dresses than the cycle has plunges, {plunges}, so that some follow one another; "
-        f"give D{plunges} or less"
-    )
-
-
-def eaten_wheel(dressed: float, least: float) -> str:
-    """What to say of dresses that have taken so much off the diameter of the wheel, mm, that it is too small."""
-    return (
-        f"dressing alone takes {dressed:.4g} mm off the diameter of the wheel, which falls below its least diameter, "
-        f"{least:g} mm; dress less often or less deep"
-    )
-
-
-def worn_wheel(least: float) -> str:
-    """What to say of a wheel below its least diameter, mm."""
-    return (
-        f"the wheel is smaller than its least diameter, {least:g} mm; begin with a larger one, or give the time of a "
-        "wheel change in [times] of the job"
-    )
 
 
 def missed_diamond(program: int, tip: Position, begin: Position, end: Position, cross: int, width: float) -> str:
@@ -278,22 +188,6 @@ def missed_diamond(program: int, tip: Position, begin: Position, end: Position, 
         f"dress program O{program} dresses nothing, for the pass from {said(begin)} to {said(end)} does not take the "
         f"whole wheel over the diamond at {said(tip)} (it reaches {width:g} mm from its {AXES[cross]} to plus); "
         "lead it there, or mend [diamond] of the job"
-    )
-
-
-def advancing_dresser(number: int, depth: float) -> str:
-    """What to say of a dress program without an infeed, for which the job does not say how far the dresser advances."""
-    return (
-        f"dress program O{number} has no infeed; its dresser is taken to advance {depth:g} mm by itself before each "
-        "pass; say dresser_infeed in [setup] of the job, or move the wheel towards the diamond in a block of its own"
-    )
-
-
-def called_dress(program: int) -> str:
-    """What to say of M98 with the number of a dress program."""
-    return (
-        f"M98 P{program} runs the motions of the dress program and dresses nothing; a dress is made by D, "
-        "by the .1 form of a cycle, or when the operator asks for one"
     )
 
 

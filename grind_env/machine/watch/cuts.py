@@ -35,12 +35,20 @@ class Cuts:
         self._dressed += 2.0 * plan.passes * plan.depth
         if self.lasts and not self._eaten and first_diameter(self.job) - self._dressed < self.least:
             self._eaten = True
-            self.notices.tell(line, "diameter", advice.eaten_wheel(self._dressed, self.least))
+            text = (
+                f"dressing alone takes {self._dressed:.4g} mm off the diameter of the wheel, which falls below its "
+                f"least diameter, {self.least:g} mm; dress less often or less deep"
+            )
+            self.notices.tell(line, "diameter", text)
 
     def diameter(self, diameter: float) -> None:
         """Whether the wheel is below its least diameter, mm, unless the job changes worn wheels."""
         if self.lasts and not self._eaten and diameter < self.least:
-            self.notices.tell(0, "diameter", advice.worn_wheel(self.least))
+            text = (
+                f"the wheel is smaller than its least diameter, {self.least:g} mm; begin with a larger one, or give "
+                "the time of a wheel change in [times] of the job"
+            )
+            self.notices.tell(0, "diameter", text)
 
     def strokes(
         self, part: PartRun, event: CycleStrokes, rows: Array, A: float, dress: DressPlan, dressed: Array
@@ -82,7 +90,8 @@ class Cuts:
         self.notices.tell(event.line, "model", advice.groove_outside_model(cut))
         self.diameter(after.ds)
         if _destroyed(part, before.A, after.A):
-            self.notices.tell(event.line, "wheel", advice.destroying_infeed(cut.ae, event.feed))
+            cause = f"an infeed {cut.ae:.3g} mm deep at F{event.feed:g} mm/min"
+            self.notices.tell(event.line, "wheel", f"{cause} destroys the wheel; take smaller steps or a higher F")
 
 
 def _turns_inside(run: PartRun, turn: float) -> bool:

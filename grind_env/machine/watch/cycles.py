@@ -145,9 +145,16 @@ def _air(cycle: Cycle, ends: tuple[float, float], run: PartRun) -> str:
     part, axis, what = run.job.part, cycle.plan.axis, "this feed move" if cycle.plan.code == FEED else "this cycle"
     if cycle.over:
         plunge = AXES[plunge_axis(axis)]
+        lowest = f"{plunge}{part.surface - cycle.deepest:g}"
         if cycle.deepest <= DEPTH_TOLERANCE:
-            return advice.above_surface(what, plunge, part.surface - cycle.deepest, part.surface)
-        return advice.ground_before(what, plunge, part.surface - cycle.deepest)
+            return (
+                f"no stroke of {what} touches the part: the lowest is at {lowest}, the surface at "
+                f"{plunge}{part.surface:g}; give a depth below it, or set part.surface to where the wheel touches"
+            )
+        return (
+            f"{what} finds nothing to grind, for the part has been ground as deep as {lowest} before; "
+            "go deeper, or put M00 before it if it is to grind the next part"
+        )
     low, high = sorted(ends)
     far = part.start + part.length
     if high <= part.start or low >= far:

@@ -21,6 +21,7 @@ class Picks:
     def strokes(self, event: CycleStrokes) -> None:
         pick, self._last = self._pick, event
         if pick is not None and pick.begin < event.begins[0]:
-            if pick.finish > advice.middle_time(event, self.control):
+            middle = event.begins[0] + 0.5 * (event.seconds[0] - self.control.reversal_dwell)
+            if pick.finish > middle:
                 self.notices.tell(event.plan.line, "pick", advice.slow_pick(pick, event, self.control))
             self._pick = None
