@@ -11,8 +11,9 @@ from grind_env.control.errors import ControlError
 from grind_env.control.execution import execute
 from grind_env.control.expressions import foreseen
 from grind_env.control.motions import CycleEnd, Message, Motion, Stroke
-from grind_env.control.reader import Programs, read_block
+from grind_env.control.reader import Programs
 from grind_env.control.trace import error_record
+from grind_env.control.words import read_block
 
 MOST_ERRORS = 1000
 """Of reading that are told: a file that is no part program may have one in each line."""

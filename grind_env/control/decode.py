@@ -10,7 +10,7 @@ from grind_env.control.errors import ControlError
 from grind_env.control.modal_state import Modes
 from grind_env.control.modes import ACTIONS, LATER, MACHINE_COORDINATES, MODAL_MACROS, MOTIONS, SWITCHES
 from grind_env.control.numbers import NumberFormat
-from grind_env.control.reader import Block, Word
+from grind_env.control.words import Block, Word
 
 LENGTHS = frozenset("XYZIJKQR")
 PROGRAM_FLOW = frozenset({2, 30, 98, 99})

@@ -10,8 +10,9 @@ from grind_env.control.errors import ControlError
 from grind_env.control.interpreter import Interpreter
 from grind_env.control.modal_state import Modes
 from grind_env.control.motions import CyclePlan, Event, Motion, Position
-from grind_env.control.reader import Block, Programs
+from grind_env.control.reader import Programs
 from grind_env.control.reciprocation import Reciprocation
+from grind_env.control.words import Block
 
 
 class Execution(Iterator[Event]):

@@ -3,9 +3,9 @@
 from decimal import Decimal, DecimalException
 
 from grind_env.control.errors import ControlError
-from grind_env.control.formulas import FormulaFault, Read, VariableFault, number_of, operand
-from grind_env.control.reader import Block, Word
+from grind_env.control.formulas import FormulaFault, Read, number_of, operand
 from grind_env.control.variables import Variables
+from grind_env.control.words import Block, Word
 
 MORE_DIGITS = "has more digits than the control can hold; use smaller numbers"
 
@@ -61,6 +61,3 @@ def _evaluated(block: Block, word: Word, read: Read) -> Word:
         raise block.error("expression", f"the value of {word.letter} {MORE_DIGITS}", word) from None
     whole, _, decimals = f"{value.copy_abs():f}".partition(".")
     return word._replace(sign="-" if value < 0 else "", whole=whole, point=True, decimals=decimals.rstrip("0"))
-
-
-__all__ = ["MORE_DIGITS", "VariableFault", "evaluated", "fault_in", "foreseen"]

@@ -9,12 +9,13 @@ from dataclasses import dataclass, field
 from decimal import Decimal, DecimalException
 from typing import NamedTuple
 
-from grind_env.control.errors import ControlError
 from grind_env.control.expressions import MORE_DIGITS, fault_in
 from grind_env.control.formulas import FormulaFault, Tree, VariableFault, number_of, value_of, variable_number
-from grind_env.control.reader import Block, Blocks, Program, SourceText
+from grind_env.control.reader import Blocks, Program
+from grind_env.control.source import SourceText
 from grind_env.control.statements import Assign, End, Goto, Then, While, end_of, label_of
 from grind_env.control.variables import ALARM, Variables
+from grind_env.control.words import Block
 
 TEXT_END = "text end"
 """How a program ends whose text does, before an M02, M30 or M99."""
@@ -238,6 +239,3 @@ def _kept(blocks: Blocks) -> tuple[SourceText, ...]:
 def _from(blocks: Blocks, index: int) -> Iterator[SourceText]:
     kept = _kept(blocks)
     return (kept[number] for number in range(index, len(kept)))
-
-
-__all__ = ["TEXT_END", "BlockStream", "Call", "ControlError", "obey"]

@@ -7,7 +7,7 @@ Values are decimal numbers, so that 0.1+0.2 is 0.3; what a variable, a word or a
 import functools
 import re
 from collections.abc import Callable
-from decimal import ROUND_HALF_UP, Context, Decimal, DecimalException
+from decimal import ROUND_HALF_UP, Context, Decimal
 from typing import NamedTuple, TypeAlias
 
 from grind_env.control import functions
@@ -347,6 +347,3 @@ class _Reader:
             return FormulaFault(message, self.position)
         message = f"{character!r} has no place in an expression; numbers, # variables, + - * / and brackets have"
         return FormulaFault(message, self.position)
-
-
-__all__ = ["DecimalException", "FormulaFault", "VariableFault", "formula", "number_of", "operand", "value_of"]

@@ -16,12 +16,13 @@ from grind_env.control.modal_state import Modes
 from grind_env.control.modes import CYCLES
 from grind_env.control.motions import CycleAhead, Event, FeedAhead, Hold, Message, ProgramEnd, ProgramStop, Source
 from grind_env.control.moves import Mover
-from grind_env.control.reader import HIGHEST_PROGRAM, Block, Program, Programs, Word, read_block
+from grind_env.control.reader import HIGHEST_PROGRAM, Program, Programs
 from grind_env.control.rewriting import with_words
 from grind_env.control.system_variables import SystemVariables
 from grind_env.control.table import Reciprocator
 from grind_env.control.timeline import Timeline
 from grind_env.control.variables import DEEPEST_MACRO, Variables
+from grind_env.control.words import Block, Word, read_block
 
 DEEPEST = 4
 """Levels of subprograms, a dress program being one; macros do not count (lathe manual 10-15)."""

@@ -24,8 +24,10 @@ from grind_env.control.macros import macro_call
 from grind_env.control.modes import CYCLES, PLANES, WORK_SYSTEMS
 from grind_env.control.motions import Position
 from grind_env.control.paths import arc_path, target
-from grind_env.control.reader import HIGHEST_PROGRAM, Block, Program, SourceText, Word, read_block
+from grind_env.control.reader import HIGHEST_PROGRAM, Program
+from grind_env.control.source import SourceText
 from grind_env.control.variables import DEEPEST_MACRO, Foreseen, Variables
+from grind_env.control.words import Block, Word, read_block
 
 REFERENCE_MOVES = ("G28", "G29", "G30")
 MOST_STATEMENTS = 1000

@@ -9,7 +9,7 @@ from decimal import ROUND_HALF_UP, Decimal
 
 from grind_env.control.errors import ControlError
 from grind_env.control.modes import ACTIONS, MACHINE_COORDINATES, MACRO_CALL, SWITCHES, listed
-from grind_env.control.reader import Block, Word
+from grind_env.control.words import Block, Word
 
 MILLIMETRES_PER_INCH = Decimal("25.4")
 METRES_PER_FOOT = 0.3048

@@ -15,23 +15,9 @@ from pathlib import Path
 from grind_env.control.errors import ControlError, Place
 from grind_env.control.other_texts import LOOKED_AT, MOST_BEFORE, check_before, check_head, has_words
 from grind_env.control.source import Mark, Scanner, SourceText, Text, changed, text_in, text_of
-from grind_env.control.words import Block, Word, read_block
+from grind_env.control.words import read_block
 from grind_env.files import ReadError, is_file, read_bytes
 from grind_env.presenter import html
-
-__all__ = [
-    "HIGHEST_PROGRAM",
-    "Block",
-    "Blocks",
-    "Program",
-    "Programs",
-    "SourceText",
-    "Word",
-    "called_files",
-    "read",
-    "read_block",
-    "read_file",
-]
 
 HIGHEST_PROGRAM = 99_999
 SHORT = 50

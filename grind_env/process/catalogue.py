@@ -37,27 +37,11 @@ from grind_env.process.entries import (
     Fluid,
     Machine,
     Material,
-    Quantity,
     Wheel,
     label,
     quantities,
 )
 from grind_env.toml import TomlError, read_toml
-
-__all__ = [
-    "Calibrated",
-    "Catalogue",
-    "CatalogueError",
-    "Dresser",
-    "Entry",
-    "Fluid",
-    "Machine",
-    "Material",
-    "Quantity",
-    "Wheel",
-    "load_catalogue",
-    "quantities",
-]
 
 BUILT_IN = Path(__file__).with_name("catalogue_data")
 

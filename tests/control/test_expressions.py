@@ -8,8 +8,9 @@ from grind_env.control import Control, numbers
 from grind_env.control.errors import ControlError
 from grind_env.control.expressions import evaluated
 from grind_env.control.numbers import NumberFormat
-from grind_env.control.reader import Block, read, read_block
+from grind_env.control.reader import read
 from grind_env.control.variables import Foreseen, Variables
+from grind_env.control.words import Block, read_block
 
 VARIABLES = Variables({1: 2.0, 2: 0.1, 3: 0.2, 4: 1e-7, 12: -3.5, 100: 84.1}, Foreseen())
 

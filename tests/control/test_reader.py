@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from grind_env import files
 from grind_env.control import source as source_module
 from grind_env.control.errors import ControlError
-from grind_env.control.reader import Blocks, Programs, read, read_block, read_file
+from grind_env.control.reader import Blocks, Programs, read, read_file
 from grind_env.control.source import Mark, Scanner, SourceText, Text, text_of
+from grind_env.control.words import read_block
 from tests.examples import examples
 from tests.patience import PATIENCE
 

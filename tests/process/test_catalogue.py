@@ -10,17 +10,8 @@ import pytest
 
 from grind_env.errors import GrindError
 from grind_env.machine.job import WheelStart
-from grind_env.process.catalogue import (
-    KINDS,
-    CatalogueError,
-    Entry,
-    Fluid,
-    Material,
-    Wheel,
-    load_catalogue,
-    quantities,
-)
-from grind_env.process.entries import Quantity
+from grind_env.process.catalogue import KINDS, load_catalogue
+from grind_env.process.entries import CatalogueError, Entry, Fluid, Material, Quantity, Wheel, quantities
 from grind_env.process.parameters import stroke_parameters
 from grind_env.process.state import StrokeParameters
 from grind_env.process.tables import keys

@@ -25,7 +25,8 @@ def with_entries(job: Job, changes: Mapping[str, Mapping[str, float]]) -> Job:
 
     At stations with another material than that of the first one this stays as it is.
     """
-    changed: dict[str, Any] = {kind: replace(entry, **changes.get(kind, {})) for kind, entry in entries_of(job).items()}
+    entries: Mapping[str, Any] = entries_of(job)
+    changed = {kind: replace(entry, **changes.get(kind, {})) for kind, entry in entries.items()}
     material = changed["material"]
     return replace(
         job,

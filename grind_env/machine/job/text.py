@@ -5,7 +5,8 @@ from dataclasses import MISSING, asdict, fields
 from typing import Any
 
 from grind_env.machine.job import Job, Part, PartConditions
-from grind_env.process.catalogue import KINDS, USUAL, Entry, load_catalogue, quantities
+from grind_env.process.catalogue import KINDS, USUAL, load_catalogue
+from grind_env.process.entries import Entry, quantities
 from grind_env.process.tables import contents
 from grind_env.toml import toml_text
 

@@ -84,8 +84,8 @@ class RunWatch:
             self.way.judge(part, self.way.axis)
         others = self.cycles.unload()
         if part.missed:
-            found = f"no infeed reaches the part, whose surface is at {part.job.part.surface:g}"
-            self.notices.tell(0, "missed", f"{found}; set part.surface to where the wheel touches")
+            text = f"no infeed reaches the part, whose surface is at {part.job.part.surface:g}"
+            self.notices.tell(0, "missed", f"{text}; set part.surface to where the wheel touches")
         self.way.unload(found=found)
         part.unjudged += (*self.way.unjudged(part.station), *others)
         self.stops.unload(part, cycle, stop)
