@@ -13,7 +13,6 @@ class BlockBudget:
         self.limit, self.spent = limit, 0
 
     def spend(self, place: Place, count: int = 1) -> None:
-        """Count one or more; a `ControlError` says where the limit was passed."""
         self.spent += count
         if self.spent > self.limit:
             raise self._exceeded(place)

@@ -52,7 +52,6 @@ class Situation:
     maximum_feed: float
 
     def start_point(self, axis: int) -> float:
-        """Where G91 counts from, and the default secondary point (16-9)."""
         return self.position[axis] if self.reciprocating is None else self.secondary
 
 

@@ -61,7 +61,6 @@ class Command:
         return self.code or self.modes.motion
 
     def error(self, name: str, message: str, letter: str = "") -> ControlError:
-        """A `ControlError` at the word with this letter, else at the code, else at the block as a whole."""
         return self.block.error(name, message, self.words.get(letter, self.code_word))
 
     def named(self, letter: str, mm: float) -> str:
@@ -69,7 +68,6 @@ class Command:
         return str(self.words[letter]) if letter in self.words else f"{letter}{round(mm / unit, 7):g}"
 
     def allow_only(self, letters: str, action: str, common: str = "FEST") -> None:
-        """Refuse every word other than these and the common ones as foreign to the block (PD-18)."""
         allowed = letters + common
         for letter, word in self.words.items():
             if letter not in allowed:
@@ -142,7 +140,6 @@ def decode(block: Block, modes: Modes, form: NumberFormat) -> Command:
 
 
 def _require_machine_move(block: Block, word: Word, action: str, lengths: Mapping[str, Value], modes: Modes) -> None:
-    """Refuse a G53 that no straight absolute motion without radius compensation goes with (D)."""
     if action not in ("G00", "G01"):
         raise block.error(
             "block-format", f"{word} goes with G00 or G01, but not with {action}; program one of them", word

@@ -41,5 +41,4 @@ class Place(NamedTuple):
     block: int
 
     def error(self, name: str, message: str, column: int | None = None) -> ControlError:
-        """A `ControlError` at this place, or at another column of its line."""
         return ControlError(name, message, self.block, self.line, column or self.column, self.file)

@@ -9,7 +9,7 @@ from grind_env.control.decode import decode
 from grind_env.control.errors import ControlError
 from grind_env.control.interpreter import Interpreter
 from grind_env.control.modal_state import Modes
-from grind_env.control.motions import CyclePlan, Event, Motion, Position
+from grind_env.control.motions import CyclePlan, Event, Motion, Position, placed
 from grind_env.control.reader import Programs
 from grind_env.control.reciprocation import Reciprocation
 from grind_env.control.words import Block
@@ -68,8 +68,7 @@ class Execution(Iterator[Event]):
 
     def move_axis(self, axis: int, coordinate: float) -> None:
         """Let an axis that has just come to rest stand elsewhere, mm: at the other end of its strokes or crossover."""
-        x, y, z = (coordinate if axis == number else here for number, here in enumerate(self.position))
-        self._interpreter.timeline.position = x, y, z
+        self._interpreter.timeline.position = placed(self.position, {axis: coordinate})
 
     def choose(self, **words: str) -> None:
         """Give words of the block announced by the last `CycleAhead` or `FeedAhead` other numbers: ``E="9000"``."""

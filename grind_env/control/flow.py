@@ -96,7 +96,6 @@ class Call:
     rounds: dict[int, "Round"] = field(default_factory=dict)
 
     def view(self) -> "Call":
-        """The same to a look ahead, which changes nothing here."""
         return Call(self.stream.view(), self.repeats, self.interrupt, self.arguments, list(self.loops))
 
 

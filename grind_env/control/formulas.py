@@ -238,7 +238,6 @@ class _Reader:
         return Chain(first, tuple(rest)) if rest else first
 
     def _operator(self, operators: tuple[str, ...]) -> str:
-        """The operator that comes next, behind which reading goes on; empty if none of these does."""
         match = _OPERATOR.match(self._text, self.position)
         if match is None or match[1].upper() not in operators:
             return ""
@@ -323,7 +322,6 @@ class _Reader:
         return digits
 
     def _next(self) -> str:
-        """The next character that is not blank; empty at the end."""
         while self._text.startswith((" ", "\t"), self.position):
             self.position += 1
         return self._text[self.position : self.position + 1]

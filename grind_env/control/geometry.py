@@ -24,7 +24,6 @@ class Straight:
 
     @property
     def length(self) -> float:
-        """Length, mm."""
         return math.dist(self.start, self.end)
 
     def point(self, fraction: float) -> Position:
@@ -47,19 +46,16 @@ class Circular:
 
     @property
     def angle(self) -> float:
-        """Angle turned through in the sense of `rotation`, rad, above 0 and up to 2 pi."""
         difference = self.rotation * (self._direction(self.end) - self._direction(self.start))
         turned = difference % math.tau
         return turned if turned > 1e-9 else math.tau
 
     @property
     def radius(self) -> float:
-        """Distance of the start from the centre, mm."""
         return math.hypot(*self._offset(self.start))
 
     @property
     def length(self) -> float:
-        """Length along the arc or helix, mm."""
         first, second = PLANES[self.plane]
         normal = 3 - first - second
         return math.hypot(self.radius * self.angle, self.end[normal] - self.start[normal])
@@ -75,7 +71,6 @@ class Circular:
         return result[0], result[1], result[2]
 
     def moves(self, axis: int) -> bool:
-        """Whether the axis 0 = X, 1 = Y or 2 = Z moves on this path."""
         return axis in PLANES[self.plane] or self.start[axis] != self.end[axis]
 
     def _offset(self, point: Position) -> tuple[float, float]:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from grind_env.control.cycles import RULES
 from grind_env.control.interruptions import Interruptions
-from grind_env.control.motions import CyclePlan, CycleStrokes, Event, Position
+from grind_env.control.motions import CyclePlan, CycleStrokes, Event, Position, placed
 from grind_env.control.profile import ramp_time
 from grind_env.control.rules import motion_time, pick_begin
 from grind_env.control.timeline import Timeline
@@ -132,9 +132,7 @@ def grind_whole(plan: CyclePlan, timeline: Timeline) -> CycleStrokes | None:
         return None
     timeline.budget.spend(table.place, len(begins))
     table.make(len(begins), len(dresses), max(free, picked))
-    position = list(cycle.end)
-    position[table.axis] = table.coordinate
-    timeline.time, timeline.position = table.free_at, (position[0], position[1], position[2])
+    timeline.time, timeline.position = table.free_at, placed(cycle.end, {table.axis: table.coordinate})
     return CycleStrokes(
         time=end,
         plan=plan,

@@ -12,7 +12,7 @@ from typing import Literal, TypeAlias
 from grind_env.control import numbers
 from grind_env.control.decode import Command
 from grind_env.control.modes import PLANES
-from grind_env.control.motions import Position
+from grind_env.control.motions import Position, placed
 from grind_env.control.options import TAKEN_BY
 from grind_env.control.paths import AXES, INTEGRANDS, coordinate, displaced, no_feed_rate
 from grind_env.control.rules import DEPTH_TOLERANCE
@@ -55,14 +55,10 @@ class GroovePlan:
 
     @property
     def depth(self) -> float:
-        """Depth of the grooves, mm."""
         return abs(self.bottom - self.start[self.axis])
 
     def point(self, infeed: float, across: float) -> Position:
-        """The position at these coordinates of `axis` and `spacing_axis`."""
-        point = list(self.start)
-        point[self.axis], point[self.spacing_axis] = infeed, across
-        return point[0], point[1], point[2]
+        return placed(self.start, {self.axis: infeed, self.spacing_axis: across})
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,7 +153,6 @@ def _one_groove(plan: GroovePlan, across: float) -> Iterator[tuple[Position, Leg
 
 
 def _on_the_way(start: float, end: float, done: float) -> float:
-    """The coordinate after `done` mm from start to end, exactly `end` after the whole way."""
     return end if done >= abs(end - start) else displaced(start, math.copysign(done, end - start))
 
 
@@ -206,7 +201,6 @@ def _size(command: Command, letter: str, meaning: str) -> float:
 
 
 def _shift(command: Command) -> float:
-    """D, which must be programmed even if it is 0 (23-7)."""
     if "D" not in command.words:
         raise command.error("missing-parameter", f"{command.action} lacks D, the shift at full depth; give D0 for none")
     return numbers.length(command.block, command.words["D"], command.modes.inch, command.number_format)

@@ -71,7 +71,6 @@ class Interpreter:
     # ------------------------------------------------------------------------------------------ program flow
 
     def _program(self, call: Call) -> Generator[Event, None, str]:
-        """Execute the blocks of a program; returns M02, M30, M99 or "text end"."""
         self.calls.append(call)
         end = TEXT_END
         for source in call.stream:
@@ -101,7 +100,6 @@ class Interpreter:
         return end
 
     def _as_chosen(self, block: Block) -> Block:
-        """The block with the words that have been chosen for it, once."""
         words, self.chosen = self.chosen, {}
         return evaluated(with_words(block, words), self.variables)
 
@@ -110,7 +108,6 @@ class Interpreter:
         return any(word.letter == "G" and numbers.g_code(block, word, form) in CYCLES for word in block.words)
 
     def _block(self, command: Command) -> Generator[Event, None, str | None]:
-        """Execute a block; returns how the program ends with it, None if it goes on."""
         self.mover.begin_block(command)
         yield from self.mover.tell_clamped(command)
         yield from self.mover.tell_cut(command)

@@ -144,7 +144,6 @@ class Interruptions:
             yield Message(timeline.time, "the wheel radius is below its minimum")
 
     def unserved(self) -> Iterator[str]:
-        """What to say of each program interrupt that has been requested in vain, once the program is over."""
         for request in self.requests:
             yield (
                 f"O{request.program}, asked for at {request.at:g} s, is not run, for the program ends at "

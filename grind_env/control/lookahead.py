@@ -89,7 +89,6 @@ class Lookout:
         self._table: int | None = None
 
     def upcoming(self, calls: list[Call], outlook: Outlook, variables: Variables) -> Iterator[Prospect | Barrier]:
-        """What comes next; the last item is a `Barrier`."""
         walk, self._walk = self._walk if self._has_foreseen(outlook) else None, None
         return self._items(walk, calls, outlook, variables)
 
@@ -125,7 +124,6 @@ class Lookout:
 
 
 def _upcoming(walk: "_Walk", outlook: Outlook, control: Control) -> Iterator[Prospect | Barrier]:
-    """Go ahead from a block as of `Lookout.upcoming`."""
     modes, position, origin, length, gap = outlook.command.modes, outlook.position, outlook.origin, outlook.length, 0
     obeyed = 0
     walk.follow(outlook.command)
@@ -187,7 +185,6 @@ def _shifts(command: Command) -> bool:
 
 
 def _motion(command: Command, position: Position, origin: Position, table: int | None) -> Path | None:
-    """The path of a block; None if it holds no motion."""
     if command.action in ("G02", "G03"):
         return arc_path(command, position, origin)
     if command.action in ("G00", "G01", *REFERENCE_MOVES):

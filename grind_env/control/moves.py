@@ -16,7 +16,7 @@ from grind_env.control.grooving import INCH_RETRACT, METRIC_RETRACT, groove_legs
 from grind_env.control.lookahead import Barrier, Outlook, Prospect, in_plane
 from grind_env.control.modal_state import Modes
 from grind_env.control.modes import PLANES
-from grind_env.control.motions import Event, Hold, Message, Position, Source, Spindle, Switch
+from grind_env.control.motions import Event, Hold, Message, Position, Source, Spindle, Switch, placed
 from grind_env.control.paths import (
     AXES,
     INTEGRANDS,
@@ -140,7 +140,6 @@ class Mover:
             yield Message(self.timeline.time, text)
 
     def tell_cut(self, command: Command) -> Iterator[Event]:
-        """Tell the operator, once a block, of numbers that are written with more decimals than are read."""
         block, inch, form = command.block, command.modes.inch, command.number_format
         if ("cut", self.place) in self._told:
             return
@@ -163,7 +162,6 @@ class Mover:
             yield Switch(self.timeline.time, self.turning, self.coolant)
 
     def follow_wheel(self, amount: float) -> None:
-        """Let radius table, later infeeds and the program's origin follow a wheel made smaller by `amount` mm."""
         self.tooling.wheel_radius -= amount
         plan = None if self.timeline.reciprocation is None else self.timeline.reciprocation.plan
         if plan is not None and plan.plunge_axis is not None and plan.depth > 0.0:
@@ -172,7 +170,6 @@ class Mover:
             self.work.follow_wheel(plan.plunge_axis, way)
 
     def linear(self, command: Command, ahead: Ahead) -> list[MoveSection]:
-        """G00 or G01."""
         table = self.timeline.reciprocation
         letters = "XYZ" if table is None else "XYZ" + INTEGRANDS[table.axis]
         if command.modes.compensation == "G40" and self.compensation.programmed is not None:
@@ -254,7 +251,6 @@ class Mover:
         return [MoveSection(path, None, self.source, goal) for path in paths if path.length > 0.0]
 
     def groove(self, command: Command) -> Iterator[Event]:
-        """G76 or G77, and a stop after each groove in single block."""
         if self._reciprocating is not None:
             message = f"{command.action} is programmed during reciprocation; program G80 before"
             raise command.error("axis-conflict", message)
@@ -279,14 +275,12 @@ class Mover:
                 self.recorder.note(path, rate)
 
     def refuse_displaced(self, command: Command) -> None:
-        """Refuse a cycle under G40 while the exit move of the compensation is still owed."""
         if command.modes.compensation == "G40" and self.position != self.timeline.position:
             raise command.error(
                 "compensation", f"{command.action} comes before the exit move of the compensation; move to exit first"
             )
 
     def rate(self, command: Command) -> float:
-        """F in mm/min for a block."""
         modes = command.modes
 
         def missing() -> ControlError:
@@ -312,7 +306,6 @@ class Mover:
         return self.work.origin(command.modes.work_system)
 
     def _link_feed(self) -> float | None:
-        """Feed of a straight move under the modes in force; None for a rapid."""
         if self.modes.motion == "G00":
             return None
 
@@ -373,8 +366,7 @@ class Mover:
 
 
 def _moved(position: Position, goal: Position, axes: list[int]) -> Position:
-    x, y, z = (goal[axis] if axis in axes else position[axis] for axis in range(3))
-    return x, y, z
+    return placed(position, {axis: goal[axis] for axis in axes})
 
 
 def _moved_by(position: Position, way: Position, sign: float) -> Position:

@@ -53,7 +53,6 @@ class Panel:
 
     @property
     def holding(self) -> str | None:
-        """Why no motion may begin; None if one may."""
         if self.held:
             return "feedhold"
         return "override" if self.override == 0.0 else None

@@ -74,7 +74,6 @@ class Program:
     blocks: Blocks
 
     def last_place(self) -> Place:
-        """The last block, or the name of an empty program."""
         last = self.blocks.last
         if last is None:
             return self.place
@@ -158,7 +157,6 @@ def called_files(path: Path, interrupts: Iterable[int] = ()) -> list[Path]:
 
 
 def _file_of(folder: Path, number: int) -> Path:
-    """Where the program O`number` is looked for if it is not in the file that calls it."""
     return folder / f"O{number}.nc"
 
 
@@ -172,7 +170,6 @@ def read(text: str, name: str = "program", folder: Path | None = None) -> Progra
 
 
 def _split(text: Text, folder: Path | None, faults: list[ControlError] | None = None) -> Programs:
-    """Find the programs of a text in one pass; `faults` as of `read_file`."""
     number: int | None = None
     place = Place(text.name, 1, 1, 1)
     start, count, last, begun = Mark(), 0, None, False

@@ -34,16 +34,13 @@ class Underway:
 
     @property
     def length(self) -> float:
-        """Length of the stroke, mm."""
         return abs(self.target - self.origin)
 
     @property
     def middle_time(self) -> float:
-        """Time at which half the length is covered, s."""
         return self.begin + 0.5 * self.travel
 
     def coordinate(self, time: float) -> float:
-        """Coordinate of the axis at a time, mm."""
         if time >= self.begin + self.travel:
             return self.target
         done = travelled(time - self.begin, self.length, self.feed / 60.0, self.acceleration)
@@ -88,12 +85,10 @@ class Reciprocation:
 
     @property
     def axis(self) -> int:
-        """0 = X, 1 = Y, 2 = Z."""
         return self.plan.axis
 
     @property
     def at_reversal(self) -> bool:
-        """Whether the axis stands at a reversal point (ruling 1)."""
         return self.underway is None and (
             self.at is not Reversal.START or self.coordinate in (self.primary, self.secondary)
         )

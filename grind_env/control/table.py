@@ -93,7 +93,6 @@ class Reciprocator:
         return plan, memory
 
     def cancel(self, command: Command) -> Iterator[Event]:
-        """G80: stop at the next reversal point (PD-1)."""
         command.allow_only("", "a G80 block")
         yield from self.stop()
 
@@ -104,7 +103,6 @@ class Reciprocator:
             yield from self.interruptions.next_reversal()
 
     def stop(self) -> Iterator[Event]:
-        """Finish the stroke in progress and let the table stand (PD-1, ruling 1)."""
         table = self.timeline.reciprocation
         if table is not None and not table.at_reversal:
             yield from self.interruptions.next_reversal()

@@ -28,6 +28,7 @@ from grind_env.control.motions import (
     Rapid,
     Source,
     Stroke,
+    placed,
 )
 from grind_env.control.profile import ramp_time, travelled
 from grind_env.control.reciprocation import Reciprocation, Underway
@@ -45,7 +46,6 @@ class Moving:
     acceleration: float
 
     def at(self, time: float) -> Position:
-        """Position at a time from `begin` on."""
         length = self.path.length
         if time >= self.finish or length == 0.0:
             return self.path.end
@@ -89,7 +89,6 @@ class Timeline:
         return control.rapid_feed if feed is None else min(feed * control.panel.override, control.maximum_feed)
 
     def table_rate(self, table: Reciprocation) -> float:
-        """Speed that the table reaches, mm/min."""
         return self.rate(table.feed) * self.share
 
     @property
@@ -109,7 +108,6 @@ class Timeline:
             )
 
     def duration(self, path: Path, feed: float | None) -> float:
-        """Time that a motion along a path would take from now on, s."""
         return motion_time(path.length, self.rate(feed) / 60.0, self.control.acceleration) if path.length > 0.0 else 0.0
 
     def braked(self, path: Path, feed: float | None, elapsed: float) -> float:
@@ -193,7 +191,7 @@ class Timeline:
         begin = pick_begin(stroke.begin, stroke.travel, ramp, picked)
         while self._picks and self._picks[0].finish <= stroke.begin:
             self._picks.popleft()
-        path = Straight(self.position, _with(self.position, axis, target))
+        path = Straight(self.position, placed(self.position, {axis: target}))
         seconds = motion_time(path.length, rate / 60.0, acceleration)
         self._picks.append(Moving(path, begin, begin + seconds, rate / 60.0, acceleration))
         self.position = path.end
@@ -224,7 +222,6 @@ class Timeline:
         self.held = self.owed = False
 
     def unserved(self) -> Iterator[str]:
-        """What to say of each dress that the operator has asked for in vain, once the program is over."""
         for time in self._requests:
             yield (
                 f"the dress asked for at {time:g} s is not made, for no stroke of a cycle comes after that: the "
@@ -249,7 +246,8 @@ class Timeline:
         table = self.reciprocation
         if table is None:
             return position
-        return _with(position, table.axis, table.underway.coordinate(time) if table.underway else table.coordinate)
+        here = table.underway.coordinate(time) if table.underway else table.coordinate
+        return placed(position, {table.axis: here})
 
     def _reciprocate(self, until: float) -> Iterator[Event]:
         """Make the strokes that end up to a time; a stroke begins only if time passes after its start."""
@@ -269,7 +267,6 @@ class Timeline:
             yield from self._hold(table)
 
     def _stroke_time(self, table: Reciprocation) -> float:
-        """Time from one reversal point to the other, s."""
         speed = self.table_rate(table) / 60.0
         return motion_time(abs(table.primary - table.secondary), speed, self.control.acceleration) + self.dwell
 
@@ -324,14 +321,8 @@ class Timeline:
         return motion is not None and motion.path.length > 0.0 and motion.finish > time + INSTANT
 
     def _settle_axis(self, table: Reciprocation) -> None:
-        self.position = _with(self.position, table.axis, table.coordinate)
+        self.position = placed(self.position, {table.axis: table.coordinate})
 
     def _table(self) -> Reciprocation:
         assert self.reciprocation is not None  # called by cycles only
         return self.reciprocation
-
-
-def _with(position: Position, axis: int, coordinate: float) -> Position:
-    changed = list(position)
-    changed[axis] = coordinate
-    return changed[0], changed[1], changed[2]

@@ -23,7 +23,6 @@ class Tooling:
 
     @property
     def radius(self) -> float:
-        """The active radius, mm."""
         return self.radius_of(self.entry)
 
     def select(self, command: Command) -> Position | None:

@@ -24,11 +24,9 @@ Notes: TypeAlias = Mapping[tuple[int, int], Value]
 class System(Protocol):
     """What of the control itself a program can read and write."""
 
-    def read(self, number: int) -> Decimal:
-        """The value of a system variable; a `VariableFault` says why it has none."""
+    def read(self, number: int) -> Decimal: ...
 
-    def write(self, number: int, value: Decimal) -> None:
-        """Set it; a `VariableFault` says why that is impossible."""
+    def write(self, number: int, value: Decimal) -> None: ...
 
 
 class Variables:
@@ -70,7 +68,6 @@ class Variables:
         return value
 
     def write(self, number: int, value: Value) -> None:
-        """Assign a value; None makes the variable vacant."""
         held = self._held(number)
         if number == 0:
             raise VariableFault(f"#0 cannot be assigned; {KINDS}")
@@ -131,7 +128,6 @@ class Variables:
         return {number: float(value) for number, value in (self._common | self._locals[self.level]).items()}
 
     def _held(self, number: int) -> dict[int, Decimal] | None:
-        """Where the value of a local or common variable is kept; None for others."""
         return self._kept(self._key(number)[0]) if number in LOCALS or is_common(number) else None
 
     def _key(self, number: int) -> tuple[int, int]:

@@ -80,7 +80,6 @@ class Block(NamedTuple):
         return " ".join(match.strip() for match in _COMMENT.findall(self.source.text))
 
     def error(self, name: str, message: str, word: Word | None = None) -> ControlError:
-        """A `ControlError` at one of the block's words, or at the block as a whole."""
         return self.place.error(name, message, word.column if word else None)
 
 
@@ -128,7 +127,6 @@ def read_block(source: SourceText) -> Block:
 
 
 def _statement(text: str, start: int, place: Place, column: int, *, alone: bool) -> tuple[Statement, int]:
-    """The paramacro statement that begins at `start`, and the position after it."""
     if not alone:
         found = BEGIN.match(text, start)
         assert found is not None  # it has been seen
@@ -167,7 +165,6 @@ def _labelled(place: Place, word: Word) -> Place:
 
 
 def _after_blank_or_comment(text: str, start: int, place: Place, column: int) -> int:
-    """The position after what stands at `start`, where no word does."""
     character = text[start]
     if character in " \t":
         return start + 1
@@ -216,7 +213,6 @@ def _any_word(text: str, start: int, place: Place, column: int, addresses: froze
 
 
 def _expression_end(text: str, start: int, place: Place, first_column: int) -> int:
-    """The position after the bracket or the variable that begins at `start`."""
     variable = _VARIABLE.match(text, start)
     if variable is not None and variable[1]:
         return variable.end()

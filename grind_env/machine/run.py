@@ -57,7 +57,7 @@ from grind_env.machine.part.stations import Swept, alone, met, sweep_of, sweep_o
 from grind_env.machine.part.unjudged import Unjudged
 from grind_env.machine.record import DRESS_ROW, PART_ROW, GrindingRecord, RowLog
 from grind_env.machine.watch import RunWatch
-from grind_env.machine.watch.advice import BEYOND_NUMBERS, missed_diamond, shared_strokes
+from grind_env.machine.watch.advice import BEYOND_NUMBERS, missed_diamond
 from grind_env.process.cost import STALL
 from grind_env.process.process import Drive, Moment
 from grind_env.process.state import WheelState
@@ -114,7 +114,6 @@ class GrindingRun:
 
     @property
     def wheel(self) -> WheelState | None:
-        """As it is now; None before the first cycle, which mounts it."""
         return self.mount.wheel
 
     def record(self) -> GrindingRecord:
@@ -234,14 +233,17 @@ class GrindingRun:
         names = [self.job.stations[k].name for k in stations]
         self._unmet.difference_update(names)
         if len(stations) > 1:
-            text = shared_strokes(names)
+            text = (
+                f"its strokes meet the parts of stations {', '.join(names[:-1])} and {names[-1]} at once, which is not "
+                "simulated, so that these are not judged; grind one station after the other, and turn before the next "
+                "one"
+            )
             self.watch.notices.tell(line, "stations", text)
             for k in stations:
                 lines = {line, *(self._shared[k].lines if k in self._shared else ())}
                 self._shared[k] = Unjudged(tuple(sorted(lines)), self._shared[k].why if k in self._shared else text)
 
     def _unload(self, time: float, stop: ProgramStop | None = None) -> None:
-        """Take the part off the machine, at a stop or at the end of the program, unless that has been done."""
         if self.unloaded_at is None:
             self._change_worn_wheel(time)
             self.unloaded_at, self.gauged_at = self.clock(time), None
@@ -356,7 +358,6 @@ class GrindingRun:
             self.part.deepest = max(self.part.deepest, self.part.job.part.surface - plan.depth_target)
 
     def _take_part(self, time: float, plan: CyclePlan, stations: Sequence[int]) -> bool:
-        """The part at the stations that a block of strokes meets is taken up; whether it has been loaded for it."""
         self.let_part_go()
         self._meet(plan.line, stations)
         loads = self._begin_cutting(time, plan.axis, stations)
@@ -377,7 +378,6 @@ class GrindingRun:
         self.axis = plan.axis
 
     def _feed(self, move: Line) -> None:
-        """A feed move, which is a stroke where it goes along the table over the part."""
         axis, jobs = self._along
         strokes = (feed_stroke(move, axis, job, self.plan) for job in jobs) if axis is not None else iter(())
         event = next((each for each in strokes if each is not None), None)
@@ -394,7 +394,6 @@ class GrindingRun:
 
     @property
     def _along(self) -> tuple[int | None, Sequence[Job]]:
-        """The axis along which feed moves are strokes now, None if none is, and the jobs with the parts under them."""
         axis, leaves = self.axis if self.begun else self._first_axis, self._leaving is not None
         if not self.watch.way.found or axis is None:
             return None, ()
@@ -423,7 +422,6 @@ class GrindingRun:
         self._dressing_speed = self.running.speed
 
     def _end_dress(self, event: DressEnd) -> None:
-        """Dress the wheel, unless it has missed the diamond; either takes its time."""
         number = event.program
         place = f"{self.programs.name}:{self._line}: dress program O{number}"
         if not self.running.turns:

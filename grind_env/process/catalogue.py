@@ -172,7 +172,6 @@ def _content(path: Path) -> Mapping[str, Any]:
 
 
 def _of_file(path: Path, document: Mapping[str, Any], known: Entries) -> Entries:
-    """The entries of what a file says; `known` are those of the files before it."""
     try:
         return _entries(document, known)
     except CatalogueError as error:
@@ -180,7 +179,6 @@ def _of_file(path: Path, document: Mapping[str, Any], known: Entries) -> Entries
 
 
 def _calibrated(document: Mapping[str, Any], file: str) -> Calibrated | None:
-    """What a document with entries leaves open; None if it does not say that."""
     if UNCERTAINTY not in document:
         return None
     names = {kind: tuple(tables) for kind, tables in document.items() if kind in KINDS}

@@ -163,7 +163,6 @@ def keys(kind: type[Any], required: bool = False) -> tuple[str, ...]:
 
 
 def _content(hint: Any, quantity: Quantity | None = None) -> Content | None:
-    """What a hint allows; None for a type that is not of a document."""
     origin, given = get_origin(hint), get_args(hint)
     if origin is Annotated:
         return _content(given[0], given[1])

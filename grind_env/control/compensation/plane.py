@@ -88,7 +88,6 @@ class Bow:
 
     @property
     def angle(self) -> float:
-        """Angle turned through in the sense of `rotation`, rad, above 0 and up to 2 pi."""
         turned = self.rotation * turn(between(self.centre, self.start), between(self.centre, self.end)) % math.tau
         return turned if NEGLIGIBLE_ANGLE < turned < math.tau else math.tau
 

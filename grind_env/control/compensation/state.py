@@ -24,7 +24,7 @@ from grind_env.control.errors import ControlError, Place
 from grind_env.control.geometry import Circular, Path, Straight
 from grind_env.control.lookahead import REFERENCE_MOVES, Barrier, Prospect
 from grind_env.control.modes import PLANES
-from grind_env.control.motions import Position
+from grind_env.control.motions import Position, placed
 from grind_env.control.paths import INTEGRANDS
 
 SIDES = ("G41", "G42")
@@ -59,7 +59,6 @@ class Compensation:
         self._gouge_check = GougeCheck()
 
     def position(self, actual: Position) -> Position:
-        """The programmed position, the axes standing at `actual`."""
         return actual if self.programmed is None else _lifted(_point(self.programmed, self.plane), actual, self.plane)
 
     def forget(self) -> None:
@@ -69,7 +68,6 @@ class Compensation:
     def plan(
         self, command: Command, path: Path, actual: Position, radius: float, ahead: Iterator[Prospect | Barrier]
     ) -> list[Piece]:
-        """What a programmed motion in the compensation plane becomes, given the motions `ahead` of it."""
         side = command.modes.compensation
         self.refuse_plane(command)
         self.plane = command.modes.plane
@@ -245,10 +243,7 @@ def _point(position: Position, plane: str) -> Point:
 
 
 def _lifted(point: Point, position: Position, plane: str) -> Position:
-    first, second = PLANES[plane]
-    coordinates = list(position)
-    coordinates[first], coordinates[second] = point
-    return coordinates[0], coordinates[1], coordinates[2]
+    return placed(position, dict(zip(PLANES[plane], point, strict=True)))
 
 
 def _vector(command: Command) -> Point | None:
@@ -268,12 +263,10 @@ def _require_line(command: Command, path: Path, move: str) -> None:
 
 
 def _error(fault: CompensationFault, place: Place, own: Place) -> ControlError:
-    """The error at `place` of a fault whose element is programmed at `own`."""
     return place.error(fault.name, f"{fault.subject}{_seen_from(place, own)} {fault.predicate}")
 
 
 def _seen_from(place: Place, own: Place) -> str:
-    """Where a block stands, for a message that points to another block."""
     if own.file != place.file:
         return f" in line {own.line} of {own.file}"
     if own.line != place.line:

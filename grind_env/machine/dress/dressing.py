@@ -62,7 +62,6 @@ class DressRuns:
         self._known: dict[tuple[object, ...], DressRun] = {}
 
     def run(self, number: int, position: Position, event: CycleStart) -> DressRun:
-        """The dress program of a cycle, run; errors as for `run_dress`."""
         tables = number, tuple(event.origins.items())
         key = *tables, tuple(sorted(event.variables.items())), event.modes
         if key not in self._known:
@@ -98,7 +97,6 @@ class DressPrograms:
         self._gone: set[tuple[int, int]] = set()  # of which program, from which station, a way has been judged
 
     def plan(self, number: int, position: Position, event: CycleStart) -> DressPlan:
-        """What the dress program of a cycle does; errors as for `run_dress`."""
         run = self._dresses.run(number, position, event)
         if self._found.get(number) is not run:
             if self.plans.get(number) != run.plan:

@@ -70,7 +70,6 @@ class Mount:
             self.own[0, fields.index(name)] = row[0, OWN_FROM + fields.index(name)]
 
     def ground(self, wheel: WheelState, lived: float) -> None:
-        """Strokes have made it this wheel, up to a time of the job, s."""
         self.wheel, self.lived, self._known = wheel, lived, False
 
     def begin(self, moment: Moment, dwell: float, p: StrokeParameters) -> tuple[StrokeParameters, Drive]:
@@ -93,7 +92,6 @@ class Mount:
         return removed
 
     def change_if_worn(self, p: StrokeParameters) -> bool:
-        """Put a new wheel in the place of one that is worn out; whether that was so."""
         if self.wheel is None or self.job.times.wheel_change is None:
             return False
         if self.wheel.ds >= self.job.setup.wheel.minimum_diameter:
@@ -125,7 +123,6 @@ def new_wheel(job: Job, worn: WheelState, plan: DressPlan | None, p: StrokeParam
 
 
 def _dressed(ds: float, diamond_flat: float, plan: DressPlan | None, p: StrokeParameters) -> WheelState:
-    """A wheel of diameter `ds` (mm) dressed with a diamond of that wear flat (mm)."""
     wheel = dressed_wheel(ds, diamond_flat, USUAL_LEAD, USUAL_DEPTH, p)
     if plan is None:
         return wheel

@@ -54,7 +54,6 @@ def dress_seconds(run: DressRun, control: Control, passes: Table, feed: Table, d
 
 
 def _seconds(run: DressRun, control: Control, passes: int, feed: Table, depth: Table) -> Table:
-    """Time of the straight moves of an execution, s, shape (N,)."""
     out = _way_out(run, control, passes, feed, depth)
     back = _way_back(run, control, out, feed)
     seconds = np.zeros(len(feed))
@@ -130,7 +129,6 @@ def _way_back(run: DressRun, control: Control, out: Laid, feed: Table) -> Laid:
 
 
 def _rate(leg: Motion, run: DressRun, control: Control, feed: Table) -> Table:
-    """Speed along a leg, mm/s, shape (N,); 0 along an arc."""
     if isinstance(leg, Rapid):
         return np.full(len(feed), control.rapid_feed / 60.0)
     if isinstance(leg, Arc):

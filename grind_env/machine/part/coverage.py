@@ -30,7 +30,6 @@ class Coverage:
         return high - low == self._cells
 
     def written(self) -> Strips:
-        """Depth of the deepest stroke over the whole length of each strip, mm, to be written to."""
         self._known = None
         return self._whole
 

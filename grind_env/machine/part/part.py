@@ -126,7 +126,6 @@ class PartRun:
 
     @property
     def nominal(self) -> StrokeParameters:
-        """The parameters of the part, but for what the process makes of them before each cycle block."""
         return self.conditions.parameters(self.job.parameters, new_wheel=self._new_wheel)
 
     @property
@@ -273,7 +272,6 @@ class PartRun:
         self._left = self._off() + volume_left(diameter, self.job.setup.wheel.width)
 
     def _off(self) -> float:
-        """Wheel volume worn and dressed off, mm3."""
         return self.tally.worn + self.tally.dressed_off
 
     def _beyond_wheel(self) -> float:
@@ -281,7 +279,6 @@ class PartRun:
         return self._excess + max(self._off() - self._left, 0.0)
 
     def take_up(self, setup: Setup) -> bool:
-        """Go on with a set-up; whether it is another one."""
         if setup is self.job.setup:
             return False
         self.job = replace(self.job, setup=setup)
@@ -289,7 +286,6 @@ class PartRun:
         return True
 
     def dress(self, seconds: float, removed: float) -> None:
-        """Count a dress execution of some s that took `removed` mm3 off the wheel."""
         self.tally = count_dress(self.tally, seconds, removed)
 
     @property
@@ -298,7 +294,6 @@ class PartRun:
 
     @property
     def left(self) -> float:
-        """Stock still on it, mm."""
         return self.stock - float(self._ground()[0].mean())
 
     @property
@@ -330,11 +325,9 @@ class PartRun:
         return wear, growth, missed - wear, 1000.0 * (self.stock - float(reached.mean()))
 
     def _surface(self, stock: float) -> Surface:
-        """The surface as it is now, if `stock`, mm, is to be off it."""
         return gauge(*self._ground(), stock, self._coverage.least() if self.strokes else None)
 
     def row(self, seconds: float) -> tuple[float, ...]:
-        """The row of this part in the record (`record.PART_ROW`) if it took that many seconds."""
         job, tally, found, last = self.job, self.tally, self._surface(self.stock), self.last_stage
         unground = 0.0 if self.infeeds and not self.strokes else self._coverage.unground
         verdict = judge(

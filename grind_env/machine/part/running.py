@@ -72,12 +72,10 @@ class Running:
 
     @property
     def commanded(self) -> Speed | None:
-        """The speed that S commands; None before the first one."""
         return self._commanded
 
     @property
     def said_by_job(self) -> str:
-        """What the job has to say in [setup] for its wheel to turn as S commands it."""
         speed = self.speed
         said = f"wheel_speed = {speed.surface:.4g}"
         if speed.constant != self.own.constant:
@@ -125,7 +123,6 @@ class Running:
 
     @property
     def fault(self) -> str | None:
-        """Why nothing can be ground now, and what to do; None if it can."""
         low, high = SPEEDS
         speed, setup = self.speed, self.job.setup
         if not self.turns:

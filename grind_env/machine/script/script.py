@@ -267,7 +267,6 @@ class _Writer:
         self._reach(event.middle[plunge_axis(axis)], event.middle[cross_axis(axis)])
 
     def _reach(self, plunge: float, edge: float) -> None:
-        """A stroke with the wheel at these coordinates, which counts as deep as it is if it is over the part."""
         part = self._job.part
         first, last = strip_centres(part.across, part.width).searchsorted((edge, edge + self.job.setup.wheel.width))
         if first < last:
@@ -375,7 +374,6 @@ class _Writer:
         self._reach(stroke.plunge[0], stroke.cross[0])
 
     def _require_own_feed(self, block: Block | None) -> None:
-        """Refuse a feed that is that of a stroke before, which may be another."""
         if block is not None and any(word.letter == "F" for word in block.words):
             self.fed_by_stroke = False
         elif self.fed_by_stroke:

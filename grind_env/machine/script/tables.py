@@ -253,7 +253,6 @@ def _plan_row(block: ScriptBlock, row: BlockRow) -> Any:
 
 
 def _target(block: ScriptBlock) -> float:
-    """Where the plunge axis is at full depth, mm; where it stands if there is none."""
     return block.start[plunge_axis(block.plan.axis)] if block.plan.plunge_axis is None else block.plan.depth_target
 
 

@@ -48,7 +48,6 @@ class RunWatch:
             self.notices.tell(plan.line, "dresses", text)
 
     def runs(self, line: int, running: Running, diameter: float) -> None:
-        """The wheel, of a diameter, mm, is about to grind in the block of a line: how it turns, and the coolant."""
         for subject, text in self._told.of(running, diameter):
             self.notices.tell(line, subject, text)
 

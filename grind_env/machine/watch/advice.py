@@ -1,7 +1,6 @@
 """Texts of the warnings of a run: the control accepts the program, but it does not grind as it seems to (PD-6)."""
 
 import math
-from collections.abc import Sequence
 
 from grind_env.control import Control, CycleStrokes, Motion, Pick, Position, Rapid, Source
 from grind_env.control.numbers import MILLIMETRES_PER_INCH
@@ -86,14 +85,6 @@ def _cut(number: int, word: str, groove: bool) -> tuple[str, str]:
     return f"in stroke {number}" if number else "in a stroke", f"{depth}, or dress before"
 
 
-def destroying_stroke(depth: float, feed: float, word: str) -> str:
-    """What to say of a stroke of a depth, mm, at a feed, mm/min, after which no grain of the wheel is as it was."""
-    return (
-        f"a stroke {depth:.3g} mm deep at {word}{feed:g} mm/min destroys the wheel; usual are picks of 0.001 to "
-        f"0.04 mm and {word}3000 to {word}30000"
-    )
-
-
 def groove_outside_model(cut: state.StrokeResult) -> str | None:
     """What to say about an infeed beyond the limits of validity of the process model; None within them."""
     if cut.ae <= 0.0:
@@ -118,20 +109,11 @@ def crash(depth: float, move: Motion, part: str = "the part") -> str:
         if dressing
         else "come down beside it, and let the strokes of a cycle take the stock off"
     )
-    return f"{_named(move)} takes the wheel {depth:.3g} mm into {part}; {remedy}"
+    return f"{named_move(move)} takes the wheel {depth:.3g} mm into {part}; {remedy}"
 
 
-def table_crash(depth: float, move: Motion) -> str:
-    """What to say of one that takes it `depth` mm into the table."""
-    return f"{_named(move)} takes the wheel {depth:.3g} mm into the table; end it higher, or mend part.height"
-
-
-def diamond_crash(depth: float, move: Motion) -> str:
-    """What to say of one that takes it `depth` mm into the diamond."""
-    return f"{_named(move)} takes the wheel {depth:.3g} mm into the diamond; lead it past the diamond, or above its tip"
-
-
-def _named(move: Motion) -> str:
+def named_move(move: Motion) -> str:
+    """A move as messages call it."""
     kind = "rapid" if isinstance(move, Rapid) else "feed move"
     if move.source is Source.RETRACE:
         return f"a {kind} on the way back from the dress"
@@ -146,34 +128,8 @@ def beside_part(what: str, axis: str, swept: tuple[float, float], part: tuple[fl
     )
 
 
-def unsimulated_passes(lines: str, count: int, depths: tuple[float, float]) -> str:
-    """What to say of so many feed moves, which are no strokes, in some lines that grind between two depths, mm."""
-    moves = f"{count} feed moves outside a cycle take" if count > 1 else "a feed move outside a cycle takes"
-    return (
-        f"{moves} the wheel over the part {_deep(depths)}, where it grinds ({lines}) and is no stroke of the program "
-        "along the table, which is not simulated, so that the part is not judged; set the wheel to depth beside the "
-        "part, and go straight along the table from there"
-    )
-
-
-def unsimulated_cycle(air: str, depths: tuple[float, float]) -> str:
-    """What to say of a cycle in the `air` that may grind another part, with strokes between two depths, mm."""
-    return (
-        f"{air}; its strokes, {_deep(depths)}, may be those of another part, which is not simulated, so that this one "
-        "is not judged; give every part a program and a job of its own, or say in [[stations]] of the job where it lies"
-    )
-
-
-def shared_strokes(names: Sequence[str]) -> str:
-    """What to say of strokes that meet the parts of several stations, by their names."""
-    stations = f"{', '.join(names[:-1])} and {names[-1]}"
-    return (
-        f"its strokes meet the parts of stations {stations} at once, which is not simulated, so that these are not "
-        "judged; grind one station after the other, and turn before the next one"
-    )
-
-
-def _deep(depths: tuple[float, float]) -> str:
+def deep(depths: tuple[float, float]) -> str:
+    """How deep something goes that lies between two depths, mm."""
     low, high = (f"{depth:.4g}" for depth in depths)
     return f"{high} mm deep" if low == high else f"{low} to {high} mm deep"
 

@@ -69,7 +69,6 @@ class Cycle(NamedTuple):
 
     @property
     def in_air(self) -> bool:
-        """Whether its strokes have found nothing to grind."""
         plunge = self.deepest - self.highest
         return self.removed <= (SHARE * plunge if self.deepest <= self.before + DEPTH_TOLERANCE else 0.0)
 
@@ -108,7 +107,6 @@ class Cycles:
         self.cycle = Cycle(plan, part.deepest) if on is None else on._replace(plan=plan)
 
     def count(self, event: CycleStrokes, rows: Array) -> float:
-        """Count strokes of the cycle, with their rows; the length of its longest stroke so far, mm."""
         assert self.cycle is not None
         self.cycle = self.cycle.after(event, rows)
         return self.cycle.longest
@@ -125,7 +123,12 @@ class Cycles:
         if cycle.in_air and not part.stalled:
             text, told = _air(cycle, cycle.ends, part), self._in_air
             if cycle.grinds_another:
-                text, told = advice.unsimulated_cycle(text, (cycle.highest, cycle.deepest)), told and bool(self._others)
+                text += (
+                    f"; its strokes, {advice.deep((cycle.highest, cycle.deepest))}, may be those of another part, "
+                    "which is not simulated, so that this one is not judged; give every part a program and a job of "
+                    "its own, or say in [[stations]] of the job where it lies"
+                )
+                told = told and bool(self._others)
                 self._others.setdefault(line, text)
             if not told:
                 self.notices.tell(line, "air", text)

@@ -18,7 +18,6 @@ class Overload:
         self._said = "", ""
 
     def add(self, rows: Array, p: StrokeParameters) -> None:
-        """Strokes or infeeds of a block have been made, dtype `record.STROKE_ROW`, in which it perhaps slowed."""
         worst = rows[int(rows["torque"].argmax())]
         line, torque, limit = int(worst["line"]), float(worst["torque"]), 0.001 * p.power
         if torque <= SLOWED * p.rs:

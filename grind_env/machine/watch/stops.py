@@ -18,7 +18,6 @@ class Stops:
         self._taken_off: tuple[int, float, float] | None = None  # line of that M00, depth and stock left, mm
 
     def stroked_on(self, stop: ProgramStop) -> None:
-        """The table has gone on after an M00 that takes the part off."""
         text = (
             "M00 stops the program while the table reciprocates, from which no part is taken; the part stays and is "
             "ground on until the table stands or the next cycle begins: write G80 before M00"

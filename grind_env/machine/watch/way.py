@@ -67,11 +67,9 @@ class ObstacleWatch:
         return axis is not None and any(self._ground(part, move, axis, k > 0) is not None for k, move in moves)
 
     def moves_since(self, time: float) -> bool:
-        """Whether the program has moved the axes since a time, s, and no cycle has begun."""
         return any(move.begin > time - INSTANT for move in self._moves)
 
     def unload(self, *, found: bool) -> None:
-        """All parts are taken off, perhaps while it is `found` where the wheel stands."""
         self._moves, self._found = [], found
 
     def unjudged(self, station: int) -> Sequence[Unjudged]:
@@ -80,7 +78,13 @@ class ObstacleWatch:
             return []
         lines = sorted({line for line, _ in passes})
         low, high = zip(*(depths for _, depths in passes), strict=True)
-        text = advice.unsimulated_passes(lines_said(lines), len(passes), (min(low), max(high)))
+        several = f"{len(passes)} feed moves outside a cycle take"
+        moves = several if len(passes) > 1 else "a feed move outside a cycle takes"
+        text = (
+            f"{moves} the wheel over the part {advice.deep((min(low), max(high)))}, where it grinds "
+            f"({lines_said(lines)}) and is no stroke of the program along the table, which is not simulated, so that "
+            "the part is not judged; set the wheel to depth beside the part, and go straight along the table from there"
+        )
         self.notices.tell(lines[0], "pass", text)
         return [Unjudged(tuple(lines), text)]
 
@@ -131,10 +135,12 @@ class ObstacleWatch:
             if depth > CRASH + DEPTH_TOLERANCE:
                 return below, advice.crash(depth, move, each.said)
         if found and (depth := into_table(part, move, axis)) > CRASH + DEPTH_TOLERANCE:
-            return below, advice.table_crash(depth, move)
+            into = f"{advice.named_move(move)} takes the wheel {depth:.3g} mm into the table"
+            return below, f"{into}; end it higher, or mend part.height"
         if found and diamond is not None:
             below, _ = over_diamond(diamond.tip, move, axis, self._radius, self.job.setup.wheel.width)
             infeed = DEEPEST_INFEED if isinstance(move, Line) else CRASH
             if below > dressed + infeed + DEPTH_TOLERANCE:
-                return below, advice.diamond_crash(below - dressed, move)
+                into = f"{advice.named_move(move)} takes the wheel {below - dressed:.3g} mm into the diamond"
+                return below, f"{into}; lead it past the diamond, or above its tip"
         return below, ""
