@@ -4,7 +4,6 @@ import pytest
 
 from grind_env.control.compensation.entry_exit import entry, exit_junction
 from grind_env.control.compensation.plane import Bow, Element, Offset, PathSegment, Point
-from tests.control.compensation.chain import lines, program
 
 LEFT, RIGHT = Offset(2.0, 1), Offset(2.0, -1)
 
@@ -22,58 +21,10 @@ def leaving(
     return [PathSegment(junction.end, junction.end), *junction.generated, PathSegment(start, end)]
 
 
-def test_e1_type_a() -> None:
-    path = program(
-        PathSegment((0.0, 0.0), (10.0, 10.0)),
-        lines((10.0, 10.0), (30.0, 10.0), (30.0, 20.0), (50.0, 20.0)),
-        (60.0, 30.0),
-        LEFT,
-    )
-    assert ends(path) == [(10.0, 12.0), (28.0, 12.0), (28.0, 22.0), (50.0, 22.0), (60.0, 30.0)]
-
-
-@pytest.mark.parametrize("start", [(0.0, 0.0), (5.0, -30.0), (40.0, 5.1)])
-def test_e2_type_a_entry_does_not_depend_on_the_approach(start: Point) -> None:
-    east = PathSegment((5.0, 5.0), (50.0, 5.0))
-    assert ends(list(entry(PathSegment(start, (5.0, 5.0)), east, RIGHT, "A", False))) == [(5.0, 3.0)]
-    angle = math.radians(30.0)
-    rising = PathSegment((10.0, 10.0), (10.0 + 50.0 * math.cos(angle), 10.0 + 50.0 * math.sin(angle)))
-    assert ends(list(entry(PathSegment(start, (10.0, 10.0)), rising, LEFT, "A", False))) == [(9.0, 11.7321)]
-
-
-def test_e3_entry_onto_an_arc() -> None:
-    arc = Bow((20.0, 10.0), (30.0, 20.0), (20.0, 20.0), 1)
-    assert ends(list(entry(PathSegment((0.0, 0.0), (20.0, 10.0)), arc, RIGHT, "A", False))) == [(20.0, 8.0)]
-
-
 def test_entry_with_nothing_ahead_ends_at_right_angles_to_itself() -> None:
     move = PathSegment((0.0, 0.0), (6.0, 8.0))
     for kind in ("A", "B"):
         assert ends(list(entry(move, None, LEFT, kind, False))) == [(6.0 - 1.6, 8.0 + 1.2)]
-
-
-@pytest.mark.parametrize(("offset", "end"), [(LEFT, (28.0, 20.0)), (RIGHT, (32.0, 20.0))])
-def test_e4_exit_after_an_arc(offset: Offset, end: Point) -> None:
-    arc = Bow((20.0, 10.0), (30.0, 20.0), (20.0, 20.0), 1)
-    assert ends(leaving(arc, (40.0, 40.0), offset)) == [end, (40.0, 40.0)]
-
-
-@pytest.mark.parametrize(
-    ("circular", "middle"),
-    [
-        (False, [(21.0, 13.0), (19.8438, 13.4056)]),
-        (True, [(21.0, 12.0), (19.2191, 12.6247)]),
-    ],
-)
-def test_e5_sharp_corner(circular: bool, middle: list[Point]) -> None:
-    path = program(
-        PathSegment((-5.0, 5.0), (0.0, 5.0)),
-        lines((0.0, 5.0), (20.0, 5.0), (20.0, 12.0), (8.0, -3.0)),
-        (0.0, -10.0),
-        Offset(1.0, -1),
-        circular,
-    )
-    assert ends(path) == [(0.0, 4.0), (21.0, 4.0), *middle, (7.2191, -2.3753), (0.0, -10.0)]
 
 
 @pytest.mark.parametrize("kind", ["A", "B"])
@@ -118,33 +69,6 @@ def test_a_vector_whose_line_misses_the_circle_changes_nothing() -> None:
 def test_the_shift_on_a_small_circle_is_at_most_a_quarter_turn() -> None:
     arc = Bow((0.0, -2.1), (2.1, 0.0), (0.0, 0.0), 1)
     assert ends(leaving(arc, (0.0, 0.0), LEFT, vector=(0.0, -1.0)))[0] == (0.0, 0.1)
-
-
-@pytest.mark.parametrize(
-    ("direction", "expected"),
-    [
-        ((0.0, -1.0), [(12.0, 2.0), (12.0, 0.0)]),
-        ((-1.0, -1.0), [(10.0, 2.0), (12.0, 2.0), (12.8284, 0.0), (11.4142, -1.4142)]),
-        ((1.0, 1.0), [(8.5858, 1.4142)]),
-    ],
-)
-def test_e9_type_b_entry(direction: Point, expected: list[Point]) -> None:
-    following = PathSegment((10.0, 0.0), (10.0 + 10.0 * direction[0], 10.0 * direction[1]))
-    assert ends(list(entry(PathSegment((0.0, 0.0), (10.0, 0.0)), following, LEFT, "B", False))) == expected
-
-
-@pytest.mark.parametrize(
-    ("end", "expected"),
-    [
-        ((10.0, -8.0), [(12.0, 2.0), (10.0, -8.0)]),
-        ((4.0, -6.0), [(12.0, 2.0), (12.8284, 0.0), (11.4142, -1.4142), (4.0, -6.0)]),
-        ((20.0, 8.0), [(10.0, 2.0), (20.0, 8.0)]),
-    ],
-)
-def test_e9_type_b_exit(end: Point, expected: list[Point]) -> None:
-    last = PathSegment((0.0, 0.0), (10.0, 0.0))
-    assert ends(leaving(last, end, LEFT, "B")) == expected
-    assert ends(leaving(last, end, LEFT, "A")) == [(10.0, 2.0), end]
 
 
 def test_type_b_with_arcs_round_sharp_corners() -> None:
