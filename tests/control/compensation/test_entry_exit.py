@@ -27,25 +27,6 @@ def test_entry_with_nothing_ahead_ends_at_right_angles_to_itself() -> None:
         assert ends(list(entry(move, None, LEFT, kind, False))) == [(6.0 - 1.6, 8.0 + 1.2)]
 
 
-@pytest.mark.parametrize("kind", ["A", "B"])
-@pytest.mark.parametrize(
-    ("vector", "end"),
-    [
-        (None, (10.0, 2.0)),
-        ((0.0, 0.0), (10.0, 2.0)),
-        ((0.0, -5.0), (12.0, 2.0)),
-        ((0.0, 5.0), (8.0, 2.0)),
-        ((1.0, -1.0), (10.8284, 2.0)),
-        ((-1.0, -1.0), (12.0, 2.0)),
-        ((5.0, 0.0), (8.0, 2.0)),
-        ((-5.0, 0.0), (12.0, 2.0)),
-    ],
-)
-def test_e6_exit_with_a_vector(vector: Point | None, end: Point, kind: str) -> None:
-    last = PathSegment((0.0, 0.0), (10.0, 0.0))
-    assert ends(leaving(last, (15.0, 10.0), LEFT, kind, False, vector)) == [end, (15.0, 10.0)]
-
-
 def test_the_vector_shifts_the_end_of_an_arc_along_its_circle() -> None:
     # Ends at (10, 0) about the origin along +v; with r = 2 on the right the circle has radius 12.
     arc = Bow((0.0, -10.0), (10.0, 0.0), (0.0, 0.0), 1)
