@@ -168,9 +168,6 @@ def test_a_coarse_dress_settles_and_a_fine_one_rises_to_the_same_roughness() -> 
     assert coarse[-1] == pytest.approx(fine[-1], rel=0.02)
 
 
-# --- grit and structure -------------------------------------------------------------------------------------
-
-
 # --- roughness ----------------------------------------------------------------------------------------------
 
 
