@@ -51,9 +51,6 @@ class Situation:
     secondary: float
     maximum_feed: float
 
-    def start_point(self, axis: int) -> float:
-        return self.position[axis] if self.reciprocating is None else self.secondary
-
 
 def plan_cycle(command: Command, memory: ModalWords, situation: Situation) -> tuple[CyclePlan, ModalWords]:
     """The plan of a cycle block in coordinates of the program, and what later blocks may omit."""
@@ -142,7 +139,7 @@ def _reciprocating_axis(command: Command, memory: ModalWords, rules: Rules) -> i
 
 
 def _reversal_points(command: Command, memory: ModalWords, situation: Situation, axis: int) -> tuple[ModalWords, float]:
-    start = situation.start_point(axis)
+    start = situation.position[axis] if situation.reciprocating is None else situation.secondary
     memory = replace(memory, axis=axis)
     if AXES[axis] in command.words:
         memory = replace(memory, primary=coordinate(command, AXES[axis], start))

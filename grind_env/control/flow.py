@@ -46,8 +46,9 @@ class BlockStream:
         return BlockStream(self.program, self.index, self.ahead())
 
     def jump(self, index: int) -> None:
+        kept = _kept(self.program.blocks)
         self._ahead.clear()
-        self.index, self._blocks = index, _from(self.program.blocks, index)
+        self.index, self._blocks = index, (kept[number] for number in range(index, len(kept)))
 
     def _draw(self) -> bool:
         source = next(self._blocks, None)
@@ -233,8 +234,3 @@ def landmarks(blocks: Blocks, block: Block) -> Landmarks:
 @functools.lru_cache(maxsize=16)
 def _kept(blocks: Blocks) -> tuple[SourceText, ...]:
     return tuple(blocks)
-
-
-def _from(blocks: Blocks, index: int) -> Iterator[SourceText]:
-    kept = _kept(blocks)
-    return (kept[number] for number in range(index, len(kept)))

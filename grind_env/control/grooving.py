@@ -84,17 +84,20 @@ def plan_groove(command: Command, position: Position, retract: float) -> GrooveP
         raise command.error("compensation", message)
     bottom = _bottom(command, axis, position[axis])
     last, spacing = _last_groove(command, spacing_axis, position[spacing_axis])
+    step = _step(command, INTEGRANDS[axis], retract)
+    if "D" not in command.words:
+        raise command.error("missing-parameter", f"{code} lacks D, the shift at full depth; give D0 for none")
     plan = GroovePlan(
         code=code,
         axis=axis,
         spacing_axis=spacing_axis,
         start=position,
         bottom=bottom,
-        step=_step(command, INTEGRANDS[axis], retract),
+        step=step,
         retract=retract,
         last=last,
         spacing=spacing,
-        shift=_shift(command),
+        shift=numbers.length(command.block, command.words["D"], command.modes.inch, command.number_format),
     )
     if command.modes.feed is None:
         raise no_feed_rate(command)
@@ -198,9 +201,3 @@ def _size(command: Command, letter: str, meaning: str) -> float:
     if size == 0.0:
         raise command.error("out-of-range", f"{command.words[letter]} counts as 0; {meaning} must be more", letter)
     return size
-
-
-def _shift(command: Command) -> float:
-    if "D" not in command.words:
-        raise command.error("missing-parameter", f"{command.action} lacks D, the shift at full depth; give D0 for none")
-    return numbers.length(command.block, command.words["D"], command.modes.inch, command.number_format)

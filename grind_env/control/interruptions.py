@@ -59,7 +59,8 @@ class Interruptions:
         asked = self.timeline.requested or self.requests or panel.interrupts
         stopped = panel.single_block or panel.holding is not None
         telling = self.mover.modes.surface_speed or control.minimum_radius > 0.0
-        known = plan.dresses == 0 or (self._knows(plan.program) and not telling)
+        notes = self.known_dresses.get(plan.program or 0)  # it may have done it with other variables
+        known = plan.dresses == 0 or (notes is not None and self.variables.agree(notes) and not telling)
         return not asked and not stopped and known and control.dress_amount == 0.0
 
     def travel(self, sections: list[MoveSection]) -> Iterator[Event]:
@@ -149,11 +150,6 @@ class Interruptions:
                 f"O{request.program}, asked for at {request.at:g} s, is not run, for the program ends at "
                 f"{self.timeline.time:.1f} s; ask for it before"
             )
-
-    def _knows(self, number: int | None) -> bool:
-        """Whether a dress program is known to do what it has done; it may have done it with other variables."""
-        notes = self.known_dresses.get(number or 0)
-        return notes is not None and self.variables.agree(notes)
 
     def _immediate(self, finish: float) -> float | None:
         """When an immediate interrupt comes between now and a time; during reciprocation it has to wait."""

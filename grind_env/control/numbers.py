@@ -165,7 +165,8 @@ def _formatted(block: Block, word: Word, digits: tuple[int, int], form: NumberFo
             "number-format", f"{word} has {len(whole)} digits; {whole_digits + decimal_digits} are allowed", word
         )
     elif form.zero_suppression == "leading":
-        whole, decimals = _right_aligned(whole, decimal_digits)
+        split = max(len(whole) - decimal_digits, 0)
+        whole, decimals = whole[:split], whole[split:].rjust(decimal_digits, "0")
     else:
         whole, decimals = _left_aligned(whole, whole_digits)
     if len(decimals) > decimal_digits:
@@ -173,12 +174,6 @@ def _formatted(block: Block, word: Word, digits: tuple[int, int], form: NumberFo
             return _rounded(block, word, digits)
         decimals = decimals[:decimal_digits]
     return f"{word.sign}{whole or '0'}.{decimals}"
-
-
-def _right_aligned(digits: str, decimal_digits: int) -> tuple[str, str]:
-    """Integer digits and decimals of a number whose last digit is its last decimal."""
-    split = max(len(digits) - decimal_digits, 0)
-    return digits[:split], digits[split:].rjust(decimal_digits, "0")
 
 
 def _left_aligned(digits: str, whole_digits: int) -> tuple[str, str]:

@@ -22,7 +22,7 @@ that of an earlier table, an earlier file, or the built-in one.
 
 import functools
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from types import MappingProxyType
@@ -41,6 +41,7 @@ from grind_env.process.entries import (
     label,
     quantities,
 )
+from grind_env.process.tables import keys
 from grind_env.toml import TomlError, read_toml
 
 BUILT_IN = Path(__file__).with_name("catalogue_data")
@@ -225,15 +226,10 @@ def _entry(kind: type[EntryT], name: str, table: Mapping[str, Any], known: Mappi
             raise CatalogueError(f"{place}: base: {error}") from None
         own = {"aliases": base.aliases} if base.name == name else {}  # of another entry they are not names
         values = own | {key: getattr(base, key) for key in legal} | values
-    missing = [f"{key} ({legal[key]})" for key in _required(kind) if key not in values]
+    missing = [f"{key} ({legal[key]})" for key in keys(kind, required=True) if key not in ("name", *values)]
     if missing:
         raise CatalogueError(f"{place}: add {', '.join(missing)}, or name a base that supplies what is missing.")
     return kind(name=name, **values)
-
-
-def _required(kind: type[Entry]) -> list[str]:
-    """Keys of an entry without a default; one that does nothing by default keeps the files of users legal."""
-    return [each.name for each in fields(kind) if each.name != "name" and each.default is MISSING]
 
 
 def _of_kind(kind: type[EntryT], entries: Entries) -> dict[str, EntryT]:

@@ -154,7 +154,8 @@ def measure_dress(
         and math.dist(motion.start, motion.end) <= abs(_way(motion, cross)) + STEP
     ]
     traverses = [motion for motion in (out[k] for k in passes) if isinstance(motion, Line)]
-    dressing = _at_the_wheel(out, passes, cross, plunge)
+    begun = next((k for k, motion in enumerate(out) if k in passes or _is_infeed(motion, cross, plunge)), 0)
+    dressing = out[begun : passes[-1]] if passes else out[begun:]
     formed = next((motion for motion in dressing if _is_formed(motion, cross, plunge)), None)
     formed = formed or _step_of_form(dressing, cross, plunge, width)
     if formed is not None:
@@ -228,11 +229,6 @@ def require_same(found: DressPlan, plan: DressPlan, number: int) -> None:
             f"it makes {found} when the cycle calls it, but {plan} where the cycle begins; "
             "let it set G70 or G71, G90 or G91, G94 and F, and go to the diamond, before it infeeds",
         )
-
-
-def _at_the_wheel(out: Sequence[Motion], passes: Sequence[int], cross: int, plunge: int) -> Sequence[Motion]:
-    first = next((k for k, motion in enumerate(out) if k in passes or _is_infeed(motion, cross, plunge)), 0)
-    return out[first : passes[-1]] if passes else out[first:]
 
 
 def _is_infeed(motion: Motion, cross: int, plunge: int) -> bool:

@@ -72,12 +72,12 @@ def add_times(ways: Any, rates: Any, acceleration: float, seconds: Any) -> None:
 
 
 def _legs(run: DressRun) -> tuple[list[Motion], list[int]]:
-    moves = [k for k, motion in enumerate(run.motions) if _is_leg(motion)]
+    moves = [
+        k
+        for k, motion in enumerate(run.motions)
+        if motion.source is not Source.RETRACE and not isinstance(motion, Dwell)
+    ]
     return [run.motions[k] for k in moves], [moves.index(k) for k in run.strokes]
-
-
-def _is_leg(motion: Motion) -> bool:
-    return motion.source is not Source.RETRACE and not isinstance(motion, Dwell)
 
 
 def _way_out(run: DressRun, control: Control, passes: int, feed: Table, depth: Table) -> Laid:

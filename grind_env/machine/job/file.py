@@ -221,7 +221,11 @@ def _tables(document: TomlTable, name: str) -> list[object]:
 
 
 def _part(table: TomlTable) -> Part:
-    return Part(**{**table, "stages": _stages(table)})
+    place, found = "part.stages", table.get("stages", [])
+    if not isinstance(found, list):
+        raise wrong(place, found, f"tables, each headed [[{place}]]")
+    stages = tuple(_stage(number, {place: stage}, place) for number, stage in enumerate(found, 1))
+    return Part(**{**table, "stages": stages})
 
 
 def _station(number: int, table: object, part: TomlTable, catalogue: Catalogue) -> Station:
@@ -267,13 +271,6 @@ def _conditions(table: TomlTable, part: TomlTable, catalogue: Catalogue) -> Part
             differing["material"] = entry_of(catalogue, "part.material", differing["material"], {}, JobError)
         own = _part({**part, **differing})
     return PartConditions(**{**table, "part": own})
-
-
-def _stages(part: TomlTable) -> tuple[Stage, ...]:
-    place, found = "part.stages", part.get("stages", [])
-    if not isinstance(found, list):
-        raise wrong(place, found, f"tables, each headed [[{place}]]")
-    return tuple(_stage(number, {place: table}, place) for number, table in enumerate(found, 1))
 
 
 def _stage(number: int, parent: TomlTable, place: str) -> Stage:

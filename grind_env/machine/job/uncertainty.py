@@ -2,7 +2,6 @@
 
 import sys
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -43,9 +42,14 @@ class Uncertainty:
     source: str = ""
 
     def __post_init__(self) -> None:
-        known = [f"{kind}.{key}" for kind, entry in KINDS.items() for key in quantities(entry)]
+        known = [
+            f"{kind}.{key}"
+            for kind, entry in KINDS.items()
+            for key, quantity in quantities(entry).items()
+            if isinstance(quantity, Quantity)
+        ]
         for name in self.names:
-            if name not in known or not isinstance(_quantity(name), Quantity):
+            if name not in known:
                 raise _wrong("names", f"there is no number {quoted(name)}{did_you_mean(str(name), known)}")
         if len({*self.names}) < len(self.names):
             raise _wrong("names", "a number is named twice")
@@ -102,11 +106,6 @@ def uncertainty_of(table: TomlTable) -> Uncertainty:
         correlation=tuple(tuple(row) for row in table["correlation"]),
         **{key: table[key] for key in ("residual", "drift", "source") if key in table},
     )
-
-
-def _quantity(name: str) -> Any:
-    kind, key = name.split(".")
-    return quantities(KINDS[kind])[key]
 
 
 def _is_number(value: object) -> bool:

@@ -63,28 +63,6 @@ def outside_model(feed: float, depth: float, word: str) -> str | None:
     return f"a stroke cuts {depth:.2f} mm deep; the process model holds up to {DEEPEST_CUT:g} mm"
 
 
-def slowed_spindle(number: int, found: float, usual: float, limit: float, *, word: str, groove: bool) -> str:
-    """What to say of a cut in which the wheel turned at `found` of `usual` m/s, at the power limit in kW."""
-    made, remedy = _cut(number, word, groove)
-    return f"{made} the spindle slows to {found:.1f} of {usual:.1f} m/s at its {limit:.1f} kW; {remedy}"
-
-
-def stalled_spindle(number: int, limit: float, lost: float, *, word: str, groove: bool) -> str:
-    """The same of one in which it stalled, and so many s were lost."""
-    made, remedy = _cut(number, word, groove)
-    return (
-        f"{made} the spindle stalls, which has {limit:.1f} kW: the wheel retracts, the part is scrap, {lost:g} s are "
-        f"lost; {remedy}"
-    )
-
-
-def _cut(number: int, word: str, groove: bool) -> tuple[str, str]:
-    if groove:
-        return "in an infeed", "take smaller steps or a lower F, or dress before"
-    depth = "lower J or E" if word == "E" else f"go less deep or lower {word}"
-    return f"in stroke {number}" if number else "in a stroke", f"{depth}, or dress before"
-
-
 def groove_outside_model(cut: state.StrokeResult) -> str | None:
     """What to say about an infeed beyond the limits of validity of the process model; None within them."""
     if cut.ae <= 0.0:

@@ -95,7 +95,8 @@ def _over(part: PartRun, start: Position, end: Position, axis: int, radius: floa
             continue
         first, last = sorted(((near - start[along]) / way, (far - start[along]) / way))
         low, high = max(low, first), min(high, last)
-    if (high - low) * _length(start, end) < DEPTH_TOLERANCE and start != end:
+    longest = max(abs(b - a) for a, b in zip(start, end, strict=True))
+    if (high - low) * longest < DEPTH_TOLERANCE and start != end:
         return None
     return position_at(start, end, low), position_at(start, end, high)
 
@@ -141,7 +142,3 @@ def _deeper(reached: Reached, part: PartRun, start: Position, end: Position, axi
     beside = max(near - high, low - far, 0.0)
     depth = lying.surface - min(start[plunge], end[plunge]) - rise(radius, beside)
     return depth - reached((start[cross], end[cross]), ends)
-
-
-def _length(start: Position, end: Position) -> float:
-    return max(abs(b - a) for a, b in zip(start, end, strict=True))
