@@ -20,7 +20,7 @@ from grind_env.process import equations
 from grind_env.toml import read_toml
 
 SYMBOLS = read_toml(Path(__file__).parent / "symbols.toml")
-EQUATIONS = frozenset(name for name in equations.__all__ if callable(getattr(equations, name)))
+EQUATIONS = frozenset(name for name, value in vars(equations).items() if callable(value))
 INDEXED = re.compile(r"([A-Za-z])(?:_([a-z]+)|([A-Z]?[a-z]?\d?|max))$")
 """Names that are one letter and its index."""
 INDEX = re.compile(r"_(?:(\w)|\{([\w,]+)\})")

@@ -7,18 +7,12 @@ from grind_env.control.options import TAKEN_BY
 
 
 class BlockBudget:
-    """Counts blocks and strokes, those of subprograms and dress programs with them.
-
-    Attributes:
-        limit: how many may be executed.
-        spent: how many have been.
-    """
+    """Counts blocks and strokes, those of subprograms and dress programs with them."""
 
     def __init__(self, limit: int) -> None:
         self.limit, self.spent = limit, 0
 
     def spend(self, place: Place, count: int = 1) -> None:
-        """Count one or more; a `ControlError` says where the limit was passed."""
         self.spent += count
         if self.spent > self.limit:
             raise self._exceeded(place)
@@ -39,13 +33,8 @@ class BlockBudget:
 class Rounds:
     """Something that is executed over and over, such as a subprogram: the first rounds show what all of them take.
 
-    Each is taken to need what the least of those made has needed, of two at least: the first one may differ.
-
-    Args:
-        budget: of the execution.
-        place: the block that asks for them.
-        count: how many there will be.
-        within: the rounds of which these are a part; each of those is taken to have as many of these.
+    Each is taken to need what the least of those made has needed, of two at least: the first one may differ. Rounds
+    within others are as many again in each of those.
     """
 
     def __init__(self, budget: BlockBudget, place: Place, count: int, within: "Rounds | None" = None) -> None:

@@ -11,9 +11,9 @@ from grind_env.control.errors import ControlError
 from grind_env.control.execution import execute
 from grind_env.control.expressions import foreseen
 from grind_env.control.motions import CycleEnd, Message, Motion, Stroke
-from grind_env.control.reader import Programs, read_block
-from grind_env.control.source import SourceText
+from grind_env.control.reader import Programs
 from grind_env.control.trace import error_record
+from grind_env.control.words import read_block
 
 MOST_ERRORS = 1000
 """Of reading that are told: a file that is no part program may have one in each line."""
@@ -92,28 +92,19 @@ def ended_at(report: Report) -> str:
 
 
 def _place(error: ControlError, main: str) -> tuple[bool, str, int, int]:
-    """By which errors are sorted: those in the file of the main program come first."""
     return error.file != main, error.file, error.line or 0, error.column or 0
 
 
 def _reading_errors(programs: Programs, control: Control) -> Iterator[ControlError]:
-    """What every block says wrong that cannot be read; of a file that cannot, one error."""
     for program in programs:
         try:
             for source in program.blocks:
-                fault = _fault(source, control)
-                if fault is not None:
-                    yield fault
+                try:
+                    recognise(foreseen(read_block(source)), control.number_format)
+                except ControlError as error:
+                    yield error
         except ControlError as error:
             yield error
-
-
-def _fault(source: SourceText, control: Control) -> ControlError | None:
-    try:
-        recognise(foreseen(read_block(source)), control.number_format)
-    except ControlError as error:
-        return error
-    return None
 
 
 def _execution_error(programs: Programs, control: Control | None, report: Report) -> ControlError | None:

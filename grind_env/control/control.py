@@ -1,13 +1,14 @@
 """The settings of the control that a part program cannot give, and its operator panel."""
 
 import math
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from grind_env.control.errors import ControlError
 from grind_env.control.motions import Position
 from grind_env.control.numbers import STANDARD, NumberFormat
-from grind_env.control.operator import Interrupt, Panel, override_factor
+from grind_env.control.operator import HIGHEST_OVERRIDE, Interrupt, Panel
 from grind_env.control.variables import KINDS, LARGEST_VALUE, LOCALS, is_common
 
 ORIGIN: Position = (0.0, 0.0, 0.0)
@@ -98,27 +99,19 @@ class Control:
     panel: Panel = field(default_factory=Panel, init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Refuse values that no machine has."""
-        positive = ["acceleration", "rapid_feed", "maximum_feed"]
-        if self.groove_retract is not None:
-            positive.append("groove_retract")
-        for name in positive:
-            value = getattr(self, name)
-            if not 0.0 < value < math.inf:
-                raise ControlError("setting", f"{name} is {value}; it must be a finite number above 0")
-        for name in ("reversal_dwell", "minimum_generated_block", "minimum_radius", "dress_amount"):
-            if not 0.0 <= getattr(self, name) < math.inf:
-                raise ControlError("setting", f"{name} is {getattr(self, name)}; it must be 0 or more")
-        for name in ("strokes", "block_budget"):
-            if getattr(self, name) < 1:
-                raise ControlError("setting", f"{name} is {getattr(self, name)}; it must be 1 or more")
-        if not 0 <= self.non_motion_blocks <= MOST_NON_MOTION_BLOCKS:
-            raise ControlError(
-                "setting", f"non_motion_blocks is {self.non_motion_blocks}; it must be 0 to {MOST_NON_MOTION_BLOCKS}"
-            )
-        if not 0.0 < self.minimum_feed_reduction <= 1.0:
-            share = self.minimum_feed_reduction
-            raise ControlError("setting", f"minimum_feed_reduction is {share}; it must be above 0 and at most 1")
+        above_zero, largest, most = math.nextafter(0.0, 1.0), sys.float_info.max, MOST_NON_MOTION_BLOCKS
+        retract = () if self.groove_retract is None else ("groove_retract",)
+        for low, high, legal, names in (
+            (above_zero, largest, "a finite number above 0", ("acceleration", "rapid_feed", "maximum_feed", *retract)),
+            (0.0, largest, "0 or more", ("reversal_dwell", "minimum_generated_block")),
+            (0.0, largest, "0 or more", ("minimum_radius", "dress_amount")),
+            (1, math.inf, "1 or more", ("strokes", "block_budget")),
+            (0, most, f"0 to {most}", ("non_motion_blocks",)),
+            (above_zero, 1.0, "above 0 and at most 1", ("minimum_feed_reduction",)),
+        ):
+            for name in names:
+                if not low <= getattr(self, name) <= high:
+                    raise ControlError("setting", f"{name} is {getattr(self, name)}; it must be {legal}")
         if self.compensation_type not in ("A", "B"):
             raise ControlError("setting", f'compensation_type is {self.compensation_type!r}; it must be "A" or "B"')
         for number, radius in ((None, self.radius), *self.radii.items()):
@@ -159,7 +152,10 @@ class Control:
         Raises:
             ControlError: setting, outside the range.
         """
-        self.panel.override = override_factor(percent)
+        if not 0.0 <= percent <= HIGHEST_OVERRIDE:
+            legal = f"it must be 0 to {HIGHEST_OVERRIDE:g}"
+            raise ControlError("setting", f"an override of {percent} % is impossible; {legal}")
+        self.panel.override = percent / 100.0
 
     def feedhold(self) -> None:
         """Hold the axes before the next motion until `resume` (PD-16)."""

@@ -5,7 +5,7 @@ from grind_env.control.control import ORIGIN, Control
 from grind_env.control.decode import Command
 from grind_env.control.errors import ControlError
 from grind_env.control.modes import WORK_SYSTEMS
-from grind_env.control.motions import Position
+from grind_env.control.motions import Position, placed
 from grind_env.control.paths import AXES, displaced
 from grind_env.control.reader import HIGHEST_PROGRAM
 
@@ -43,21 +43,14 @@ class WorkSystems:
 
     @property
     def origins(self) -> dict[str, Position]:
-        """The same of all of them, by code."""
         return {system: self.origin(system) for system in self.offsets}
 
     def follow_wheel(self, axis: int, way: float) -> None:
         """Shift the origin along an axis by what a dress has taken off the wheel, mm, towards the part."""
-        wear = list(self.wear)
-        wear[axis] += way
-        self.wear = (wear[0], wear[1], wear[2])
+        self.wear = placed(self.wear, {axis: self.wear[axis] + way})
 
     def load(self, command: Command) -> None:
-        """G10 L2: write axis words into the table of a work system, under G91 add them (lathe 11-8).
-
-        Raises:
-            ControlError: missing-parameter, block-format or out-of-range.
-        """
+        """G10 L2: write axis words into the table of a work system, under G91 add them (lathe 11-8)."""
         block, words = command.block, command.words
         command.allow_only("LPOXYZ", "a G10 block")
         for letter, meaning in (("L", "L2"), ("P", "P")):
@@ -76,49 +69,37 @@ class WorkSystems:
                 raise command.error(
                     "block-format", f"{words[letter]} follows an axis word; L, P and O come first", letter
                 )
-        offset = list(self.offsets[system])
+        offset = self.offsets[system]
         for letter in axes:
             raw = numbers.length(block, words[letter], command.modes.inch, command.number_format)
             way = 0.5 * raw if letter == "X" and diameter else raw
             axis = AXES.index(letter)
-            offset[axis] = displaced(offset[axis], way) if command.lengths[letter].incremental else way
-        self.offsets[system] = (offset[0], offset[1], offset[2])
+            to = displaced(offset[axis], way) if command.lengths[letter].incremental else way
+            offset = placed(offset, {axis: to})
+        self.offsets[system] = offset
 
     def preset(self, command: Command, position: Position) -> None:
-        """G92: shift the origin so that `position` gets the coordinates of the axis words.
-
-        Raises:
-            ControlError: missing-parameter or block-format.
-        """
+        """G92: shift the origin so that `position` gets the coordinates of the axis words."""
         command.allow_only(AXES, "a G92 block")
         if not command.lengths:
             message = "G92 lacks X, Y or Z; it takes the coordinates that the present position shall have"
             raise command.error("missing-parameter", message)
         origin = self.origin(command.modes.work_system)
-        shift = list(self.shift)
         for letter, value in command.lengths.items():
             axis = AXES.index(letter)
-            shift[axis] = displaced(shift[axis], position[axis] - origin[axis] - value.mm)
-        self.shift = (shift[0], shift[1], shift[2])
+            to = displaced(self.shift[axis], position[axis] - origin[axis] - value.mm)
+            self.shift = placed(self.shift, {axis: to})
 
     def set_local(self, command: Command) -> None:
-        """G52: put the origin at the axis words as counted from the work system, whatever it was before (D).
-
-        Raises:
-            ControlError: missing-parameter or block-format.
-        """
+        """G52: put the origin at the axis words as counted from the work system, whatever it was before (D)."""
         command.allow_only(AXES, "a G52 block")
         if not command.lengths:
             message = (
                 "G52 lacks X, Y or Z; it takes the way from the work system's origin to the local one, 0 to end it"
             )
             raise command.error("missing-parameter", message)
-        local = list(self.local)
-        for letter, value in command.lengths.items():
-            local[AXES.index(letter)] = value.mm
-        self.local = (local[0], local[1], local[2])
+        self.local = placed(self.local, {AXES.index(letter): value.mm for letter, value in command.lengths.items()})
 
     def cancel_preset(self, command: Command) -> None:
-        """G92.1: take the shift back."""
         command.allow_only("", "a G92.1 block")
         self.shift = ORIGIN

@@ -39,13 +39,11 @@ class ModalWords:
 
 @dataclass(frozen=True, slots=True)
 class Situation:
-    """What the meaning of a cycle block depends on besides its words.
+    """What the meaning of a cycle block depends on besides its words, mm in coordinates of the program and mm/min.
 
     Attributes:
-        position: of the axes when the block is read, in coordinates of the program, mm.
         reciprocating: the axis that reciprocates; None if none does.
-        secondary: its secondary reversal point in force, mm.
-        maximum_feed: mm/min.
+        secondary: its secondary reversal point in force.
     """
 
     position: Position
@@ -53,20 +51,9 @@ class Situation:
     secondary: float
     maximum_feed: float
 
-    def start_point(self, axis: int) -> float:
-        """Where G91 counts from, and the default secondary point (16-9)."""
-        return self.position[axis] if self.reciprocating is None else self.secondary
-
 
 def plan_cycle(command: Command, memory: ModalWords, situation: Situation) -> tuple[CyclePlan, ModalWords]:
-    """Fill in the parameters of a cycle block.
-
-    Returns:
-        the plan in coordinates of the program, and the memory for later blocks.
-
-    Raises:
-        ControlError: every row of the error table that the block alone decides.
-    """
+    """The plan of a cycle block in coordinates of the program, and what later blocks may omit."""
     code, _, pre_dress = command.action.partition(".")
     rules = RULES[code]
     if command.modes.per_revolution:
@@ -113,18 +100,7 @@ def redirect(
 ) -> ModalWords:
     """Let the words of a block without a cycle change reversal points and speed (16-9, PD-7, PD-8).
 
-    Args:
-        command: the block.
-        memory: what later cycles may omit, in coordinates of the program.
-        table: the reciprocation under way, in coordinates of the machine.
-        origin: of the work system along its axis, mm.
-        maximum_feed: mm/min.
-
-    Returns:
-        the memory with the new values.
-
-    Raises:
-        ControlError: zero-stroke.
+    `memory` is in coordinates of the program, `table` in those of the machine, with the `origin` of its axis, mm.
     """
     axis, end = AXES[table.axis], INTEGRANDS[table.axis]
     start = displaced(table.secondary, -origin)
@@ -163,7 +139,7 @@ def _reciprocating_axis(command: Command, memory: ModalWords, rules: Rules) -> i
 
 
 def _reversal_points(command: Command, memory: ModalWords, situation: Situation, axis: int) -> tuple[ModalWords, float]:
-    start = situation.start_point(axis)
+    start = situation.position[axis] if situation.reciprocating is None else situation.secondary
     memory = replace(memory, axis=axis)
     if AXES[axis] in command.words:
         memory = replace(memory, primary=coordinate(command, AXES[axis], start))

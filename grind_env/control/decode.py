@@ -10,7 +10,7 @@ from grind_env.control.errors import ControlError
 from grind_env.control.modal_state import Modes
 from grind_env.control.modes import ACTIONS, LATER, MACHINE_COORDINATES, MODAL_MACROS, MOTIONS, SWITCHES
 from grind_env.control.numbers import NumberFormat
-from grind_env.control.reader import Block, Word
+from grind_env.control.words import Block, Word
 
 LENGTHS = frozenset("XYZIJKQR")
 PROGRAM_FLOW = frozenset({2, 30, 98, 99})
@@ -58,20 +58,16 @@ class Command:
 
     @property
     def action(self) -> str:
-        """The code of the block, or the motion code in force."""
         return self.code or self.modes.motion
 
     def error(self, name: str, message: str, letter: str = "") -> ControlError:
-        """A `ControlError` at the word with this letter, else at the code, else at the block as a whole."""
         return self.block.error(name, message, self.words.get(letter, self.code_word))
 
     def named(self, letter: str, mm: float) -> str:
-        """The word with this letter as written; without one, the value in the units in force."""
         unit = float(numbers.MILLIMETRES_PER_INCH) if self.modes.inch else 1.0
         return str(self.words[letter]) if letter in self.words else f"{letter}{round(mm / unit, 7):g}"
 
     def allow_only(self, letters: str, action: str, common: str = "FEST") -> None:
-        """Refuse every word other than these and the common ones as foreign to the block (PD-18)."""
         allowed = letters + common
         for letter, word in self.words.items():
             if letter not in allowed:
@@ -81,12 +77,7 @@ class Command:
 
 @functools.lru_cache(maxsize=1024)
 def decode(block: Block, modes: Modes, form: NumberFormat) -> Command:
-    """Apply the words of a block from left to right; a mode acts on the values to its right only.
-
-    Raises:
-        ControlError: an unknown or unsupported code, a second motion code, a number out of format, or a
-            change between G94 and G95 without a new F.
-    """
+    """Apply the words of a block from left to right; a mode acts on the values to its right only."""
     code: str | None = None
     code_word: Word | None = None
     lengths: dict[str, Value] = {}
@@ -127,7 +118,9 @@ def decode(block: Block, modes: Modes, form: NumberFormat) -> Command:
             elif letter == "E":
                 reciprocation_feed = numbers.feed(block, word, modes.inch, form)
             elif letter == "S":
-                modes = modes._replace(spindle=numbers.spindle(block, word, modes.surface_speed and modes.inch, form))
+                feet = modes.surface_speed and modes.inch  # per minute (12-41)
+                speed = numbers.plain(block, word, form) * (numbers.METRES_PER_FOOT if feet else 1.0)
+                modes = modes._replace(spindle=speed)
             elif letter == "T":
                 tool = numbers.tool_numbers(block, word)
     if feed_missing is not None:
@@ -147,7 +140,6 @@ def decode(block: Block, modes: Modes, form: NumberFormat) -> Command:
 
 
 def _require_machine_move(block: Block, word: Word, action: str, lengths: Mapping[str, Value], modes: Modes) -> None:
-    """Refuse a G53 that no straight absolute motion without radius compensation goes with (D)."""
     if action not in ("G00", "G01"):
         raise block.error(
             "block-format", f"{word} goes with G00 or G01, but not with {action}; program one of them", word
@@ -161,11 +153,7 @@ def _require_machine_move(block: Block, word: Word, action: str, lengths: Mappin
 
 
 def recognise(block: Block, form: NumberFormat) -> None:
-    """Check what a block means without the modes that it will be executed in: its codes, and numbers no unit allows.
-
-    Raises:
-        ControlError: unknown-word, not-supported, number-format or out-of-range.
-    """
+    """Check what a block means without the modes that it will be executed in: its codes, and numbers no unit allows."""
     if block.calls_macro:
         return
     for word in block.words:

@@ -20,15 +20,7 @@ class Leg:
 
 @dataclass(slots=True)
 class Recorder:
-    """Remembers the first linear moves of a dress program, up to the first circular one.
-
-    Attributes:
-        start: the point where the program was interrupted.
-        limit: how many moves are remembered.
-        legs: the moves remembered.
-        stopped: whether a circular move has ended the memory.
-        moved: whether any axis has moved.
-    """
+    """Remembers the first linear moves of a dress program, up to the first circular one."""
 
     start: Position
     limit: int
@@ -37,7 +29,6 @@ class Recorder:
     moved: bool = False
 
     def note(self, path: Path, feed: float | None) -> None:
-        """Note a move; nothing from the first circular one on is remembered."""
         self.moved = True
         self.stopped |= isinstance(path, Circular)
         if not self.stopped and len(self.legs) < self.limit:
@@ -46,12 +37,9 @@ class Recorder:
     def way_back(self, position: Position, link: Callable[[], float | None]) -> list[Leg]:
         """The moves from `position` back to the start.
 
-        A straight link leads to the end of the last remembered move, unless the axes stand there; then each
-        move is run backwards at its own rate. Without remembered moves the link leads to the start itself.
-
-        Args:
-            position: where the dress program ended.
-            link: returns the feed of the link, mm/min, None for a rapid; asked only if there is one.
+        A straight link, at a feed that `link` returns in mm/min, leads to the end of the last remembered move, unless
+        the axes stand there; then each move is run backwards at its own rate. Without remembered moves it leads to the
+        start itself.
         """
         points = [self.start, *(leg.end for leg in self.legs)]
         back = [Leg(points[-1], link())] if position != points[-1] else []

@@ -1,4 +1,4 @@
-"""The one exception of the control, and the place in a part program that it points to."""
+"""The one exception of the control, which any of its functions may raise, and the place that it points to."""
 
 from typing import NamedTuple
 
@@ -41,5 +41,4 @@ class Place(NamedTuple):
     block: int
 
     def error(self, name: str, message: str, column: int | None = None) -> ControlError:
-        """A `ControlError` at this place, or at another column of its line."""
         return ControlError(name, message, self.block, self.line, column or self.column, self.file)

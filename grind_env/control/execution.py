@@ -3,15 +3,16 @@
 import math
 from collections.abc import Iterator
 
-from grind_env.control.control import WHEEL_RADIUS, Control
+from grind_env.control.control import Control
 from grind_env.control.cycle_block import ModalWords
 from grind_env.control.decode import decode
 from grind_env.control.errors import ControlError
 from grind_env.control.interpreter import Interpreter
 from grind_env.control.modal_state import Modes
-from grind_env.control.motions import CyclePlan, Event, Motion, Position
-from grind_env.control.reader import Block, Programs
+from grind_env.control.motions import CyclePlan, Event, Motion, Position, placed
+from grind_env.control.reader import Programs
 from grind_env.control.reciprocation import Reciprocation
+from grind_env.control.words import Block
 
 
 class Execution(Iterator[Event]):
@@ -22,11 +23,7 @@ class Execution(Iterator[Event]):
         self._events = self._interpreter.run()
 
     def __next__(self) -> Event:
-        """Execute up to the end of the next event.
-
-        Raises:
-            ControlError: execution has reached a faulty block.
-        """
+        """Execute up to the end of the next event."""
         return next(self._events)
 
     @property
@@ -71,8 +68,7 @@ class Execution(Iterator[Event]):
 
     def move_axis(self, axis: int, coordinate: float) -> None:
         """Let an axis that has just come to rest stand elsewhere, mm: at the other end of its strokes or crossover."""
-        x, y, z = (coordinate if axis == number else here for number, here in enumerate(self.position))
-        self._interpreter.timeline.position = x, y, z
+        self._interpreter.timeline.position = placed(self.position, {axis: coordinate})
 
     def choose(self, **words: str) -> None:
         """Give words of the block announced by the last `CycleAhead` or `FeedAhead` other numbers: ``E="9000"``."""
@@ -95,7 +91,7 @@ class Execution(Iterator[Event]):
         """
         if not 0.0 < radius < math.inf:
             raise ControlError("setting", f"a wheel radius of {radius} is impossible; it must be above 0 mm")
-        self._interpreter.mover.tooling.radii[WHEEL_RADIUS] = radius
+        self._interpreter.mover.tooling.wheel_radius = radius
 
     def set_table(self, share: float, dwell: float) -> None:
         """Let the table reach a share of every E, and rest some s at its reversal points, from the next stroke on."""

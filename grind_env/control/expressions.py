@@ -3,9 +3,9 @@
 from decimal import Decimal, DecimalException
 
 from grind_env.control.errors import ControlError
-from grind_env.control.formulas import FormulaFault, Read, VariableFault, number_of, operand
-from grind_env.control.reader import Block, Word
+from grind_env.control.formulas import FormulaFault, Read, number_of, operand
 from grind_env.control.variables import Variables
+from grind_env.control.words import Block, Word
 
 MORE_DIGITS = "has more digits than the control can hold; use smaller numbers"
 
@@ -14,13 +14,6 @@ def evaluated(block: Block, variables: Variables) -> Block:
     """The block with its expressions replaced by their values; the block itself if it has none.
 
     A value counts as written with a decimal point. The words still print as they were written.
-
-    Args:
-        block: as it was read.
-        variables: the `#` variables as they are now.
-
-    Raises:
-        ControlError: expression or not-supported, what is wrong in one of them.
     """
     if not block.has_expressions:
         return block
@@ -29,11 +22,7 @@ def evaluated(block: Block, variables: Variables) -> Block:
 
 
 def foreseen(block: Block) -> Block:
-    """The block with those of its expressions replaced that have the same value whenever it is executed.
-
-    Raises:
-        ControlError: expression or not-supported, what is wrong in one of them whatever its variables are.
-    """
+    """The block with those of its expressions replaced that have the same value whenever it is executed."""
     if not block.has_expressions:
         return block
     return block._replace(words=tuple(_foreseen(block, word) for word in block.words))
@@ -72,6 +61,3 @@ def _evaluated(block: Block, word: Word, read: Read) -> Word:
         raise block.error("expression", f"the value of {word.letter} {MORE_DIGITS}", word) from None
     whole, _, decimals = f"{value.copy_abs():f}".partition(".")
     return word._replace(sign="-" if value < 0 else "", whole=whole, point=True, decimals=decimals.rstrip("0"))
-
-
-__all__ = ["MORE_DIGITS", "VariableFault", "evaluated", "fault_in", "foreseen"]

@@ -9,12 +9,13 @@ from dataclasses import dataclass, field
 from decimal import Decimal, DecimalException
 from typing import NamedTuple
 
-from grind_env.control.errors import ControlError
 from grind_env.control.expressions import MORE_DIGITS, fault_in
 from grind_env.control.formulas import FormulaFault, Tree, VariableFault, number_of, value_of, variable_number
-from grind_env.control.reader import Block, Blocks, Program, SourceText
+from grind_env.control.reader import Blocks, Program
+from grind_env.control.source import SourceText
 from grind_env.control.statements import Assign, End, Goto, Then, While, end_of, label_of
 from grind_env.control.variables import ALARM, Variables
+from grind_env.control.words import Block
 
 TEXT_END = "text end"
 """How a program ends whose text does, before an M02, M30 or M99."""
@@ -23,12 +24,7 @@ MOST_BLOCKS = 20_000
 
 
 class BlockStream:
-    """The blocks of one run through a program; those ahead can be looked at without being taken.
-
-    Attributes:
-        program: the program.
-        index: of the block that comes next.
-    """
+    """The blocks of one run through a program; those ahead can be looked at without being taken."""
 
     def __init__(self, program: Program, index: int = 0, blocks: Iterator[SourceText] | None = None) -> None:
         self.program, self.index = program, index
@@ -36,26 +32,23 @@ class BlockStream:
         self._ahead: deque[SourceText] = deque()
 
     def __iter__(self) -> Iterator[SourceText]:
-        """Take the blocks one by one."""
         while self._ahead or self._draw():
             self.index += 1
             yield self._ahead.popleft()
 
     def ahead(self) -> Iterator[SourceText]:
-        """Look at the blocks not yet taken, in order; some may be taken meanwhile."""
         for index in itertools.count(self.index):
             if index - self.index >= len(self._ahead) and not self._draw():
                 return
             yield self._ahead[index - self.index]
 
     def view(self) -> "BlockStream":
-        """A stream of the blocks not yet taken, which takes none of this one's."""
         return BlockStream(self.program, self.index, self.ahead())
 
     def jump(self, index: int) -> None:
-        """Go on with another block."""
+        kept = _kept(self.program.blocks)
         self._ahead.clear()
-        self.index, self._blocks = index, _from(self.program.blocks, index)
+        self.index, self._blocks = index, (kept[number] for number in range(index, len(kept)))
 
     def _draw(self) -> bool:
         source = next(self._blocks, None)
@@ -104,7 +97,6 @@ class Call:
     rounds: dict[int, "Round"] = field(default_factory=dict)
 
     def view(self) -> "Call":
-        """The same to a look ahead, which changes nothing here."""
         return Call(self.stream.view(), self.repeats, self.interrupt, self.arguments, list(self.loops))
 
 
@@ -118,17 +110,7 @@ class Landmarks(NamedTuple):
 
 
 def obey(block: Block, call: Call, variables: Variables) -> None:
-    """Do what a paramacro statement says: assign a variable, or choose the block that comes next.
-
-    Args:
-        block: that holds it, the last one taken of the call's stream.
-        call: the program under execution.
-        variables: its variables.
-
-    Raises:
-        ControlError: expression or not-supported, it has no value; jump, it leads nowhere; alarm, by #3000;
-            block-budget, it leads round without end.
-    """
+    """Do what a paramacro statement says: assign a variable, or choose the block that comes next."""
     here = call.stream.index
     match block.statement:
         case Assign():
@@ -196,7 +178,6 @@ def _number(block: Block, tree: Tree, variables: Variables) -> Decimal:
 
 
 def _go_to(block: Block, label: Decimal, call: Call) -> None:
-    """Jump to the first block of that N number behind this one, else to the first one of all."""
     stream = call.stream
     found = landmarks(stream.program.blocks, block).labels.get(int(label), ()) if label == int(label) else ()
     if not found:
@@ -209,7 +190,6 @@ def _go_to(block: Block, label: Decimal, call: Call) -> None:
 
 
 def _loop(block: Block, loop: While, call: Call, variables: Variables) -> None:
-    """Begin a loop or go round it again, or go on behind its END."""
     stream, number = call.stream, loop.number
     begin, around = stream.index - 1, call.loops[-1] if call.loops else None
     again = around is not None and around.begin == begin
@@ -244,11 +224,7 @@ def _landmarks(blocks: Blocks) -> Landmarks:
 
 
 def landmarks(blocks: Blocks, block: Block) -> Landmarks:
-    """Where the jump of a block may lead.
-
-    Raises:
-        ControlError: jump, the program has too many blocks.
-    """
+    """Where the jump of a block may lead."""
     if len(blocks) > MOST_BLOCKS:
         message = f"the program has {len(blocks)} blocks, but jumps and loops are for up to {MOST_BLOCKS}"
         raise block.error("jump", f"{message}; put the loop into a subprogram")
@@ -257,13 +233,4 @@ def landmarks(blocks: Blocks, block: Block) -> Landmarks:
 
 @functools.lru_cache(maxsize=16)
 def _kept(blocks: Blocks) -> tuple[SourceText, ...]:
-    """The blocks of a program that jumps, which are needed over and over."""
     return tuple(blocks)
-
-
-def _from(blocks: Blocks, index: int) -> Iterator[SourceText]:
-    kept = _kept(blocks)
-    return (kept[number] for number in range(index, len(kept)))
-
-
-__all__ = ["TEXT_END", "BlockStream", "Call", "ControlError", "obey"]

@@ -7,7 +7,7 @@ Values are decimal numbers, so that 0.1+0.2 is 0.3; what a variable, a word or a
 import functools
 import re
 from collections.abc import Callable
-from decimal import ROUND_HALF_UP, Context, Decimal, DecimalException
+from decimal import ROUND_HALF_UP, Context, Decimal
 from typing import NamedTuple, TypeAlias
 
 from grind_env.control import functions
@@ -42,13 +42,7 @@ Read: TypeAlias = Callable[[int], Value]
 
 
 class FormulaFault(ValueError):
-    """An expression that cannot be read or has no value; the text is a sentence with the remedy.
-
-    Attributes:
-        name: expression or not-supported.
-        message: the sentence.
-        position: of the fault in the text, from 0.
-    """
+    """An expression that cannot be read or has no value; the text is a sentence with the remedy."""
 
     def __init__(self, message: str, position: int, name: str = "expression") -> None:
         self.name, self.message, self.position = name, message, position
@@ -107,11 +101,7 @@ Tree: TypeAlias = Number | Variable | Negative | Chain | Comparison | Function
 
 @functools.lru_cache(maxsize=4096)
 def formula(text: str, start: int = 0) -> tuple[Tree, int]:
-    """Read the expression that begins at `start`; returns it and the position behind it.
-
-    Raises:
-        FormulaFault: no expression stands there.
-    """
+    """Read the expression that begins at `start`; returns it and the position behind it."""
     reader = _Reader(text, start)
     return reader.comparison(), reader.position
 
@@ -124,12 +114,7 @@ def operand(text: str, start: int = 0) -> tuple[Tree, int]:
 
 
 def value_of(tree: Tree, read: Read) -> Value:
-    """The value of an expression, rounded; None if it is a vacant variable.
-
-    Raises:
-        FormulaFault: it has no value.
-        DecimalException: it has more digits than the control can hold.
-    """
+    """The value of an expression, rounded; None if it is a vacant variable."""
     found = _value(tree, read)
     return None if found is None else rounded(found)
 
@@ -189,11 +174,7 @@ def vacant(number: int) -> str:
 
 
 def variable_number(tree: Variable, read: Read) -> int:
-    """The number of a variable.
-
-    Raises:
-        FormulaFault: it is not whole.
-    """
+    """The number of a variable."""
     number = rounded(_number(tree.number, read))
     if number != number.to_integral_value():
         message = f"#{number.normalize():f} is no variable; its number must be whole"
@@ -257,7 +238,6 @@ class _Reader:
         return Chain(first, tuple(rest)) if rest else first
 
     def _operator(self, operators: tuple[str, ...]) -> str:
-        """The operator that comes next, behind which reading goes on; empty if none of these does."""
         match = _OPERATOR.match(self._text, self.position)
         if match is None or match[1].upper() not in operators:
             return ""
@@ -329,7 +309,6 @@ class _Reader:
         return Function(name, at, argument, second)
 
     def _digits(self, pattern: re.Pattern[str]) -> str:
-        """The number that begins here, without its blanks."""
         at = self.position
         match = pattern.match(self._text, at)
         assert match is not None  # its first character has been seen
@@ -343,13 +322,11 @@ class _Reader:
         return digits
 
     def _next(self) -> str:
-        """The next character that is not blank; empty at the end."""
         while self._text.startswith((" ", "\t"), self.position):
             self.position += 1
         return self._text[self.position : self.position + 1]
 
     def misplaced(self) -> FormulaFault:
-        """The fault of what stands where an operator or the end should."""
         character = self._next()
         name = _NAME.match(self._text, self.position)
         if name is not None:
@@ -368,6 +345,3 @@ class _Reader:
             return FormulaFault(message, self.position)
         message = f"{character!r} has no place in an expression; numbers, # variables, + - * / and brackets have"
         return FormulaFault(message, self.position)
-
-
-__all__ = ["DecimalException", "FormulaFault", "VariableFault", "formula", "number_of", "operand", "value_of"]

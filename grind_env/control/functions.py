@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
-from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_UP, Context, Decimal
+from decimal import ROUND_HALF_UP, ROUND_UP, Context, Decimal
 
 SIGNIFICANT_DIGITS = 14
 """Of angles and of what angles give; what lies beyond differs between processors."""
@@ -23,10 +23,6 @@ def _sine(angle: Decimal) -> Decimal:
     if turned % 90.0 == 0.0:
         return Decimal((0, 1, 0, -1)[int(turned // 90.0) % 4])
     return _of_float(math.sin(math.radians(turned)))
-
-
-def _cosine(angle: Decimal) -> Decimal:
-    return _sine(angle + 90)
 
 
 def _tangent(angle: Decimal) -> Decimal:
@@ -62,13 +58,9 @@ def _logarithm(value: Decimal) -> Decimal:
     return value.ln(_PRECISE)
 
 
-def _away_from_zero(value: Decimal) -> Decimal:
-    return value.to_integral_value(ROUND_FLOOR if value < 0 else ROUND_CEILING)
-
-
 FUNCTIONS: Mapping[str, Callable[[Decimal], Decimal]] = {
     "SIN": _sine,
-    "COS": _cosine,
+    "COS": lambda angle: _sine(angle + 90),
     "TAN": _tangent,
     "ASIN": _arc("ASIN", math.asin),
     "ACOS": _arc("ACOS", math.acos),
@@ -76,7 +68,7 @@ FUNCTIONS: Mapping[str, Callable[[Decimal], Decimal]] = {
     "ABS": Decimal.copy_abs,
     "ROUND": lambda value: value.to_integral_value(ROUND_HALF_UP),
     "FIX": lambda value: Decimal(int(value)),
-    "FUP": _away_from_zero,
+    "FUP": lambda value: value.to_integral_value(ROUND_UP),
     "LN": _logarithm,
     "EXP": lambda value: value.exp(_PRECISE),
 }

@@ -1,7 +1,7 @@
 """Straight and circular paths: their length, and the point after a fraction of it; all in mm."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from grind_env.control.modes import PLANES
@@ -24,25 +24,18 @@ class Straight:
 
     @property
     def length(self) -> float:
-        """Length, mm."""
         return math.dist(self.start, self.end)
 
     def point(self, fraction: float) -> Position:
-        """The point after a fraction of the length."""
         x, y, z = (a + fraction * (b - a) for a, b in zip(self.start, self.end, strict=True))
         return x, y, z
 
 
 @dataclass(frozen=True, slots=True)
 class Circular:
-    """An arc in a plane, or a helix if the third axis moves too.
+    """An arc in a plane, counter-clockwise if its rotation is 1 (G03), or a helix if the third axis moves too.
 
-    Attributes:
-        start: first point.
-        end: last point; equal to the first for a full circle.
-        centre: its third coordinate is that of the start.
-        rotation: 1 = G03, seen from the positive end of the axis normal to the plane.
-        plane: G17, G18 or G19.
+    A full circle ends where it starts; the third coordinate of the centre is that of the start.
     """
 
     start: Position
@@ -53,25 +46,21 @@ class Circular:
 
     @property
     def angle(self) -> float:
-        """Angle turned through in the sense of `rotation`, rad, above 0 and up to 2 pi."""
         difference = self.rotation * (self._direction(self.end) - self._direction(self.start))
         turned = difference % math.tau
         return turned if turned > 1e-9 else math.tau
 
     @property
     def radius(self) -> float:
-        """Distance of the start from the centre, mm."""
         return math.hypot(*self._offset(self.start))
 
     @property
     def length(self) -> float:
-        """Length along the arc or helix, mm."""
         first, second = PLANES[self.plane]
         normal = 3 - first - second
         return math.hypot(self.radius * self.angle, self.end[normal] - self.start[normal])
 
     def point(self, fraction: float) -> Position:
-        """The point after a fraction of the length."""
         first, second = PLANES[self.plane]
         normal = 3 - first - second
         direction = self._direction(self.start) + self.rotation * fraction * self.angle
@@ -82,7 +71,6 @@ class Circular:
         return result[0], result[1], result[2]
 
     def moves(self, axis: int) -> bool:
-        """Whether the axis 0 = X, 1 = Y or 2 = Z moves on this path."""
         return axis in PLANES[self.plane] or self.start[axis] != self.end[axis]
 
     def _offset(self, point: Position) -> tuple[float, float]:
@@ -100,18 +88,11 @@ Path: TypeAlias = Straight | Circular
 def split(path: Path, fraction: float) -> tuple[Path, Path]:
     """The parts of a path before and after a fraction of its length."""
     middle = path.point(fraction)
-    if isinstance(path, Straight):
-        return Straight(path.start, middle), Straight(middle, path.end)
-    first = Circular(path.start, middle, path.centre, path.rotation, path.plane)
-    return first, Circular(middle, path.end, path.centre, path.rotation, path.plane)
+    return replace(path, end=middle), replace(path, start=middle)
 
 
 def arc_about(start: Position, end: Position, offset: tuple[float, float], rotation: int, plane: str) -> Circular:
-    """The arc about the centre at `offset` from the start along the plane's first and second axis (14-5).
-
-    Raises:
-        ImpossibleArc: the centre is at the start, or not equally far from start and end.
-    """
+    """The arc about the centre at `offset` from the start along the plane's first and second axis (14-5)."""
     first, second = PLANES[plane]
     centre = list(start)
     centre[first] += offset[0]
@@ -129,11 +110,7 @@ def arc_about(start: Position, end: Position, offset: tuple[float, float], rotat
 
 
 def arc_with_radius(start: Position, end: Position, radius: float, rotation: int, plane: str) -> Circular:
-    """The arc with a radius; a negative one asks for the arc above 180 degrees (14-5).
-
-    Raises:
-        ImpossibleArc: start and end coincide, or lie further apart than the diameter.
-    """
+    """The arc with a radius; a negative one asks for the arc above 180 degrees (14-5)."""
     first, second = PLANES[plane]
     u, v = end[first] - start[first], end[second] - start[second]
     chord = math.hypot(u, v)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from grind_env.control.cycles import RULES
 from grind_env.control.interruptions import Interruptions
-from grind_env.control.motions import CyclePlan, CycleStrokes, Event, Position
+from grind_env.control.motions import CyclePlan, CycleStrokes, Event, Position, placed
 from grind_env.control.profile import ramp_time
 from grind_env.control.rules import motion_time, pick_begin
 from grind_env.control.timeline import Timeline
@@ -18,12 +18,7 @@ Target = tuple[str, int, float]
 
 
 def turns(plan: CyclePlan, coverage: bool) -> Iterator[tuple[list[Target], int]]:
-    """The picks that follow each stroke of a cycle, and the auto-dresses that then fall due.
-
-    Args:
-        plan: of the cycle.
-        coverage: whether there is a coverage pass (PD-13).
-    """
+    """The picks that follow each stroke of a cycle, and the auto-dresses that then fall due."""
     rules = RULES[plan.code]
     cycle = rules.cycle_of(plan, coverage)
     progress = rules.begin(cycle)
@@ -83,16 +78,7 @@ class Turns(NamedTuple):
 def all_turns(
     plan: CyclePlan, start: Position, coverage: bool, pick_speed: float, acceleration: float, most: int
 ) -> Turns:
-    """The strokes of a cycle, which a program may repeat for every part.
-
-    Args:
-        plan: of the cycle.
-        start: position of the axes before it, mm.
-        coverage: whether there is a coverage pass (PD-13).
-        pick_speed: mm/s.
-        acceleration: mm/s2.
-        most: strokes; what comes after them is left out.
-    """
+    """At most `most` strokes of a cycle, which a program may repeat for every part; mm, mm/s and mm/s2."""
     assert plan.plunge_axis is not None
     third = 3 - plan.axis - plan.plunge_axis
     position, plunge, cross, seconds, dresses = list(start), [], [], [], []
@@ -112,11 +98,8 @@ def all_turns(
 def grind_whole(plan: CyclePlan, timeline: Timeline) -> CycleStrokes | None:
     """Work off at once a cycle that nothing comes between; its auto-dresses are noted and take no time.
 
-    Times are added up as the timeline does, so that they have the same bits.
-
-    Returns:
-        None if a pick is slow, still under way when the table passes the middle of the stroke after it, or if there is
-        no stroke; then nothing has been done.
+    Times are added up as the timeline does, so that they have the same bits. Nothing is done, and None returned,
+    without a stroke or if a pick is still under way when the table passes the middle of the stroke after it.
     """
     table, control, start = timeline.reciprocation, timeline.control, timeline.position
     assert table is not None  # called by cycles only
@@ -149,9 +132,7 @@ def grind_whole(plan: CyclePlan, timeline: Timeline) -> CycleStrokes | None:
         return None
     timeline.budget.spend(table.place, len(begins))
     table.make(len(begins), len(dresses), max(free, picked))
-    position = list(cycle.end)
-    position[table.axis] = table.coordinate
-    timeline.time, timeline.position = table.free_at, (position[0], position[1], position[2])
+    timeline.time, timeline.position = table.free_at, placed(cycle.end, {table.axis: table.coordinate})
     return CycleStrokes(
         time=end,
         plan=plan,
@@ -168,7 +149,6 @@ def grind_whole(plan: CyclePlan, timeline: Timeline) -> CycleStrokes | None:
 
 
 def _depth_coordinate(plan: CyclePlan, depth: float) -> float:
-    """The coordinate of a depth, exactly that of the block after the whole."""
     if depth >= plan.depth:
         return plan.depth_target
     return plan.plunge_start + depth if plan.depth_target > plan.plunge_start else plan.plunge_start - depth

@@ -12,7 +12,7 @@ from typing import Literal, TypeAlias
 from grind_env.control import numbers
 from grind_env.control.decode import Command
 from grind_env.control.modes import PLANES
-from grind_env.control.motions import Position
+from grind_env.control.motions import Position, placed
 from grind_env.control.options import TAKEN_BY
 from grind_env.control.paths import AXES, INTEGRANDS, coordinate, displaced, no_feed_rate
 from grind_env.control.rules import DEPTH_TOLERANCE
@@ -55,25 +55,15 @@ class GroovePlan:
 
     @property
     def depth(self) -> float:
-        """Depth of the grooves, mm."""
         return abs(self.bottom - self.start[self.axis])
 
     def point(self, infeed: float, across: float) -> Position:
-        """The position at these coordinates of `axis` and `spacing_axis`."""
-        point = list(self.start)
-        point[self.axis], point[self.spacing_axis] = infeed, across
-        return point[0], point[1], point[2]
+        return placed(self.start, {self.axis: infeed, self.spacing_axis: across})
 
 
 @dataclass(frozen=True, slots=True)
 class GrooveLeg:
-    """A straight leg from where the leg before ended; infeeds run at F, rapids at rapid speed.
-
-    Attributes:
-        end: where it ends, mm.
-        kind: "infeed" or "rapid".
-        groove: 1, 2, ...; the way to a groove counts as part of it.
-    """
+    """A straight leg from where the leg before ended; the way to a groove, numbered from 1, is part of it."""
 
     end: Position
     kind: LegKind
@@ -81,19 +71,9 @@ class GrooveLeg:
 
 
 def plan_groove(command: Command, position: Position, retract: float) -> GroovePlan:
-    """Fill in the parameters of a G76 or G77 block.
-
-    Args:
-        command: the block, its X words as radius values.
-        position: of the tool before the block in the coordinates of the program, mm.
-        retract: e, a setting of the control, mm, 0 or more.
-
-    Raises:
-        ControlError: block-format, compensation, missing-parameter, out-of-range, no-depth, groove-retract,
-            number-format or no-feedrate.
-    """
+    """The plan of a G76 or G77 block, in coordinates of the program, with the retract amount e, mm."""
     code = command.action
-    axis, spacing_axis = _roles(command)
+    axis, spacing_axis = PLANES[command.modes.plane][:: -1 if code == "G77" else 1]
     infeed, space = AXES[axis], AXES[spacing_axis]
     letters = infeed + space + INTEGRANDS[axis] + INTEGRANDS[spacing_axis] + "D"
     command.allow_only(
@@ -104,17 +84,20 @@ def plan_groove(command: Command, position: Position, retract: float) -> GrooveP
         raise command.error("compensation", message)
     bottom = _bottom(command, axis, position[axis])
     last, spacing = _last_groove(command, spacing_axis, position[spacing_axis])
+    step = _step(command, INTEGRANDS[axis], retract)
+    if "D" not in command.words:
+        raise command.error("missing-parameter", f"{code} lacks D, the shift at full depth; give D0 for none")
     plan = GroovePlan(
         code=code,
         axis=axis,
         spacing_axis=spacing_axis,
         start=position,
         bottom=bottom,
-        step=_step(command, INTEGRANDS[axis], retract),
+        step=step,
         retract=retract,
         last=last,
         spacing=spacing,
-        shift=_shift(command),
+        shift=numbers.length(command.block, command.words["D"], command.modes.inch, command.number_format),
     )
     if command.modes.feed is None:
         raise no_feed_rate(command)
@@ -161,7 +144,6 @@ def _steps(total: float, step: float) -> int:
 
 
 def _one_groove(plan: GroovePlan, across: float) -> Iterator[tuple[Position, LegKind]]:
-    """To the groove, down in steps with a retract after each but the last, aside by D, and out again."""
     surface = plan.start[plan.axis]
     yield plan.point(surface, across), "rapid"
     for done in divided(plan.depth, plan.step):
@@ -174,14 +156,7 @@ def _one_groove(plan: GroovePlan, across: float) -> Iterator[tuple[Position, Leg
 
 
 def _on_the_way(start: float, end: float, done: float) -> float:
-    """The coordinate after `done` mm from start to end, exactly `end` after the whole way."""
     return end if done >= abs(end - start) else displaced(start, math.copysign(done, end - start))
-
-
-def _roles(command: Command) -> tuple[int, int]:
-    """The axis that infeeds and the axis that spaces the grooves."""
-    first, second = PLANES[command.modes.plane]
-    return (second, first) if command.action == "G77" else (first, second)
 
 
 def _bottom(command: Command, axis: int, start: float) -> float:
@@ -197,7 +172,6 @@ def _bottom(command: Command, axis: int, start: float) -> float:
 
 
 def _step(command: Command, letter: str, retract: float) -> float:
-    """The infeed of a step; its sign does not matter."""
     step = _size(command, letter, "the infeed of each step")
     if step <= retract:
         raise command.error(
@@ -227,10 +201,3 @@ def _size(command: Command, letter: str, meaning: str) -> float:
     if size == 0.0:
         raise command.error("out-of-range", f"{command.words[letter]} counts as 0; {meaning} must be more", letter)
     return size
-
-
-def _shift(command: Command) -> float:
-    """D, which must be programmed even if it is 0 (23-7)."""
-    if "D" not in command.words:
-        raise command.error("missing-parameter", f"{command.action} lacks D, the shift at full depth; give D0 for none")
-    return numbers.length(command.block, command.words["D"], command.modes.inch, command.number_format)

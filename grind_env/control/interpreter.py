@@ -16,12 +16,13 @@ from grind_env.control.modal_state import Modes
 from grind_env.control.modes import CYCLES
 from grind_env.control.motions import CycleAhead, Event, FeedAhead, Hold, Message, ProgramEnd, ProgramStop, Source
 from grind_env.control.moves import Mover
-from grind_env.control.reader import HIGHEST_PROGRAM, Block, Program, Programs, Word, read_block
+from grind_env.control.reader import HIGHEST_PROGRAM, Program, Programs
 from grind_env.control.rewriting import with_words
 from grind_env.control.system_variables import SystemVariables
 from grind_env.control.table import Reciprocator
 from grind_env.control.timeline import Timeline
 from grind_env.control.variables import DEEPEST_MACRO, Variables
+from grind_env.control.words import Block, Word, read_block
 
 DEEPEST = 4
 """Levels of subprograms, a dress program being one; macros do not count (lathe manual 10-15)."""
@@ -70,7 +71,6 @@ class Interpreter:
     # ------------------------------------------------------------------------------------------ program flow
 
     def _program(self, call: Call) -> Generator[Event, None, str]:
-        """Execute the blocks of a program; returns M02, M30, M99 or "text end"."""
         self.calls.append(call)
         end = TEXT_END
         for source in call.stream:
@@ -100,7 +100,6 @@ class Interpreter:
         return end
 
     def _as_chosen(self, block: Block) -> Block:
-        """The block with the words that have been chosen for it, once."""
         words, self.chosen = self.chosen, {}
         return evaluated(with_words(block, words), self.variables)
 
@@ -109,7 +108,6 @@ class Interpreter:
         return any(word.letter == "G" and numbers.g_code(block, word, form) in CYCLES for word in block.words)
 
     def _block(self, command: Command) -> Generator[Event, None, str | None]:
-        """Execute a block; returns how the program ends with it, None if it goes on."""
         self.mover.begin_block(command)
         yield from self.mover.tell_clamped(command)
         yield from self.mover.tell_cut(command)
@@ -146,7 +144,6 @@ class Interpreter:
         return (yield from self._repeatedly(MacroCall(block, words["P"], times, None)))
 
     def _macro(self, call: MacroCall) -> Generator[Event, None, str | None]:
-        """G65: the same with arguments, in local variables of its own level."""
         place, variables = call.block.place, self.variables
         self.mover.place = place
         if variables.level == DEEPEST_MACRO:

@@ -59,7 +59,8 @@ class Interruptions:
         asked = self.timeline.requested or self.requests or panel.interrupts
         stopped = panel.single_block or panel.holding is not None
         telling = self.mover.modes.surface_speed or control.minimum_radius > 0.0
-        known = plan.dresses == 0 or (self._knows(plan.program) and not telling)
+        notes = self.known_dresses.get(plan.program or 0)  # it may have done it with other variables
+        known = plan.dresses == 0 or (notes is not None and self.variables.agree(notes) and not telling)
         return not asked and not stopped and known and control.dress_amount == 0.0
 
     def travel(self, sections: list[MoveSection]) -> Iterator[Event]:
@@ -84,19 +85,16 @@ class Interruptions:
                     return
 
     def next_reversal(self) -> Iterator[Event]:
-        """Go on to the next reversal point, and serve what waits for it."""
         yield from self.timeline.finish_stroke()
         yield from self.serve(0)
 
     def after_motion(self) -> Iterator[Event]:
-        """Serve the operator's request that has waited for the end of a program motion."""
         if self.timeline.owed and self.timeline.reciprocation is not None:
             yield from self.timeline.reach_reversal()
         if self.timeline.held:
             yield from self.serve(0)
 
     def after_block(self) -> Iterator[Event]:
-        """Run the program interrupts that are due, beside a stroke at its end."""
         while (requests := self._due()) is not None:
             table = self.timeline.reciprocation
             if table is None or table.at_reversal:
@@ -143,21 +141,15 @@ class Interruptions:
             table.dresses += 1
         yield DressEnd(timeline.time, number, cause)
         yield from mover.turn_spindle()
-        if mover.tooling.worn_out:
+        if mover.tooling.wheel_radius < self.control.minimum_radius:
             yield Message(timeline.time, "the wheel radius is below its minimum")
 
     def unserved(self) -> Iterator[str]:
-        """What to say of each program interrupt that has been requested in vain, once the program is over."""
         for request in self.requests:
             yield (
                 f"O{request.program}, asked for at {request.at:g} s, is not run, for the program ends at "
                 f"{self.timeline.time:.1f} s; ask for it before"
             )
-
-    def _knows(self, number: int | None) -> bool:
-        """Whether a dress program is known to do what it has done; it may have done it with other variables."""
-        notes = self.known_dresses.get(number or 0)
-        return notes is not None and self.variables.agree(notes)
 
     def _immediate(self, finish: float) -> float | None:
         """When an immediate interrupt comes between now and a time; during reciprocation it has to wait."""
@@ -179,14 +171,9 @@ class Interruptions:
         return None
 
     def _interrupt(self, requests: deque[Interrupt], goal: Position) -> Generator[Event, None, bool]:
-        """Run the first of some program interrupts.
+        """Run the first of some program interrupts; whether it leaves the axes elsewhere (type 1, lathe manual 29-6).
 
-        Args:
-            requests: loses it.
-            goal: where the axes are programmed to be at the end of the motion or block that it interrupts.
-
-        Returns:
-            whether it leaves the axes elsewhere (type 1, lathe manual 29-6).
+        `goal` is where the axes are programmed to be at the end of the motion or block that it interrupts.
         """
         interrupt, timeline = requests.popleft(), self.timeline
         program = self.programs.find(interrupt.program)
@@ -204,12 +191,9 @@ class Interruptions:
         return away
 
     def _run(self, program: Program, source: Source, returning: bool) -> Generator[Event, None, bool]:
-        """Execute a program in the middle of another one, which finds modes and table as they were.
+        """Execute a program within another one, which finds modes and table as they were; whether it moved an axis.
 
         The radius compensation is dropped without a motion and armed again afterwards.
-
-        Returns:
-            whether the program moved an axis.
         """
         timeline, mover, compensation = self.timeline, self.mover, self.mover.compensation
         modes, place = mover.modes, mover.place

@@ -24,8 +24,10 @@ from grind_env.control.macros import macro_call
 from grind_env.control.modes import CYCLES, PLANES, WORK_SYSTEMS
 from grind_env.control.motions import Position
 from grind_env.control.paths import arc_path, target
-from grind_env.control.reader import HIGHEST_PROGRAM, Block, Program, SourceText, Word, read_block
+from grind_env.control.reader import HIGHEST_PROGRAM, Program
+from grind_env.control.source import SourceText
 from grind_env.control.variables import DEEPEST_MACRO, Foreseen, Variables
+from grind_env.control.words import Block, Word, read_block
 
 REFERENCE_MOVES = ("G28", "G29", "G30")
 MOST_STATEMENTS = 1000
@@ -48,14 +50,7 @@ class Barrier(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Prospect:
-    """A motion in the plane that will come.
-
-    Attributes:
-        command: its block.
-        path: programmed, machine coordinates, mm.
-        origin: of the work system then, machine coordinates, mm.
-        length: the length offset that is part of it, mm.
-    """
+    """A motion in the plane that will come: its path, work origin and length offset in machine coordinates, mm."""
 
     command: Command
     path: Path
@@ -65,15 +60,7 @@ class Prospect:
 
 @dataclass(frozen=True, slots=True)
 class Outlook:
-    """Where the view ahead begins.
-
-    Attributes:
-        command: the block under execution.
-        position: programmed position, machine coordinates, mm.
-        origin: of the work system, machine coordinates, mm.
-        length: the length offset that is part of it, mm.
-        reciprocating: the axis that words do not move; None if none reciprocates.
-    """
+    """Where the view ahead begins: the block under execution and its end; points as of `Prospect`."""
 
     command: Command
     position: Position
@@ -92,10 +79,6 @@ class Lookout:
 
     Where the last view has foreseen the motion under execution, and no variable that may have changed meanwhile, it
     goes on from there.
-
-    Args:
-        control: settings.
-        find: returns a program by its number.
     """
 
     def __init__(self, control: Control, find: Callable[[int], Program | None]) -> None:
@@ -106,16 +89,6 @@ class Lookout:
         self._table: int | None = None
 
     def upcoming(self, calls: list[Call], outlook: Outlook, variables: Variables) -> Iterator[Prospect | Barrier]:
-        """What comes next; the last item is a `Barrier`.
-
-        Args:
-            calls: the programs under execution, the innermost last.
-            outlook: state after the block under execution.
-            variables: as they are now.
-
-        Raises:
-            ControlError: a system variable is read or assigned in what comes next.
-        """
         walk, self._walk = self._walk if self._has_foreseen(outlook) else None, None
         return self._items(walk, calls, outlook, variables)
 
@@ -151,7 +124,6 @@ class Lookout:
 
 
 def _upcoming(walk: "_Walk", outlook: Outlook, control: Control) -> Iterator[Prospect | Barrier]:
-    """Go ahead from a block as of `Lookout.upcoming`."""
     modes, position, origin, length, gap = outlook.command.modes, outlook.position, outlook.origin, outlook.length, 0
     obeyed = 0
     walk.follow(outlook.command)
@@ -213,7 +185,6 @@ def _shifts(command: Command) -> bool:
 
 
 def _motion(command: Command, position: Position, origin: Position, table: int | None) -> Path | None:
-    """The path of a block; None if it holds no motion."""
     if command.action in ("G02", "G03"):
         return arc_path(command, position, origin)
     if command.action in ("G00", "G01", *REFERENCE_MOVES):
@@ -244,13 +215,11 @@ class _Walk:
                 yield source
 
     def read(self, source: SourceText) -> Block:
-        """The words of a block."""
         block = read_block(source)
         self.plain &= block.is_plain
         return block
 
     def obeys(self, block: Block) -> bool:
-        """Whether a block is a paramacro statement or calls a macro; it is followed then."""
         if block.statement is not None:
             obey(block, self._levels[-1], self.variables)
         elif block.calls_macro:
@@ -259,7 +228,6 @@ class _Walk:
         return block.statement is not None or block.calls_macro
 
     def follow(self, command: Command) -> None:
-        """Go where a block leads: into a program, back from it, or to the end."""
         words = command.words
         if 98 in command.m and "P" in words:
             times = numbers.integer(command.block, words["L"], 0, 999) if "L" in words else 1

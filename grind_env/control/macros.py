@@ -17,14 +17,7 @@ ARGUMENT_VARIABLES = {
 
 
 class MacroCall(NamedTuple):
-    """A call of a program.
-
-    Attributes:
-        block: that calls.
-        program: its P word.
-        times: how often.
-        arguments: values of local variables by number; None of M98, which has none.
-    """
+    """A call of the program in a P word; M98 has no arguments, which are values of local variables by number."""
 
     block: Block
     program: Word
@@ -33,11 +26,7 @@ class MacroCall(NamedTuple):
 
 
 def macro_call(block: Block) -> MacroCall:
-    """Read a G65 block whose expressions have been evaluated.
-
-    Raises:
-        ControlError: missing-parameter, block-format, number-format or out-of-range.
-    """
+    """Read a G65 block whose expressions have been evaluated."""
     words: dict[str, Word] = {}
     for word in block.words:
         if word.letter in words:
@@ -55,5 +44,4 @@ def macro_call(block: Block) -> MacroCall:
 
 
 def _value(word: Word) -> Decimal:
-    """The number as written, whatever its letter means elsewhere."""
     return Decimal(f"{word.sign}{word.whole or '0'}.{word.decimals}")

@@ -19,6 +19,14 @@ Position: TypeAlias = tuple[float, float, float]
 """X, Y, Z in mm."""
 
 
+def placed(position: Position, coordinates: Mapping[int, float]) -> Position:
+    """A position with other coordinates on some axes, mm."""
+    changed = list(position)
+    for axis, coordinate in coordinates.items():
+        changed[axis] = coordinate
+    return changed[0], changed[1], changed[2]
+
+
 class Source(str, Enum):
     """What commanded a motion."""
 
@@ -200,41 +208,43 @@ class Infeed(Motion):
 
 
 @dataclass(frozen=True, slots=True)
-class CycleAhead:
-    """A cycle block is about to be executed; `Execution.choose` may still change its E and D words."""
+class Instant:
+    """Something that happens at a moment."""
 
     time: float
-    """When it happens, s."""
+    """When, s."""
+
+
+@dataclass(frozen=True, slots=True)
+class CycleAhead(Instant):
+    """A cycle block is about to be executed; `Execution.choose` may still change its E and D words."""
+
     block: Block
 
 
 @dataclass(frozen=True, slots=True)
-class FeedAhead:
+class FeedAhead(Instant):
     """A G01 block without radius compensation is about to be executed with the table at rest.
 
     It leads from `start` to `end`, mm. `Execution.choose` may still change its F word.
     """
 
-    time: float
-    """When it happens, s."""
     block: Block
     start: Position
     end: Position
 
 
 @dataclass(frozen=True, slots=True)
-class CycleStart:
+class CycleStart(Instant):
     """A cycle takes over, before its pre-dress.
 
     Attributes:
-        time: when it happens, s.
         plan: of the cycle.
         variables: values of `#` variables that its dresses find; no unit of their own.
         modes: that they find in force.
         origins: of the work systems, as they find them, by code, mm; with every shift.
     """
 
-    time: float
     plan: CyclePlan
     variables: Mapping[int, float]
     modes: Modes
@@ -287,71 +297,57 @@ class CycleStrokes:
 
 
 @dataclass(frozen=True, slots=True)
-class CycleEnd:
+class CycleEnd(Instant):
     """A cycle is complete (G82, G83; reciprocation goes on), or its reciprocation has ended (G81)."""
 
-    time: float
-    """When it happens, s."""
     plan: CyclePlan
     strokes: int
     dresses: int
 
 
 @dataclass(frozen=True, slots=True)
-class TableStop:
+class TableStop(Instant):
     """The table stands at a reversal point; announced if `CycleAhead` is. `Execution.move_axis` may still move it."""
 
-    time: float
-    """When it happens, s."""
     plan: CyclePlan
 
 
 @dataclass(frozen=True, slots=True)
-class DressStart:
+class DressStart(Instant):
     """A dress program begins, all axes at rest; `cause` is "pre", "auto" or "operator"."""
 
-    time: float
-    """When it happens, s."""
     program: int
     cause: str
 
 
 @dataclass(frozen=True, slots=True)
-class DressEnd:
+class DressEnd(Instant):
     """The wheel is back at the point where the dress began."""
 
-    time: float
-    """When it happens, s."""
     program: int
     cause: str
 
 
 @dataclass(frozen=True, slots=True)
-class InterruptStart:
+class InterruptStart(Instant):
     """A program interrupt of type 1 or 2 begins."""
 
-    time: float
-    """When it happens, s."""
     program: int
     kind: int
 
 
 @dataclass(frozen=True, slots=True)
-class InterruptEnd:
+class InterruptEnd(Instant):
     """A program interrupt has come to its M99 and, if of type 2, back to where it began."""
 
-    time: float
-    """When it happens, s."""
     program: int
     kind: int
 
 
 @dataclass(frozen=True, slots=True)
-class ProgramStop:
+class ProgramStop(Instant):
     """M00 or M01 after the motion of its block; `reciprocating` says whether the table goes on beside it."""
 
-    time: float
-    """When it happens, s."""
     code: str
     block: int
     line: int
@@ -359,74 +355,46 @@ class ProgramStop:
 
 
 @dataclass(frozen=True, slots=True)
-class ProgramEnd:
+class ProgramEnd(Instant):
     """The end: `cause` is "M02", "M30" or "text end"."""
 
-    time: float
-    """When it happens, s."""
     cause: str
 
 
 @dataclass(frozen=True, slots=True)
-class Spindle:
+class Spindle(Instant):
     """The commanded speed of the wheel changes to `speed`, revolutions per minute.
 
     `surface` is the surface speed that G96 holds, m/min, and 0 under G97.
     """
 
-    time: float
-    """When it happens, s."""
     speed: float
     surface: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
-class Switch:
+class Switch(Instant):
     """The wheel or the coolant is switched: `turning` by M03, M04 and M05, `coolant` by M07, M08 and M09.
 
     `turning` is 1 after M03, -1 after M04, which turns it the other way, and 0 after M05.
     """
 
-    time: float
-    """When it happens, s."""
     turning: int
     coolant: bool
 
 
 @dataclass(frozen=True, slots=True)
-class Hold:
+class Hold(Instant):
     """All axes wait for the operator; `cause` is "single block", "feedhold" or "override"."""
 
-    time: float
-    """When it happens, s."""
     cause: str
 
 
 @dataclass(frozen=True, slots=True)
-class Message:
+class Message(Instant):
     """Something the control tells the operator."""
 
-    time: float
-    """When it happens, s."""
     text: str
 
 
-Event: TypeAlias = (
-    Motion
-    | CycleAhead
-    | FeedAhead
-    | CycleStart
-    | CycleStrokes
-    | CycleEnd
-    | TableStop
-    | DressStart
-    | DressEnd
-    | InterruptStart
-    | InterruptEnd
-    | ProgramStop
-    | ProgramEnd
-    | Spindle
-    | Switch
-    | Hold
-    | Message
-)
+Event: TypeAlias = Motion | CycleStrokes | Instant

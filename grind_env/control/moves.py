@@ -16,7 +16,7 @@ from grind_env.control.grooving import INCH_RETRACT, METRIC_RETRACT, groove_legs
 from grind_env.control.lookahead import Barrier, Outlook, Prospect, in_plane
 from grind_env.control.modal_state import Modes
 from grind_env.control.modes import PLANES
-from grind_env.control.motions import Event, Hold, Message, Position, Source, Spindle, Switch
+from grind_env.control.motions import Event, Hold, Message, Position, Source, Spindle, Switch, placed
 from grind_env.control.paths import (
     AXES,
     INTEGRANDS,
@@ -43,14 +43,7 @@ LENGTHS = frozenset("EFIJKQRXYZ")
 
 @dataclass(frozen=True, slots=True)
 class MoveSection:
-    """A part of the way of a motion block, from rest to rest.
-
-    Attributes:
-        path: of the axes.
-        feed: mm/min along it; None for a rapid.
-        source: what commands it.
-        goal: where the block is programmed to end.
-    """
+    """A part of the way of a motion block that is to end at `goal`, from rest to rest, at mm/min or as a rapid."""
 
     path: Path
     feed: float | None
@@ -100,7 +93,6 @@ class Mover:
 
     @property
     def tables(self) -> tuple[object, ...]:
-        """What a program can write for later ones."""
         work = self.work
         shifts = dict(work.offsets), work.external, work.shift, work.local, work.length
         chosen = self.tooling.entry, dict(self.tooling.radii), self.passed, self.remembered
@@ -121,7 +113,6 @@ class Mover:
                 self.remembered = number - 900
 
     def turn_spindle(self) -> Iterator[Event]:
-        """Tell a new speed of the wheel."""
         modes = self.modes
         speed = self.tooling.spindle_speed(modes, self._no_wheel_radius)
         if speed is None or modes.spindle is None:
@@ -149,7 +140,6 @@ class Mover:
             yield Message(self.timeline.time, text)
 
     def tell_cut(self, command: Command) -> Iterator[Event]:
-        """Tell the operator, once a block, of numbers that are written with more decimals than are read."""
         block, inch, form = command.block, command.modes.inch, command.number_format
         if ("cut", self.place) in self._told:
             return
@@ -162,7 +152,6 @@ class Mover:
                 yield Message(self.timeline.time, text)
 
     def switch(self, command: Command, on: bool) -> Iterator[Event]:
-        """Turn wheel and coolant on, as a block does before its motion, or off, as after it."""
         before = self.turning, self.coolant
         for number in command.m:
             if number in (senses := SPINDLE_ON if on else SPINDLE_OFF):
@@ -173,8 +162,7 @@ class Mover:
             yield Switch(self.timeline.time, self.turning, self.coolant)
 
     def follow_wheel(self, amount: float) -> None:
-        """Let radius table, later infeeds and the program's origin follow a wheel made smaller by `amount` mm."""
-        self.tooling.dressed_off(amount)
+        self.tooling.wheel_radius -= amount
         plan = None if self.timeline.reciprocation is None else self.timeline.reciprocation.plan
         if plan is not None and plan.plunge_axis is not None and plan.depth > 0.0:
             way = amount if plan.depth_target > plan.plunge_start else -amount
@@ -182,7 +170,6 @@ class Mover:
             self.work.follow_wheel(plan.plunge_axis, way)
 
     def linear(self, command: Command, ahead: Ahead) -> list[MoveSection]:
-        """G00 or G01."""
         table = self.timeline.reciprocation
         letters = "XYZ" if table is None else "XYZ" + INTEGRANDS[table.axis]
         if command.modes.compensation == "G40" and self.compensation.programmed is not None:
@@ -212,7 +199,6 @@ class Mover:
         return target(command, self.position, origin, None)
 
     def circular(self, command: Command, ahead: Ahead) -> list[MoveSection]:
-        """G02 or G03."""
         path = arc_path(command, self.position, self._origin(command))
         if path is None:
             return []
@@ -225,18 +211,13 @@ class Mover:
         return self._sections(command, path, ahead)
 
     def dwell(self, command: Command) -> Iterator[Event]:
-        """G04."""
         here = self.timeline.position
         speed = self.tooling.spindle_speed(command.modes, lambda: no_feed_rate(command))
         seconds = dwell_seconds(command, speed)
         yield from self.timeline.move(command.block.place, Straight(here, here), None, self.source, dwell=seconds)
 
     def reference(self, command: Command) -> list[MoveSection]:
-        """G28, G29 and G30: rapid by way of the intermediate point; it cancels the compensation (lathe 21-49).
-
-        Raises:
-            ControlError: missing-parameter, out-of-range or axis-conflict.
-        """
+        """G28, G29 and G30: rapid by way of the intermediate point; it cancels the compensation (lathe 21-49)."""
         command.allow_only("XYZP" if command.action == "G30" else "XYZ", f"a {command.action} block")
         axes = [axis for axis, letter in enumerate(AXES) if letter in command.lengths]
         if not axes:
@@ -270,11 +251,6 @@ class Mover:
         return [MoveSection(path, None, self.source, goal) for path in paths if path.length > 0.0]
 
     def groove(self, command: Command) -> Iterator[Event]:
-        """G76 or G77, and a stop after each groove in single block.
-
-        Raises:
-            ControlError: axis-conflict while an axis reciprocates, and what `plan_groove` raises.
-        """
         if self._reciprocating is not None:
             message = f"{command.action} is programmed during reciprocation; program G80 before"
             raise command.error("axis-conflict", message)
@@ -299,18 +275,12 @@ class Mover:
                 self.recorder.note(path, rate)
 
     def refuse_displaced(self, command: Command) -> None:
-        """Refuse a cycle under G40 while the exit move of the compensation is still owed."""
         if command.modes.compensation == "G40" and self.position != self.timeline.position:
             raise command.error(
                 "compensation", f"{command.action} comes before the exit move of the compensation; move to exit first"
             )
 
     def rate(self, command: Command) -> float:
-        """F in mm/min for a block.
-
-        Raises:
-            ControlError: no-feedrate.
-        """
         modes = command.modes
 
         def missing() -> ControlError:
@@ -320,7 +290,6 @@ class Mover:
         return feed_rate(modes, speed, self.control, missing)
 
     def retrace(self, recorder: Recorder) -> Iterator[Event]:
-        """The way back, asked for by the M99 of a dress or interrupt program."""
         for leg in recorder.way_back(self.timeline.position, self._link_feed):
             path = Straight(self.timeline.position, leg.end)
             if path.length > 0.0:
@@ -337,7 +306,6 @@ class Mover:
         return self.work.origin(command.modes.work_system)
 
     def _link_feed(self) -> float | None:
-        """Feed of a straight move under the modes in force; None for a rapid."""
         if self.modes.motion == "G00":
             return None
 
@@ -357,7 +325,6 @@ class Mover:
         )
 
     def _sections(self, command: Command, path: Path, ahead: Ahead) -> list[MoveSection]:
-        """A programmed path, or what the compensation makes of it."""
         feed = None if command.action == "G00" else self.rate(command)
         actual = self.timeline.position
         if self.detour is not None:
@@ -399,9 +366,7 @@ class Mover:
 
 
 def _moved(position: Position, goal: Position, axes: list[int]) -> Position:
-    """The position with some axes at their goal."""
-    x, y, z = (goal[axis] if axis in axes else position[axis] for axis in range(3))
-    return x, y, z
+    return placed(position, {axis: goal[axis] for axis in axes})
 
 
 def _moved_by(position: Position, way: Position, sign: float) -> Position:

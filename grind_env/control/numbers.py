@@ -9,7 +9,7 @@ from decimal import ROUND_HALF_UP, Decimal
 
 from grind_env.control.errors import ControlError
 from grind_env.control.modes import ACTIONS, MACHINE_COORDINATES, MACRO_CALL, SWITCHES, listed
-from grind_env.control.reader import Block, Word
+from grind_env.control.words import Block, Word
 
 MILLIMETRES_PER_INCH = Decimal("25.4")
 METRES_PER_FOOT = 0.3048
@@ -48,7 +48,6 @@ class NumberFormat:
     excess_decimals: str = "truncate"
 
     def __post_init__(self) -> None:
-        """Refuse formats that no address has."""
         for name, choices in (("zero_suppression", ZERO_SUPPRESSIONS), ("excess_decimals", EXCESS_DECIMALS)):
             choice = getattr(self, name)
             if choice not in choices:
@@ -66,22 +65,14 @@ STANDARD = NumberFormat()
 
 
 def length(block: Block, word: Word, inch: bool, form: NumberFormat = STANDARD) -> float:
-    """A coordinate or pick in mm, or a feed in mm per minute or revolution.
-
-    Raises:
-        ControlError: number-format, more integer digits than the format has.
-    """
+    """A coordinate or pick in mm, or a feed in mm per minute or revolution."""
     if inch:
         return float(Decimal(_formatted(block, word, form.inch, form)) * MILLIMETRES_PER_INCH) + 0.0
     return float(_formatted(block, word, form.metric, form)) + 0.0
 
 
 def feed(block: Block, word: Word, inch: bool, form: NumberFormat = STANDARD) -> float:
-    """The feed of an F or E word, mm per minute or revolution.
-
-    Raises:
-        ControlError: number-format, or out-of-range when the value is not positive once it has its format.
-    """
+    """The feed of an F or E word, mm per minute or revolution."""
     if inch and len(word.whole) > form.inch[0] and (word.point or form.zero_suppression == "neither"):
         meant = f"{word.letter}{Decimal(f'{word.whole}.{word.decimals}') / MILLIMETRES_PER_INCH:.1f}"
         message = (
@@ -96,33 +87,15 @@ def feed(block: Block, word: Word, inch: bool, form: NumberFormat = STANDARD) ->
 
 
 def plain(block: Block, word: Word, form: NumberFormat = STANDARD) -> float:
-    """A number without unit of length, in the metric format (D): a spindle speed or a dwell.
-
-    Raises:
-        ControlError: number-format, or out-of-range when negative.
-    """
+    """A number without unit of length, in the metric format (D): a spindle speed or a dwell."""
     value = float(_formatted(block, word, form.metric, form)) + 0.0
     if value < 0.0:
         raise block.error("out-of-range", f"{word} is negative; it must be 0 or more", word)
     return value
 
 
-def spindle(block: Block, word: Word, feet: bool, form: NumberFormat = STANDARD) -> float:
-    """S: revolutions per minute, or a surface speed in m/min; with `feet` it is written in feet per minute (12-41).
-
-    Raises:
-        ControlError: as `plain`.
-    """
-    value = plain(block, word, form)
-    return value * METRES_PER_FOOT if feet else value
-
-
 def integer(block: Block, word: Word, lowest: int, highest: int) -> int:
-    """A whole number such as that of D, L, P or M; zero suppression does not concern it (D).
-
-    Raises:
-        ControlError: number-format when it has a fraction, out-of-range outside `lowest` to `highest`.
-    """
+    """A whole number such as that of D, L, P or M; zero suppression does not concern it (D)."""
     _refuse_unevaluated(block, word)
     if word.decimals.strip("0"):
         raise block.error("number-format", f"{word} is not an integer; {word.letter} takes a whole number", word)
@@ -137,9 +110,6 @@ def tool_numbers(block: Block, word: Word) -> tuple[int, int]:
 
     One or two digits select the same entry of both tables; of four, the first two are the radius entry and the last
     two the length entry; three are four without the leading zero (D).
-
-    Raises:
-        ControlError: number-format, a fraction or more than four digits; out-of-range, negative.
     """
     if len(word.whole) > LONGEST_T_WORD:
         digits = len(word.whole)
@@ -155,9 +125,6 @@ def g_code(block: Block, word: Word, form: NumberFormat = STANDARD) -> str:
 
     Without a point the number ends at its point, except under trailing zero suppression, which takes it for two
     digits and decimals: G2 is G20, and G920 is G92, there being no macros (lathe manual 10-17).
-
-    Raises:
-        ControlError: unknown-word when it is negative or has more than one decimal digit.
     """
     _refuse_unevaluated(block, word)
     whole, decimals = word.whole, word.decimals
@@ -198,7 +165,8 @@ def _formatted(block: Block, word: Word, digits: tuple[int, int], form: NumberFo
             "number-format", f"{word} has {len(whole)} digits; {whole_digits + decimal_digits} are allowed", word
         )
     elif form.zero_suppression == "leading":
-        whole, decimals = _right_aligned(whole, decimal_digits)
+        split = max(len(whole) - decimal_digits, 0)
+        whole, decimals = whole[:split], whole[split:].rjust(decimal_digits, "0")
     else:
         whole, decimals = _left_aligned(whole, whole_digits)
     if len(decimals) > decimal_digits:
@@ -206,12 +174,6 @@ def _formatted(block: Block, word: Word, digits: tuple[int, int], form: NumberFo
             return _rounded(block, word, digits)
         decimals = decimals[:decimal_digits]
     return f"{word.sign}{whole or '0'}.{decimals}"
-
-
-def _right_aligned(digits: str, decimal_digits: int) -> tuple[str, str]:
-    """Integer digits and decimals of a number whose last digit is its last decimal."""
-    split = max(len(digits) - decimal_digits, 0)
-    return digits[:split], digits[split:].rjust(decimal_digits, "0")
 
 
 def _left_aligned(digits: str, whole_digits: int) -> tuple[str, str]:

@@ -29,7 +29,6 @@ class Interrupt:
     at: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse what is no request."""
         if self.kind not in (1, 2):
             raise ControlError("setting", f"an interrupt of type {self.kind} is unknown; it must be 1 or 2")
         if not self.at >= 0.0:
@@ -41,9 +40,7 @@ class Panel:
     """The operator's switches and requests, read by the control between two motions.
 
     Attributes:
-        dress_requested: a dress is wanted at the next reversal point.
         held: feedhold.
-        single_block: stop after every block.
         override: factor on every feed; 0 holds the axes.
         interrupts: requests not yet served.
     """
@@ -56,18 +53,6 @@ class Panel:
 
     @property
     def holding(self) -> str | None:
-        """Why no motion may begin; None if one may."""
         if self.held:
             return "feedhold"
         return "override" if self.override == 0.0 else None
-
-
-def override_factor(percent: float) -> float:
-    """The factor of a feedrate override.
-
-    Raises:
-        ControlError: setting, outside 0 to 200 %.
-    """
-    if not 0.0 <= percent <= HIGHEST_OVERRIDE:
-        raise ControlError("setting", f"an override of {percent} % is impossible; it must be 0 to {HIGHEST_OVERRIDE:g}")
-    return percent / 100.0

@@ -19,11 +19,7 @@ _INTERRUPT = re.compile(rf"[Oo]?([0-9]+)@({_NUMBER})(?::([0-9]+))?")
 
 
 def radii_of(options: Sequence[str]) -> tuple[float, dict[int, float]]:
-    """The radius of every entry, and those of single entries of the radius table, from texts such as 2.5 and 1=2.5.
-
-    Raises:
-        ControlError: setting, one says no radius.
-    """
+    """The radius of every entry, and those of single entries of the radius table, from texts such as 2.5 and 1=2.5."""
     every, radii = 0.0, {}
     for option in options:
         entry, _, size = option.rpartition("=")
@@ -42,15 +38,7 @@ def radii_of(options: Sequence[str]) -> tuple[float, dict[int, float]]:
 
 
 def variables_of(options: Sequence[str], name: str = "--set") -> Mapping[int, float]:
-    """Values of ``#`` variables from texts such as #101=15000.
-
-    Args:
-        options: the texts.
-        name: of what they have been given as.
-
-    Raises:
-        ControlError: setting, one is no assignment.
-    """
+    """Values of ``#`` variables from texts such as #101=15000, given as what `name` says."""
     variables = {}
     for option in options:
         match = _ASSIGNMENT.fullmatch("".join(option.split()))
@@ -62,11 +50,7 @@ def variables_of(options: Sequence[str], name: str = "--set") -> Mapping[int, fl
 
 
 def interrupts_of(options: Sequence[str]) -> tuple[Interrupt, ...]:
-    """Program interrupts in the order of their times, from texts such as 9200@12.5 and 9200@12.5:1.
-
-    Raises:
-        ControlError: setting, one is no request.
-    """
+    """Program interrupts in the order of their times, from texts such as 9200@12.5 and 9200@12.5:1."""
     found = []
     for option in options:
         match = _INTERRUPT.fullmatch(option.strip())

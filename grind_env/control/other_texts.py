@@ -36,15 +36,7 @@ MOST_BEFORE = 20
 
 
 def check_head(data: bytes, name: str) -> None:
-    """Refuse a program for another control, and one in which each byte has a bit of parity.
-
-    Args:
-        data: the first `LOOKED_AT` bytes of the text.
-        name: of its file.
-
-    Raises:
-        ControlError: file, the text is one of these.
-    """
+    """Refuse a program for another control, and one with parity bits, by its first `LOOKED_AT` bytes."""
     if sum(byte > 0x7F for byte in data) > max(8, len(data) // 4) and not any(byte.bit_count() % 2 for byte in data):
         message = (
             "every byte has a bit of even parity, as on punched tape; receive the program with 7 data bits and even "
@@ -61,15 +53,8 @@ def check_head(data: bytes, name: str) -> None:
 
 
 def check_before(blocks: Sequence[SourceText]) -> None:
-    """Refuse a text before the ``%`` of a program, of which no block can be read.
-
-    Args:
-        blocks: before a ``%`` with something behind it.
-
-    Raises:
-        ControlError: block-format, there are such blocks alone.
-    """
-    if blocks and not any(map(_is_read, blocks)):
+    """Refuse a text before the ``%`` of a program, of which no block can be read."""
+    if blocks and not any(has_words(block, faulty=False) for block in blocks):
         message = (
             f"{quoted(blocks[0].text)} stands before the % of the program, where only comments may stand; delete it, "
             "or put it in parentheses"
@@ -77,8 +62,9 @@ def check_before(blocks: Sequence[SourceText]) -> None:
         raise blocks[0].place.error("block-format", message)
 
 
-def _is_read(block: SourceText) -> bool:
+def has_words(block: SourceText, *, faulty: bool) -> bool:
+    """Whether a block holds more than comments; what is to be said of a faulty one is given."""
     try:
         return bool(read_block(block).words)
     except ControlError:
-        return False
+        return faulty

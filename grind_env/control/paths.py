@@ -34,14 +34,7 @@ def displaced(start: float, way: float) -> float:
 
 
 def target(command: Command, position: Position, origin: Position, without: int | None = None) -> Position:
-    """Where the axis words lead; the axis `without` stays, because it reciprocates (PD-7).
-
-    Args:
-        command: the block.
-        position: where it begins, machine coordinates, mm.
-        origin: of the work system in force, machine coordinates, mm.
-        without: a reciprocating axis.
-    """
+    """Where the axis words lead, mm on the machine; the axis `without` stays, because it reciprocates (PD-7)."""
     x, y, z = (
         coordinate(command, letter, position[axis], origin[axis])
         if letter in command.lengths and axis != without
@@ -52,11 +45,7 @@ def target(command: Command, position: Position, origin: Position, without: int 
 
 
 def arc_path(command: Command, position: Position, origin: Position) -> Circular | None:
-    """The arc of a G02 or G03 block; None if it holds no word of an arc.
-
-    Raises:
-        ControlError: missing-parameter, block-format, or arc-geometry when there is no such arc.
-    """
+    """The arc of a G02 or G03 block; None if it holds no word of an arc."""
     action, plane = command.action, command.modes.plane
     first, second = PLANES[plane]
     centre_letters = INTEGRANDS[first], INTEGRANDS[second]
@@ -83,14 +72,7 @@ def arc_path(command: Command, position: Position, origin: Position) -> Circular
 def feed_rate(modes: Modes, speed: float | None, control: Control, missing: Missing) -> float:
     """F in mm/min, clamped to the maximum (12-60); under G95 the spindle speed converts it (12-56).
 
-    Args:
-        modes: in force.
-        speed: of the spindle, revolutions per minute; None while it has none.
-        control: settings.
-        missing: makes the error to raise without F or the spindle speed that it needs.
-
-    Raises:
-        ControlError: what `missing` makes.
+    `missing` makes the error to raise without F, or without the spindle speed that it needs.
     """
     if modes.feed is None or (modes.per_revolution and not speed):
         raise missing()
@@ -104,11 +86,7 @@ def no_feed_rate(command: Command) -> ControlError:
 
 
 def dwell_seconds(command: Command, speed: float | None) -> float:
-    """Time of a G04: P or X in seconds, under G95 in revolutions at a spindle speed in revolutions per minute.
-
-    Raises:
-        ControlError: missing-parameter, block-format, out-of-range or no-feedrate.
-    """
+    """Time of a G04: P or X in seconds, under G95 in revolutions at a spindle speed in revolutions per minute."""
     command.allow_only("PX", "a G04 block")
     words = [command.words[letter] for letter in "PX" if letter in command.words]
     if len(words) != 1:

@@ -13,25 +13,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grind_env.control.errors import ControlError, Place
-from grind_env.control.other_texts import LOOKED_AT, MOST_BEFORE, check_before, check_head
+from grind_env.control.other_texts import LOOKED_AT, MOST_BEFORE, check_before, check_head, has_words
 from grind_env.control.source import Mark, Scanner, SourceText, Text, changed, text_in, text_of
-from grind_env.control.words import Block, Word, read_block
+from grind_env.control.words import read_block
 from grind_env.files import ReadError, is_file, read_bytes
 from grind_env.presenter import html
-
-__all__ = [
-    "HIGHEST_PROGRAM",
-    "Block",
-    "Blocks",
-    "Program",
-    "Programs",
-    "SourceText",
-    "Word",
-    "called_files",
-    "read",
-    "read_block",
-    "read_file",
-]
 
 HIGHEST_PROGRAM = 99_999
 SHORT = 50
@@ -45,14 +31,7 @@ _NAME = re.compile(r"[ \t]*(?:\([^()]*\)[ \t]*)*[Oo]")
 
 @dataclass(frozen=True, slots=True)
 class Blocks:
-    """The blocks of a program, cut from its text anew by every iteration.
-
-    Attributes:
-        text: where they stand.
-        start: where the first of them begins.
-        count: how many they are.
-        last: the last of them; None if there are none.
-    """
+    """The blocks of a program, cut from its text anew by every iteration."""
 
     text: Text
     start: Mark
@@ -60,15 +39,9 @@ class Blocks:
     last: SourceText | None
 
     def __len__(self) -> int:
-        """The number of blocks."""
         return self.count
 
     def __iter__(self) -> Iterator[SourceText]:
-        """Read them from the first one on; the text is closed with the iterator.
-
-        Raises:
-            ControlError: file, the text has changed.
-        """
         if self.count <= SHORT:
             yield from _kept(self)
         else:
@@ -89,7 +62,6 @@ class Blocks:
 
 @functools.lru_cache(maxsize=64)
 def _kept(blocks: Blocks) -> tuple[SourceText, ...]:
-    """The blocks of a short program, which may be called a thousand times over."""
     return tuple(blocks._read())
 
 
@@ -102,7 +74,6 @@ class Program:
     blocks: Blocks
 
     def last_place(self) -> Place:
-        """The last block, or the name of an empty program."""
         last = self.blocks.last
         if last is None:
             return self.place
@@ -127,7 +98,6 @@ class Programs:
         self._numbered = {program.number: program for program in programs if program.number is not None}
 
     def __iter__(self) -> Iterator[Program]:
-        """Every program read so far, the main program first."""
         return iter(self._programs)
 
     def find(self, number: int) -> Program | None:
@@ -169,10 +139,6 @@ def called_files(path: Path, interrupts: Iterable[int] = ()) -> list[Path]:
     """The files ``O<number>.nc`` beside a program that it may call, and those that these may call.
 
     The program is not executed: every number of a P word is taken for that of a program, and an expression for all.
-
-    Args:
-        path: of the program; of one that is no file, such as a pipe that can be read only once, there are none.
-        interrupts: numbers of programs that the operator asks for.
     """
     if not is_file(path):
         return []
@@ -191,7 +157,6 @@ def called_files(path: Path, interrupts: Iterable[int] = ()) -> list[Path]:
 
 
 def _file_of(folder: Path, number: int) -> Path:
-    """Where the program O`number` is looked for if it is not in the file that calls it."""
     return folder / f"O{number}.nc"
 
 
@@ -205,7 +170,6 @@ def read(text: str, name: str = "program", folder: Path | None = None) -> Progra
 
 
 def _split(text: Text, folder: Path | None, faults: list[ControlError] | None = None) -> Programs:
-    """Find the programs of a text in one pass; `faults` as of `read_file`."""
     number: int | None = None
     place = Place(text.name, 1, 1, 1)
     start, count, last, begun = Mark(), 0, None, False
@@ -221,7 +185,7 @@ def _split(text: Text, folder: Path | None, faults: list[ControlError] | None = 
         for source in scanner:
             if not _NAME.match(source.text):
                 count, last = count + 1, source
-                begun = begun or _has_words(source)
+                begun = begun or has_words(source, faulty=True)
                 continue
             if begun:
                 programs.append(Program(number, place, Blocks(text, start, count, last)))
@@ -238,24 +202,7 @@ def _split(text: Text, folder: Path | None, faults: list[ControlError] | None = 
     return Programs(text.name, programs, folder)
 
 
-def _has_words(source: SourceText) -> bool:
-    """Whether a block holds more than comments; a faulty one does."""
-    try:
-        return bool(read_block(source).words)
-    except ControlError:
-        return True
-
-
 def _new_number(source: SourceText, taken: set[int]) -> int:
-    """The number in the name of a program, which joins those that are taken."""
-    number = _program_number(source)
-    if number in taken:
-        raise source.place.error("block-format", f"O{number} is named twice; every program needs its own number")
-    taken.add(number)
-    return number
-
-
-def _program_number(source: SourceText) -> int:
     block = read_block(source)
     name, *others = block.words
     if others:
@@ -263,4 +210,7 @@ def _program_number(source: SourceText) -> int:
     number = int(name.whole or "0")
     if name.sign or name.point or not 1 <= number <= HIGHEST_PROGRAM:
         raise block.error("out-of-range", f"{name} is not a program name; O1 to O{HIGHEST_PROGRAM} are", name)
+    if number in taken:
+        raise source.place.error("block-format", f"O{number} is named twice; every program needs its own number")
+    taken.add(number)
     return number

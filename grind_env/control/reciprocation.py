@@ -34,16 +34,13 @@ class Underway:
 
     @property
     def length(self) -> float:
-        """Length of the stroke, mm."""
         return abs(self.target - self.origin)
 
     @property
     def middle_time(self) -> float:
-        """Time at which half the length is covered, s."""
         return self.begin + 0.5 * self.travel
 
     def coordinate(self, time: float) -> float:
-        """Coordinate of the axis at a time, mm."""
         if time >= self.begin + self.travel:
             return self.target
         done = travelled(time - self.begin, self.length, self.feed / 60.0, self.acceleration)
@@ -88,12 +85,10 @@ class Reciprocation:
 
     @property
     def axis(self) -> int:
-        """0 = X, 1 = Y, 2 = Z."""
         return self.plan.axis
 
     @property
     def at_reversal(self) -> bool:
-        """Whether the axis stands at a reversal point (ruling 1)."""
         return self.underway is None and (
             self.at is not Reversal.START or self.coordinate in (self.primary, self.secondary)
         )
@@ -105,7 +100,6 @@ class Reciprocation:
         return self.underway is None and (self.at is Reversal.SECONDARY or starts_there)
 
     def take_over(self, plan: CyclePlan, place: Place) -> None:
-        """Let a new cycle rule from the secondary point on; its first stroke goes to the primary point."""
         self.plan, self.place = plan, place
         self.primary, self.secondary, self.feed = plan.primary, plan.secondary, plan.feed
         self.at, self.count, self.dresses, self.refed = Reversal.SECONDARY, 0, 0, False
@@ -119,7 +113,6 @@ class Reciprocation:
         return self.underway
 
     def arrive(self) -> None:
-        """End the stroke in progress."""
         assert self.underway is not None
         self.coordinate, self.free_at = self.underway.target, self.underway.finish
         self.at = Reversal.SECONDARY if self.at is Reversal.PRIMARY else Reversal.PRIMARY
@@ -127,7 +120,6 @@ class Reciprocation:
         self.count += 1
 
     def make(self, strokes: int, dresses: int, free_at: float) -> None:
-        """Make the strokes and dresses of a whole G82 or G83, whose first stroke leads to the primary point."""
         self.count, self.dresses, self.free_at = strokes, self.dresses + dresses, free_at
         self.at = Reversal.PRIMARY if strokes % 2 else Reversal.SECONDARY
         self.coordinate = self.primary if strokes % 2 else self.secondary

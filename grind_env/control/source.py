@@ -59,12 +59,10 @@ class SourceText(NamedTuple):
 
     @property
     def deletable(self) -> bool:
-        """Whether the block begins with ``/``."""
         return self.text.startswith("/")
 
     @property
     def place(self) -> Place:
-        """The place as far as it is known before the N word is read."""
         return Place(self.file, self.line, self.column, self.line)
 
 
@@ -117,9 +115,6 @@ def text_in(path: Path) -> Text:
     """The text of a file; it must not change as long as it is read, unless it is small enough to be kept.
 
     A pipe, which can be read only once, is kept as well.
-
-    Raises:
-        ControlError: file, it cannot be read.
     """
     try:
         with open_file(path) as handle:
@@ -131,11 +126,7 @@ def text_in(path: Path) -> Text:
 
 
 class Scanner:
-    """Cuts a text into blocks, from a mark up to the ``%`` behind them; blank blocks are left out.
-
-    Attributes:
-        unread: whether there is text behind that ``%``.
-    """
+    """Cuts a text into blocks, from a mark up to the ``%`` behind them; `unread` if text stands behind that."""
 
     def __init__(self, handle: BinaryIO, text: Text, start: Mark) -> None:
         self._handle, self._text, self._start = handle, text, start
@@ -143,11 +134,6 @@ class Scanner:
         self._begun, self.unread = start.begun, False
 
     def __iter__(self) -> Iterator[SourceText]:
-        """Read the blocks.
-
-        Raises:
-            ControlError: file, it is no text; block-format, a block is too long.
-        """
         name, line = self._text.name, self._start.line
         line_begin = 1 - self._start.column
         pieces = self._pieces()
@@ -186,7 +172,6 @@ class Scanner:
         return Mark(offset, line, end - line_begin + 1, self._begun)
 
     def _pieces(self) -> Iterator[tuple[int, str]]:
-        """The text in pieces that end where a block ends, each with its offset in bytes."""
         offset = self._start.offset
         self._handle.seek(offset)
         rest = b"" if offset else self._handle.read(len(codecs.BOM_UTF8))
@@ -214,7 +199,6 @@ def _unreadable(error: ReadError) -> ControlError:
 
 
 def _state(handle: BinaryIO) -> tuple[int, ...]:
-    """What tells a file from its former state."""
     status = os.fstat(handle.fileno())
     return status.st_ino, status.st_size, status.st_mtime_ns
 

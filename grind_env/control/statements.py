@@ -60,11 +60,7 @@ Statement: TypeAlias = Assign | Goto | Then | While | End
 
 
 def statement(text: str, start: int) -> tuple[Statement, int]:
-    """Read the statement that begins at `start`; returns it and the position behind it.
-
-    Raises:
-        FormulaFault: it is malformed.
-    """
+    """Read the statement that begins at `start`; returns it and the position behind it."""
     if text.startswith("#", start):
         return _assignment(text, start)
     keyword, position = _keyword(text, start)

@@ -9,7 +9,7 @@ from decimal import Decimal
 from grind_env.control.control import WHEEL_RADIUS
 from grind_env.control.formulas import VariableFault, rounded
 from grind_env.control.modes import WORK_SYSTEMS
-from grind_env.control.motions import Position
+from grind_env.control.motions import placed
 from grind_env.control.moves import Mover
 from grind_env.control.numbers import MILLIMETRES_PER_INCH
 from grind_env.control.paths import AXES, displaced
@@ -37,11 +37,6 @@ class SystemVariables:
         self.dependent: int | None = None
 
     def read(self, number: int) -> Decimal:
-        """The value of a system variable.
-
-        Raises:
-            VariableFault: there is none of this number that can be read.
-        """
         mover = self.mover
         if number in RADII:
             entry = number - RADII[0] + 1
@@ -65,23 +60,16 @@ class SystemVariables:
         raise VariableFault(f"#{number} is no variable that can be read here; {NONE_SUCH}")
 
     def write(self, number: int, value: Decimal) -> None:
-        """Write a coordinate offset or an entry of the radius table.
-
-        Raises:
-            VariableFault: there is none of this number that can be written.
-        """
         work = self.mover.work
         if number in RADII:
             self.mover.tooling.radii[number - RADII[0] + 1] = self._millimetres(value, None)
         elif (offset := _offset(number)) is not None:
             system, axis = offset
-            changed = list(work.external if system is None else work.offsets[system])
-            changed[axis] = self._millimetres(value, axis)
-            point: Position = changed[0], changed[1], changed[2]
+            changed = {axis: self._millimetres(value, axis)}
             if system is None:
-                work.external = point
+                work.external = placed(work.external, changed)
             else:
-                work.offsets[system] = point
+                work.offsets[system] = placed(work.offsets[system], changed)
         else:
             raise VariableFault(f"#{number} is no variable that can be assigned; {NONE_SUCH}")
 

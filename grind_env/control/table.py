@@ -29,7 +29,6 @@ class Reciprocator:
         self.memory = ModalWords()
 
     def redirect(self, command: Command) -> None:
-        """Let the words of a motion block change the reciprocation under way, and E the feed of later cycles."""
         table = self.timeline.reciprocation
         if command.reciprocation_feed is not None:
             self.memory = replace(self.memory, feed=command.reciprocation_feed)
@@ -44,7 +43,6 @@ class Reciprocator:
             self.memory = redirect(command, self.memory, table, origin, self.control.maximum_feed)
 
     def cycle(self, command: Command) -> Iterator[Event]:
-        """Plan a cycle, let it take over the table, and work it off (G81 goes on by itself)."""
         timeline, table = self.timeline, self.timeline.reciprocation
         plan, memory = self.planned(command)
         while table is not None and not table.at_secondary:
@@ -80,7 +78,6 @@ class Reciprocator:
         yield CycleEnd(timeline.time, plan, table.count, table.dresses)
 
     def planned(self, command: Command) -> tuple[CyclePlan, ModalWords]:
-        """The plan of a cycle block as things stand, and what later ones may then omit."""
         table = self.timeline.reciprocation
         self.mover.refuse_displaced(command)
         origin = self.mover.work.origin(command.modes.work_system)
@@ -96,7 +93,6 @@ class Reciprocator:
         return plan, memory
 
     def cancel(self, command: Command) -> Iterator[Event]:
-        """G80: stop at the next reversal point (PD-1)."""
         command.allow_only("", "a G80 block")
         yield from self.stop()
 
@@ -107,7 +103,6 @@ class Reciprocator:
             yield from self.interruptions.next_reversal()
 
     def stop(self) -> Iterator[Event]:
-        """Finish the stroke in progress and let the table stand (PD-1, ruling 1)."""
         table = self.timeline.reciprocation
         if table is not None and not table.at_reversal:
             yield from self.interruptions.next_reversal()
@@ -122,7 +117,6 @@ class Reciprocator:
             yield CycleEnd(self.timeline.time, table.plan, table.count, table.dresses)
 
     def _refuse_compensation(self, command: Command, plan: CyclePlan) -> None:
-        """No cycle may move an axis of the plane in which the radius is compensated."""
         side = command.modes.compensation
         if side == "G40":
             return
@@ -138,14 +132,11 @@ class Reciprocator:
 def _planned(
     command: Command, memory: ModalWords, situation: Situation, origin: Position
 ) -> tuple[CyclePlan, ModalWords]:
-    """The plan in machine coordinates, and the memory, of a block that may be executed for many parts."""
     plan, memory = plan_cycle(command, memory, situation)
     return _on_machine(plan, origin), memory
 
 
 def _on_machine(plan: CyclePlan, origin: Position) -> CyclePlan:
-    """The plan in machine coordinates."""
-
     def shifted(coordinate: float, axis: int | None) -> float:
         return coordinate if axis is None else displaced(coordinate, origin[axis])
 

@@ -9,7 +9,7 @@ import math
 from collections import deque
 from collections.abc import Generator, Iterable, Iterator
 from dataclasses import dataclass
-from typing import TypedDict
+from typing import Any
 
 from grind_env.control.budget import BlockBudget
 from grind_env.control.control import Control
@@ -28,6 +28,7 @@ from grind_env.control.motions import (
     Rapid,
     Source,
     Stroke,
+    placed,
 )
 from grind_env.control.profile import ramp_time, travelled
 from grind_env.control.reciprocation import Reciprocation, Underway
@@ -45,24 +46,10 @@ class Moving:
     acceleration: float
 
     def at(self, time: float) -> Position:
-        """Position at a time from `begin` on."""
         length = self.path.length
         if time >= self.finish or length == 0.0:
             return self.path.end
         return self.path.point(travelled(time - self.begin, length, self.speed, self.acceleration) / length)
-
-
-class Frame(TypedDict):
-    """The fields that every `Motion` has."""
-
-    start: Position
-    end: Position
-    begin: float
-    seconds: float
-    block: int
-    line: int
-    source: Source
-    inch: bool
 
 
 class Timeline:
@@ -102,12 +89,10 @@ class Timeline:
         return control.rapid_feed if feed is None else min(feed * control.panel.override, control.maximum_feed)
 
     def table_rate(self, table: Reciprocation) -> float:
-        """Speed that the table reaches, mm/min."""
         return self.rate(table.feed) * self.share
 
     @property
     def requested(self) -> bool:
-        """Whether the operator asks for a dress, now or at a later time."""
         return self.control.panel.dress_requested or bool(self._requests)
 
     def wait(self, time: float) -> Iterable[Event]:
@@ -123,7 +108,6 @@ class Timeline:
             )
 
     def duration(self, path: Path, feed: float | None) -> float:
-        """Time that a motion along a path would take from now on, s."""
         return motion_time(path.length, self.rate(feed) / 60.0, self.control.acceleration) if path.length > 0.0 else 0.0
 
     def braked(self, path: Path, feed: float | None, elapsed: float) -> float:
@@ -143,15 +127,9 @@ class Timeline:
         dwell: float = 0.0,
         groove: tuple[int, int] | None = None,
     ) -> Iterator[Event]:
-        """Run along a path from now on, or dwell; the table reciprocates beside it.
+        """Run along a path from now on, at mm/min or as a rapid, or dwell for some s; the table reciprocates beside it.
 
-        Args:
-            place: the block that asks for it.
-            path: of length 0 for a dwell.
-            feed: mm/min along the path; None for a rapid.
-            source: what commanded it.
-            dwell: s.
-            groove: axis and number, for the infeed of a groove.
+        `groove` has axis and number of a groove whose infeed it is.
         """
         yield from self.wait(self.time)
         rate = self.rate(feed)
@@ -166,16 +144,16 @@ class Timeline:
         self.time, self.position, self._motion = finish, path.end, None
         if self.reciprocation is not None:
             self._settle_axis(self.reciprocation)
-        frame = Frame(
-            start=start,
-            end=end,
-            begin=begin,
-            seconds=seconds,
-            block=place.block,
-            line=place.line,
-            source=source,
-            inch=self.inch,
-        )
+        frame: dict[str, Any] = {
+            "start": start,
+            "end": end,
+            "begin": begin,
+            "seconds": seconds,
+            "block": place.block,
+            "line": place.line,
+            "source": source,
+            "inch": self.inch,
+        }
         if path.length == 0.0:
             yield Dwell(**frame)
         elif feed is None:
@@ -188,7 +166,6 @@ class Timeline:
             yield Line(**frame, feed=rate, reciprocating=self.reciprocation is not None)
 
     def finish_stroke(self) -> Generator[Event, None, Underway]:
-        """Go on to the next reversal point; the stroke in progress, or a new one, is returned."""
         table = self._table()
         yield from self.wait(self.time)
         stroke = table.underway or self._set_out(table)
@@ -197,7 +174,6 @@ class Timeline:
         return stroke
 
     def reach_reversal(self) -> Iterator[Event]:
-        """Hold the table for the request that is owed: where it stands, or at the end of its stroke."""
         table = self._table()
         if table.at_reversal:
             yield from self._hold(table)
@@ -215,7 +191,7 @@ class Timeline:
         begin = pick_begin(stroke.begin, stroke.travel, ramp, picked)
         while self._picks and self._picks[0].finish <= stroke.begin:
             self._picks.popleft()
-        path = Straight(self.position, _with(self.position, axis, target))
+        path = Straight(self.position, placed(self.position, {axis: target}))
         seconds = motion_time(path.length, rate / 60.0, acceleration)
         self._picks.append(Moving(path, begin, begin + seconds, rate / 60.0, acceleration))
         self.position = path.end
@@ -234,21 +210,18 @@ class Timeline:
         )
 
     def settle(self) -> None:
-        """Wait at the reversal point until every pick has ended."""
         table = self._table()
         self.time = max(self.time, table.free_at, *(pick.finish for pick in self._picks))
         self._picks.clear()
         table.free_at = self.time
 
     def acknowledge(self) -> None:
-        """Drop the operator's requests up to now; the table is no longer held."""
         while self._requests and self._requests[0] <= self.time:
             self._requests.popleft()
         self.control.panel.dress_requested = False
         self.held = self.owed = False
 
     def unserved(self) -> Iterator[str]:
-        """What to say of each dress that the operator has asked for in vain, once the program is over."""
         for time in self._requests:
             yield (
                 f"the dress asked for at {time:g} s is not made, for no stroke of a cycle comes after that: the "
@@ -273,7 +246,8 @@ class Timeline:
         table = self.reciprocation
         if table is None:
             return position
-        return _with(position, table.axis, table.underway.coordinate(time) if table.underway else table.coordinate)
+        here = table.underway.coordinate(time) if table.underway else table.coordinate
+        return placed(position, {table.axis: here})
 
     def _reciprocate(self, until: float) -> Iterator[Event]:
         """Make the strokes that end up to a time; a stroke begins only if time passes after its start."""
@@ -293,7 +267,6 @@ class Timeline:
             yield from self._hold(table)
 
     def _stroke_time(self, table: Reciprocation) -> float:
-        """Time from one reversal point to the other, s."""
         speed = self.table_rate(table) / 60.0
         return motion_time(abs(table.primary - table.secondary), speed, self.control.acceleration) + self.dwell
 
@@ -344,20 +317,12 @@ class Timeline:
                 self.held = True
 
     def _moving(self, time: float) -> bool:
-        """Whether a program motion, which a dwell is not, is still under way at a time."""
         motion = self._motion
         return motion is not None and motion.path.length > 0.0 and motion.finish > time + INSTANT
 
     def _settle_axis(self, table: Reciprocation) -> None:
-        """Write the last reversal point of the table into the commanded position."""
-        self.position = _with(self.position, table.axis, table.coordinate)
+        self.position = placed(self.position, {table.axis: table.coordinate})
 
     def _table(self) -> Reciprocation:
         assert self.reciprocation is not None  # called by cycles only
         return self.reciprocation
-
-
-def _with(position: Position, axis: int, coordinate: float) -> Position:
-    changed = list(position)
-    changed[axis] = coordinate
-    return changed[0], changed[1], changed[2]

@@ -8,16 +8,9 @@ from grind_env.control.modal_state import Modes
 from grind_env.control.motions import Position
 from grind_env.control.paths import Missing
 
-MILLIMETRES_PER_METRE = 1000.0
-
 
 class Tooling:
-    """The tables that T selects from, as the execution changes them.
-
-    Attributes:
-        radii: radius table, mm.
-        entry: of the radius table; None before the first T word.
-    """
+    """The tables that T selects from, as the execution changes them; no entry is selected before the first T word."""
 
     def __init__(self, control: Control) -> None:
         self.control = control
@@ -30,7 +23,6 @@ class Tooling:
 
     @property
     def radius(self) -> float:
-        """The active radius, mm."""
         return self.radius_of(self.entry)
 
     def select(self, command: Command) -> Position | None:
@@ -43,26 +35,22 @@ class Tooling:
         self.entry, number = command.tool
         return self.control.length_offset(number)
 
-    def dressed_off(self, amount: float) -> None:
-        """Keep entry 33 up to date after a dress that takes `amount` mm off the radius (15-11)."""
-        self.radii[WHEEL_RADIUS] = self.radius_of(WHEEL_RADIUS) - amount
-
     @property
-    def worn_out(self) -> bool:
-        """Whether the wheel is smaller than its least radius."""
-        return self.radius_of(WHEEL_RADIUS) < self.control.minimum_radius
+    def wheel_radius(self) -> float:
+        """That in entry 33, mm, which dresses keep up to date (15-11)."""
+        return self.radius_of(WHEEL_RADIUS)
+
+    @wheel_radius.setter
+    def wheel_radius(self, radius: float) -> None:
+        self.radii[WHEEL_RADIUS] = radius
 
     def spindle_speed(self, modes: Modes, missing: Missing) -> float | None:
         """Revolutions per minute of the wheel; None before the first S.
 
         Under G96 the part does not turn, so that S is the surface speed itself: ``1000 S / (2 pi r)`` (12-41).
-
-        Raises:
-            ControlError: what `missing` makes, under G96 without a radius in entry 33.
         """
         if modes.spindle is None or not modes.surface_speed:
             return modes.spindle
-        radius = self.radius_of(WHEEL_RADIUS)
-        if radius <= 0.0:
+        if self.wheel_radius <= 0.0:
             raise missing()
-        return MILLIMETRES_PER_METRE * modes.spindle / (2.0 * math.pi * radius)
+        return 1000.0 * modes.spindle / (2.0 * math.pi * self.wheel_radius)

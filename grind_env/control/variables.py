@@ -24,11 +24,9 @@ Notes: TypeAlias = Mapping[tuple[int, int], Value]
 class System(Protocol):
     """What of the control itself a program can read and write."""
 
-    def read(self, number: int) -> Decimal:
-        """The value of a system variable; a `VariableFault` says why it has none."""
+    def read(self, number: int) -> Decimal: ...
 
-    def write(self, number: int, value: Decimal) -> None:
-        """Set it; a `VariableFault` says why that is impossible."""
+    def write(self, number: int, value: Decimal) -> None: ...
 
 
 class Variables:
@@ -54,11 +52,7 @@ class Variables:
         self._unread = {self._key(number): False for number in given}  # and whether it has been overwritten
 
     def read(self, number: int) -> Value:
-        """The value of a variable; None of a vacant one, which #0 always is.
-
-        Raises:
-            VariableFault: there is no such variable, or it has no value now.
-        """
+        """The value of a variable; None of a vacant one, which #0 always is."""
         held = self._held(number)
         if held is None:
             self.system_reads += number != 0
@@ -74,11 +68,6 @@ class Variables:
         return value
 
     def write(self, number: int, value: Value) -> None:
-        """Assign a value; None makes the variable vacant.
-
-        Raises:
-            VariableFault: there is no such variable, or it cannot be written.
-        """
         held = self._held(number)
         if number == 0:
             raise VariableFault(f"#0 cannot be assigned; {KINDS}")
@@ -103,17 +92,14 @@ class Variables:
         self._found, self._written = {}, set()
 
     def end_notes(self) -> Notes:
-        """What has been noted; the dress has come to its end."""
         notes, self._found = self._found or {}, None
         self._dressed |= self._written
         return notes
 
     def agree(self, notes: Notes) -> bool:
-        """Whether what was noted still has its values."""
         return all(self._kept(level).get(number) == value for (level, number), value in notes.items())
 
     def unread(self) -> Iterator[str]:
-        """What to say of each variable given at the start whose value nothing has read."""
         for (_, number), overwritten in self._unread.items():
             found = "the program assigns another one before it reads it" if overwritten else "nothing has read it"
             yield f"#{number} was given a value at the start, but {found}; leave it out, or mend its number"
@@ -124,11 +110,9 @@ class Variables:
         self._locals[self.level].update(arguments)
 
     def leave(self) -> None:
-        """Return from a macro."""
         self.level -= 1
 
     def ahead(self, system: System) -> "Variables":
-        """A copy for a look at the blocks ahead, which changes nothing here."""
         copy = Variables({}, system)
         copy.level = self.level
         copy._locals, copy._common = [dict(each) for each in self._locals], dict(self._common)
@@ -136,7 +120,6 @@ class Variables:
 
     @property
     def state(self) -> tuple[object, ...]:
-        """All values that a program can have assigned, to be compared."""
         return dict(self._common), *map(dict, self._locals)
 
     @property
@@ -145,7 +128,6 @@ class Variables:
         return {number: float(value) for number, value in (self._common | self._locals[self.level]).items()}
 
     def _held(self, number: int) -> dict[int, Decimal] | None:
-        """Where the value of a local or common variable is kept; None for others."""
         return self._kept(self._key(number)[0]) if number in LOCALS or is_common(number) else None
 
     def _key(self, number: int) -> tuple[int, int]:
@@ -157,22 +139,16 @@ class Variables:
 
 
 class Foreseen:
-    """The system variables to a look at the blocks ahead, where positions and tables are not yet what they will be.
-
-    Attributes:
-        asked: whether one was needed.
-    """
+    """The system variables to a look at the blocks ahead, where they are not yet what they will be."""
 
     def __init__(self) -> None:
         self.asked = False
 
     def read(self, number: int) -> Decimal:
-        """Refuse to tell."""
         self.asked = True
         raise VariableFault(f"#{number} is read where the radius compensation looks ahead; copy it before G41 or G42")
 
     def write(self, number: int, value: Decimal) -> None:
-        """Refuse as well."""
         self.asked = True
         raise VariableFault(f"#{number} is assigned where the radius compensation looks ahead; do so before G41 or G42")
 

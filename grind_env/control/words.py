@@ -37,11 +37,6 @@ class Word(NamedTuple):
     """An address letter and its number as written, cut into sign, integer digits and decimals; blanks left out.
 
     Attributes:
-        letter: the address, a capital.
-        sign: "+", "-" or nothing.
-        whole: the integer digits.
-        point: whether the number has a decimal point.
-        decimals: the digits after it.
         column: of the letter in its line, from 1.
         expression: what follows the letter when that is no number; there are no digits until it is evaluated.
     """
@@ -55,7 +50,6 @@ class Word(NamedTuple):
     expression: str = ""
 
     def __str__(self) -> str:
-        """The word as written; of a long expression the beginning."""
         if self.expression:
             return f"{self.letter}{shortened(self.expression.strip())}"
         return f"{self.letter}{self.sign}{self.whole}{'.' if self.point else ''}{self.decimals}"
@@ -71,36 +65,27 @@ class Block(NamedTuple):
 
     @property
     def has_expressions(self) -> bool:
-        """Whether a word takes the value of an expression."""
         return ("[" in self.source.text or "#" in self.source.text) and any(word.expression for word in self.words)
 
     @property
     def calls_macro(self) -> bool:
-        """Whether it is a G65 block, whose words are arguments."""
         return any(word.letter == "G" and word.whole == "65" and not word.decimals for word in self.words)
 
     @property
     def is_plain(self) -> bool:
-        """Whether what it says is written in it, and not in variables: no statement, no expression, no macro call."""
         return self.statement is None and not self.has_expressions and not self.calls_macro
 
     @property
     def comment(self) -> str:
-        """What stands in its parentheses."""
         return " ".join(match.strip() for match in _COMMENT.findall(self.source.text))
 
     def error(self, name: str, message: str, word: Word | None = None) -> ControlError:
-        """A `ControlError` at one of the block's words, or at the block as a whole."""
         return self.place.error(name, message, word.column if word else None)
 
 
 @functools.lru_cache(maxsize=1024)
 def read_block(source: SourceText) -> Block:
-    """Read the words of a block.
-
-    Raises:
-        ControlError: a comment, a word, a number or a statement is malformed, or a letter is unknown or repeated.
-    """
+    """Read the words of a block."""
     text, column = source.text, source.column
     place, size = source.place, len(text)
     position = 1 if source.deletable else 0
@@ -142,7 +127,6 @@ def read_block(source: SourceText) -> Block:
 
 
 def _statement(text: str, start: int, place: Place, column: int, *, alone: bool) -> tuple[Statement, int]:
-    """The paramacro statement that begins at `start`, and the position after it."""
     if not alone:
         found = BEGIN.match(text, start)
         assert found is not None  # it has been seen
@@ -181,7 +165,6 @@ def _labelled(place: Place, word: Word) -> Place:
 
 
 def _after_blank_or_comment(text: str, start: int, place: Place, column: int) -> int:
-    """The position after what stands at `start`, where no word does."""
     character = text[start]
     if character in " \t":
         return start + 1
@@ -230,7 +213,6 @@ def _any_word(text: str, start: int, place: Place, column: int, addresses: froze
 
 
 def _expression_end(text: str, start: int, place: Place, first_column: int) -> int:
-    """The position after the bracket or the variable that begins at `start`."""
     variable = _VARIABLE.match(text, start)
     if variable is not None and variable[1]:
         return variable.end()
@@ -246,7 +228,6 @@ def _expression_end(text: str, start: int, place: Place, first_column: int) -> i
 
 
 def _stray(character: str) -> tuple[str, str]:
-    """Name and message of the error of a character that begins neither a word nor a comment."""
     if character == "/":
         return "block-format", "'/' stands inside a block; block delete is its first character"
     if character == ")":

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from grind_env.control import Programs, read_file
 from grind_env.control.options import interrupts_of
@@ -11,9 +10,6 @@ from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, JobError
 from grind_env.machine.job.file import job_beside, load_job
 from grind_env.machine.record import GrindingRecord
-
-if TYPE_CHECKING:
-    from grind_env.plants import Plant
 
 
 def grind_file(
@@ -48,7 +44,11 @@ def grind_file(
         GrindError: as of `machine.grind`.
     """
     programs = program if isinstance(program, Programs) else read_file(program)
-    machine = None if plant is None else _plant(plant)
+    machine = None
+    if plant is not None:
+        from grind_env.plants import find_plant
+
+        machine = find_plant(plant, modules=True)
     if isinstance(job, Job):
         settings = job if machine is None else job.on(machine)
     else:
@@ -62,12 +62,6 @@ def grind_file(
         interrupts=interrupts_of(interrupts),
     )
     return grind(programs, settings, control=control if blocks is None else replace(control, block_budget=blocks))
-
-
-def _plant(name: str) -> "Plant":
-    from grind_env.plants import find_plant
-
-    return find_plant(name, modules=True)
 
 
 def _beside(program: str | Path | Programs) -> Path:

@@ -115,7 +115,6 @@ class RowLog:
         self._single: list[tuple[object, ...]] = []  # rows after these
 
     def __len__(self) -> int:
-        """How many rows there are."""
         return len(self._bytes) // self.dtype.itemsize + len(self._single)
 
     def add(self, row: tuple[object, ...]) -> None:
@@ -133,7 +132,6 @@ class RowLog:
         return np.frombuffer(self._bytes[first * self.dtype.itemsize :], self.dtype)
 
     def _close(self) -> None:
-        """Let the rows that have come one by one be like the others."""
         if self._single:
             self._bytes += np.array(self._single, self.dtype).tobytes()
             self._single = []

@@ -57,14 +57,7 @@ from grind_env.machine.part.stations import Swept, alone, met, sweep_of, sweep_o
 from grind_env.machine.part.unjudged import Unjudged
 from grind_env.machine.record import DRESS_ROW, PART_ROW, GrindingRecord, RowLog
 from grind_env.machine.watch import RunWatch
-from grind_env.machine.watch.advice import (
-    BEYOND_NUMBERS,
-    advancing_dresser,
-    called_dress,
-    missed_diamond,
-    shared_strokes,
-    unmet_station,
-)
+from grind_env.machine.watch.advice import BEYOND_NUMBERS, missed_diamond
 from grind_env.process.cost import STALL
 from grind_env.process.process import Drive, Moment
 from grind_env.process.state import WheelState
@@ -78,20 +71,10 @@ class GrindingRun:
     """State of a run; feed `take` every event of the execution.
 
     Attributes:
-        mount: the wheel on the spindle.
         drive: what the table makes of its commands.
-        dressing: the dress programs met so far.
-        running: how fast the wheel turns, and whether the coolant flows.
-        part: on the machine.
         unloaded_at: time of the job at which the part was taken off, s; None while it is worked on.
-        strokes: rows of the record so far (`record.STROKE_ROW`), like the next two.
-        dresses: `record.DRESS_ROW`.
+        strokes: rows of the record so far (`record.STROKE_ROW`), like `dresses` and `parts`.
         plunged: of each of these strokes, whether it has gone deeper than any before it at some place of its own.
-        parts: `record.PART_ROW`; a part has its row once it is taken off.
-        stages: of each of `parts`, the last one among them.
-        unjudged: as of the record, with each of `parts`.
-        blocks: as of the record.
-        cycles: as of the record.
         begun: how many blocks of strokes there have been: cycles, and feed moves that are strokes.
         plan: of the last one.
     """
@@ -131,11 +114,9 @@ class GrindingRun:
 
     @property
     def wheel(self) -> WheelState | None:
-        """As it is now; None before the first cycle, which mounts it."""
         return self.mount.wheel
 
     def record(self) -> GrindingRecord:
-        """The record of all events taken."""
         return GrindingRecord(
             self.strokes.table(),
             self.dresses.table(),
@@ -151,7 +132,6 @@ class GrindingRun:
 
     @property
     def parts_before(self) -> int:
-        """How many parts of the run have been begun before the one at hand, or before the next one if that is off."""
         return len(self.parts) if self.unloaded_at is not None else self.part.number - 1
 
     def tell(self, execution: Execution) -> None:
@@ -163,7 +143,6 @@ class GrindingRun:
             self._dresses_anew = False
 
     def take(self, event: Event) -> None:
-        """Let an event of the control happen."""
         happen = HAPPENINGS.get(type(event))
         if happen is not None:
             happen(self, event)
@@ -178,7 +157,6 @@ class GrindingRun:
     # ------------------------------------------------------------------------------------------------- parts
 
     def _load(self, began: float, station: int = ANYWHERE, axis: int = 0) -> PartRun:
-        """Put the next part on the machine, or go on to that of a station along an axis, and touch the wheel off."""
         number = len(self.parts) + len(self._left) + 1
         require_conditions(self.conditions, number, self.programs.name)
         conditions = self.conditions[number - 1] if self.conditions else PartConditions()
@@ -187,15 +165,9 @@ class GrindingRun:
         return PartRun(number, job, conditions, began, new_wheel=self.mount.changes > 0, station=station)
 
     def _begin_cutting(self, time: float, axis: int = 0, stations: Sequence[int] = ()) -> bool:
-        """End the loading or gauging of the part; what is not cut after an M00 is no part.
+        """End the loading or gauging of the part; whether it has been loaded since the last cycle.
 
-        Args:
-            time: of the control, s.
-            axis: along which the table goes.
-            stations: that are met, by their numbers.
-
-        Returns:
-            Whether it has been loaded since the last cycle.
+        What is not cut after an M00 is no part.
         """
         if self.unloaded_at is not None:
             self.part, self.unloaded_at = self._load(self.unloaded_at), None
@@ -242,7 +214,6 @@ class GrindingRun:
         ]
 
     def _leaves_for(self, stations: Sequence[int]) -> bool:
-        """Whether strokes that meet these stations leave the part at hand for another."""
         return bool(stations) and self.part.met and self.part.station not in stations
 
     def expect(self, time: float, sweep: Swept) -> None:
@@ -255,7 +226,6 @@ class GrindingRun:
 
     @property
     def _numbers(self) -> range:
-        """Of the stations."""
         return range(len(self.job.stations))
 
     def _meet(self, line: int, stations: Sequence[int]) -> None:
@@ -263,14 +233,17 @@ class GrindingRun:
         names = [self.job.stations[k].name for k in stations]
         self._unmet.difference_update(names)
         if len(stations) > 1:
-            text = shared_strokes(names)
+            text = (
+                f"its strokes meet the parts of stations {', '.join(names[:-1])} and {names[-1]} at once, which is not "
+                "simulated, so that these are not judged; grind one station after the other, and turn before the next "
+                "one"
+            )
             self.watch.notices.tell(line, "stations", text)
             for k in stations:
                 lines = {line, *(self._shared[k].lines if k in self._shared else ())}
                 self._shared[k] = Unjudged(tuple(sorted(lines)), self._shared[k].why if k in self._shared else text)
 
     def _unload(self, time: float, stop: ProgramStop | None = None) -> None:
-        """Take the part off the machine, at a stop or at the end of the program, unless that has been done."""
         if self.unloaded_at is None:
             self._change_worn_wheel(time)
             self.unloaded_at, self.gauged_at = self.clock(time), None
@@ -347,12 +320,16 @@ class GrindingRun:
         self.watch.stops.end()
         for each in self.job.stations:
             if each.name in self._unmet:
-                self.watch.notices.sentences.append(unmet_station(each.name, self.programs.name))
+                text = f"station {each.name}: no stroke of {self.programs.name} meets its part; "
+                self.watch.notices.sentences.append(f"{text}mend its place in [[stations]], or leave it out")
         for line, number in self.dressing.called(self.position, self.axis):
-            self.watch.notices.tell(line, "call", called_dress(number))
+            text = (
+                f"M98 P{number} runs the motions of the dress program and dresses nothing; a dress is made by D, by "
+                "the .1 form of a cycle, or when the operator asks for one"
+            )
+            self.watch.notices.tell(line, "call", text)
 
     def _grind_between(self, time: float) -> None:
-        """The moves since the last part was taken off may grind the next one, which has had no cycle."""
         stations = self._numbers or [ANYWHERE]
         for k in stations:
             job = self.job if k == ANYWHERE else self.job.at_station(k, self.axis)
@@ -367,7 +344,12 @@ class GrindingRun:
         if plan.program is not None:
             dress = self.dressing.plan(plan.program, self.position, event)
             if plan.program in self.dressing.advancing and self.job.setup.dresser_infeed is None:
-                self.watch.notices.tell(0, f"O{plan.program}", advancing_dresser(plan.program, dress.depth))
+                text = (
+                    f"dress program O{plan.program} has no infeed; its dresser is taken to advance {dress.depth:g} mm "
+                    "by itself before each pass; say dresser_infeed in [setup] of the job, or move the wheel towards "
+                    "the diamond in a block of its own"
+                )
+                self.watch.notices.tell(0, f"O{plan.program}", text)
         self._take_over(event.time, plan, sweep_of_plan(plan, self.position), dress)
         if plan.program is not None and plan.dresses > 0:
             self._dresses_anew = self.dressing.goes_anew(plan.program, self.part.station)
@@ -376,7 +358,6 @@ class GrindingRun:
             self.part.deepest = max(self.part.deepest, self.part.job.part.surface - plan.depth_target)
 
     def _take_part(self, time: float, plan: CyclePlan, stations: Sequence[int]) -> bool:
-        """The part at the stations that a block of strokes meets is taken up; whether it has been loaded for it."""
         self.let_part_go()
         self._meet(plan.line, stations)
         loads = self._begin_cutting(time, plan.axis, stations)
@@ -386,7 +367,6 @@ class GrindingRun:
         return loads
 
     def _take_over(self, time: float, plan: CyclePlan, sweep: Swept, dress: DressPlan | None = None) -> None:
-        """A cycle, with what its dress program does, or a feed move that is a stroke takes over."""
         loads = self._take_part(time, plan, met(self.job, sweep))
         if self.job.process.before is not None:
             self.part.p = self.part.nominal
@@ -398,7 +378,6 @@ class GrindingRun:
         self.axis = plan.axis
 
     def _feed(self, move: Line) -> None:
-        """A feed move, which is a stroke where it goes along the table over the part."""
         axis, jobs = self._along
         strokes = (feed_stroke(move, axis, job, self.plan) for job in jobs) if axis is not None else iter(())
         event = next((each for each in strokes if each is not None), None)
@@ -409,14 +388,12 @@ class GrindingRun:
             self._strokes(event, 0)
 
     def is_feed_block(self, ahead: FeedAhead) -> bool:
-        """Whether a block that is about to be executed is a stroke, and its F that of the table."""
         axis, jobs = self._along
         place = ahead.start, ahead.end
         return axis is not None and any(leads_over(*place, axis, job) for job in jobs) and keeps_across(*place, axis)
 
     @property
     def _along(self) -> tuple[int | None, Sequence[Job]]:
-        """The axis along which feed moves are strokes now, None if none is, and the jobs with the parts under them."""
         axis, leaves = self.axis if self.begun else self._first_axis, self._leaving is not None
         if not self.watch.way.found or axis is None:
             return None, ()
@@ -445,7 +422,6 @@ class GrindingRun:
         self._dressing_speed = self.running.speed
 
     def _end_dress(self, event: DressEnd) -> None:
-        """Dress the wheel, unless it has missed the diamond; either takes its time."""
         number = event.program
         place = f"{self.programs.name}:{self._line}: dress program O{number}"
         if not self.running.turns:
@@ -476,7 +452,6 @@ class GrindingRun:
         self.watch.cuts.diameter(ds)
 
     def _misses(self, program: int) -> bool:
-        """Whether a dress program misses the diamond, which is told."""
         missed, diamond = self.dressing.missed[program], self.job.diamond
         if missed is None or diamond is None:
             return False
@@ -486,7 +461,6 @@ class GrindingRun:
         return True
 
     def _strokes(self, event: CycleStrokes, number: int) -> None:
-        """Strokes, the first one with a number within its cycle, and the dresses between them."""
         self._stroked_until = event.time
         if self.job.stations and (stations := touched(self.job, sweep_of(event))):
             self._meet(event.plan.line, stations)
@@ -533,11 +507,7 @@ class GrindingRun:
         self.position = event.end
 
     def _take_up_running(self, line: int) -> bool:
-        """The wheel is about to grind in the block of a line, as it turns and with the coolant as it flows now.
-
-        Returns:
-            Whether that is otherwise than before.
-        """
+        """Take up how the wheel turns and the coolant flows before a line grinds; whether that has changed."""
         fault = self.running.fault
         if fault is not None:
             raise GrindingError(f"{self.programs.name}:{line}: {fault}")
@@ -561,7 +531,6 @@ class GrindingRun:
         self.plunged += plunged
 
     def _infeed(self, event: Infeed) -> None:
-        """A groove infeed; it wears the wheel only if the job grooves with the wheel."""
         if self.job.stations:
             place = f"{self.programs.name}:{event.line}"
             raise GrindingError(f"{place}: a groove is cut, and grooves lie at no station; leave [[stations]] out")

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from grind_env.files import read_text
-from grind_env.process.catalogue import BUILT_IN, KINDS, Entry, quantities
-from grind_env.process.entries import Quantity
+from grind_env.process.catalogue import BUILT_IN, KINDS
+from grind_env.process.entries import Entry, Quantity, quantities
 
 _COMMENTED = re.compile(r"^    (\w+): Annotated\[.*#\s*(.+)$", re.MULTILINE)
 """A field of an entry class with the remark behind it."""

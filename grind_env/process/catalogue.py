@@ -22,7 +22,7 @@ that of an earlier table, an earlier file, or the built-in one.
 
 import functools
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from types import MappingProxyType
@@ -37,27 +37,12 @@ from grind_env.process.entries import (
     Fluid,
     Machine,
     Material,
-    Quantity,
     Wheel,
     label,
     quantities,
 )
+from grind_env.process.tables import keys
 from grind_env.toml import TomlError, read_toml
-
-__all__ = [
-    "Calibrated",
-    "Catalogue",
-    "CatalogueError",
-    "Dresser",
-    "Entry",
-    "Fluid",
-    "Machine",
-    "Material",
-    "Quantity",
-    "Wheel",
-    "load_catalogue",
-    "quantities",
-]
 
 BUILT_IN = Path(__file__).with_name("catalogue_data")
 
@@ -179,7 +164,6 @@ def _built_in() -> Entries:
 
 
 def _content(path: Path) -> Mapping[str, Any]:
-    """What a file says."""
     try:
         return read_toml(path)
     except ReadError as error:
@@ -189,7 +173,6 @@ def _content(path: Path) -> Mapping[str, Any]:
 
 
 def _of_file(path: Path, document: Mapping[str, Any], known: Entries) -> Entries:
-    """The entries of what a file says; `known` are those of the files before it."""
     try:
         return _entries(document, known)
     except CatalogueError as error:
@@ -197,7 +180,6 @@ def _of_file(path: Path, document: Mapping[str, Any], known: Entries) -> Entries
 
 
 def _calibrated(document: Mapping[str, Any], file: str) -> Calibrated | None:
-    """What a document with entries leaves open; None if it does not say that."""
     if UNCERTAINTY not in document:
         return None
     names = {kind: tuple(tables) for kind, tables in document.items() if kind in KINDS}
@@ -244,15 +226,10 @@ def _entry(kind: type[EntryT], name: str, table: Mapping[str, Any], known: Mappi
             raise CatalogueError(f"{place}: base: {error}") from None
         own = {"aliases": base.aliases} if base.name == name else {}  # of another entry they are not names
         values = own | {key: getattr(base, key) for key in legal} | values
-    missing = [f"{key} ({legal[key]})" for key in _required(kind) if key not in values]
+    missing = [f"{key} ({legal[key]})" for key in keys(kind, required=True) if key not in ("name", *values)]
     if missing:
         raise CatalogueError(f"{place}: add {', '.join(missing)}, or name a base that supplies what is missing.")
     return kind(name=name, **values)
-
-
-def _required(kind: type[Entry]) -> list[str]:
-    """Keys of an entry without a default; one that does nothing by default keeps the files of users legal."""
-    return [each.name for each in fields(kind) if each.name != "name" and each.default is MISSING]
 
 
 def _of_kind(kind: type[EntryT], entries: Entries) -> dict[str, EntryT]:

@@ -66,13 +66,8 @@ def corrected_by(
 ) -> tuple[Process, tuple[float, ...]]:
     """What grinds a material, and what it remembers as a shift begins: without exponents the process of the package.
 
-    Any other process stays as it is.
-
-    Args:
-        material: with its exponents.
-        process: of the job.
-        own: what it remembers.
-        open_: whether it is not known that there are none, so that machines that this may be have some.
+    Any other process stays as it is. `open_` says that the exponents are not known to be none, so that machines that
+    this may be have some.
     """
     if process not in (PROCESS, CORRECTED):
         return process, own

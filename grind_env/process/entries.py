@@ -39,7 +39,6 @@ class Quantity:
         return is_number and self.low <= value <= self.high
 
     def __str__(self) -> str:
-        """The range: `1 to 500 W/(m K)`."""
         return f"{self.low:g} to {self.high:g} {self.unit}".rstrip()
 
 
@@ -54,7 +53,6 @@ class Choice:
         return value in self.words
 
     def __str__(self) -> str:
-        """The words: `'alumina' or 'cbn'`."""
         return " or ".join(quoted(word) for word in self.words)
 
 
@@ -74,7 +72,6 @@ class Entry:
     """Other names by which it is found, such as that of a standard."""
 
     def __post_init__(self) -> None:
-        """Check all fields, and store whole numbers as floats."""
         if not isinstance(self.aliases, list | tuple) or not all(isinstance(each, str) for each in self.aliases):
             raise CatalogueError(f"{self}: aliases is {quoted(self.aliases)}, but must be a list of texts.")
         object.__setattr__(self, "aliases", tuple(self.aliases))
@@ -105,7 +102,6 @@ class Entry:
         return min(max(value, low), high)
 
     def __str__(self) -> str:
-        """The entry as messages name it."""
         return label(type(self), self.name)
 
 

@@ -48,11 +48,7 @@ TRUTH = Gauge(_read)
 
 @functools.cache
 def beside(*gauges: Gauge) -> Gauge:
-    """Gauges one after the other: each finds what those before show. The noise is that of the last one.
-
-    Raises:
-        ValueError: two of them remember something under one name.
-    """
+    """Gauges one after the other: each finds what those before show. The noise is that of the last one."""
     if not gauges:
         return TRUTH
     *others, shown = gauges

@@ -144,11 +144,7 @@ PROCESS = Process(
 
 @functools.cache
 def composed(process: Process, *hooks: Hook) -> Process:
-    """A process with hooks before every block, one after the other, each with what those before have changed.
-
-    Raises:
-        ValueError: two of them remember something under one name.
-    """
+    """A process with hooks before every block, one after the other, each with what those before have changed."""
     for hook in hooks:
         before = hook.before if process.before is None else _chained(process.before, hook.before)
         process = process._replace(before=before, own=joined(process.own, hook.own))
@@ -165,11 +161,7 @@ def _chained(first: Callable[..., Any], then: Callable[..., Any]) -> Callable[..
 
 
 def joined(*owns: type[Any]) -> type[Any]:
-    """The record of all that some of them remember; functions of one find its fields in it by their names.
-
-    Raises:
-        ValueError: two of them have a field of one name.
-    """
+    """The record of all that some of them remember; functions of one find its fields in it by their names."""
     return _joined(owns)
 
 

@@ -24,7 +24,6 @@ class TableError(GrindError):
     """A document with an unknown, missing or illegal key.
 
     Attributes:
-        message: one sentence: what was found, and what is legal.
         key: the key at fault, with its table, such as `part.stock`.
         found: its value; None if it is missing.
         legal: what it may be.
@@ -47,8 +46,6 @@ class Content:
         type: of the value: float, int, bool, str, or tuple or Mapping of these.
         item: type of the entries of a tuple or a mapping; else as `type`.
         count: entries of a tuple; 0 for any number.
-        quantity: unit and range of its numbers; None without.
-        choices: the texts that are legal; empty for any.
         optional: whether None stands for a value that is left out.
     """
 
@@ -61,7 +58,6 @@ class Content:
 
     @property
     def legal(self) -> str:
-        """What it may be, as messages say it."""
         if self.choices:
             return f"one of {', '.join(self.choices)}"
         span = f" from {self.quantity}" if self.quantity else ""
@@ -76,7 +72,6 @@ class Content:
         return {float: f"a number{span}", int: f"a whole number{span}", bool: "true or false", str: "a text"}[self.type]
 
     def allows(self, value: Any) -> bool:
-        """Whether a value is legal."""
         if self.type is Mapping:
             return isinstance(value, Mapping) and all(self._allows_item(each) for each in value.values())
         if self.type is not tuple:
@@ -107,10 +102,7 @@ def contents(kind: type[Any]) -> Mapping[str, Content]:
 def check(table: Any, place: str, error: Error) -> None:
     """Check every field of a frozen dataclass, and store whole numbers as floats where a field is one.
 
-    Args:
-        table: the instance.
-        place: what messages put before a key; "" for none.
-        error: raised at the first value that is not legal; it names place, value and legal range.
+    The `error` names `place`, the first value that is not legal, and the legal range.
     """
     for name, content in contents(table.__class__).items():
         value = getattr(table, name)
@@ -171,7 +163,6 @@ def keys(kind: type[Any], required: bool = False) -> tuple[str, ...]:
 
 
 def _content(hint: Any, quantity: Quantity | None = None) -> Content | None:
-    """What a hint allows; None for a type that is not of a document."""
     origin, given = get_origin(hint), get_args(hint)
     if origin is Annotated:
         return _content(given[0], given[1])

@@ -9,15 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from grind_env.process.catalogue import (
-    KINDS,
-    UNCERTAINTY,
-    Catalogue,
-    CatalogueError,
-    is_calibrated,
-    load_catalogue,
-    quantities,
-)
+from grind_env.process.catalogue import KINDS, UNCERTAINTY, Catalogue, is_calibrated, load_catalogue
+from grind_env.process.entries import CatalogueError, quantities
 from grind_env.process.tables import Error, TomlTable, sub_table, wrong
 
 OWN = *KINDS, UNCERTAINTY

@@ -7,71 +7,12 @@ from hypothesis import strategies as st
 from grind_env.control import Arc, Control, ControlError, Hold, Motion, Pick, Stroke, execute, read
 from grind_env.control.check import check
 from grind_env.control.profile import ramp_time, travelled
-from grind_env.control.rules import dresses_due, motion_time
-from tests.control.harness import COMMON, DRESS, cycle_ends, cycles, picks, run, strokes
+from grind_env.control.rules import motion_time
+from tests.control.harness import COMMON, cycles, run
 from tests.examples import examples
 
 microns = st.integers(1, 60)
 alphabet = st.sampled_from(list("GXYZIJKFEPDLMNOQRST0123456789.-+ ();/%\n[#é\x00")) | st.characters()
-
-
-@given(st.lists(microns, min_size=1, max_size=60), st.integers(0, 999))
-def test_exactly_d_dresses_for_any_picks(sizes: list[int], executions: int) -> None:
-    total = sum(sizes) / 1000.0
-    depth, run_so_far = 0.0, 0.0
-    for position, size in enumerate(sizes):
-        depth = total if position == len(sizes) - 1 else depth + size / 1000.0
-        due = dresses_due(depth, total, float(executions))
-        assert due >= run_so_far
-        run_so_far = due
-    assert run_so_far == executions
-
-
-@examples(60)
-@given(
-    depth=st.integers(0, 300),
-    primary=microns,
-    secondary=st.integers(0, 60),
-    spark_out=st.integers(0, 5),
-    dresses=st.integers(0, 7),
-    up=st.booleans(),
-)
-def test_random_g82(depth: int, primary: int, secondary: int, spark_out: int, dresses: int, up: bool) -> None:
-    way = "" if up else "-"
-    target = f"{way}{depth / 1000:.3f}"
-    events = cycles(
-        f"G82 X230. I-30. Y{target} J{way}{primary / 1000:.3f} Q{way}{secondary / 1000:.3f} "
-        f"L{spark_out} D{dresses} F60. E12000. P9100\nM30"
-    )
-    left, visits = depth, 0
-    while left > 0:
-        left -= secondary if visits % 2 else primary
-        visits += 1
-    assert len(strokes(events)) == visits + 1 + spark_out
-    assert cycle_ends(events)[0].dresses == (dresses if depth else 0)
-    if depth:
-        assert picks(events)[-1].end[1] == float(target)
-
-
-@examples(40)
-@given(
-    width=st.integers(0, 50),
-    primary=st.integers(1, 20),
-    depth=st.integers(1, 50),
-    pick=st.integers(5, 60),
-    spark_out=st.integers(0, 3),
-)
-def test_random_g83(width: int, primary: int, depth: int, pick: int, spark_out: int) -> None:
-    events = cycles(
-        f"G83 X230. I-30. Y-{depth / 1000:.3f} J-{pick / 1000:.3f} Z{width}. K{primary}. L{spark_out} "
-        "F6000. E12000.\nM30"
-    )
-    plunges = math.ceil(depth / pick)
-    traverses = plunges - 1 + 1 + spark_out
-    assert len(strokes(events)) == 1 + traverses * (math.ceil(width / primary) + 1)
-    assert strokes(events)[-1].end[2] == (width if traverses % 2 else 0.0)
-    crossed = sum(event.kind == "cross" for event in picks(events))
-    assert crossed == traverses * math.ceil(width / primary)
 
 
 @examples(300)
@@ -91,14 +32,6 @@ VOCABULARY = """
 """
 WORDS = st.sampled_from(VOCABULARY.split())
 BRIEF = Control(block_budget=500)
-
-
-@examples(300)
-@given(st.lists(st.lists(WORDS, min_size=1, max_size=6), max_size=6))
-def test_no_program_raises_anything_but_a_control_error(blocks: list[list[str]]) -> None:
-    text = COMMON + "\n".join(" ".join(block) for block in blocks)
-    check(read(text + DRESS), BRIEF)
-    check(read(COMMON + "G81 X230. I-30. E12000. P9100\n" + text + DRESS), BRIEF)
 
 
 shift = st.integers(-999, 999)

@@ -8,8 +8,9 @@ from grind_env.control import Control, numbers
 from grind_env.control.errors import ControlError
 from grind_env.control.expressions import evaluated
 from grind_env.control.numbers import NumberFormat
-from grind_env.control.reader import Block, read, read_block
+from grind_env.control.reader import read
 from grind_env.control.variables import Foreseen, Variables
+from grind_env.control.words import Block, read_block
 
 VARIABLES = Variables({1: 2.0, 2: 0.1, 3: 0.2, 4: 1e-7, 12: -3.5, 100: 84.1}, Foreseen())
 
@@ -133,12 +134,6 @@ def test_values_are_those_of_exact_fractions(node: tuple) -> None:
 flat = st.lists(st.tuples(st.sampled_from("+-*"), st.integers(0, 99)), min_size=1, max_size=8)
 
 
-@given(st.integers(0, 99), flat)
-def test_precedence_is_that_of_python(first: int, rest: list[tuple[str, int]]) -> None:
-    text = f"{first}" + "".join(f"{operator}{number}" for operator, number in rest)
-    assert Fraction(written(f"X[{text}]") + "0") == eval(text)
-
-
 @pytest.mark.parametrize(
     ("text", "column"),
     [
@@ -188,12 +183,3 @@ def test_unknown_names_are_not_supported(text: str, name: str) -> None:
 def test_a_variable_is_a_finite_number(value: float) -> None:
     with pytest.raises(ControlError, match=r"variable #1 is .*; it must be a number below"):
         Control(variables={1: value})
-
-
-@given(st.text(st.sampled_from("[]#123.+-*/ XG()A%;é٣"), max_size=20))
-def test_no_expression_raises_anything_but_a_control_error(text: str) -> None:
-    try:
-        for source in read(f"X[{text}]").main.blocks:
-            evaluated(read_block(source), VARIABLES)
-    except ControlError as error:
-        assert error.column is not None

@@ -3,7 +3,8 @@ import pytest
 from grind_env.control import Control, ControlError, Dwell, Line, Motion, ProgramEnd, ProgramStop, execute, read
 from grind_env.control.decode import recognise
 from grind_env.control.numbers import STANDARD
-from grind_env.control.reader import read_block, read_file
+from grind_env.control.reader import read_file
+from grind_env.control.words import read_block
 from tests.control.harness import ends, motions, plans, refusal, run
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from grind_env.control import Control, Dwell, Hold, Infeed, Line, Motion, Rapid, execute, read
+from grind_env.control import Control, Dwell, Hold, Infeed, Motion, Rapid, execute, read
 from tests.control.harness import ends, motions, refusal
 
 START = "G00 X25. Z-10.\n"
@@ -18,16 +18,6 @@ def test_retracts_and_shifts_are_rapid() -> None:
     assert not any(isinstance(leg, Dwell) for leg in legs)
 
 
-def test_f_of_a_groove_stays_modal() -> None:
-    moves = motions("F9.\n" + START + "G77 X20. I5. D0\nG77 X20. I5. D0 F3.\nG01 X24.")
-    assert [move.feed for move in moves if isinstance(move, Infeed | Line)] == [9.0, 3.0, 3.0]
-
-
-@pytest.mark.parametrize(("retract", "back"), [(0.5, 23.5), (0.25, 23.25)])
-def test_the_retract_is_a_setting(retract: float, back: float) -> None:
-    assert ends(START + "G77 X20. I2. D0 F1.", groove_retract=retract)[2][0] == back
-
-
 def test_the_usual_retract_is_a_round_number_of_the_units_in_force() -> None:
     # grooving-g77.md, 3(b): 0.5 mm, or 0.02 in = 0.508 mm; the depths are multiples of 1 mm and of 0.1 in
     assert ends(START + "G77 X20. I2. D0 F1.")[2][0] == 23.5
@@ -39,22 +29,6 @@ def test_the_usual_retract_is_a_round_number_of_the_units_in_force() -> None:
     error = refusal("G70 G00 X1. Z-1.\nG77 X.8 I.02 D0 F1.")
     assert (error.name, "the retract of 0.508 mm" in error.message) == ("groove-retract", True)
     assert ends("G70 G00 X1. Z-1.\nG77 X.95 I.0201 D0 F1.")[1][0] == pytest.approx(25.4 * 0.9799, abs=1e-9)
-
-
-def test_a_groove_is_not_modal() -> None:
-    moves = ends(START + "G77 X20. I2. D0 F1.\nX26.\nZ-12.")
-    assert [end[0] for end in moves[1:]] == [*DEPTHS, 26.0, 26.0]
-    assert moves[-1] == (26.0, 0.0, -12.0)
-
-
-def test_one_face_groove() -> None:
-    legs = motions("G00 X10. Z2.\nG76 Z-4. K2.5 D.3 F7.")[1:]
-    assert [(leg.end[0], leg.end[2]) for leg in legs] == [
-        *[(10.0, -0.5), (10.0, 0.0), (10.0, -3.0), (10.0, -2.5), (10.0, -4.0)],
-        *[(10.3, -4.0), (10.3, 2.0)],
-    ]
-    assert {leg.feed for leg in legs if isinstance(leg, Infeed)} == {7.0}
-    assert refusal("G00 X10. Z2.\nG76 Z-4. K2.5 F7.").name == "missing-parameter"
 
 
 def test_diameter_mode_of_g76() -> None:

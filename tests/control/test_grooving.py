@@ -10,7 +10,7 @@ from grind_env.control.decode import decode
 from grind_env.control.grooving import GroovePlan, divided, groove_legs, groove_positions, plan_groove
 from grind_env.control.modal_state import Modes
 from grind_env.control.numbers import NumberFormat
-from grind_env.control.reader import read_block
+from grind_env.control.words import read_block
 from tests.control.harness import ends, motions
 from tests.control.harness import refusal as refused
 

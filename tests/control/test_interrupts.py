@@ -234,17 +234,6 @@ def test_single_block_stops_after_every_groove() -> None:
     assert len(holds) == 3 + 3
 
 
-def test_an_interrupt_can_be_asked_for_between_motions() -> None:
-    control = Control()
-    ends = []
-    for event in execute(read(MAIN + AWAY), control):
-        if isinstance(event, Motion):
-            ends.append(event.end)
-            if len(ends) == 1:
-                control.interrupt(7)
-    assert ends[:4] == [(10.0, 0.0, 0.0), (10.0, 5.0, 0.0), (10.0, 6.0, 0.0), (10.0, 5.0, 0.0)]
-
-
 def test_a_dwell_is_not_cut() -> None:
     moves = motions("G04 P2.\nG00 X1.\nM30\n" + AWAY, interrupts=(Interrupt(7, 2, True, at=1.0),))
     assert isinstance(moves[0], Dwell) and moves[0].seconds == 2.0

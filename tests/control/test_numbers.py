@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from grind_env.control import Message, execute, numbers
 from grind_env.control.errors import ControlError
 from grind_env.control.numbers import NumberFormat
-from grind_env.control.reader import Block, Word, read, read_block
+from grind_env.control.reader import read
+from grind_env.control.words import Block, Word, read_block
 
 SUPPRESSIONS = ("neither", "leading", "trailing")
 

@@ -1,14 +1,13 @@
 """Paramacros: variables, jumps, loops and calls, by what the programs written with them do."""
 
 import math
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grind_env.control import Control, ControlError, CycleStart, execute, flow, read
+from grind_env.control import Control, ControlError, CycleStart, execute, read
 from tests.control.harness import COMMON, DRESS, cycle_ends, cycles, ends, plans, refusal, run, story
 
 
@@ -268,31 +267,6 @@ def test_a_jump_in_a_long_program_does_not_read_it_from_its_beginning() -> None:
     filling = "(A)\n" * 15_000  # 20 ms to read, so that the test would take a quarter of an hour
     loop = "#1=0\nDO 1\n#1=#1+1\nEND 1"
     assert refusal(f"{filling}{loop}\n{filling[:400]}", block_budget=60_000).name == "block-budget"
-
-
-class Counted(Sequence[int]):
-    """Indices of blocks that count how many of them are looked at."""
-
-    def __init__(self, indices: Sequence[int]) -> None:
-        self.indices, self.looked = indices, 0
-
-    def __len__(self) -> int:
-        return len(self.indices)
-
-    def __getitem__(self, index: Any) -> Any:
-        self.looked += 1
-        return self.indices[index]
-
-
-def test_a_jump_does_not_look_at_every_label_and_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    text = "#1=0\nN1 GOTO 9\n" + "N1\n" * 3000 + "N9 #1=#1+1\nIF [#1 LT 100] GOTO 1\n"
-    programs = read(text + "WHILE [#1 LT 0] DO 1\nEND 1\n" * 100 + "M30")
-    labels, ends = flow._landmarks(programs.main.blocks)
-    marks = flow.Landmarks({number: Counted(each) for number, each in labels.items()}, {1: Counted(ends[1])})
-    monkeypatch.setattr(flow, "_landmarks", lambda blocks: marks)
-    list(execute(programs))
-    looked = [each.looked for each in (*marks.labels.values(), *marks.ends.values()) if isinstance(each, Counted)]
-    assert 0 < sum(looked) < 300 * (2 + math.log2(3000))  # of 300 jumps
 
 
 def test_loops_over_parts_end_as_parts_written_out() -> None:

@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from grind_env import files
 from grind_env.control import source as source_module
 from grind_env.control.errors import ControlError
-from grind_env.control.reader import Blocks, Programs, read, read_block, read_file
+from grind_env.control.reader import Blocks, Programs, read, read_file
 from grind_env.control.source import Mark, Scanner, SourceText, Text, text_of
+from grind_env.control.words import read_block
 from tests.examples import examples
 from tests.patience import PATIENCE
 
@@ -154,22 +155,6 @@ def test_iterations_are_independent(path: Path) -> None:
     one, two = iter(main.blocks), iter(main.blocks)
     assert [next(one).text, next(one).text, next(two).text, next(one).text] == ["M98 P2", "X1", "M98 P2", "X2"]
     assert seen(sub.blocks) == [(6, 5, "G91 X3"), (7, 1, "M99")]
-
-
-def test_a_name_and_blocks_share_a_line(path: Path) -> None:
-    path.write_text("O1; G00 X1\nO2 (É); X2; O3; X3", encoding="utf-8")
-    assert [(program.number, seen(program.blocks)) for program in read_file(path)] == [
-        (1, [(1, 5, "G00 X1")]),
-        (2, [(2, 9, "X2")]),
-        (3, [(2, 17, "X3")]),
-    ]
-
-
-def test_a_byte_order_mark_is_no_column(path: Path) -> None:
-    path.write_bytes(b"\xef\xbb\xbf%\nX1")
-    assert seen(read_file(path).main.blocks) == [(2, 1, "X1")]
-    path.write_bytes(b"\xef\xbb\xbfX1")
-    assert seen(read_file(path).main.blocks) == [(1, 1, "X1")]
 
 
 class Opened:
@@ -412,25 +397,9 @@ def test_a_second_program_of_the_same_name_is_refused_where_it_stands(path: Path
     assert (caught.value.name, caught.value.line, caught.value.column) == ("block-format", 3, 2)
 
 
-def test_the_last_place() -> None:
-    def last(text: str) -> tuple[int, int, int]:
-        place = read(text).main.last_place()
-        return place.line, place.column, place.block
-
-    assert last("O1\nN5 X1\n\n N6 X2\n") == (4, 2, 6)
-    assert last("\nO1\n") == (2, 1, 2)
-    assert last("O1\nX1\n/ X--\n") == (3, 1, 3)
-
-
 def words(text: str) -> list[str]:
     (source,) = read(text).main.blocks
     return [str(word) for word in read_block(source).words]
-
-
-def test_letters_have_no_case_and_spaces_no_meaning() -> None:
-    assert words("g01x1.5Y-.2 f 1 0 0.") == ["G01", "X1.5", "Y-.2", "F100."]
-    assert words("G 0 1\tX - 1 2 . 5 Y + 3 Z1 . 2 5") == ["G01", "X-12.5", "Y+3", "Z1.25"]
-    assert words("(A) G00 (B)X1(C)Y2 ( D )") == ["G00", "X1", "Y2"]
 
 
 blanks = st.text(" \t", max_size=2)

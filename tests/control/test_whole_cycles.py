@@ -276,12 +276,6 @@ def test_a_dress_program_is_executed_until_it_leaves_the_tables_as_they_were(wri
     assert last.end == expected.end
 
 
-def test_a_whole_cycle_is_one_event() -> None:
-    found = run(f"{COMMON}{CYCLE}\nM30{DRESS}", start=PARKED, whole_cycles=True)
-    assert [type(event) for event in found[:3]] == [CycleStart, CycleStrokes, CycleEnd]
-    assert isinstance(found[1], CycleStrokes) and len(found[1].begins) == 3 + 1 + 1
-
-
 def test_a_cycle_of_no_stroke_is_no_whole_cycle() -> None:
     text = f"{COMMON}G82 X230. I-30. Y0 J-.01 F60. E12000.\nM30"
     kinds = [type(event) for event in run(text, start=PARKED, whole_cycles=True, coverage_pass=False)]

@@ -2,7 +2,7 @@ import itertools
 
 import pytest
 
-from grind_env.control import Arc, Control, ControlError, Message, Motion, Source, dress_program_moves, execute, read
+from grind_env.control import Arc, Control, ControlError, Motion, Source, dress_program_moves, execute, read
 from tests.control.harness import dress_moves, motions, picks, run, story, strokes
 
 D1 = "O1000\nN1 G00 X50.\nN2 Z100.\nN3 G01 X45. F5.\nN4 Z90.\nN5 X50.\nN6 M99\n"
@@ -93,12 +93,6 @@ def test_d8_the_wheel_returns_to_the_very_point() -> None:
     moves = dress_moves(events)
     assert moves[0].start == moves[-1].end == (-0.1, 0.0, 0.0)
     assert moves[0].begin >= max(picks(events)[0].finish, strokes(events)[0].finish)
-
-
-def test_a_request_without_a_program_is_ignored_with_a_message() -> None:
-    events = run("G81 Z40. E2400.\n", strokes=2, operator_dress_at=(0.1,))
-    assert story(events) == "Z40 Z0"
-    assert [event.text for event in events if isinstance(event, Message)] == ["no dress program"]
 
 
 def test_requests_during_a_dress_are_run_once_at_the_next_reversal() -> None:

@@ -39,7 +39,7 @@ from textbook import RESTATED
 
 from grind_env.cli import app
 
-EQUATIONS = [name for name in equations.__all__ if callable(getattr(equations, name))]
+EQUATIONS = [name for name, value in vars(equations).items() if callable(value)]
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """What a run compares by: energies and volumes are conserved, and dresses have the numbers of their programs."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -94,9 +95,7 @@ def test_a_dress_has_the_lead_overlap_and_severity_of_its_program() -> None:
 
 
 def test_a_dress_that_misses_the_diamond_sharpens_nothing() -> None:
-    import dataclasses
-
-    beside = dataclasses.replace(job(), diamond=Diamond(x=300.0, y=0.0, z=0.0))
+    beside = replace(job(), diamond=Diamond(x=300.0, y=0.0, z=0.0))
     record = run(HEAD + CYCLE.replace("P9100", "D2 P9100") + "M30\n", beside)
     assert record.dresses.size == 2
     for name in ("lead", "overlap", "severity"):

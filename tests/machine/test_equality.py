@@ -2,31 +2,21 @@
 
 import dataclasses
 import importlib.util
-import itertools
-import os
-import shutil
-import subprocess
 import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from types import FunctionType
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-import grind_env
 from grind_env.arrays import Array
 from grind_env.control import Control
 from grind_env.control.cycles.plunge import PlungeCycle
 from grind_env.control.rules import DEPTH_TOLERANCE, motion_time
-from grind_env.kernel import entry
-from grind_env.kernel.columns import column_reader, column_writer
-from grind_env.kernel.fingerprint import fingerprint
 from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.loops import loops
 from grind_env.machine.loops.courses import COURSES
@@ -34,9 +24,9 @@ from grind_env.machine.loops.cycle import PartState, Stroking
 from grind_env.machine.part.rows import WHEEL_FIELDS
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
-from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
+from grind_env.process.state import StrokeParameters, WheelState
 from tests import batches
-from tests.batches import CYCLE, PARAMETERS, PART, PLUNGES, WHEEL, cold, grind_cycles
+from tests.batches import CYCLE, PARAMETERS, PART, WHEEL, cold, grind_cycles
 from tests.examples import examples
 from tests.machine.harness import CATALOGUE, DRESS_NUMBERS, job, run, start_wheel
 
@@ -338,74 +328,3 @@ def test_the_number_of_lanes_changes_no_bit(
         assert outcome(MANY, grind_cycles) == alone
     finally:
         del sys.modules[path.stem]
-
-
-GRIND_ONE_STROKE = """
-import numpy as np
-from grind_env.kernel import compile_at_once
-from grind_env.machine.loops.strips import strips_of
-from grind_env.process.process import PROCESS
-from grind_env.process.state import WheelState
-from tests.machine.harness import job
-compile_at_once()
-p = job().parameters
-wheel = WheelState(300.0, 0.01, 0.0, 20.0, 0.5, 3.0, 0.0, 0.0)
-S, Rs, reached = np.zeros(20), np.full(20, 1.6), np.zeros(20)
-grind_strips = strips_of(PROCESS)
-stroke = grind_strips(wheel, S, Rs, reached, 0, 20, 0.01, 200.0, 20.0, 200.0, p, 0.01, np.zeros((1, 1)), 1.0)[1]
-print(stroke.T, sum(grind_strips.stats.cache_hits.values()))
-"""
-
-
-@pytest.mark.nightly
-def test_an_edited_equation_is_compiled_anew_and_an_unchanged_one_is_not(tmp_path: Path) -> None:
-    root = Path(grind_env.__file__).parents[1]
-    for package in ("grind_env", "tests/machine"):
-        shutil.copytree(root / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
-    environment = {
-        **os.environ,
-        "PYTHONPATH": str(tmp_path),
-        "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
-    }
-
-    def grind_one_stroke() -> tuple[float, int]:
-        out = subprocess.run(
-            [sys.executable, "-c", GRIND_ONE_STROKE],
-            cwd=tmp_path,
-            env=environment,
-            capture_output=True,
-            text=True,
-            check=True,
-        ).stdout.split()
-        return float(out[0]), int(out[1])
-
-    first, hits = grind_one_stroke()
-    assert hits == 0
-    assert grind_one_stroke() == (first, 1)
-
-    equations = tmp_path / "grind_env/process/equations/heat.py"
-    text = equations.read_text(encoding="utf-8")
-    assert "MOST_TO_CHIPS = 0.45" in text
-    equations.write_text(text.replace("MOST_TO_CHIPS = 0.45", "MOST_TO_CHIPS = 0.05"), encoding="utf-8")
-    second, hits = grind_one_stroke()
-    assert second > first * 1.05
-    assert hits == 0
-
-
-def test_generated_readers_and_writers_are_part_of_the_fingerprint() -> None:
-    def found(reads: type[Any], writes: type[Any]) -> str:
-        code = compile("write(table, 0, read(table, 0))", "kernel", "exec")
-        return fingerprint(FunctionType(code, {"read": column_reader(reads), "write": column_writer(writes)}))
-
-    pairs = list(itertools.product((WheelState, StrokeResult), repeat=2))
-    assert len({found(*pair) for pair in pairs}) == len(pairs)
-
-
-def test_a_cache_folder_that_cannot_be_made_means_no_disk_cache(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "file").touch()
-    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "cache"))
-    assert Path(entry(PLUNGES.lanes.py_func).stats.cache_path).is_relative_to(tmp_path / "cache")
-    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "file" / "cache"))
-    assert entry(PLUNGES.lanes.py_func).stats.cache_path is None

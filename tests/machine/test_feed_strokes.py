@@ -70,39 +70,6 @@ some_feeds = st.integers(30, 300).map(lambda hundreds: 100 * hundreds)
 some_strokes = st.lists(st.tuples(st.integers(0, 20), some_feeds), min_size=1, max_size=6)
 
 
-@given(some_strokes)
-@examples(25)
-def test_a_stroke_by_a_feed_move_is_that_of_a_table_that_reciprocates(strokes: list[tuple[int, int]]) -> None:
-    found, expected = ground(by_moves(strokes)), ground(by_tables(strokes))
-    assert_same_strokes(found, expected)
-    assert found.strokes["time"] == pytest.approx(expected.strokes["time"], abs=1e-9)
-    assert found.parts["seconds"] == pytest.approx(expected.parts["seconds"], abs=1e-9)
-    assert found.unjudged == ((),)
-
-
-@given(
-    st.integers(1, 25).map(lambda n: 0.001 * n),
-    st.integers(1, 6),
-    st.integers(0, 3),
-    st.sampled_from([20.0, 40.0]),
-    some_feeds,
-)
-@examples(25)
-def test_strokes_by_feed_moves_are_those_of_a_cycle(J: float, picks: int, L: int, width: float, E: int) -> None:
-    shop = job(width=width)
-    cycle = ground(f"G82 X230. I-30. Y-{J * picks:.3f} J-{J:.3f} L{L} F60. E{E}.\nG80\n", shop)
-    depths = [f"G91 Y-{J:.3f}"] * (picks - 1) + [f"G90 Y-{J * picks:.3f}"] + [""] * L
-    lines = [f"G01 X230. F{E}.\n"]
-    for number, depth in enumerate(depths, 1):
-        lines.append(f"{depth} F60.\nG90 X{230 if number % 2 == 0 else -30}. F{E}.\n")
-    found = ground("".join(lines), shop)
-    assert found.strokes["Z"] == pytest.approx(cycle.strokes["Z"], abs=1e-12)
-    if found.strokes["Z"].tobytes() == cycle.strokes["Z"].tobytes():  # sums of picks round otherwise than coordinates
-        assert_same_strokes(found, cycle)
-    for name in ("ae", "Ra", "T", "load", "A", "W"):
-        assert found.strokes[name] == pytest.approx(cycle.strokes[name], rel=1e-9, abs=1e-12), name
-
-
 SHAPES: dict[str, str] = {
     "in a loop": "#1=1\nWHILE [#1 LE 4] DO 1\nG01 Y[-#1*.01] F60.\nX230. F12000.\nX-30.\n#1=#1+1\nEND 1\n",
     "by a jump": "#1=1\nN5 G01 Y[-#1*.01] F60.\nX230. F12000.\nX-30.\n#1=#1+1\nIF [#1 LE 4] GOTO 5\n",
@@ -120,23 +87,6 @@ def test_it_is_all_one_where_the_block_stands(shape: str) -> None:
         assert found.strokes[name] == pytest.approx(expected.strokes[name], abs=1e-12)
     assert found.strokes["ae"] == pytest.approx(expected.strokes["ae"], rel=1e-9)
     assert len(found.strokes) == 8 and found.unjudged == ((),)
-
-
-def test_creep_feed_by_hand() -> None:
-    shop = job(stock=0.5, tolerance=20.0)
-    found = ground("G01 Y-.5 F500.\nX230. F300.\n", shop)
-    (stroke,), p = found.strokes, shop.parameters
-    vw, ae, b = 300.0 / 60.0, stroke["ae"], 20.0
-    assert (stroke["Z"], stroke["E"], stroke["b"], stroke["Lw"], stroke["number"]) == (0.5, 300.0, b, 200.0, 0)
-    assert stroke["seconds"] == pytest.approx(260.0 / vw + vw / 1000.0)
-    assert stroke["Q"] == pytest.approx(ae * vw) and stroke["heq"] == pytest.approx(ae * vw / stroke["vs"])
-    assert 0.5 - ae == pytest.approx(b * stroke["Fn"] / p.ke, rel=1e-6)  # what wheel and machine yield
-    assert stroke["power"] == pytest.approx(b * stroke["Ft"] * stroke["vs"])
-    assert stroke["V"] == pytest.approx(ae * 200.0)
-    assert stroke["worn"] == pytest.approx(math.pi * 300.0 * stroke["dw"] * b)
-    assert found.parts["S"][0] == pytest.approx(ae)
-    (told,) = found.warnings
-    assert told.startswith("test.nc:4: a stroke cuts at F300 mm/min; the process model holds from 3000")
 
 
 def test_a_wheel_that_covers_the_part_may_go_across() -> None:

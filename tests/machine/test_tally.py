@@ -217,13 +217,6 @@ def test_the_tally_of_a_cycle_is_what_the_strokes_of_its_program_tell(plunge: Pl
     assert tally["seconds"] == pytest.approx(len(depths) * STROKE + len(dresses) * dress_seconds, rel=NEAR)
 
 
-def test_the_window_holds_six_full_plunges_where_every_second_stroke_is_one() -> None:
-    (tally,) = grind_cycles(*tables(EVERY_SECOND))
-    log = run(EVERY_SECOND.text, job()).strokes
-    # the first stroke touches; after the odd ones the wheel goes down by 10 um
-    assert window(tally) == pytest.approx(log["load"][[19, 17, 15, 13, 11, 9]].tolist(), rel=NEAR)
-
-
 def test_a_tally_goes_on_from_cycle_to_cycle() -> None:
     long, short = EVERY_SECOND, EVERY_SECOND._replace(depth=30, at_depth=0)
     cycles, parameters, wheels, parts = tables(long)

@@ -1,6 +1,5 @@
 """What is not known of a machine: read from catalogue files, and drawn from."""
 
-import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -175,9 +174,3 @@ def test_stations_of_the_same_material_get_it_too(tmp_path: Path) -> None:
     first, second = (each.part.material for each in machine.stations)
     assert first == machine.part.material != job.part.material
     assert second == job.stations[1].part.material
-
-
-def test_a_table_of_json_numbers_is_that_of_floats() -> None:
-    """Whole numbers in a file are numbers."""
-    one = Uncertainty(names=("wheel.roughness",), spread=(1,), correlation=((1,),))
-    assert json.dumps(one.spread) == "[1]" and one.root.shape == (1, 1)

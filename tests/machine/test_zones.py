@@ -210,29 +210,6 @@ def test_machines_side_by_side_have_the_bits_that_each_has_alone(many: list[Case
         assert in_lanes([case], tables[i][None]).surfaces[0].tobytes() == alone.surfaces[0, : len(tables[i])].tobytes()
 
 
-@examples(40)
-@given(case=cases())
-def test_a_program_and_the_lanes_agree(case: Case) -> None:
-    record = run(case.text, case.job)
-    dress_seconds = float(record.dresses["seconds"][0]) if record.dresses.size else 0.0
-    found = in_lanes([case], strip_zones(case.centres)[None], dress_seconds)
-    tally, n = found.tallies.view(TALLY)[0, 0], len(record.strokes)
-    assert n == tally["strokes"]
-    assert len(record.dresses) == tally["dresses"]
-    part = record.parts[0]
-    mean = found.surfaces[0, :, S].mean()
-    assert_close(mean, part["S"], "S")
-    assert_close(found.surfaces[0, :, RS].mean(), part["Ra"], "Ra")
-    assert_close(np.ptp(found.surfaces[0, :, S]), part["taper"] / 1000.0, "taper")
-    for name in ("peak_torque", "burn_ratio", "worn", "dressed_off"):
-        assert_close(tally[name], part[name], name)
-    assert_close(min(tally["peak_load"], case.power_limit), part["peak_power"], "peak_power")
-    assert_close(tally["finish_rise"], part["rise"], "rise")
-    lost = case.machine.stall_time if part["peak_torque"] >= 1.0 else 0.0
-    made = record.strokes["seconds"].sum() + record.dresses["seconds"].sum()
-    assert tally["seconds"] == pytest.approx(made + lost)
-
-
 def assert_close(found: Any, expected: Any, name: str) -> None:
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12, err_msg=name)
 

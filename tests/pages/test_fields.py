@@ -9,8 +9,8 @@ from grind_env.envs.tasks.reading import TABLES
 from grind_env.envs.tasks.tables import Kind
 from grind_env.machine.job import Diamond, Lots, Part, Setup, Stage, Times, WheelStart
 from grind_env.pages.fields import fields_page
-from grind_env.process.catalogue import KINDS, load_catalogue, quantities
-from grind_env.process.entries import Quantity
+from grind_env.process.catalogue import KINDS, load_catalogue
+from grind_env.process.entries import Quantity, quantities
 
 PAGE = fields_page()
 JOB, CATALOGUE, TASK = (re.split(r"^## ", PAGE, flags=re.MULTILINE)[1:])[:3]

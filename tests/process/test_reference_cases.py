@@ -17,7 +17,7 @@ from grind_env.process.process import PROCESS
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 from grind_env.process.stroke import dressed_wheel
 from tests.process import prototype
-from tests.process.harness import CATALOGUE, cut, grinder, parameters
+from tests.process.harness import CATALOGUE, grinder, parameters
 from tests.process.prototype import Setup, State
 
 NEAR = 1e-9
@@ -256,19 +256,6 @@ DRESSES = [
 def test_wear_flats_of_a_dressed_wheel(lead: float, depth: float, flats: float) -> None:
     machine = grinder(parameters(), lead=lead, depth=depth)
     assert pytest.approx(flats * CATALOGUE.wheel("a60j").dressed_wear_flat, rel=1e-12) == machine.wheel.A
-
-
-def test_a_worn_diamond_dresses_finer_and_duller() -> None:
-    new, worn = (grinder(parameters(), wd=wd) for wd in (0.0, 0.3))
-    for machine in (new, worn):
-        machine.dress(passes=20.0)
-    assert worn.wheel.Rd / new.wheel.Rd == pytest.approx(0.81, rel=0.01)
-    assert pytest.approx(1.33, rel=0.005) == worn.wheel.A / new.wheel.A
-
-
-@pytest.mark.parametrize(("diameter", "speed"), [(300.0, 30.0), (220.0, 22.0)])
-def test_wheel_shrinking_at_constant_rpm(diameter: float, speed: float) -> None:
-    assert cut(0.010, grinder(parameters(), diameter=diameter)).vs == pytest.approx(speed, rel=1e-12)
 
 
 def test_constant_surface_speed_is_held_as_the_wheel_shrinks() -> None:

@@ -14,7 +14,8 @@ import grind_env
 from grind_env.control import read_file
 from grind_env.machine.job import Diamond, Lots, Part, Setup, Stage, Times, WheelStart
 from grind_env.machine.job.file import load_job
-from grind_env.process.catalogue import KINDS, load_catalogue, quantities
+from grind_env.process.catalogue import KINDS, load_catalogue
+from grind_env.process.entries import quantities
 from grind_env.shop.start.folder import LOG, start_folder
 from grind_env.shop.start.sample import PRESSURE, sample_log
 from grind_env.shop.start.template import job_template

@@ -29,14 +29,7 @@ TANGENTIAL = 1e-6
 
 
 class CompensationFault(ValueError):
-    """A path that cannot be compensated; the text is a sentence with the remedy.
-
-    Attributes:
-        name: circular-departure-too-small, backwards-motion or interference (1.11).
-        subject: beginning of the sentence: what is at fault.
-        predicate: rest of the sentence; between the two there is room for the place of the element.
-        element: the programmed element at fault; the second one where two do not meet.
-    """
+    """A path that cannot be compensated (1.11); the place of the element goes between subject and predicate."""
 
     def __init__(self, name: str, subject: str, predicate: str, element: Element) -> None:
         self.name, self.subject, self.predicate, self.element = name, subject, predicate, element
@@ -45,29 +38,17 @@ class CompensationFault(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Junction:
-    """The way from one compensated element to the next one.
-
-    Attributes:
-        end: where the first one ends.
-        generated: what follows it; the second one starts where this ends.
-    """
+    """The end of a compensated element, and what is generated between it and the start of the next one."""
 
     end: Point
     generated: tuple[Element, ...]
 
 
 def corner(first: Element, second: Element, offset: Offset, circular: bool, minimum: float) -> Junction:
-    """The junction of two elements compensated on the same side (2.2, 2.3).
+    """The junction of two programmed elements compensated on the same side, one after the other (2.2, 2.3).
 
-    Args:
-        first: programmed.
-        second: programmed; starts where the first ends.
-        offset: of both.
-        circular: G39.1, an arc round a sharp outside corner, instead of G39, straight blocks.
-        minimum: a generated straight block with both components below it is dropped (mill 21-42); 0 drops none.
-
-    Raises:
-        CompensationFault: circular-departure-too-small; interference, if the offset paths do not meet inside.
+    `circular` is G39.1, an arc round a sharp outside corner, instead of the straight blocks of G39, of which one with
+    both components below `minimum` is dropped (mill 21-42).
     """
     if offset.radius == 0.0:
         return Junction(first.end, ())
@@ -97,9 +78,6 @@ def side_change(first: Element, second: Element, before: Offset, after: Offset) 
     """The junction where the side changes (1.9): the crossing of the actual offset paths if an arc takes part.
 
     Two lines, and paths that do not cross, are joined by a straight block between the perpendicular points.
-
-    Raises:
-        CompensationFault: circular-departure-too-small.
     """
     end, start = before.beside_end(first), after.beside_start(second)
     if isinstance(first, Bow) or isinstance(second, Bow):
@@ -116,19 +94,9 @@ def side_change(first: Element, second: Element, before: Offset, after: Offset) 
 def compensated(element: Element, start: Point, end: Point, offset: Offset, detect: bool = True) -> tuple[Element, ...]:
     """The path of the centre along a programmed element, from one junction to the next.
 
-    It is one element: a line (without length if the junctions coincide) or an arc about the same centre. A full
-    circle that its corners lengthen beyond one turn is two arcs. With `detect` off (M800) a path between crossed
-    junctions runs backwards.
-
-    Args:
-        element: programmed.
-        start: where the junction before it ends; of another offset after a change of radius.
-        end: where the junction behind it begins.
-        offset: in force.
-        detect: whether backwards motion and interference are faults.
-
-    Raises:
-        CompensationFault: circular-departure-too-small; backwards-motion; interference.
+    It is one element: a line (without length if the junctions coincide) or an arc about the same centre. A full circle
+    that its corners lengthen beyond one turn is two arcs. With `detect` off (M800) a path between crossed junctions
+    runs backwards.
     """
     if isinstance(element, PathSegment):
         if detect and dot(between(start, end), element.direction_at_start) < -NEGLIGIBLE_LENGTH:
@@ -164,11 +132,7 @@ def compensated(element: Element, start: Point, end: Point, offset: Offset, dete
 
 
 def feed_share(element: Element, offset: Offset, minimum_reduction: float) -> float:
-    """The part of F that the centre feed on an element is: less than 1 on inside arcs, never below the minimum (1.7).
-
-    Raises:
-        CompensationFault: circular-departure-too-small.
-    """
+    """The share of F that the centre feed on an element is: below 1 on inside arcs, never below the minimum (1.7)."""
     if isinstance(element, PathSegment):
         return 1.0
     share = centre_radius(element, offset) / element.radius
@@ -176,11 +140,7 @@ def feed_share(element: Element, offset: Offset, minimum_reduction: float) -> fl
 
 
 def centre_radius(arc: Bow, offset: Offset) -> float:
-    """Radius of the path of the centre along an arc: smaller if the centre of the arc is on the compensated side.
-
-    Raises:
-        CompensationFault: circular-departure-too-small.
-    """
+    """Radius of the path of the centre along an arc: smaller if the centre of the arc is on the compensated side."""
     return _concentric(arc, min(arc.radius, math.dist(arc.end, arc.centre)), offset)
 
 
@@ -198,18 +158,10 @@ def outward(first: Element, second: Element, offset: Offset) -> float:
 
 
 def around(point: Point, before: Point, after: Point, offset: Offset, out: float) -> tuple[Point, Point, Point, Point]:
-    """The points of the straight way round an outside corner (2.2, 2.5).
+    """The points of the straight way round an outside corner between two directions (2.2, 2.5).
 
-    Args:
-        point: the corner.
-        before: direction of the path up to it.
-        after: direction of the path from it on.
-        offset: of both.
-        out: the angle between the directions, above 0.
-
-    Returns:
-        The perpendicular point of the first path, the ends of the extensions of both by at most one radius, which
-        are one point up to 90 degrees, and the perpendicular point of the second path.
+    They are the perpendicular point of the first path, the ends of the extensions of both by at most one radius, which
+    are one point up to 90 degrees, and the perpendicular point of the second path.
     """
     extension = offset.radius * min(1.0, math.tan(0.5 * out))
     start, end = offset.beside(point, before), offset.beside(point, after)
@@ -217,7 +169,6 @@ def around(point: Point, before: Point, after: Point, offset: Offset, out: float
 
 
 def _linear(first: Element, second: Element, offset: Offset, out: float, minimum: float) -> Junction:
-    """G39: lines are extended themselves, in place of arcs their tangents are; the extensions are joined."""
     start, ahead, back, end = around(first.end, first.direction_at_end, second.direction_at_start, offset, out)
     points = [ahead, back]
     if isinstance(first, Bow):
@@ -242,7 +193,6 @@ def _mitre(first: Element, out: float, offset: Offset) -> Point:
 
 
 def _meeting(first: Element, second: Element, offset: Offset, out: float) -> Point | None:
-    """The intersection of the offset paths, of two the one nearest to the corner."""
     point, direction = first.end, first.direction_at_end
     common = crossings(_curve_at_end(first, offset), _curve_at_start(second, offset))
     if out == -math.pi:  # both are equally near, but only one is on the path
@@ -275,7 +225,6 @@ def _concentric(arc: Bow, radius: float, offset: Offset) -> float:
 
 
 def _reached(element: Element, point: Point) -> bool:
-    """Whether a point beside an element is beside one of its points, not beyond its ends."""
     if isinstance(element, PathSegment):
         along = dot(between(element.start, point), element.direction_at_start)
         return -NEGLIGIBLE_LENGTH <= along <= element.length + NEGLIGIBLE_LENGTH

@@ -26,13 +26,8 @@ def entry(
 ) -> tuple[Element, ...]:
     """The way from an uncompensated point to the start of the first compensated element.
 
-    Args:
-        move: from the actual position to the programmed end of the entry block.
-        following: the next programmed motion in the plane; None if none comes in time, then the entry ends at
-            right angles to itself (1.8).
-        offset: of `following`.
-        kind: "A", straight, or "B", which keeps one radius from the start of `following` (15-27).
-        circular: G39.1 for type B.
+    Without a `following` motion it ends at right angles to itself (1.8). Type "A" is straight, "B" keeps one radius
+    from the start of `following` (15-27), with an arc under G39.1.
     """
     end = offset.beside_end(move) if following is None else offset.beside_start(following)
     if kind == "A" or following is None or offset.radius == 0.0:
@@ -53,17 +48,8 @@ def exit_junction(
 ) -> Junction:
     """The way from the last compensated element up to the straight exit to `move.end`, which is not offset.
 
-    Args:
-        last: programmed.
-        move: programmed; starts where `last` ends.
-        offset: of `last`.
-        kind: "A" or "B", which keeps one radius from the end of `last` outside (mill 21-25).
-        circular: G39.1 for type B.
-        vector: I, J, K words of the exit block along the axes of the plane; None or zero without them. They
-            decide in type B as well.
-
-    Raises:
-        CompensationFault: circular-departure-too-small.
+    Type "B" keeps one radius from the end of `last` outside (mill 21-25). I, J, K words of the exit block, the `vector`
+    along the axes of the plane, decide in either type.
     """
     end = offset.beside_end(last)
     if offset.radius == 0.0:

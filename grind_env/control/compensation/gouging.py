@@ -45,10 +45,6 @@ class Passed(NamedTuple):
     """Third coordinate, mm."""
 
 
-def _no_boxes() -> NDArray[np.float64]:
-    return np.full((4, HELD), math.nan)
-
-
 @dataclass(slots=True)
 class GougeCheck:
     """Compares each element with those along which the wheel has run since the compensation was switched on.
@@ -62,17 +58,10 @@ class GougeCheck:
 
     count: int = 0
     passed: list[Passed] = field(default_factory=list)
-    boxes: NDArray[np.float64] = field(default_factory=_no_boxes)
+    boxes: NDArray[np.float64] = field(default_factory=lambda: np.full((4, HELD), math.nan))
 
     def follow(self, place: Place, programmed: Element, centre: tuple[Element, ...], level: float) -> Place | None:
-        """Take up an element; returns the block of an earlier one that the wheel cannot pass beside it.
-
-        Args:
-            place: of its block.
-            programmed: the element.
-            centre: path of the wheel's centre along it and round the corner behind it.
-            level: third coordinate, mm; elements at other levels do not matter.
-        """
+        """Take up an element; returns the block of an earlier one that the wheel cannot pass beside it."""
         new, (left, low, right, high) = Passed(place, programmed, centre, level), _box(centre)
         overlap = np.logical_and.reduce(self.boxes <= [[right], [high], [-left], [-low]])
         oldest_first = sorted(overlap.nonzero()[0].tolist(), key=lambda number: (number - self.count) % HELD)
@@ -103,7 +92,6 @@ def _box(elements: tuple[Element, ...]) -> tuple[float, float, float, float]:
 
 
 def _cross(a: Element, b: Element) -> bool:
-    """Whether the first element crosses the second one or passes through its end."""
     return any(
         _within(a, point, -NEAR)
         and _within(b, point, NEAR)
@@ -113,7 +101,6 @@ def _cross(a: Element, b: Element) -> bool:
 
 
 def _meet(a: Element, b: Element) -> bool:
-    """Whether two elements have a point in common, an end included."""
     if math.dist(a.start, b.end) < NEAR or math.dist(a.end, b.start) < NEAR:
         return True
     return any(_within(a, point, NEAR) and _within(b, point, NEAR) for point in _common(a, b))

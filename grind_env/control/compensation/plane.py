@@ -59,30 +59,22 @@ class PathSegment:
 
     @property
     def length(self) -> float:
-        """Length."""
         return math.dist(self.start, self.end)
 
     @property
     def direction_at_start(self) -> Point:
-        """Unit vector along it."""
         return unit(between(self.start, self.end))
 
     @property
     def direction_at_end(self) -> Point:
-        """Unit vector along it."""
         return self.direction_at_start
 
 
 @dataclass(frozen=True, slots=True)
 class Bow:
-    """An arc.
+    """An arc, counter-clockwise if its rotation is 1; a full circle if its ends are one.
 
-    Attributes:
-        start: first point.
-        end: last point; equal to the first for a full circle. Its distance from the centre may differ a little
-            from that of the start, as words are rounded.
-        centre: of the circle.
-        rotation: 1 counter-clockwise, -1 clockwise.
+    As words are rounded, start and end may be at slightly different distances from the centre.
     """
 
     start: Point
@@ -92,32 +84,26 @@ class Bow:
 
     @property
     def radius(self) -> float:
-        """Distance of the start from the centre."""
         return math.dist(self.start, self.centre)
 
     @property
     def angle(self) -> float:
-        """Angle turned through in the sense of `rotation`, rad, above 0 and up to 2 pi."""
         turned = self.rotation * turn(between(self.centre, self.start), between(self.centre, self.end)) % math.tau
         return turned if NEGLIGIBLE_ANGLE < turned < math.tau else math.tau
 
     @property
     def length(self) -> float:
-        """Length along the arc."""
         return self.radius * self.angle
 
     @property
     def direction_at_start(self) -> Point:
-        """Unit tangent at the start."""
         return self.direction_at(self.start)
 
     @property
     def direction_at_end(self) -> Point:
-        """Unit tangent at the end."""
         return self.direction_at(self.end)
 
     def direction_at(self, point: Point) -> Point:
-        """Unit tangent where the ray from the centre through a point meets the arc."""
         tangent = left(unit(between(self.centre, point)))
         return self.rotation * tangent[0], self.rotation * tangent[1]
 
@@ -162,14 +148,12 @@ class Offset:
 
     @classmethod
     def of(cls, table_radius: float, code: str) -> "Offset":
-        """The offset of a radius-table entry under G41 or G42."""
         side = {"G41": 1, "G42": -1}[code]
         swapped = table_radius < 0.0
         return cls(abs(table_radius), -side if swapped else side, swapped)
 
     @property
     def table_radius(self) -> float:
-        """The entry of the radius table."""
         return -self.radius if self.swapped else self.radius
 
     def beside(self, point: Point, direction: Point) -> Point:
@@ -177,9 +161,7 @@ class Offset:
         return moved(point, left(direction), self.side * self.radius)
 
     def beside_start(self, element: Element) -> Point:
-        """The point at right angles to the start of an element."""
         return self.beside(element.start, element.direction_at_start)
 
     def beside_end(self, element: Element) -> Point:
-        """The point at right angles to the end of an element."""
         return self.beside(element.end, element.direction_at_end)

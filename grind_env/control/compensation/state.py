@@ -24,7 +24,7 @@ from grind_env.control.errors import ControlError, Place
 from grind_env.control.geometry import Circular, Path, Straight
 from grind_env.control.lookahead import REFERENCE_MOVES, Barrier, Prospect
 from grind_env.control.modes import PLANES
-from grind_env.control.motions import Position
+from grind_env.control.motions import Position, placed
 from grind_env.control.paths import INTEGRANDS
 
 SIDES = ("G41", "G42")
@@ -59,7 +59,6 @@ class Compensation:
         self._gouge_check = GougeCheck()
 
     def position(self, actual: Position) -> Position:
-        """The programmed position, the axes standing at `actual`."""
         return actual if self.programmed is None else _lifted(_point(self.programmed, self.plane), actual, self.plane)
 
     def forget(self) -> None:
@@ -69,19 +68,6 @@ class Compensation:
     def plan(
         self, command: Command, path: Path, actual: Position, radius: float, ahead: Iterator[Prospect | Barrier]
     ) -> list[Piece]:
-        """What a programmed motion in the compensation plane becomes.
-
-        Args:
-            command: its block.
-            path: programmed, machine coordinates.
-            actual: where the axes stand.
-            radius: that of the active entry of the radius table, mm.
-            ahead: the motions that follow, from `Lookout.upcoming`.
-
-        Raises:
-            ControlError: block-format, a circular entry or exit; circular-departure-too-small; interference;
-                backwards-motion.
-        """
         side = command.modes.compensation
         self.refuse_plane(command)
         self.plane = command.modes.plane
@@ -97,7 +83,6 @@ class Compensation:
         return self._follow(command, path, actual, Offset.of(radius, side), coming, ahead)
 
     def refuse_plane(self, command: Command) -> None:
-        """Refuse a change of plane before the compensation is cancelled."""
         plane = command.modes.plane
         if self.offset is not None and plane != self.plane and command.modes.compensation != "G40":
             raise command.error(
@@ -105,7 +90,6 @@ class Compensation:
             )
 
     def _leave(self, path: Path, actual: Position) -> list[Piece]:
-        """Run to the programmed end point from wherever the axes are."""
         self.offset = self.programmed = None
         return [Piece(path if path.start == actual else Straight(actual, path.end))]
 
@@ -146,7 +130,6 @@ class Compensation:
         coming: Prospect | Barrier,
         ahead: Iterator[Prospect | Barrier],
     ) -> list[Piece]:
-        """A motion while the compensation is on: from where the last junction left the axes to the next one."""
         plane, before = command.modes.plane, self.offset
         assert before is not None  # the compensation is on
         element, start = flat(path, plane), _point(actual, plane)
@@ -181,7 +164,6 @@ class Compensation:
     def _refuse_gouging(
         self, command: Command, path: Path, element: Element, centre: tuple[Element, ...], radius: float
     ) -> None:
-        """Refuse an element beside which the wheel cuts into an earlier one that is no neighbour."""
         third = 3 - sum(PLANES[command.modes.plane])
         level, own = path.end[third], command.block.place
         if path.start[third] != level:
@@ -202,7 +184,6 @@ class Compensation:
         ahead: Iterator[Prospect | Barrier],
         after: Offset,
     ) -> Junction:
-        """Where the motion ends and how the next one is reached; sets the offset that the next one starts with."""
         settings, circular = self.control, command.modes.corner == "G39.1"
         self.offset = after
         if isinstance(coming, Barrier) or coming.command.modes.plane != command.modes.plane:
@@ -252,7 +233,6 @@ def solid(element: Element, start: Position, end: Position, plane: str) -> Path:
 
 
 def _pieces(elements: tuple[Element, ...], start: Position, end: Position, plane: str) -> list[Piece]:
-    """The first element covers the third coordinate's way, the others are generated at its end."""
     paths = [solid(element, end if index else start, end, plane) for index, element in enumerate(elements)]
     return [Piece(path, generated=index > 0) for index, path in enumerate(paths)]
 
@@ -263,10 +243,7 @@ def _point(position: Position, plane: str) -> Point:
 
 
 def _lifted(point: Point, position: Position, plane: str) -> Position:
-    first, second = PLANES[plane]
-    coordinates = list(position)
-    coordinates[first], coordinates[second] = point
-    return coordinates[0], coordinates[1], coordinates[2]
+    return placed(position, dict(zip(PLANES[plane], point, strict=True)))
 
 
 def _vector(command: Command) -> Point | None:
@@ -286,12 +263,10 @@ def _require_line(command: Command, path: Path, move: str) -> None:
 
 
 def _error(fault: CompensationFault, place: Place, own: Place) -> ControlError:
-    """The error at `place` of a fault whose element is programmed at `own`."""
     return place.error(fault.name, f"{fault.subject}{_seen_from(place, own)} {fault.predicate}")
 
 
 def _seen_from(place: Place, own: Place) -> str:
-    """Where a block stands, for a message that points to another block."""
     if own.file != place.file:
         return f" in line {own.line} of {own.file}"
     if own.line != place.line:

@@ -43,7 +43,6 @@ class Rules(NamedTuple):
 
 
 def _of(module: Any, **more: Any) -> Rules:
-    """The rules of a module, which has those of every cycle under their names, and what is more of it."""
     return Rules(**{name: getattr(module, name) for name in Rules._fields if name not in Rules._field_defaults}, **more)
 
 

@@ -44,7 +44,8 @@ from grind_env.envs.tasks.tables import (
 )
 from grind_env.errors import did_you_mean, quoted
 from grind_env.files import ReadError
-from grind_env.process.catalogue import KINDS, CatalogueError, load_catalogue
+from grind_env.process.catalogue import KINDS, load_catalogue
+from grind_env.process.entries import CatalogueError
 from grind_env.process.tables import TomlTable, checked, keys, refuse_missing, refuse_unknown, wrong
 from grind_env.process.user_catalogue import files_of
 from grind_env.toml import TomlError, read_toml

@@ -13,8 +13,8 @@ from grind_env.envs.names import shipped_names
 from grind_env.envs.tasks.definition import Task
 from grind_env.envs.tasks.reading import DERIVED, PLAIN, TABLES
 from grind_env.envs.tasks.tables import Kind
-from grind_env.process.catalogue import KINDS, load_catalogue, quantities
-from grind_env.process.entries import Choice
+from grind_env.process.catalogue import KINDS, load_catalogue
+from grind_env.process.entries import Choice, quantities
 from grind_env.process.tables import Content, contents
 from grind_env.toml import toml_text, toml_value
 

@@ -62,7 +62,6 @@ class DressRuns:
         self._known: dict[tuple[object, ...], DressRun] = {}
 
     def run(self, number: int, position: Position, event: CycleStart) -> DressRun:
-        """The dress program of a cycle, run; errors as for `run_dress`."""
         tables = number, tuple(event.origins.items())
         key = *tables, tuple(sorted(event.variables.items())), event.modes
         if key not in self._known:
@@ -77,12 +76,11 @@ class DressRuns:
 
 
 class DressPrograms:
-    """What is known of the dress programs of a run.
+    """What is known of the dress programs of a run, by O number.
 
     Attributes:
-        plans: what those met so far do, by O number.
-        advancing: O numbers of those in which the dresser has to advance by itself.
-        missed: of each the first pass that misses the diamond, by O number; None if none does.
+        advancing: those in which the dresser has to advance by itself.
+        missed: of each the first pass that misses the diamond; None if none does.
         under_way: the start of the execution under way; None while there is none.
     """
 
@@ -99,7 +97,6 @@ class DressPrograms:
         self._gone: set[tuple[int, int]] = set()  # of which program, from which station, a way has been judged
 
     def plan(self, number: int, position: Position, event: CycleStart) -> DressPlan:
-        """What the dress program of a cycle does; errors as for `run_dress`."""
         run = self._dresses.run(number, position, event)
         if self._found.get(number) is not run:
             if self.plans.get(number) != run.plan:
@@ -111,29 +108,21 @@ class DressPrograms:
         return self.plans[number]
 
     def file(self, number: int) -> str:
-        """The file of a program."""
         program = self.programs.find(number)
         return self.programs.name if program is None else program.place.file
 
     def goes_anew(self, number: int, station: int) -> bool:
-        """Whether the next execution of a program goes a way from a station that none before has gone."""
         return (number, station) not in self._gone
 
     def begin(self, event: DressStart) -> None:
-        """An execution begins."""
         self.under_way, self._motions = event, []
 
     def follow(self, motion: Motion) -> None:
-        """A motion has been made, which may be one of the execution under way."""
         if self.under_way is not None:
             self._motions.append(motion)
 
     def end(self, event: DressEnd, axis: int, station: int) -> Executed:
-        """An execution ends; the first one of a program at a station is compared with what it does by itself.
-
-        Raises:
-            DressProgramError: the two differ.
-        """
+        """An execution ends; the first one of a program at a station is compared with what it does by itself."""
         plan, number, begun = self.plans[event.program], event.program, self.under_way
         assert begun is not None
         self.under_way = None
@@ -160,7 +149,6 @@ class DressPrograms:
                 yield line, number
 
     def _would_dress(self, number: int, position: Position, axis: int) -> bool:
-        """Whether a program that no cycle names moves as a dress program does."""
         try:
             run = run_dress(self.programs, number, self.job, self.control, position, axis, self._modes)
         except DressProgramError:

@@ -22,7 +22,6 @@ class Mount:
 
     Attributes:
         wheel: as it is now; None before the first cycle, which mounts it.
-        changes: how often a new one has been put in its place.
         own: what the process remembers, shape (1, fields of its `own`).
         lived: time of the job up to which both are as they are, s.
     """
@@ -43,11 +42,9 @@ class Mount:
         return first_diameter(self.job) if self.wheel is None else self.wheel.ds
 
     def present(self, p: StrokeParameters) -> WheelState:
-        """The wheel as it is now, before the first cycle as the job finds it."""
         return first_wheel(self.job, self._plan, p) if self.wheel is None else self.wheel
 
     def take_up(self, plan: DressPlan | None, p: StrokeParameters) -> None:
-        """A cycle begins, with a dress of its own or none: it mounts the first wheel."""
         self._plan = self._plan if plan is None else plan
         self.wheel = self.present(p)
 
@@ -62,7 +59,6 @@ class Mount:
         self.lived = time
 
     def leave(self, station: int) -> None:
-        """Strokes go over to another part, and may come back to the one at this station."""
         self._left[station] = self._row.copy(), self.lived
 
     def come_back(self, station: int, p: StrokeParameters) -> None:
@@ -74,7 +70,6 @@ class Mount:
             self.own[0, fields.index(name)] = row[0, OWN_FROM + fields.index(name)]
 
     def ground(self, wheel: WheelState, lived: float) -> None:
-        """Strokes have made it this wheel, up to a time of the job, s."""
         self.wheel, self.lived, self._known = wheel, lived, False
 
     def begin(self, moment: Moment, dwell: float, p: StrokeParameters) -> tuple[StrokeParameters, Drive]:
@@ -97,8 +92,9 @@ class Mount:
         return removed
 
     def change_if_worn(self, p: StrokeParameters) -> bool:
-        """Put a new wheel in the place of one that is worn out; whether that was so."""
-        if self.wheel is None or not is_worn_out(self.job, self.wheel):
+        if self.wheel is None or self.job.times.wheel_change is None:
+            return False
+        if self.wheel.ds >= self.job.setup.wheel.minimum_diameter:
             return False
         self.wheel = new_wheel(self.job, self.wheel, self._plan, p)
         self.changes += 1
@@ -121,18 +117,12 @@ def first_wheel(job: Job, plan: DressPlan | None, p: StrokeParameters) -> WheelS
     return wheel
 
 
-def is_worn_out(job: Job, wheel: WheelState) -> bool:
-    """Whether the operator puts a new wheel in its place at the next stop."""
-    return job.times.wheel_change is not None and wheel.ds < job.setup.wheel.minimum_diameter
-
-
 def new_wheel(job: Job, worn: WheelState, plan: DressPlan | None, p: StrokeParameters) -> WheelState:
     """The wheel that comes in place of a worn one, dressed by `plan` with the same diamond."""
     return _dressed(job.setup.wheel.diameter, worn.wd, plan, p)
 
 
 def _dressed(ds: float, diamond_flat: float, plan: DressPlan | None, p: StrokeParameters) -> WheelState:
-    """A wheel of diameter `ds` (mm) dressed with a diamond of that wear flat (mm)."""
     wheel = dressed_wheel(ds, diamond_flat, USUAL_LEAD, USUAL_DEPTH, p)
     if plan is None:
         return wheel

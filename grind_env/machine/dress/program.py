@@ -96,20 +96,10 @@ def run_dress(
     axis: int,
     modes: Modes | None = None,
 ) -> DressRun:
-    """Measure a dress program by running it once by itself.
+    """Measure a dress program by running it once by itself, at a position, mm, along a reciprocating axis.
 
-    Args:
-        programs: the file that holds it, or that it lies beside.
-        number: its O number.
-        job: wheel and set-up time.
-        control: settings of the control, with its tables as they are there.
-        position: where the wheel stands when the first cycle starts, mm.
-        axis: the reciprocating axis, which settles the roles of the others.
-        modes: in force there; those of power-up if None.
-
-    Raises:
-        DressProgramError: it does not exist or is faulty, has no traverse, dresses a form, or its passes differ in
-            feed.
+    A `DressProgramError` says that it does not exist or is faulty, has no traverse, dresses a form, or that its passes
+    differ in feed.
     """
     try:
         motions = dress_program_moves(programs, number, control, position, modes)
@@ -164,7 +154,8 @@ def measure_dress(
         and math.dist(motion.start, motion.end) <= abs(_way(motion, cross)) + STEP
     ]
     traverses = [motion for motion in (out[k] for k in passes) if isinstance(motion, Line)]
-    dressing = _at_the_wheel(out, passes, cross, plunge)
+    begun = next((k for k, motion in enumerate(out) if k in passes or _is_infeed(motion, cross, plunge)), 0)
+    dressing = out[begun : passes[-1]] if passes else out[begun:]
     formed = next((motion for motion in dressing if _is_formed(motion, cross, plunge)), None)
     formed = formed or _step_of_form(dressing, cross, plunge, width)
     if formed is not None:
@@ -216,14 +207,7 @@ def measure_dress(
 
 
 def missed_pass(run: DressRun, tip: Position, radius: float, width: float) -> Motion | None:
-    """The first pass of a dress that does not take the whole wheel over the diamond; None if every one does.
-
-    Args:
-        run: the dress.
-        tip: of the diamond.
-        radius: of the wheel, mm.
-        width: of the wheel, mm.
-    """
+    """The first pass of a dress that leaves some of the wheel undressed by the diamond; None if none does."""
     for motion in (run.motions[k] for k in run.strokes):
         depth, passed = over_diamond(tip, motion, run.axis, radius, width)
         if depth <= 0.0 or passed < width - STEP:
@@ -238,28 +222,13 @@ def is_same(plan: DressPlan, other: DressPlan) -> bool:
 
 
 def require_same(found: DressPlan, plan: DressPlan, number: int) -> None:
-    """Refuse a dress program that depends on the modes in force where the cycle interrupts for it.
-
-    Args:
-        found: what it has made when the cycle called it.
-        plan: what it makes by itself.
-        number: its O number.
-
-    Raises:
-        DressProgramError: the two differ.
-    """
+    """Refuse a dress program that dresses otherwise when the cycle calls it than by itself, for the modes differ."""
     if not is_same(found, plan):
         raise _error(
             number,
             f"it makes {found} when the cycle calls it, but {plan} where the cycle begins; "
             "let it set G70 or G71, G90 or G91, G94 and F, and go to the diamond, before it infeeds",
         )
-
-
-def _at_the_wheel(out: Sequence[Motion], passes: Sequence[int], cross: int, plunge: int) -> Sequence[Motion]:
-    """The motions with which a dress might dress: from its first infeed or pass to its last pass, or all of them."""
-    first = next((k for k, motion in enumerate(out) if k in passes or _is_infeed(motion, cross, plunge)), 0)
-    return out[first : passes[-1]] if passes else out[first:]
 
 
 def _is_infeed(motion: Motion, cross: int, plunge: int) -> bool:

@@ -40,14 +40,9 @@ class Laid:
 
 
 def dress_seconds(run: DressRun, control: Control, passes: Table, feed: Table, depth: Table) -> Table:
-    """Time of an execution with other numbers than the program's own, s, shape (N,); exactly its own with its own.
+    """Time of an execution with other numbers than the program's own, s; exactly its own with its own.
 
-    Args:
-        run: of the program.
-        control: settings of the control.
-        passes: at least 1, shape (N,).
-        feed: of the passes, mm/s, shape (N,).
-        depth: mean infeed of a pass, mm, shape (N,).
+    Passes, their feed in mm/s and their mean infeed in mm have shape (N,), as the result has.
     """
     plan = run.plan
     own = _seconds(run, control, plan.passes, np.array([plan.feed]), np.array([plan.depth]))
@@ -59,7 +54,6 @@ def dress_seconds(run: DressRun, control: Control, passes: Table, feed: Table, d
 
 
 def _seconds(run: DressRun, control: Control, passes: int, feed: Table, depth: Table) -> Table:
-    """Time of the straight moves of an execution, s, shape (N,)."""
     out = _way_out(run, control, passes, feed, depth)
     back = _way_back(run, control, out, feed)
     seconds = np.zeros(len(feed))
@@ -78,13 +72,12 @@ def add_times(ways: Any, rates: Any, acceleration: float, seconds: Any) -> None:
 
 
 def _legs(run: DressRun) -> tuple[list[Motion], list[int]]:
-    """The moves before the retrace, and which of them are passes."""
-    moves = [k for k, motion in enumerate(run.motions) if _is_leg(motion)]
+    moves = [
+        k
+        for k, motion in enumerate(run.motions)
+        if motion.source is not Source.RETRACE and not isinstance(motion, Dwell)
+    ]
     return [run.motions[k] for k in moves], [moves.index(k) for k in run.strokes]
-
-
-def _is_leg(motion: Motion) -> bool:
-    return motion.source is not Source.RETRACE and not isinstance(motion, Dwell)
 
 
 def _way_out(run: DressRun, control: Control, passes: int, feed: Table, depth: Table) -> Laid:
@@ -123,7 +116,6 @@ def _way_out(run: DressRun, control: Control, passes: int, feed: Table, depth: T
 
 
 def _way_back(run: DressRun, control: Control, out: Laid, feed: Table) -> Laid:
-    """The link to the end of the last move that is remembered, and these moves run backwards."""
     legs, _ = _legs(run)
     retrace = [motion for motion in run.motions if motion.source is Source.RETRACE]
     linked = not (len(retrace) <= min(len(legs), REMEMBERED) and legs[len(retrace) - 1].end == legs[-1].end)
@@ -137,7 +129,6 @@ def _way_back(run: DressRun, control: Control, out: Laid, feed: Table) -> Laid:
 
 
 def _rate(leg: Motion, run: DressRun, control: Control, feed: Table) -> Table:
-    """Speed along a leg, mm/s, shape (N,); 0 along an arc."""
     if isinstance(leg, Rapid):
         return np.full(len(feed), control.rapid_feed / 60.0)
     if isinstance(leg, Arc):

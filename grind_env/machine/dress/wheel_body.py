@@ -10,16 +10,8 @@ from grind_env.machine.axes import cross_axis, plunge_axis
 def over_diamond(tip: Position, motion: Motion, axis: int, radius: float, width: float) -> tuple[float, float]:
     """How a straight move takes the wheel over the tip of the diamond; an arc counts as its chord.
 
-    Args:
-        tip: of the diamond.
-        motion: the move.
-        axis: the reciprocating axis.
-        radius: of the wheel, mm.
-        width: of the wheel, mm.
-
-    Returns:
-        By how much it takes the wheel deeper than the tip, mm, negative if it keeps above it; minus infinity where
-        none of the wheel comes over the tip. Then the width of the wheel that passes over it, mm.
+    Returns by how much it takes the wheel deeper than the tip, mm, negative if it keeps above it, and minus infinity
+    where none of the wheel comes over the tip; then the width of the wheel that passes over it, mm.
     """
     cross, plunge = cross_axis(axis), plunge_axis(axis)
     start, end = motion.start, motion.end

@@ -25,7 +25,8 @@ def with_entries(job: Job, changes: Mapping[str, Mapping[str, float]]) -> Job:
 
     At stations with another material than that of the first one this stays as it is.
     """
-    changed = {kind: _changed(entry, changes.get(kind, {})) for kind, entry in entries_of(job).items()}
+    entries: Mapping[str, Any] = entries_of(job)
+    changed = {kind: replace(entry, **changes.get(kind, {})) for kind, entry in entries.items()}
     material = changed["material"]
     return replace(
         job,
@@ -37,9 +38,4 @@ def with_entries(job: Job, changes: Mapping[str, Mapping[str, float]]) -> Job:
 
 
 def _with_material(station: Station, old: Material, new: Material) -> Station:
-    """A station with the new material if it has the old one."""
     return replace(station, part=replace(station.part, material=new)) if station.part.material == old else station
-
-
-def _changed(entry: Any, values: Mapping[str, float]) -> Any:
-    return replace(entry, **values) if values else entry

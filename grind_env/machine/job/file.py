@@ -156,7 +156,6 @@ def load_job(path: str | Path, *, plant: "Plant | None" = None, calibrated: bool
 
 
 def _plant(name: Any) -> "Plant":
-    """The machine that a job names."""
     from grind_env.plants import PlantError, find_plant
 
     try:
@@ -215,7 +214,6 @@ def _uncertainty(catalogue: Catalogue, entries: Mapping[str, Entry]) -> Uncertai
 
 
 def _tables(document: TomlTable, name: str) -> list[object]:
-    """The tables of a name, each headed with it."""
     found = document.get(name, [])
     if not isinstance(found, list):
         raise wrong(name, found, f"tables, each headed [[{name}]]")
@@ -223,7 +221,11 @@ def _tables(document: TomlTable, name: str) -> list[object]:
 
 
 def _part(table: TomlTable) -> Part:
-    return Part(**{**table, "stages": _stages(table)})
+    place, found = "part.stages", table.get("stages", [])
+    if not isinstance(found, list):
+        raise wrong(place, found, f"tables, each headed [[{place}]]")
+    stages = tuple(_stage(number, {place: stage}, place) for number, stage in enumerate(found, 1))
+    return Part(**{**table, "stages": stages})
 
 
 def _station(number: int, table: object, part: TomlTable, catalogue: Catalogue) -> Station:
@@ -269,14 +271,6 @@ def _conditions(table: TomlTable, part: TomlTable, catalogue: Catalogue) -> Part
             differing["material"] = entry_of(catalogue, "part.material", differing["material"], {}, JobError)
         own = _part({**part, **differing})
     return PartConditions(**{**table, "part": own})
-
-
-def _stages(part: TomlTable) -> tuple[Stage, ...]:
-    """The stages of the part before the last one."""
-    place, found = "part.stages", part.get("stages", [])
-    if not isinstance(found, list):
-        raise wrong(place, found, f"tables, each headed [[{place}]]")
-    return tuple(_stage(number, {place: table}, place) for number, table in enumerate(found, 1))
 
 
 def _stage(number: int, parent: TomlTable, place: str) -> Stage:

@@ -65,7 +65,6 @@ class Stage:
     rise_allowance: Annotated[float, Quantity("dT", "K", 0, 2000)] = 0.0
 
     def __post_init__(self) -> None:
-        """Check every number; a `JobError` names the one out of range."""
         tables.check(self, "part.stages", JobError)
 
 
@@ -111,7 +110,6 @@ class Part:
     stages: tuple[Stage, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check every number; a `JobError` names the one out of range. No stage has less off than the one before."""
         tables.check(self, "part", JobError)
         least = 0.0
         for number, stage in enumerate(self.stages, 1):
@@ -140,7 +138,6 @@ class Station:
     part: Part
 
     def __post_init__(self) -> None:
-        """Check every value; a `JobError` names the one that is not legal."""
         tables.check(self, "stations", JobError)
         if not self.name.strip() or not self.name.isprintable():
             raise wrong("stations.name", self.name, "a text of one line that is not empty")
@@ -182,7 +179,6 @@ class PartConditions:
     new_wheel_factors: Mapping[str, float] | None = None
 
     def __post_init__(self) -> None:
-        """Check names and numbers."""
         numbers = (*self.factors.items(), *(self.new_wheel_factors or {}).items())
         for name, _ in numbers:
             if name not in StrokeParameters._fields:
@@ -245,7 +241,6 @@ class Setup:
     grooving_wheel: bool = False
 
     def __post_init__(self) -> None:
-        """Check every value; a `JobError` names the one out of range."""
         tables.check(self, "setup", JobError)
 
 
@@ -268,7 +263,6 @@ class Times:
     wheel_change: Annotated[float | None, Quantity("", "s", 0, 86_400)] = None
 
     def __post_init__(self) -> None:
-        """Check every number; a `JobError` names the one out of range."""
         tables.check(self, "times", JobError)
 
 
@@ -289,7 +283,6 @@ class WheelStart:
     diamond_flat: Annotated[float, Quantity("wd", "mm", 0, 2)] = 0.0
 
     def __post_init__(self) -> None:
-        """Check every number; a `JobError` names the one out of range."""
         tables.check(self, "wheel", JobError)
 
 
@@ -311,7 +304,6 @@ class Diamond:
     z: Annotated[float, Quantity("", "mm", -10_000, 10_000)]
 
     def __post_init__(self) -> None:
-        """Check every number; a `JobError` names the one out of range."""
         tables.check(self, "diamond", JobError)
 
     @property
@@ -339,7 +331,6 @@ class Lots:
     roughness: Annotated[float, Quantity("", "", 0, 1)] = 0.15
 
     def __post_init__(self) -> None:
-        """Check every number; a `JobError` names the one out of range."""
         tables.check(self, "lots", JobError)
 
 
@@ -373,7 +364,6 @@ class Job:
     variables: Mapping[int, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Check what depends on more than one table."""
         wheel, start = self.setup.wheel, self.wheel
         low, high = wheel.minimum_diameter, wheel.diameter
         if start.diameter is not None and not low <= start.diameter <= high:
@@ -444,7 +434,6 @@ class Job:
 
     @cached_property
     def _lying(self) -> dict[int, tuple[Station, ...]]:
-        """By the axis of the table."""
         return {}
 
     def _of_kind(self, part: Part) -> "Job":
@@ -456,7 +445,6 @@ class Job:
 
     @cached_property
     def _kinds(self) -> dict[Part, "Job"]:
-        """The jobs of the other parts."""
         return {}
 
     @property

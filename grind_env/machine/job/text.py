@@ -5,22 +5,14 @@ from dataclasses import MISSING, asdict, fields
 from typing import Any
 
 from grind_env.machine.job import Job, Part, PartConditions
-from grind_env.process.catalogue import KINDS, USUAL, Entry, load_catalogue, quantities
+from grind_env.process.catalogue import KINDS, USUAL, load_catalogue
+from grind_env.process.entries import Entry, quantities
 from grind_env.process.tables import contents
 from grind_env.toml import toml_text
 
 
 def job_text(job: Job) -> str:
-    """The job as TOML.
-
-    Entries that are not those of the built-in catalogue stand in it with all their values, so that it needs no other
-    file.
-    """
-    return toml_text(job_document(job)) + "\n"
-
-
-def job_document(job: Job) -> dict[str, Any]:
-    """The job by its keys; those that have their default are left out."""
+    """The job as TOML, which needs no other file: entries that are not built in stand in it with all values."""
     tools = {kind: getattr(job.setup, kind) for kind in USUAL}
     kinds = (*(each.part for each in job.parts if each.part is not None), *(each.part for each in job.stations))
     materials = [job.part.material, *(each.material for each in kinds)]
@@ -33,15 +25,14 @@ def job_document(job: Job) -> dict[str, Any]:
         "wheel": _said(job.wheel),
         "diamond": {} if job.diamond is None else _said(job.diamond),
         "lots": _said(job.lots),
-        "catalogue": _own(entries) | _uncertainty(job),
+        "catalogue": _own(entries) | ({} if job.uncertainty is None else {"uncertainty": asdict(job.uncertainty)}),
         "stations": [_said(each) | _part(each.part) for each in job.stations],
         "parts": [_conditions(each, job.part) for each in job.parts],
     }
-    return {name: table for name, table in tables.items() if table}
+    return toml_text({name: table for name, table in tables.items() if table}) + "\n"
 
 
 def _own(entries: list[tuple[str, Entry]]) -> dict[str, dict[str, Any]]:
-    """Entries that the built-in catalogue does not have so, by kind and name."""
     known = load_catalogue()
     own: dict[str, dict[str, Any]] = {}
     for kind, entry in entries:
@@ -49,11 +40,6 @@ def _own(entries: list[tuple[str, Entry]]) -> dict[str, dict[str, Any]]:
             values = {key: getattr(entry, key) for key in quantities(KINDS[kind])}
             own.setdefault(kind, {})[entry.name] = values
     return own
-
-
-def _uncertainty(job: Job) -> dict[str, Any]:
-    """What its calibration leaves open."""
-    return {} if job.uncertainty is None else {"uncertainty": asdict(job.uncertainty)}
 
 
 def _part(part: Part) -> dict[str, Any]:
@@ -73,7 +59,6 @@ def _conditions(differs: PartConditions, part: Part) -> dict[str, Any]:
 
 
 def _differing(own: Part, part: Part) -> dict[str, Any]:
-    """What of a part is another than of that of the job."""
     found = {key: getattr(own, key) for key in contents(Part) if getattr(own, key) != getattr(part, key)}
     if own.material != part.material:
         found["material"] = own.material.name
@@ -83,7 +68,6 @@ def _differing(own: Part, part: Part) -> dict[str, Any]:
 
 
 def _said(table: Any) -> dict[str, Any]:
-    """The keys of a table that have not their default."""
     defaults = {each.name: each.default for each in fields(table) if each.default is not MISSING}
     values = {key: getattr(table, key) for key in contents(table.__class__)}
     return {key: value for key, value in values.items() if key not in defaults or value != defaults[key]}

@@ -2,7 +2,6 @@
 
 import sys
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -43,17 +42,22 @@ class Uncertainty:
     source: str = ""
 
     def __post_init__(self) -> None:
-        """Check all of it."""
-        known = [f"{kind}.{key}" for kind, entry in KINDS.items() for key in quantities(entry)]
+        known = [
+            f"{kind}.{key}"
+            for kind, entry in KINDS.items()
+            for key, quantity in quantities(entry).items()
+            if isinstance(quantity, Quantity)
+        ]
         for name in self.names:
-            if name not in known or not isinstance(_quantity(name), Quantity):
+            if name not in known:
                 raise _wrong("names", f"there is no number {quoted(name)}{did_you_mean(str(name), known)}")
         if len({*self.names}) < len(self.names):
             raise _wrong("names", "a number is named twice")
         count = len(self.names)
         if len(self.spread) != count:
             raise _wrong("spread", f"it has {len(self.spread)} numbers, but must have one for each of {count} names")
-        for key, value in (*(("spread", each) for each in self.spread), *self._of_forces()):
+        of_forces = ("residual", self.residual), ("drift", self.drift)
+        for key, value in (*(("spread", each) for each in self.spread), *of_forces):
             if not (_is_number(value) and 0.0 <= value <= MOST):
                 raise _wrong(key, f"{quoted(value)} must be a number from 0 to {MOST:g}")
         rows = self.correlation
@@ -64,9 +68,6 @@ class Uncertainty:
             raise _wrong("correlation", "it must be symmetric, with 1 in its diagonal")
         if count and np.linalg.eigvalsh(table)[0] < -1e-6:
             raise _wrong("correlation", "no numbers are correlated so: it has an eigenvalue below 0")
-
-    def _of_forces(self) -> tuple[tuple[str, float], ...]:
-        return ("residual", self.residual), ("drift", self.drift)
 
     @property
     def is_certain(self) -> bool:
@@ -105,11 +106,6 @@ def uncertainty_of(table: TomlTable) -> Uncertainty:
         correlation=tuple(tuple(row) for row in table["correlation"]),
         **{key: table[key] for key in ("residual", "drift", "source") if key in table},
     )
-
-
-def _quantity(name: str) -> Any:
-    kind, key = name.split(".")
-    return quantities(KINDS[kind])[key]
 
 
 def _is_number(value: object) -> bool:

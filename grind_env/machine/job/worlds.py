@@ -64,11 +64,7 @@ def worlds(job: Job, uncertainty: Uncertainty, seed: int, count: int) -> tuple[J
 
 
 def world(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: int) -> Job:
-    """One of the `worlds` by its number, with the `root` of their uncertainty.
-
-    Raises:
-        GrindError: numbers that are legal one by one are not together.
-    """
+    """One of the `worlds` by its number, with the `root` of their uncertainty."""
     entries = entries_of(job)
     *normal, force = np.random.default_rng((seed, number)).standard_normal(len(root) + 1).tolist()
     steps = (root @ np.array(normal)).tolist()
@@ -76,7 +72,9 @@ def world(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: in
     for name, spread, step in zip(uncertainty.names, uncertainty.spread, steps, strict=True):
         kind, key = name.split(".")
         value = _value(entries, name)
-        changes[kind][key] = value + spread * step if _adds(name) else value * math.exp(spread * step)
+        quantity = quantities(KINDS[kind])[key]
+        adds = isinstance(quantity, Quantity) and quantity.low < 0.0  # it may be below 0, and so has no logarithm
+        changes[kind][key] = value + spread * step if adds else value * math.exp(spread * step)
     material = changes["material"]
     factor = material.get("power_factor", _value(entries, "material.power_factor"))
     material["power_factor"] = factor * math.exp(uncertainty.residual * force)
@@ -92,13 +90,6 @@ def world(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: in
             f"{UNCERTAINTY}: some of the machines that it allows are none, for {why}; give smaller spreads, or leave "
             "names out"
         ) from None
-
-
-def _adds(name: str) -> bool:
-    """Whether a number may be below 0, and so has no logarithm."""
-    kind, key = name.split(".")
-    quantity = quantities(KINDS[kind])[key]
-    return isinstance(quantity, Quantity) and quantity.low < 0.0
 
 
 def _value(entries: Mapping[str, Any], name: str) -> float:

@@ -32,13 +32,7 @@ def strip_centres(across: float, width: float) -> Strips:
 
 
 def traverse_edges(cycle: TraverseCycle, start: float, end: float) -> list[float]:
-    """Where the wheel's edge on the minus side can lie in a G83, however deep it goes, mm.
-
-    Args:
-        cycle: its rules.
-        start: cross coordinate where the crossover begins, mm.
-        end: where it ends, mm.
-    """
+    """Where the wheel's edge on the minus side can lie in a G83 from `start` to `end`, mm, however deep it goes."""
     walked = cycle._replace(depth=0.0, at_depth=float(WALKED))
     progress, edges = traverse.begin(walked), set()
     while not traverse.finished(walked, progress):
@@ -54,13 +48,7 @@ EDGES: Mapping[str, Callable[[Any, float, float], Sequence[float]]] = {"G83": tr
 def zones_of(centres: Strips, edges: Iterable[float], wheel_width: float) -> Array:
     """A new part in zones of neighbouring strips that only ever lie under the wheel together.
 
-    Args:
-        centres: of the strips, mm, shape (strips,).
-        edges: all places of the wheel's edge on the minus side, mm.
-        wheel_width: mm.
-
-    Returns:
-        The zones, shape (zones, fields of `Zone`).
+    `edges` are all places of the wheel's edge on the minus side, mm. The result has shape (zones, fields of `Zone`).
     """
     near = np.array(list(edges))[:, None]
     under = (near <= centres) & (centres < near + wheel_width)

@@ -19,7 +19,6 @@ class Coverage:
     """
 
     def __init__(self, start: float, length: float, strips: int) -> None:
-        """Begin with a part from coordinate `start` on, both mm, that no stroke has reached."""
         self._cells = math.ceil(length / CELL)
         self._start, self._cell = start, length / self._cells
         self._whole = np.zeros(strips)  # by strokes over the whole length
@@ -27,12 +26,10 @@ class Coverage:
         self._known: Strips | None = None
 
     def is_whole(self, ends: tuple[float, float]) -> bool:
-        """Whether a table between these reversal points passes over the whole length."""
         low, high = self._passed(ends)
         return high - low == self._cells
 
     def written(self) -> Strips:
-        """Depth of the deepest stroke over the whole length of each strip, mm, to be written to."""
         self._known = None
         return self._whole
 
@@ -72,7 +69,6 @@ class Coverage:
         return float(np.count_nonzero(depths <= 0.0) / depths.size)
 
     def _passed(self, ends: tuple[float, float]) -> tuple[int, int]:
-        """The first cell whose middle lies between two coordinates, and the one after the last."""
         low = max(math.ceil((min(ends) - self._start) / self._cell - 0.5), 0)
         return low, min(math.floor((max(ends) - self._start) / self._cell + 0.5), self._cells)
 

@@ -1,7 +1,6 @@
 """The executions of blocks in a run, each with the numbers by which engineers compare cycles."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grind_env.arrays import Array
 from grind_env.process import comparison
@@ -24,22 +23,15 @@ EXECUTION_ROW = np.dtype(
 )
 
 
-def first_strokes(strokes: Array) -> NDArray[np.int64]:
-    """Where executions of blocks begin in the strokes of a record, shape (executions,)."""
+def executions_of(strokes: Array) -> Array:
+    """The executions of blocks that strokes of a record are of, shape (executions,), dtype `EXECUTION_ROW`."""
     if not strokes.size:
-        return np.zeros(0, np.int64)
+        return np.zeros(0, EXECUTION_ROW)
     numbers = strokes["number"]  # 0 of a stroke between two cycles
     again = (numbers[1:] > 0) & ((np.diff(numbers) <= 0) | (numbers[1:] == 1))
     changes = (np.diff(strokes["line"]) != 0) | (np.diff(strokes["part"]) != 0) | again
-    return np.append(0, np.flatnonzero(changes) + 1)
-
-
-def executions_of(strokes: Array) -> Array:
-    """The executions of blocks that strokes of a record are of, shape (executions,), dtype `EXECUTION_ROW`."""
-    firsts = first_strokes(strokes)
+    firsts = np.append(0, np.flatnonzero(changes) + 1)
     rows = np.zeros(firsts.size, EXECUTION_ROW)
-    if not firsts.size:
-        return rows
     ae, Lw, Q, cuts = strokes["ae"], strokes["Lw"], strokes["Q"], strokes["ae"] > 0.0
     # the work speed is that of the process model: an infeed has the F of its block in E (`part.grooving`)
     vw = np.divide(Q, ae, out=strokes["E"] / 60.0, where=cuts)

@@ -49,11 +49,6 @@ def table_axis(programs: Programs, control: Control, radius: float) -> int | Non
 
     Without a cycle it is the one across the plane of the first feed move; None if there is none, or if grooves are cut,
     for a job does not say where these lie on the part.
-
-    Args:
-        programs: the program.
-        control: its settings; its panel stays as it is.
-        radius: of the wheel, mm.
     """
     axis, grooves, execution = None, False, execute(programs, replace(control))
     execution.set_wheel_radius(radius)
@@ -68,14 +63,7 @@ def table_axis(programs: Programs, control: Control, radius: float) -> int | Non
 
 
 def leads_over(start: Position, end: Position, axis: int, job: Job) -> bool:
-    """Whether a straight move takes the wheel along the table over the part at one depth, at or below its surface.
-
-    Args:
-        start: of the move, mm.
-        end: of the move, mm.
-        axis: along which the table goes.
-        job: with the part.
-    """
+    """Whether a straight move takes the wheel along the table over the part at one depth, at or below its surface."""
     plunge, part = plunge_axis(axis), job.part
     low, high = min(start[axis], end[axis]), max(start[axis], end[axis])
     near, far = part.start + DEPTH_TOLERANCE, part.start + part.length - DEPTH_TOLERANCE
@@ -93,13 +81,7 @@ def keeps_across(start: Position, end: Position, axis: int) -> bool:
 def feed_stroke(move: Line, axis: int, job: Job, before: CyclePlan | None) -> CycleStrokes | None:
     """A feed move as a stroke of the table, of a cycle without dresses; None if it is no stroke over the part.
 
-    Its E is the feed along the table, mm/min.
-
-    Args:
-        move: the move.
-        axis: along which the table goes.
-        job: with the part.
-        before: plan of the strokes before, whose dress program stays known; None if there were none.
+    Its E is the feed along the table, mm/min. The dress program of the strokes `before` stays known.
     """
     start, end, cross = move.start, move.end, cross_axis(axis)
     if move.reciprocating or move.source not in SOURCES or not leads_over(start, end, axis, job):
@@ -136,7 +118,6 @@ def feed_stroke(move: Line, axis: int, job: Job, before: CyclePlan | None) -> Cy
 
 
 def _lies_over(start: Position, end: Position, axis: int, job: Job) -> bool:
-    """Whether the wheel touches the part at one place of its width, or covers this on all of an oblique way."""
     cross, part, width = cross_axis(axis), job.part, job.setup.wheel.width
     way = end[axis] - start[axis]
     if abs(end[cross] - start[cross]) <= DEPTH_TOLERANCE:

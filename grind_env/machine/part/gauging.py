@@ -29,14 +29,10 @@ class Surface(NamedTuple):
 
 
 def gauge(depths: Strips, roughness: Strips, stock: float, least: Strips | None = None) -> Surface:
-    """The surface of a part.
+    """The surface of a part by the depth ground off each strip or groove, mm, and its roughness, um.
 
-    Args:
-        depths: ground off each strip or groove, mm.
-        roughness: of each, um.
-        stock: what is to be off, mm.
-        least: depth to which strokes have been where a strip has been reached least, mm, infinite where it has been
-            reached alike; None for grooves.
+    `least` is the depth to which strokes have been where a strip has been reached least, mm, infinite where it has been
+    reached alike.
     """
     S = float(depths.mean())
     error, taper = 1000.0 * (stock - S), 1000.0 * float(depths.max() - depths.min())

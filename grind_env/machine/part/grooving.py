@@ -53,33 +53,19 @@ class Groove:
 
 
 class Grooves:
-    """The grooves of one part; an infeed where a groove has been cut before goes on with it.
-
-    Attributes:
-        surface: coordinate at which the wheel touches the part, mm.
-        length: ground length, mm.
-        width: of the wheel, mm.
-    """
+    """The grooves of one part; an infeed where a groove has been cut before goes on with it."""
 
     def __init__(self, surface: float, length: float, width: float) -> None:
         self.surface, self.length, self.width = surface, length, width
         self._grooves: dict[tuple[Direction, Place], Groove] = {}
 
     def __iter__(self) -> Iterator[Groove]:
-        """In the order in which they were begun."""
         return iter(self._grooves.values())
 
     def grind(self, mount: Mount, event: Infeed, p: StrokeParameters) -> tuple[StrokeResult, float, float] | None:
-        """One infeed of the wheel.
+        """Make one infeed; None if it goes no deeper than before.
 
-        Args:
-            mount: the wheel, and what its process remembers; updated.
-            event: the infeed.
-            p: parameters.
-
-        Returns:
-            The cut, the engaged width, and by how much the part stood higher than when it was cold, both mm; None if
-            it goes no deeper than before.
+        Returns the cut, the engaged width, and by how much the part stood higher than when it was cold, both mm.
         """
         Z, direction = infeed_depth(event, self.surface), _direction(event)
         place = tuple(round(x, PLACE_DECIMALS) for axis, x in enumerate(event.end) if axis != event.axis)

@@ -66,7 +66,6 @@ class StageResult(NamedTuple):
 
     @property
     def passed(self) -> tuple[str, ...]:
-        """The limits that the part was beyond (fields of `process.cost.Limits`)."""
         return passed_limits(*self)
 
 
@@ -127,12 +126,10 @@ class PartRun:
 
     @property
     def nominal(self) -> StrokeParameters:
-        """The parameters of the part, but for what the process makes of them before each cycle block."""
         return self.conditions.parameters(self.job.parameters, new_wheel=self._new_wheel)
 
     @property
     def said(self) -> str:
-        """What messages call it."""
         return "the part" if self.station == ANYWHERE else f"the part of station {self.job.stations[self.station].name}"
 
     @property
@@ -150,20 +147,12 @@ class PartRun:
         due: Sequence[int] = (),
         dress: DressPlan = NO_DRESS,
     ) -> tuple[Array, NDArray[np.bool_]]:
-        """Pass over the part once or many times, with dresses between.
+        """Pass over the part once or many times, with dresses after so many strokes as `due` says.
 
-        Args:
-            rows: of the strokes, dtype `record.STROKE_ROW`, with time, seconds, E and Z; what they do is written.
-            first_ends: reversal points between which the table moves in the first one, mm.
-            ends: those of the others.
-            edges: cross coordinate of the wheel's edge on the minus side in each, mm.
-            mount: the wheel, and what its process remembers; updated.
-            due: after how many strokes each dress falls due.
-            dress: what each of them does.
-
-        Returns:
-            The dresses, shape (dresses, fields of `Dressed`), and whether each stroke has gone deeper than any before
-            it at some place of its own.
+        `rows`, dtype `record.STROKE_ROW`, have time, seconds, E and Z; what the strokes do is written. `first_ends` are
+        the reversal points of the first one, mm; `edges` cross coordinates of the wheel's edge on the minus side.
+        Returns the dresses, shape (dresses, fields of `Dressed`), and whether each stroke has gone deeper than any
+        before it at some place.
         """
         first, last = self._under(edges)
         first_way = self._way(first_ends)
@@ -207,7 +196,6 @@ class PartRun:
         return dressed, plunged
 
     def _way(self, ends: Ends) -> PassedOver:
-        """What the table passes over between two reversal points."""
         part = self.job.part
         Lw = max(min(max(ends), part.start + part.length) - max(min(ends), part.start), 0.0)
         return PassedOver(Lw, self._coverage.is_whole(ends))
@@ -215,9 +203,7 @@ class PartRun:
     def reached(self, edges: tuple[float, float], ends: tuple[float, float]) -> float:
         """Least depth to which strokes have been in what a wheel sweeps that touches the part, mm.
 
-        Args:
-            edges: cross coordinates of the wheel's edge on the minus side, where it starts and ends.
-            ends: coordinates along the table there.
+        Between two `edges`, cross coordinates on the minus side, and two `ends` along the table, mm.
         """
         return self._coverage.least_between(*self._swept(edges), ends)
 
@@ -230,25 +216,15 @@ class PartRun:
         return min(self._coverage.least_between(first, last, ends), float(self._S[first:last].min()))
 
     def _swept(self, edges: tuple[float, float]) -> tuple[int, int]:
-        """The first strip that a wheel sweeps on its way between two edges, and the one after the last."""
         first, last = int(self._under(min(edges))[0]), int(self._under(max(edges))[1])
         first = min(first, len(self._centres) - 1)  # of one that is not over the middle of a strip, the nearest
         return first, max(last, first + 1)
 
     def _under(self, edge: Any) -> tuple[Any, Any]:
-        """The first strip under a wheel, or under each of many, whose edge lies there, and the one after the last."""
         return self._centres.searchsorted(edge), self._centres.searchsorted(edge + self.job.setup.wheel.width)
 
     def infeed(self, mount: Mount, event: Infeed) -> Pass:
-        """Infeed into a groove, with the wheel if the job says that it does the grooving.
-
-        Args:
-            mount: the wheel, and what its process remembers; updated if it cuts.
-            event: the infeed.
-
-        Returns:
-            The cut: an idle one of a turning tool, above the surface or in the air.
-        """
+        """Infeed into a groove; the cut is idle of a turning tool, above the surface or in the air."""
         self.infeeds += 1
         grinds = self.job.setup.grooving_wheel and not self.stalled
         before = mount.present(self.p)
@@ -265,16 +241,13 @@ class PartRun:
 
     @property
     def overloaded(self) -> bool:
-        """Whether the spindle has come to its power limit on it, and slowed."""
         return self.tally.peak_torque > SLOWED * self.p.rs
 
     @property
     def stalled(self) -> bool:
-        """Whether the spindle has stalled on it."""
         return self.tally.peak_torque >= STALL
 
     def end_stage(self) -> None:
-        """Judge the part at a gauging stop (M01), if it has been cut and has a further stage to end."""
         if not self.cutting or len(self.ended) == len(self.job.part.stages):
             return
         asked = self.job.part.stages[len(self.ended)]
@@ -290,7 +263,6 @@ class PartRun:
             plunges.clear()
 
     def change_wheel(self) -> None:
-        """Go on with a new wheel."""
         self._new_wheel = True
         self.p = self.nominal
 
@@ -300,7 +272,6 @@ class PartRun:
         self._left = self._off() + volume_left(diameter, self.job.setup.wheel.width)
 
     def _off(self) -> float:
-        """Wheel volume worn and dressed off, mm3."""
         return self.tally.worn + self.tally.dressed_off
 
     def _beyond_wheel(self) -> float:
@@ -308,7 +279,6 @@ class PartRun:
         return self._excess + max(self._off() - self._left, 0.0)
 
     def take_up(self, setup: Setup) -> bool:
-        """Go on with a set-up; whether it is another one."""
         if setup is self.job.setup:
             return False
         self.job = replace(self.job, setup=setup)
@@ -316,17 +286,14 @@ class PartRun:
         return True
 
     def dress(self, seconds: float, removed: float) -> None:
-        """Count a dress execution of some s that took `removed` mm3 off the wheel."""
         self.tally = count_dress(self.tally, seconds, removed)
 
     @property
     def missed(self) -> bool:
-        """Whether a grooving wheel has made infeeds, none of which has reached the part."""
         return self.infeeds > 0 and self.job.setup.grooving_wheel and not tuple(self._grooves)
 
     @property
     def left(self) -> float:
-        """Stock still on it, mm."""
         return self.stock - float(self._ground()[0].mean())
 
     @property
@@ -358,11 +325,9 @@ class PartRun:
         return wear, growth, missed - wear, 1000.0 * (self.stock - float(reached.mean()))
 
     def _surface(self, stock: float) -> Surface:
-        """The surface as it is now, if `stock`, mm, is to be off it."""
         return gauge(*self._ground(), stock, self._coverage.least() if self.strokes else None)
 
     def row(self, seconds: float) -> tuple[float, ...]:
-        """The row of this part in the record (`record.PART_ROW`) if it took that many seconds."""
         job, tally, found, last = self.job, self.tally, self._surface(self.stock), self.last_stage
         unground = 0.0 if self.infeeds and not self.strokes else self._coverage.unground
         verdict = judge(

@@ -27,12 +27,7 @@ ALWAYS_ON, DRY = "always on", "dry"
 
 @dataclass(frozen=True, slots=True)
 class Speed:
-    """The commanded speed of a wheel.
-
-    Attributes:
-        surface: of the new wheel, m/s.
-        constant: whether G96 holds it as the wheel shrinks.
-    """
+    """The commanded surface speed of a new wheel, m/s, and whether G96 holds it as the wheel shrinks."""
 
     surface: float
     constant: bool
@@ -46,7 +41,6 @@ class Speed:
         return f"S{60.0 * self.surface:.0f} under G96" if self.constant else f"S{rotation(self.surface, new):.0f}"
 
     def beside(self, other: "Speed", new: float) -> str:
-        """The same where another speed is in force, after which G97 has to end a G96."""
         return self.word(new) + " under G97" * (other.constant and not self.constant)
 
 
@@ -62,11 +56,7 @@ def rotation(surface: float, diameter: float) -> float:
 
 
 class Running:
-    """Wheel and coolant as the words of a program have left them.
-
-    Attributes:
-        setup: the set-up that is in force with them; the job's own while they say what it says.
-    """
+    """Wheel and coolant as the words of a program have left them, and the set-up of the job with these."""
 
     def __init__(self, job: Job) -> None:
         self.job = job
@@ -78,17 +68,14 @@ class Running:
 
     @property
     def own(self) -> Speed:
-        """The speed of the job."""
         return Speed(self.job.setup.wheel_speed, self.job.setup.constant_surface_speed)
 
     @property
     def commanded(self) -> Speed | None:
-        """The speed that S commands; None before the first one."""
         return self._commanded
 
     @property
     def said_by_job(self) -> str:
-        """What the job has to say in [setup] for its wheel to turn as S commands it."""
         speed = self.speed
         said = f"wheel_speed = {speed.surface:.4g}"
         if speed.constant != self.own.constant:
@@ -97,32 +84,26 @@ class Running:
 
     @property
     def by_hand(self) -> bool:
-        """Whether the operator sees to the spindle."""
         return self.job.setup.spindle == ALWAYS_ON
 
     @property
     def speed(self) -> Speed:
-        """With which the wheel turns, if it does."""
         return self.own if self.by_hand or self._commanded is None else self._commanded
 
     @property
     def turns(self) -> bool:
-        """Whether the wheel turns."""
         return self.by_hand or (self._turning != 0 and self.speed.surface > 0.0)
 
     @property
     def is_reversed(self) -> bool:
-        """Whether M04 turns it, the other way than M03."""
         return not self.by_hand and self._turning < 0
 
     @property
     def is_dry(self) -> bool:
-        """Whether the coolant of the job does not flow."""
         flows = self._flowing or self.job.setup.coolant == ALWAYS_ON
         return not flows and self.job.setup.fluid.name != DRY
 
     def set_speed(self, event: Spindle) -> None:
-        """S has been programmed, or the control holds the surface speed of a smaller wheel."""
         new = self.job.setup.wheel.diameter
         if event.surface > 0.0:
             found = Speed(event.surface / 60.0, constant=True)
@@ -132,19 +113,16 @@ class Running:
         self._put_in_force()
 
     def switch(self, event: Switch) -> None:
-        """The wheel or the coolant has been switched on or off."""
         self._turning, self._flowing = event.turning, event.coolant
         self._put_in_force()
 
     def _is_own(self, speed: Speed) -> bool:
-        """Whether a commanded speed stands for that of the job."""
         own, new = self.own, self.job.setup.wheel.diameter
         half = 0.5 / 60.0 if own.constant else 0.5 * math.pi * new / 60_000.0  # of a whole S, m/s
         return speed.constant == own.constant and abs(speed.surface - own.surface) <= max(half, SAME * own.surface)
 
     @property
     def fault(self) -> str | None:
-        """Why nothing can be ground now, and what to do; None if it can."""
         low, high = SPEEDS
         speed, setup = self.speed, self.job.setup
         if not self.turns:
@@ -205,7 +183,6 @@ class Told:
 
 
 def _of_speed(running: Running, diameter: float) -> str | None:
-    """What to say of the speed, if anything: that it is beyond what wheel or spindle bear, or not that of the job."""
     setup, own, commanded, speed = running.job.setup, running.own, running.commanded, running.speed
     new = setup.wheel.diameter
     surface, word = speed.at(diameter, new), own.word(new)

@@ -4,7 +4,6 @@ A stroke sweeps the way of the wheel along the table and its width across. It me
 reaches below the surface of the part somewhere on that way.
 """
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 from grind_env.control import CyclePlan, CycleStrokes, Position, Stroke
@@ -54,7 +53,12 @@ def sweep_between(start: Position, end: Position, axis: int) -> Swept:
 
 def touched(job: Job, sweep: Swept) -> tuple[int, ...]:
     """The stations whose parts strokes come down on, by their numbers from 0."""
-    return tuple(k for k, part in enumerate(_parts(job, sweep)) if _is_touched(part, sweep, job))
+    found, radius = [], 0.5 * first_diameter(job)
+    for number, station in enumerate(job.lying(sweep.axis)):
+        depth = station.part.surface - sweep.lowest
+        if depth > DEPTH_TOLERANCE and _lies_under(station.part, sweep, half_chord(radius, depth), job):
+            found.append(number)
+    return tuple(found)
 
 
 def met(job: Job, sweep: Swept) -> tuple[int, ...]:
@@ -62,17 +66,8 @@ def met(job: Job, sweep: Swept) -> tuple[int, ...]:
     found = touched(job, sweep)
     if found:
         return found
-    below = [k for k, part in enumerate(_parts(job, sweep)) if _lies_under(part, sweep, 0.0, job)]
+    below = [k for k, each in enumerate(job.lying(sweep.axis)) if _lies_under(each.part, sweep, 0.0, job)]
     return tuple(below) if len(below) == 1 else ()
-
-
-def _parts(job: Job, sweep: Swept) -> Sequence[Part]:
-    return [each.part for each in job.lying(sweep.axis)]
-
-
-def _is_touched(part: Part, sweep: Swept, job: Job) -> bool:
-    depth = part.surface - sweep.lowest
-    return depth > DEPTH_TOLERANCE and _lies_under(part, sweep, half_chord(0.5 * first_diameter(job), depth), job)
 
 
 def _lies_under(part: Part, sweep: Swept, reach: float, job: Job) -> bool:

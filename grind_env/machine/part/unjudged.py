@@ -27,11 +27,6 @@ class Unjudged(NamedTuple):
     """What they do, and what to do about it."""
 
 
-def unjudged_lines(found: Sequence[Unjudged]) -> tuple[int, ...]:
-    """All lines for which a part is not judged, ascending."""
-    return tuple(sorted({line for each in found for line in each.lines}))
-
-
 def runs(numbers: Sequence[int]) -> str:
     """Ascending numbers as text, three or more in a row as the first and the last of them."""
     rows: list[list[int]] = []

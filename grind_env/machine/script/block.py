@@ -30,21 +30,15 @@ class ScriptBlock:
     """A cycle block, or a feed move that is a stroke, and what the program does up to the next one.
 
     Attributes:
-        block: as it was read.
-        inch: whether it is read in inches.
-        plan: of its cycle.
         start: where the axes stand when it begins, mm.
         end: where they stand when the cycle has come to its end, mm, before any motion beside the table.
         taken_over: whether it takes over a table that reciprocates.
         reached: depth of its deepest stroke over the part, with the words of the program, mm; 0 if none goes below it.
-        dress: one execution of its dress program; None if it knows none.
         beside: motions of the program beside the table, dwells among them, in their order.
         to_secondary: whether the table then goes on to the secondary point, where the next cycle takes over.
         at_secondary: whether the table came to rest there before the way to the next block.
         ways: that way, from the secondary and from the primary point where the crossover begins, then where it ends.
         gauged: whether the operator gauges or takes off the part before the next block.
-        gauged_on_the_way: whether the operator gauges the part while the table reciprocates on.
-        gauged_at_rest: whether the operator gauges the part, and the table stands.
         stops: M01 met on the way with the part on the machine.
         ends_part: whether the part is taken off, or strokes go over to that of another station.
         loads: whether it would be the first block on parts that are newly loaded, and not on one at another station.
@@ -73,27 +67,18 @@ class ScriptBlock:
 
     @property
     def strokes_alone(self) -> bool:
-        """Whether it makes strokes that do not run beside motions of the program."""
         return self.plan.plunges or self.plan.code == FEED
 
     @property
     def dress_plan(self) -> DressPlan | None:
-        """What that execution amounts to."""
         return None if self.dress is None else self.dress.plan
 
     @property
     def takes_dresses(self) -> bool:
-        """Whether it may have a D word."""
         return self.plan.plunges and self.plan.program is not None
 
     @property
-    def has_secondary_pick(self) -> bool:
-        """Whether it has a Q word; if not, its Q is its J."""
-        return any(word.letter == "Q" for word in self.block.words)
-
-    @property
     def crosses(self) -> bool:
-        """Whether its strokes lie between two ends of a crossover."""
         return self.plan.cross_axis is not None and self.plan.cross_start != self.plan.cross_end
 
 

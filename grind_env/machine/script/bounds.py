@@ -19,7 +19,7 @@ ASKED = ("stock", "roughness_limit", "tolerance", "rise_allowance", "scrap_cost"
 def refuse_led_elsewhere(
     programs: Programs, block: ScriptBlock, turned: ScriptBlock, across: ScriptBlock, both: ScriptBlock
 ) -> None:
-    """Refuse a block of which other words in those before, or in itself, change the place.
+    """Refuse a block whose place other words change, in those before or in itself.
 
     Args:
         programs: the program.

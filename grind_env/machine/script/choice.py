@@ -22,16 +22,10 @@ class SettingsError(GrindError):
 
 
 def taken(script: Script, tables: ScriptTables, block: Array, settings: Array) -> Array:
-    """Settings as blocks take them: their own where they have no word for them, and with the time of a dress.
+    """Settings as blocks take them, shape (N, fields of `BlockSettings`): their own where they have no word for them.
 
-    Args:
-        script: the program.
-        tables: the same in numbers.
-        block: number of the block of each machine, shape (N,).
-        settings: shape (N, fields of `BlockSettings`); the time of a dress that it says does not count.
-
-    Raises:
-        SettingsError: J or L are outside the ranges of the script, or no dress program has such dress settings.
+    The time of a dress is worked out. Raises a `SettingsError` where J or L are outside the ranges of the script, or no
+    dress program has such settings.
     """
     own, result = tables.own[block], settings.copy()
     plunges, dresses = tables.blocks[block, CYCLE] != NO_COURSE, own[:, DRESS_PASSES] > 0.0
@@ -47,7 +41,6 @@ def taken(script: Script, tables: ScriptTables, block: Array, settings: Array) -
 
 
 def _refuse_outside(script: Script, block: Array, own: Array, settings: Array) -> None:
-    """Refuse settings for which the script is not made; those of the program itself always are right."""
     ranges, fastest = script.ranges, script.job.control.maximum_feed / 60.0
     bounds: tuple[tuple[int, str, float, float, bool], ...] = (
         (J, "J of {:g} mm", *_ends(ranges.J, ABOVE_ZERO), False),

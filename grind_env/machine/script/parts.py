@@ -8,12 +8,7 @@ from grind_env.machine.script.block import ScriptBlock, script_error
 
 
 def jobs_of(job: Job, blocks: Sequence[ScriptBlock]) -> Iterator[Job]:
-    """The job of the part of each block.
-
-    Args:
-        job: of the script, with the stations that are met.
-        blocks: of the script.
-    """
+    """The job of the part of each block, of a job with the stations that are met."""
     number = 1
     for block in blocks:
         yield job.of_part(number)
@@ -21,11 +16,7 @@ def jobs_of(job: Job, blocks: Sequence[ScriptBlock]) -> Iterator[Job]:
 
 
 def met_by(programs: Programs, job: Job, blocks: Sequence[ScriptBlock]) -> tuple[Station, ...]:
-    """The stations that parts lie at, one after the other; the blocks learn where one ends and the next one begins.
-
-    Raises:
-        ScriptError: strokes come back to a station whose part has been left for another one.
-    """
+    """The stations that parts lie at, one after the other; the blocks learn where one ends and the next one begins."""
     if not job.stations:
         return ()
     found = list[Station]()
@@ -47,7 +38,6 @@ def met_by(programs: Programs, job: Job, blocks: Sequence[ScriptBlock]) -> tuple
 
 
 def _loadings(blocks: Sequence[ScriptBlock]) -> list[list[ScriptBlock]]:
-    """The blocks between one loading of the machine and the next."""
     found: list[list[ScriptBlock]] = [[]]
     for block in blocks:
         found[-1].append(block)

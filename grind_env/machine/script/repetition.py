@@ -56,20 +56,17 @@ def with_job(script: Script, job: Job) -> Script:
 
 
 def _infeeds_beside(block: ScriptBlock) -> bool:
-    """Whether the program moves the plunge axis beside the table."""
     plunge = plunge_axis(block.plan.axis)
     return any(motion.start[plunge] != motion.end[plunge] for motion in block.beside)
 
 
 def _done(block: ScriptBlock) -> list[object]:
-    """What a block does, wherever it stands in a text and whenever it begins."""
     beside = [_moved(motion, block) for motion in block.beside]
     others = [getattr(block, each.name) for each in fields(block) if each.name not in ("block", "plan", "beside")]
     return [block.block.words, replace(block.plan, block=0, line=0), beside, *others]
 
 
 def _moved(motion: Motion, block: ScriptBlock) -> tuple[object, ...]:
-    """What a motion does beside the table, which may be anywhere."""
     plunge, plan = plunge_axis(block.plan.axis), block.plan
     ends = [(each[plunge], edge_of(each, plan)) for each in (motion.start, motion.end)]
     return type(motion), motion.seconds, motion.feed if isinstance(motion, Line) else 0.0, *ends

@@ -184,7 +184,6 @@ class _Writer:
         return self.blocks
 
     def _require_independent(self) -> None:
-        """Refuse a program that reads what others than its words decide."""
         if self.execution.dependent is not None:
             depends = "depends on the wheel, on its dresses or on where a cycle has ended"
             raise self._error(f"it reads #{self.execution.dependent}, which {depends}")
@@ -268,7 +267,6 @@ class _Writer:
         self._reach(event.middle[plunge_axis(axis)], event.middle[cross_axis(axis)])
 
     def _reach(self, plunge: float, edge: float) -> None:
-        """A stroke with the wheel at these coordinates, which counts as deep as it is if it is over the part."""
         part = self._job.part
         first, last = strip_centres(part.across, part.width).searchsorted((edge, edge + self.job.setup.wheel.width))
         if first < last:
@@ -276,16 +274,13 @@ class _Writer:
 
     @property
     def _station(self) -> int:
-        """That of the block in force, by its number; before one is met the first, where strokes are in the air."""
         return next((block.station for block in reversed(self.blocks) if block.station is not None), 0)
 
     @property
     def _job(self) -> Job:
-        """The job with the part of the block in force."""
         return self.job.at_station(self._station, self.blocks[-1].plan.axis) if self.job.stations else self.job
 
     def _begin(self, event: CycleStart) -> None:
-        """A cycle begins."""
         plan = event.plan
         execution, table = self.execution, self.execution.table
         assert table is not None and self.ahead is not None
@@ -315,14 +310,12 @@ class _Writer:
         self.stopped = False
 
     def _end(self, plan: CyclePlan) -> None:
-        """A cycle that plunges has come to its end."""
         if self.across and plan.cross_axis is not None:
             here = edge_of(self.execution.position, plan)
             self.execution.move_axis(plan.cross_axis, plan.cross_end if here == plan.cross_start else plan.cross_start)
         self.blocks[-1].end = self.execution.position
 
     def _move(self, event: Motion) -> None:
-        """The program moves the axes, or waits."""
         table, modes = self.execution.table, self.execution.modes
         if modes.compensation != "G40" or (modes.surface_speed and modes.per_revolution):
             raise self._error("its motions depend on the radius of the wheel", event.line)
@@ -353,7 +346,6 @@ class _Writer:
         return next((each for each in strokes if each is not None), None)
 
     def _lie(self, sweep: Swept) -> None:
-        """The block that has begun sweeps this: the station at which its part lies."""
         if self.job.stations:
             self.blocks[-1].station = next(iter(met(self.job, sweep)), None)
 
@@ -362,7 +354,6 @@ class _Writer:
         return table_axis(self.programs, self.control, 0.5 * first_diameter(self.job))
 
     def _begin_feed(self, stroke: CycleStrokes) -> None:
-        """A feed move has been made that is a stroke."""
         plan, block, self.feed_ahead = stroke.plan, self.feed_ahead, None
         if block is None or not keeps_across(stroke.start, stroke.end, plan.axis):
             raise self._error("a feed move that is a stroke goes across, or along what is compensated", plan.line)
@@ -383,7 +374,6 @@ class _Writer:
         self._reach(stroke.plunge[0], stroke.cross[0])
 
     def _require_own_feed(self, block: Block | None) -> None:
-        """Refuse a feed that is that of a stroke before, which may be another."""
         if block is not None and any(word.letter == "F" for word in block.words):
             self.fed_by_stroke = False
         elif self.fed_by_stroke:
@@ -392,7 +382,6 @@ class _Writer:
             raise self._error(reason, line)
 
     def _stand(self, plan: CyclePlan) -> None:
-        """The table has come to rest."""
         self._let_part_go()
         here = self.execution.position[plan.axis]
         if here not in (plan.primary, plan.secondary):
@@ -429,7 +418,6 @@ class _Writer:
                 self._wait()
 
     def _let_part_go(self) -> None:
-        """The table stands, or another cycle takes it over: as `GrindingRun.let_part_go`."""
         if self.leaving:
             self.leaving = self.found = False
             self._unload()
@@ -444,7 +432,6 @@ class _Writer:
         self.way, self.waited = [sum(self.way), 0.0], True
 
     def _close(self) -> None:
-        """The way from the last block to the next one has been gone."""
         if self.blocks:
             self.blocks[-1].ways = (RestTimes(*self.way),)
         self.way, self.waited = [0.0, 0.0], False

@@ -246,13 +246,13 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
 def _plan_row(block: ScriptBlock, row: BlockRow) -> Any:
     numbers = {name: float(getattr(block.plan, name)) for name in PLAN}
     numbers["depth"] = -_target(block) - row.start
-    numbers["secondary_pick"] = block.plan.secondary_pick if block.has_secondary_pick else AS_PRIMARY
+    has_own = any(word.letter == "Q" for word in block.block.words)
+    numbers["secondary_pick"] = block.plan.secondary_pick if has_own else AS_PRIMARY
     numbers["pre_dress"] = float(block.plan.pre_dress and block.dress is not None)
     return PlanRow(**numbers)
 
 
 def _target(block: ScriptBlock) -> float:
-    """Where the plunge axis is at full depth, mm; where it stands if there is none."""
     return block.start[plunge_axis(block.plan.axis)] if block.plan.plunge_axis is None else block.plan.depth_target
 
 
@@ -307,11 +307,7 @@ def _motions_of(block: ScriptBlock, job: Job) -> list[FeedMotion]:
 
 
 def _zones(script: Script, rows: Sequence[BlockRow]) -> Array:
-    """New parts in zones, as of `ScriptTables`; those of stations that are not alike have as many strips or zones.
-
-    Raises:
-        ScriptError: they have not.
-    """
+    """New parts in zones, as of `ScriptTables`; those of unlike stations must have as many strips or zones."""
     if not (script.job.stations and rows):
         return _zones_of(script.job, script.blocks, rows)[:, None]
     blocks: dict[str, list[int]] = {}

@@ -1,7 +1,4 @@
-"""When a run warns: brings what happens to the watchers, each with one matter, which tell of it in this order.
-
-The texts are in `advice.py`.
-"""
+"""When a run warns: brings what happens to the watchers, each with one matter, which tell of it in this order."""
 
 from grind_env.arrays import Array
 from grind_env.control import Control, CyclePlan, CycleStrokes, Message, ProgramStop
@@ -11,7 +8,6 @@ from grind_env.machine.job import Job
 from grind_env.machine.part.feeds import speed_word
 from grind_env.machine.part.part import PartRun
 from grind_env.machine.part.running import Running, Told
-from grind_env.machine.watch import advice
 from grind_env.machine.watch.cuts import Cuts
 from grind_env.machine.watch.cycles import Cycle, Cycles
 from grind_env.machine.watch.limits import beyond_picks, beyond_table
@@ -23,17 +19,7 @@ from grind_env.machine.watch.way import ObstacleWatch
 
 
 class RunWatch:
-    """Observes a run; what concerns one of its watchers alone is said to that one.
-
-    Attributes:
-        notices: what they have told.
-        cycles: those that grind nothing.
-        cuts: strokes, infeeds and dresses, for wheel and process model.
-        overload: of the spindle.
-        picks: that are too slow.
-        stops: at which a part is taken off.
-        way: moves outside the cycles.
-    """
+    """Observes a run; what concerns one of its watchers alone is said to that one."""
 
     def __init__(self, program: str, job: Job, control: Control) -> None:
         self.program, self.job, self.control = program, job, control
@@ -44,11 +30,9 @@ class RunWatch:
         self._last: dict[int, Cycle | None] = {}  # cycle on each part that has been left for another one, by its number
 
     def message(self, event: Message) -> None:
-        """Pass on what the control tells the operator."""
         self.notices.sentences.append(f"{self.program}: the control says: {event.text}")
 
     def start_cycle(self, part: PartRun, plan: CyclePlan) -> None:
-        """A cycle takes over, or a feed move that is a stroke."""
         if not self.cycles.goes_on(part, plan):
             self._end_cycle(part)
             self.stops.resume(part, plan)
@@ -57,25 +41,23 @@ class RunWatch:
         self.cycles.begin(part, plan)
         self.notices.tell(plan.line, "feed", beyond_picks(plan, self.job.setup.machine))
         if plan.dresses and plan.dresses > (infeeds := plunges(plan)):
-            self.notices.tell(plan.line, "dresses", advice.many_dresses(plan.dresses, infeeds))
+            text = (
+                f"D{plan.dresses} asks for more dresses than the cycle has plunges, {infeeds}, so that some follow one "
+                f"another; give D{infeeds} or less"
+            )
+            self.notices.tell(plan.line, "dresses", text)
 
     def runs(self, line: int, running: Running, diameter: float) -> None:
-        """The wheel, of a diameter, mm, is about to grind in the block of a line: how it turns, and the coolant."""
         for subject, text in self._told.of(running, diameter):
             self.notices.tell(line, subject, text)
 
     def strokes(
         self, part: PartRun, event: CycleStrokes, rows: Array, A: float, dress: DressPlan, dressed: Array
     ) -> None:
-        """Strokes have been made.
+        """Strokes have been made, with wear flats `A` before the first one.
 
-        Args:
-            part: on the machine.
-            event: the strokes.
-            rows: theirs, dtype `record.STROKE_ROW`.
-            A: wear-flat area of the wheel before the first one.
-            dress: what each dress between them does.
-            dressed: what each has come to, shape (dresses, fields of `Dressed`); none where they miss the diamond.
+        `dressed` is what each dress between them has come to, shape (dresses, fields of `Dressed`); none of one that
+        misses the diamond.
         """
         self.picks.strokes(event)
         longest, machine = self.cycles.count(event, rows), self.job.setup.machine
@@ -86,25 +68,23 @@ class RunWatch:
         self.way.stroked_until = event.time
 
     def leave(self, part: PartRun) -> None:
-        """The part stays at its station, and strokes go over to another one."""
         self._last[part.number] = self.cycles.cycle
         self._end_cycle(part)
         part.unjudged += tuple(self.cycles.unload())
 
     def take_off(self, part: PartRun) -> None:
-        """A part that has been left is taken off, with the last one."""
         part.unjudged += tuple(self.way.unjudged(part.station))
         self.stops.unload(part, self._last.pop(part.number, None), None)
 
     def unload(self, part: PartRun, stop: ProgramStop | None = None) -> None:
-        """The part is taken off the machine, at a stop or at the end of the program."""
         cycle, found = self.cycles.cycle, stop is not None and self.way.moves_since(stop.time)
         self._end_cycle(part)
         if self.way.axis is not None and (cycle is not None or not part.infeeds):
             self.way.judge(part, self.way.axis)
         others = self.cycles.unload()
         if part.missed:
-            self.notices.tell(0, "missed", advice.missed_surface(part.job.part.surface))
+            text = f"no infeed reaches the part, whose surface is at {part.job.part.surface:g}"
+            self.notices.tell(0, "missed", f"{text}; set part.surface to where the wheel touches")
         self.way.unload(found=found)
         part.unjudged += (*self.way.unjudged(part.station), *others)
         self.stops.unload(part, cycle, stop)

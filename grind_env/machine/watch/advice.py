@@ -1,7 +1,6 @@
 """Texts of the warnings of a run: the control accepts the program, but it does not grind as it seems to (PD-6)."""
 
 import math
-from collections.abc import Sequence
 
 from grind_env.control import Control, CycleStrokes, Motion, Pick, Position, Rapid, Source
 from grind_env.control.numbers import MILLIMETRES_PER_INCH
@@ -23,19 +22,8 @@ BEYOND_NUMBERS = (
 """What to say of a cut on such a job."""
 
 
-def middle_time(stroke: CycleStrokes, control: Control) -> float:
-    """Time at which the table passes the middle of a stroke, s; its reversal dwell comes after the stroke."""
-    return stroke.begins[0] + 0.5 * (stroke.seconds[0] - control.reversal_dwell)
-
-
 def slow_pick(pick: Pick, stroke: CycleStrokes, control: Control) -> str:
-    """What to do about a pick that is still under way in the middle of the stroke after it.
-
-    Args:
-        pick: the pick.
-        stroke: any full stroke of the same cycle.
-        control: settings of the control.
-    """
+    """What to do about a pick that is still under way in the middle of the next stroke of its cycle."""
     dwell, (begin, end) = control.reversal_dwell, stroke.ends(0)
     length, seconds = abs(end - begin), stroke.seconds[0] - dwell
     ramp = ramp_time(length, stroke.feed / 60.0, control.acceleration)
@@ -66,67 +54,13 @@ def deepest_within(feed: float) -> float:
 
 
 def outside_model(feed: float, depth: float, word: str) -> str | None:
-    """What to say about a cut beyond the limits of validity of the process model; None within them.
-
-    Args:
-        feed: E, mm/min.
-        depth: real depth of cut, mm; 0 if the stroke does not cut.
-        word: that says the feed: E, or F of a feed move.
-    """
+    """What to say of a cut at E or F, mm/min, and a depth, mm, for which the model does not hold; None if it does."""
     low, high = TABLE_SPEEDS
     if depth <= deepest_within(feed):
         return None
     if not low <= feed <= high:
         return f"a stroke cuts at {word}{feed:g} mm/min; the process model holds from {low:g} to {high:g} mm/min"
     return f"a stroke cuts {depth:.2f} mm deep; the process model holds up to {DEEPEST_CUT:g} mm"
-
-
-def slowed_spindle(number: int, found: float, usual: float, limit: float, *, word: str, groove: bool) -> str:
-    """What to say of a stroke or infeed in which the wheel turned at `found` of `usual` m/s, at the power limit in kW.
-
-    Args:
-        number: of the stroke in its cycle; 0 if it has none.
-        found: m/s.
-        usual: m/s.
-        limit: kW.
-        word: that says how fast it is: E, or F of a feed move.
-        groove: whether it is an infeed.
-    """
-    made, remedy = _cut(number, word, groove)
-    return f"{made} the spindle slows to {found:.1f} of {usual:.1f} m/s at its {limit:.1f} kW; {remedy}"
-
-
-def stalled_spindle(number: int, limit: float, lost: float, *, word: str, groove: bool) -> str:
-    """The same of one in which it stalled, and so many s were lost."""
-    made, remedy = _cut(number, word, groove)
-    return (
-        f"{made} the spindle stalls, which has {limit:.1f} kW: the wheel retracts, the part is scrap, {lost:g} s are "
-        f"lost; {remedy}"
-    )
-
-
-def _cut(number: int, word: str, groove: bool) -> tuple[str, str]:
-    """A stroke or an infeed in words, and what to do about one that asks too much of the spindle."""
-    if groove:
-        return "in an infeed", "take smaller steps or a lower F, or dress before"
-    depth = "lower J or E" if word == "E" else f"go less deep or lower {word}"
-    return f"in stroke {number}" if number else "in a stroke", f"{depth}, or dress before"
-
-
-def destroying_stroke(depth: float, feed: float, word: str) -> str:
-    """What to say of a stroke of a depth, mm, at a feed, mm/min, after which no grain of the wheel is as it was.
-
-    `word` says the feed: E, or F of a feed move.
-    """
-    return (
-        f"a stroke {depth:.3g} mm deep at {word}{feed:g} mm/min destroys the wheel; usual are picks of 0.001 to "
-        f"0.04 mm and {word}3000 to {word}30000"
-    )
-
-
-def destroying_infeed(depth: float, feed: float) -> str:
-    """The same of an infeed at F `feed`, mm/min."""
-    return f"an infeed {depth:.3g} mm deep at F{feed:g} mm/min destroys the wheel; take smaller steps or a higher F"
 
 
 def groove_outside_model(cut: state.StrokeResult) -> str | None:
@@ -145,11 +79,6 @@ def groove_outside_model(cut: state.StrokeResult) -> str | None:
     return None
 
 
-def missed_surface(surface: float) -> str:
-    """What to say where no infeed comes as far as the surface of the job, mm."""
-    return f"no infeed reaches the part, whose surface is at {surface:g}; set part.surface to where the wheel touches"
-
-
 def crash(depth: float, move: Motion, part: str = "the part") -> str:
     """What to say of a move outside a cycle that takes the wheel `depth` mm into a part, of which it is said which."""
     dressing = move.source in (Source.DRESS, Source.RETRACE)
@@ -158,40 +87,15 @@ def crash(depth: float, move: Motion, part: str = "the part") -> str:
         if dressing
         else "come down beside it, and let the strokes of a cycle take the stock off"
     )
-    return f"{_named(move)} takes the wheel {depth:.3g} mm into {part}; {remedy}"
+    return f"{named_move(move)} takes the wheel {depth:.3g} mm into {part}; {remedy}"
 
 
-def table_crash(depth: float, move: Motion) -> str:
-    """What to say of one that takes it `depth` mm into the table."""
-    return f"{_named(move)} takes the wheel {depth:.3g} mm into the table; end it higher, or mend part.height"
-
-
-def diamond_crash(depth: float, move: Motion) -> str:
-    """What to say of one that takes it `depth` mm into the diamond."""
-    return f"{_named(move)} takes the wheel {depth:.3g} mm into the diamond; lead it past the diamond, or above its tip"
-
-
-def _named(move: Motion) -> str:
+def named_move(move: Motion) -> str:
+    """A move as messages call it."""
     kind = "rapid" if isinstance(move, Rapid) else "feed move"
     if move.source is Source.RETRACE:
         return f"a {kind} on the way back from the dress"
     return f"a {kind} of the dress program" if move.source is Source.DRESS else f"a {kind} outside a cycle"
-
-
-def above_surface(what: str, axis: str, lowest: float, surface: float) -> str:
-    """What to say of a cycle, or `what` it is, whose lowest stroke is at a coordinate that is not below `surface`."""
-    return (
-        f"no stroke of {what} touches the part: the lowest is at {axis}{lowest:g}, "
-        f"the surface at {axis}{surface:g}; give a depth below it, or set part.surface to where the wheel touches"
-    )
-
-
-def ground_before(what: str, axis: str, lowest: float) -> str:
-    """What to say of a cycle, or `what` it is, that goes no deeper than the part has been ground."""
-    return (
-        f"{what} finds nothing to grind, for the part has been ground as deep as {axis}{lowest:g} before; "
-        "go deeper, or put M00 before it if it is to grind the next part"
-    )
 
 
 def beside_part(what: str, axis: str, swept: tuple[float, float], part: tuple[float, float]) -> str:
@@ -202,108 +106,14 @@ def beside_part(what: str, axis: str, swept: tuple[float, float], part: tuple[fl
     )
 
 
-def unsimulated_passes(lines: str, count: int, depths: tuple[float, float]) -> str:
-    """What to say of so many feed moves, which are no strokes, in some lines that grind between two depths, mm."""
-    moves = f"{count} feed moves outside a cycle take" if count > 1 else "a feed move outside a cycle takes"
-    return (
-        f"{moves} the wheel over the part {_deep(depths)}, where it grinds ({lines}) and is no stroke of the program "
-        "along the table, which is not simulated, so that the part is not judged; set the wheel to depth beside the "
-        "part, and go straight along the table from there"
-    )
-
-
-def unsimulated_cycle(air: str, depths: tuple[float, float]) -> str:
-    """What to say of a cycle in the `air` that may grind another part, with strokes between two depths, mm."""
-    return (
-        f"{air}; its strokes, {_deep(depths)}, may be those of another part, which is not simulated, so that this one "
-        "is not judged; give every part a program and a job of its own, or say in [[stations]] of the job where it lies"
-    )
-
-
-def shared_strokes(names: Sequence[str]) -> str:
-    """What to say of strokes that meet the parts of several stations, by their names."""
-    stations = f"{', '.join(names[:-1])} and {names[-1]}"
-    return (
-        f"its strokes meet the parts of stations {stations} at once, which is not simulated, so that these are not "
-        "judged; grind one station after the other, and turn before the next one"
-    )
-
-
-def unmet_station(name: str, program: str) -> str:
-    """What to say of a station whose part a program leaves as it is."""
-    return f"station {name}: no stroke of {program} meets its part; mend its place in [[stations]], or leave it out"
-
-
-def _deep(depths: tuple[float, float]) -> str:
+def deep(depths: tuple[float, float]) -> str:
+    """How deep something goes that lies between two depths, mm."""
     low, high = (f"{depth:.4g}" for depth in depths)
     return f"{high} mm deep" if low == high else f"{low} to {high} mm deep"
 
 
-def stock_left(depth: float, stock: float) -> str:
-    """What to say of a program that ends at a depth, mm, at which the tolerance is not kept."""
-    return f"the part is ground to a depth of {depth:.4g} mm, but has {stock:.4g} mm of stock; go as deep"
-
-
-def unended_stages(stages: int, stops: int) -> str:
-    """What to say of a program that ends with stages of the job which no M01 has ended; it had `stops` that did."""
-    found = f"{stages} stage{'s' * (stages > 1)}"
-    return (
-        f"the job has {found} before the last one, but the program stopped at {stops} M01 after it had begun to grind; "
-        "put M01 after the last cycle of each, or its limits are not judged"
-    )
-
-
-def taken_off(line: int, depth: float, stock: float) -> str:
-    """What to say of M00 after which a cycle in a line goes on at the depth, mm, to which the part was ground."""
-    return (
-        f"M00 takes the part off at a depth of {depth:.4g} mm, with {stock:.4g} mm of stock, and line {line} goes on "
-        "there; write M01 if the part is to be gauged and stay"
-    )
-
-
-def stroked_on() -> str:
-    """What to say of M00 after which the table strokes on."""
-    return (
-        "M00 stops the program while the table reciprocates, from which no part is taken; the part stays and is ground "
-        "on until the table stands or the next cycle begins: write G80 before M00"
-    )
-
-
-def many_dresses(dresses: int, plunges: int) -> str:
-    """What to say of D above the number of the plunges of a cycle."""
-    return (
-        f"D{dresses} asks for more dresses than the cycle has plunges, {plunges}, so that some follow one another; "
-        f"give D{plunges} or less"
-    )
-
-
-def eaten_wheel(dressed: float, least: float) -> str:
-    """What to say of dresses that have taken so much off the diameter of the wheel, mm, that it is too small."""
-    return (
-        f"dressing alone takes {dressed:.4g} mm off the diameter of the wheel, which falls below its least diameter, "
-        f"{least:g} mm; dress less often or less deep"
-    )
-
-
-def worn_wheel(least: float) -> str:
-    """What to say of a wheel below its least diameter, mm."""
-    return (
-        f"the wheel is smaller than its least diameter, {least:g} mm; begin with a larger one, or give the time of a "
-        "wheel change in [times] of the job"
-    )
-
-
 def missed_diamond(program: int, tip: Position, begin: Position, end: Position, cross: int, width: float) -> str:
-    """What to say of a dress program with a pass between two positions that leaves some of the wheel undressed.
-
-    Args:
-        program: its O number.
-        tip: of the diamond, mm.
-        begin: of the pass, mm.
-        end: of the pass, mm.
-        cross: the axis along which it leads.
-        width: of the wheel, mm.
-    """
+    """What to say of a dress program with a pass between two positions, mm, that leaves some of the wheel undressed."""
 
     def said(place: Position) -> str:
         return " ".join(f"{axis}{coordinate:g}" for axis, coordinate in zip(AXES, place, strict=True))
@@ -312,22 +122,6 @@ def missed_diamond(program: int, tip: Position, begin: Position, end: Position, 
         f"dress program O{program} dresses nothing, for the pass from {said(begin)} to {said(end)} does not take the "
         f"whole wheel over the diamond at {said(tip)} (it reaches {width:g} mm from its {AXES[cross]} to plus); "
         "lead it there, or mend [diamond] of the job"
-    )
-
-
-def advancing_dresser(number: int, depth: float) -> str:
-    """What to say of a dress program without an infeed, for which the job does not say how far the dresser advances."""
-    return (
-        f"dress program O{number} has no infeed; its dresser is taken to advance {depth:g} mm by itself before each "
-        "pass; say dresser_infeed in [setup] of the job, or move the wheel towards the diamond in a block of its own"
-    )
-
-
-def called_dress(program: int) -> str:
-    """What to say of M98 with the number of a dress program."""
-    return (
-        f"M98 P{program} runs the motions of the dress program and dresses nothing; a dress is made by D, "
-        "by the .1 form of a cycle, or when the operator asks for one"
     )
 
 

@@ -37,14 +37,7 @@ def into_part(part: PartRun, motion: Motion, axis: int, radius: float, *, found:
     """How far a move takes the wheel into the part, deeper than strokes have been there, mm; 0 if it keeps clear of it.
 
     An arc counts as its chord. A move that only lifts the wheel keeps clear, wherever it begins; of one that begins
-    where an operator has left the wheel, the end alone is judged, even if it lifts.
-
-    Args:
-        part: the part, with what strokes have done to it before the move.
-        motion: the move.
-        axis: the reciprocating axis.
-        radius: of the wheel, mm.
-        found: whether it begins where the control takes the wheel to be, and not where an operator has left it.
+    where an operator has left the wheel, and not where it was `found`, the end alone is judged, even if it lifts.
     """
     if found and lifts(motion, axis):
         return 0.0
@@ -102,7 +95,8 @@ def _over(part: PartRun, start: Position, end: Position, axis: int, radius: floa
             continue
         first, last = sorted(((near - start[along]) / way, (far - start[along]) / way))
         low, high = max(low, first), min(high, last)
-    if (high - low) * _length(start, end) < DEPTH_TOLERANCE and start != end:
+    longest = max(abs(b - a) for a, b in zip(start, end, strict=True))
+    if (high - low) * longest < DEPTH_TOLERANCE and start != end:
         return None
     return position_at(start, end, low), position_at(start, end, high)
 
@@ -148,7 +142,3 @@ def _deeper(reached: Reached, part: PartRun, start: Position, end: Position, axi
     beside = max(near - high, low - far, 0.0)
     depth = lying.surface - min(start[plunge], end[plunge]) - rise(radius, beside)
     return depth - reached((start[cross], end[cross]), ends)
-
-
-def _length(start: Position, end: Position) -> float:
-    return max(abs(b - a) for a, b in zip(start, end, strict=True))

@@ -31,21 +31,26 @@ class Cuts:
         self._eaten = False  # by them, as has been told
 
     def dress(self, line: int, plan: DressPlan) -> None:
-        """A dress is made in the block of a line: whether these alone make the wheel too small."""
         self._dressed += 2.0 * plan.passes * plan.depth
         if self.lasts and not self._eaten and first_diameter(self.job) - self._dressed < self.least:
             self._eaten = True
-            self.notices.tell(line, "diameter", advice.eaten_wheel(self._dressed, self.least))
+            text = (
+                f"dressing alone takes {self._dressed:.4g} mm off the diameter of the wheel, which falls below its "
+                f"least diameter, {self.least:g} mm; dress less often or less deep"
+            )
+            self.notices.tell(line, "diameter", text)
 
     def diameter(self, diameter: float) -> None:
-        """Whether the wheel is below its least diameter, mm, unless the job changes worn wheels."""
         if self.lasts and not self._eaten and diameter < self.least:
-            self.notices.tell(0, "diameter", advice.worn_wheel(self.least))
+            text = (
+                f"the wheel is smaller than its least diameter, {self.least:g} mm; begin with a larger one, or give "
+                "the time of a wheel change in [times] of the job"
+            )
+            self.notices.tell(0, "diameter", text)
 
     def strokes(
         self, part: PartRun, event: CycleStrokes, rows: Array, A: float, dress: DressPlan, dressed: Array
     ) -> None:
-        """Strokes have been made, and dresses between them; arguments as of `Watch.strokes`."""
         ae, flats = rows["ae"].tolist(), rows["A"].tolist()
         shallow = max(ae) <= advice.deepest_within(event.feed) and rows["ds"][-1] >= self.least
         alive = min(flats) > 0.0 and max(flats) < part.p.Amax
@@ -76,18 +81,21 @@ class Cuts:
             self.notices.tell(line, "model", advice.outside_model(event.feed, ae[k], word))
             self.diameter(ds[k])
             if worn[k]:
-                self.notices.tell(line, "wheel", advice.destroying_stroke(ae[k], event.feed, word))
+                text = (
+                    f"a stroke {ae[k]:.3g} mm deep at {word}{event.feed:g} mm/min destroys the wheel; usual are picks "
+                    f"of 0.001 to 0.04 mm and {word}3000 to {word}30000"
+                )
+                self.notices.tell(line, "wheel", text)
 
     def infeed(self, part: PartRun, event: Infeed, cut: StrokeResult, before: WheelState, after: WheelState) -> None:
-        """A grooving wheel has made an infeed; the wheel before and after it."""
         self.notices.tell(event.line, "model", advice.groove_outside_model(cut))
         self.diameter(after.ds)
         if _destroyed(part, before.A, after.A):
-            self.notices.tell(event.line, "wheel", advice.destroying_infeed(cut.ae, event.feed))
+            cause = f"an infeed {cut.ae:.3g} mm deep at F{event.feed:g} mm/min"
+            self.notices.tell(event.line, "wheel", f"{cause} destroys the wheel; take smaller steps or a higher F")
 
 
 def _turns_inside(run: PartRun, turn: float) -> bool:
-    """Whether a reversal point, mm, lies over the part, or too near its end."""
     part = run.job.part
     return part.start - OVERTRAVEL < turn < part.start + part.length + OVERTRAVEL
 

@@ -48,7 +48,6 @@ class Cycle(NamedTuple):
     """Depth ground off."""
 
     def after(self, event: CycleStrokes, rows: Array) -> "Cycle":
-        """The same after further strokes, with their rows."""
         (begin, end), plan, edge = event.ends(0), self.plan, event.cross[-1]
         Z = rows["Z"].tolist()
         return self._replace(
@@ -70,7 +69,6 @@ class Cycle(NamedTuple):
 
     @property
     def in_air(self) -> bool:
-        """Whether its strokes have found nothing to grind."""
         plunge = self.deepest - self.highest
         return self.removed <= (SHARE * plunge if self.deepest <= self.before + DEPTH_TOLERANCE else 0.0)
 
@@ -86,11 +84,7 @@ class Cycle(NamedTuple):
 
 
 class Cycles:
-    """Tells of the cycles on a part that are in the air.
-
-    Attributes:
-        cycle: what the one in force has come to; None on a part that has had none.
-    """
+    """Tells of the cycles on a part that are in the air; `cycle` is that in force, None on a part that has had none."""
 
     def __init__(self, notices: Notices) -> None:
         self.notices = notices
@@ -104,7 +98,6 @@ class Cycles:
         self._others: dict[int, str] = {}  # cycles that may grind another part, by line, and what to say of each
 
     def goes_on(self, part: PartRun, plan: CyclePlan) -> bool:
-        """Whether a plan goes on with the one in force: both are feed moves, and it is no less deep."""
         cycle, depth = self.cycle, part.job.part.surface - plan.plunge_start
         return cycle is not None and cycle.plan.code == plan.code == FEED and depth >= cycle.deepest - DEPTH_TOLERANCE
 
@@ -114,13 +107,11 @@ class Cycles:
         self.cycle = Cycle(plan, part.deepest) if on is None else on._replace(plan=plan)
 
     def count(self, event: CycleStrokes, rows: Array) -> float:
-        """Count strokes of the cycle, with their rows; the length of its longest stroke so far, mm."""
         assert self.cycle is not None
         self.cycle = self.cycle.after(event, rows)
         return self.cycle.longest
 
     def end(self, part: PartRun) -> None:
-        """Judge the cycle as a whole, if there is one."""
         cycle, self.cycle = self.cycle, None
         if cycle is None or cycle.ends is None:
             return
@@ -132,14 +123,18 @@ class Cycles:
         if cycle.in_air and not part.stalled:
             text, told = _air(cycle, cycle.ends, part), self._in_air
             if cycle.grinds_another:
-                text, told = advice.unsimulated_cycle(text, (cycle.highest, cycle.deepest)), told and bool(self._others)
+                text += (
+                    f"; its strokes, {advice.deep((cycle.highest, cycle.deepest))}, may be those of another part, "
+                    "which is not simulated, so that this one is not judged; give every part a program and a job of "
+                    "its own, or say in [[stations]] of the job where it lies"
+                )
+                told = told and bool(self._others)
                 self._others.setdefault(line, text)
             if not told:
                 self.notices.tell(line, "air", text)
         self._in_air, self._ground = cycle.in_air, True
 
     def unload(self) -> Sequence[Unjudged]:
-        """The part is taken off; the cycles that may have been meant for another one."""
         if self._idle is not None and not self._ground:
             line, text = self._idle
             self.notices.tell(line, "air", text)
@@ -150,13 +145,19 @@ class Cycles:
 
 
 def _air(cycle: Cycle, ends: tuple[float, float], run: PartRun) -> str:
-    """What to say of a cycle in the air, with the ends of its last stroke."""
     part, axis, what = run.job.part, cycle.plan.axis, "this feed move" if cycle.plan.code == FEED else "this cycle"
     if cycle.over:
         plunge = AXES[plunge_axis(axis)]
+        lowest = f"{plunge}{part.surface - cycle.deepest:g}"
         if cycle.deepest <= DEPTH_TOLERANCE:
-            return advice.above_surface(what, plunge, part.surface - cycle.deepest, part.surface)
-        return advice.ground_before(what, plunge, part.surface - cycle.deepest)
+            return (
+                f"no stroke of {what} touches the part: the lowest is at {lowest}, the surface at "
+                f"{plunge}{part.surface:g}; give a depth below it, or set part.surface to where the wheel touches"
+            )
+        return (
+            f"{what} finds nothing to grind, for the part has been ground as deep as {lowest} before; "
+            "go deeper, or put M00 before it if it is to grind the next part"
+        )
     low, high = sorted(ends)
     far = part.start + part.length
     if high <= part.start or low >= far:

@@ -16,8 +16,6 @@ def beyond_table(
 ) -> str | None:
     """What to say of a stroke of some mm at `feed`, mm/min, that the table does not make; None if it does.
 
-    `word` says the feed: E, or F of a feed move.
-
     Under G70 (`inch`) a number that is right in mm/min is taken to be meant so.
     """
     most, written = machine.maximum_table_speed, feed / float(MILLIMETRES_PER_INCH)

@@ -2,12 +2,7 @@
 
 
 class Notices:
-    """Collects sentences.
-
-    Attributes:
-        sentences: so far.
-        muted: whether nothing more is told, for it follows from what has been.
-    """
+    """Collects sentences; `muted` while what would be told follows from what has been."""
 
     def __init__(self, program: str) -> None:
         self.program = program

@@ -14,15 +14,14 @@ class Picks:
         self._last: CycleStrokes | None = None
 
     def pick(self, event: Pick) -> None:
-        """A pick has been made."""
         if self._last is not None and self._last.begins[0] > event.begin:  # a whole stroke went by
             self.notices.tell(event.line, "pick", advice.slow_pick(event, self._last, self.control))
         self._pick = event
 
     def strokes(self, event: CycleStrokes) -> None:
-        """Strokes have been made."""
         pick, self._last = self._pick, event
         if pick is not None and pick.begin < event.begins[0]:
-            if pick.finish > advice.middle_time(event, self.control):
+            middle = event.begins[0] + 0.5 * (event.seconds[0] - self.control.reversal_dwell)
+            if pick.finish > middle:
                 self.notices.tell(event.plan.line, "pick", advice.slow_pick(pick, event, self.control))
             self._pick = None

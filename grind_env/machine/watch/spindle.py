@@ -2,7 +2,6 @@
 
 from grind_env.arrays import Array
 from grind_env.machine.part.part import SLOWED
-from grind_env.machine.watch import advice
 from grind_env.machine.watch.notices import Notices
 from grind_env.process.cost import STALL
 from grind_env.process.equations import wheel_speed
@@ -10,11 +9,7 @@ from grind_env.process.state import StrokeParameters
 
 
 class Overload:
-    """Tells of it as the cycle, or the grooving, ends.
-
-    Attributes:
-        word: that says how fast the strokes are.
-    """
+    """Tells of it as the cycle, or the grooving, ends; its strokes have the `word` E, or F."""
 
     def __init__(self, notices: Notices) -> None:
         self.notices, self.word = notices, "E"
@@ -22,7 +17,6 @@ class Overload:
         self._said = "", ""
 
     def add(self, rows: Array, p: StrokeParameters) -> None:
-        """Strokes or infeeds of a block have been made, dtype `record.STROKE_ROW`, in which it perhaps slowed."""
         worst = rows[int(rows["torque"].argmax())]
         line, torque, limit = int(worst["line"]), float(worst["torque"]), 0.001 * p.power
         if torque <= SLOWED * p.rs:
@@ -31,17 +25,24 @@ class Overload:
             self.end()
         if torque <= self._torque:
             return
-        number, groove = int(worst["number"]), int(worst["groove"]) > 0
-        if torque >= STALL:
-            said = "stall", advice.stalled_spindle(number, limit, p.stall_time, word=self.word, groove=groove)
+        number = int(worst["number"])
+        if worst["groove"] > 0:
+            made, remedy = "in an infeed", "take smaller steps or a lower F"
         else:
-            speed = wheel_speed(float(worst["ds"]), p.n, p.vs_set)
-            found = float(worst["vs"])
-            said = "spindle", advice.slowed_spindle(number, found, speed, limit, word=self.word, groove=groove)
-        self._line, self._torque, self._said = line, torque, said
+            made = f"in stroke {number}" if number else "in a stroke"
+            remedy = "lower J or E" if self.word == "E" else f"go less deep or lower {self.word}"
+        if torque >= STALL:
+            subject = "stall"
+            told = (
+                f"stalls, which has {limit:.1f} kW: the wheel retracts, the part is scrap, {p.stall_time:g} s are lost"
+            )
+        else:
+            usual = wheel_speed(float(worst["ds"]), p.n, p.vs_set)
+            subject, told = "spindle", f"slows to {worst['vs']:.1f} of {usual:.1f} m/s at its {limit:.1f} kW"
+        self._line, self._torque = line, torque
+        self._said = subject, f"{made} the spindle {told}; {remedy}, or dress before"
 
     def end(self) -> None:
-        """The cycle is over."""
         if self._torque > 0.0:
             self.notices.tell(self._line, *self._said)
         self._torque = 0.0

@@ -46,11 +46,9 @@ class ObstacleWatch:
 
     @property
     def found(self) -> bool:
-        """Whether it is known where the wheel stands, and not only that an operator has left it there."""
         return self._found or bool(self._moves)
 
     def move(self, event: Motion) -> None:
-        """The program moves the axes."""
         if event.source in WATCHED and (event.start != event.end or isinstance(event, Arc)):  # a full circle
             self._moves.append(event)
 
@@ -62,30 +60,31 @@ class ObstacleWatch:
         self._moves = []
 
     def dress(self, part: PartRun, file: str, moves: Sequence[Motion], axis: int) -> None:
-        """A dress program of a file has been executed, with its way back."""
         self._judge(part, ((move, True) for move in moves), axis, file)
 
     def grinds(self, part: PartRun) -> bool:
-        """Whether the moves since the last part was taken off grind this one, which has had no cycle."""
         moves, axis = enumerate(self._moves), self.axis
         return axis is not None and any(self._ground(part, move, axis, k > 0) is not None for k, move in moves)
 
     def moves_since(self, time: float) -> bool:
-        """Whether the program has moved the axes since a time, s, and no cycle has begun."""
         return any(move.begin > time - INSTANT for move in self._moves)
 
     def unload(self, *, found: bool) -> None:
-        """All parts are taken off, perhaps while it is `found` where the wheel stands."""
         self._moves, self._found = [], found
 
     def unjudged(self, station: int) -> Sequence[Unjudged]:
-        """The part at a station is taken off; the moves that have ground it."""
         passes = self._passes.pop(station, [])
         if not passes:
             return []
         lines = sorted({line for line, _ in passes})
         low, high = zip(*(depths for _, depths in passes), strict=True)
-        text = advice.unsimulated_passes(lines_said(lines), len(passes), (min(low), max(high)))
+        several = f"{len(passes)} feed moves outside a cycle take"
+        moves = several if len(passes) > 1 else "a feed move outside a cycle takes"
+        text = (
+            f"{moves} the wheel over the part {advice.deep((min(low), max(high)))}, where it grinds "
+            f"({lines_said(lines)}) and is no stroke of the program along the table, which is not simulated, so that "
+            "the part is not judged; set the wheel to depth beside the part, and go straight along the table from there"
+        )
         self.notices.tell(lines[0], "pass", text)
         return [Unjudged(tuple(lines), text)]
 
@@ -136,10 +135,12 @@ class ObstacleWatch:
             if depth > CRASH + DEPTH_TOLERANCE:
                 return below, advice.crash(depth, move, each.said)
         if found and (depth := into_table(part, move, axis)) > CRASH + DEPTH_TOLERANCE:
-            return below, advice.table_crash(depth, move)
+            into = f"{advice.named_move(move)} takes the wheel {depth:.3g} mm into the table"
+            return below, f"{into}; end it higher, or mend part.height"
         if found and diamond is not None:
             below, _ = over_diamond(diamond.tip, move, axis, self._radius, self.job.setup.wheel.width)
             infeed = DEEPEST_INFEED if isinstance(move, Line) else CRASH
             if below > dressed + infeed + DEPTH_TOLERANCE:
-                return below, advice.diamond_crash(below - dressed, move)
+                into = f"{advice.named_move(move)} takes the wheel {below - dressed:.3g} mm into the diamond"
+                return below, f"{into}; lead it past the diamond, or above its tip"
         return below, ""

@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from grind_env.machine.job import Job
-from grind_env.process.catalogue import KINDS, USUAL, Entry, Quantity, load_catalogue, quantities
+from grind_env.process.catalogue import KINDS, USUAL, load_catalogue
+from grind_env.process.entries import Entry, Quantity, quantities
 
 PLACES = ("wheel", "dresser", "fluid", "machine")
 

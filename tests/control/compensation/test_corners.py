@@ -52,27 +52,6 @@ def test_lines_up_to_90_degrees_meet(degrees: float, offset: Offset, along: floa
     assert junction.generated == ()
 
 
-def test_e5_sharp_corner_with_a_straight_block() -> None:
-    up, down = lines((20.0, 5.0), (20.0, 12.0), (8.0, -3.0))
-    junction = corner(up, down, Offset(1.0, -1), False, 0.0)
-    assert junction.end == near((21.0, 13.0))
-    (block,) = junction.generated
-    assert isinstance(block, PathSegment)
-    assert (block.start, block.end) == (near((21.0, 13.0)), near((19.8438, 13.4056)))
-    assert block.length == pytest.approx(1.2252, abs=1e-4)
-
-
-def test_e5_sharp_corner_with_an_arc() -> None:
-    up, down = lines((20.0, 5.0), (20.0, 12.0), (8.0, -3.0))
-    junction = corner(up, down, Offset(1.0, -1), True, 0.0)
-    assert junction.end == near((21.0, 12.0))
-    (arc,) = junction.generated
-    assert isinstance(arc, Bow)
-    assert (arc.centre, arc.rotation) == ((20.0, 12.0), 1)
-    assert arc.end == near((19.2191, 12.6247))
-    assert math.degrees(swept(arc)) == pytest.approx(141.34, abs=0.01)
-
-
 @pytest.mark.parametrize(("offset", "rotation"), [(LEFT, -1), (RIGHT, 1)])
 def test_reversal_is_run_round(offset: Offset, rotation: int) -> None:
     side, back = offset.side, PathSegment((10.0, 0.0), (0.0, 0.0))
@@ -122,27 +101,6 @@ def test_a_cusp_between_an_arc_and_a_line_is_inside_where_the_arc_bends_over_the
         pytest.approx((10.0 + radius, radius)),
         pytest.approx((10.0, radius)),
     ]
-
-
-def test_e10_line_to_arc() -> None:
-    line, arc = PathSegment((0.0, 0.0), (10.0, 0.0)), Bow((10.0, 0.0), (6.0, 8.0), (6.0, 3.0), 1)
-    inside, outside = Offset(1.0, 1), Offset(1.0, -1)
-    assert corner(line, arc, inside, False, 0.0).end == near((9.4641, 1.0))
-    assert corner(line, arc, outside, False, 0.0).end == near((10.4721, -1.0))
-    assert 100.0 * feed_share(arc, inside, 0.1) == pytest.approx(80.0)
-    assert feed_share(arc, outside, 0.1) == 1.0
-    assert feed_share(line, inside, 0.1) == 1.0
-    (run,) = compensated(arc, (6.0 + math.sqrt(12.0), 1.0), inside.beside_end(arc), inside)
-    assert isinstance(run, Bow)
-    assert (run.centre, run.rotation) == ((6.0, 3.0), 1)
-    assert run.radius == pytest.approx(4.0)
-    assert run.end == pytest.approx((6.0, 7.0))
-
-
-def test_e11_feed_floor() -> None:
-    arc = Bow((10.0, 0.0), (0.0, 10.0), (0.0, 0.0), 1)
-    assert 100.0 * feed_share(arc, Offset(9.8, 1), 0.10) == pytest.approx(10.0)
-    assert 100.0 * feed_share(arc, Offset(9.8, 1), 0.01) == pytest.approx(2.0)
 
 
 def test_two_arcs_meet_where_their_circles_do() -> None:
@@ -328,12 +286,6 @@ def test_an_arc_trimmed_to_nothing_is_no_full_circle(radius: float, left_over: f
     arc = arc_between(0.0, 40.0, 1, radius)
     start, end = on(20.0, radius - 2.0), on(20.0 + left_over, radius - 2.0)
     assert [run.length for run in compensated(arc, start, end, LEFT)] == [pytest.approx(0.0, abs=1e-6)]
-
-
-def test_e8_side_change_of_lines() -> None:
-    junction = side_change(EAST, turned(EAST, 0.0), LEFT, RIGHT)
-    assert junction.end == (10.0, 2.0)
-    assert [(piece.start, piece.end) for piece in junction.generated] == [((10.0, 2.0), (10.0, -2.0))]
 
 
 def test_side_change_at_an_angle_joins_the_perpendicular_points() -> None:
