@@ -397,4 +397,22 @@ class Message(Instant):
     text: str
 
 
-Event: TypeAlias = Motion | CycleStrokes | Instant
+Event: TypeAlias = (
+    Motion
+    | CycleAhead
+    | FeedAhead
+    | CycleStart
+    | CycleStrokes
+    | CycleEnd
+    | TableStop
+    | DressStart
+    | DressEnd
+    | InterruptStart
+    | InterruptEnd
+    | ProgramStop
+    | ProgramEnd
+    | Spindle
+    | Switch
+    | Hold
+    | Message
+)

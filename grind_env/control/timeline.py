@@ -134,8 +134,10 @@ class Timeline:
         yield from self.wait(self.time)
         rate = self.rate(feed)
         seconds = self.duration(path, feed) if path.length > 0.0 else dwell
-        if self.reciprocation is not None:
-            self.budget.foresee(seconds // self._stroke_time(self.reciprocation) - 1, place)
+        if (table := self.reciprocation) is not None:
+            speed, way = self.table_rate(table) / 60.0, abs(table.primary - table.secondary)
+            stroke = motion_time(way, speed, self.control.acceleration) + self.dwell
+            self.budget.foresee(seconds // stroke - 1, place)
         begin, finish = self.time, self.time + seconds
         start = self._shown(begin)
         self._motion = Moving(path, begin, finish, rate / 60.0, self.control.acceleration)
@@ -266,10 +268,6 @@ class Timeline:
             yield self._arrive(table, stroke)
             yield from self._hold(table)
 
-    def _stroke_time(self, table: Reciprocation) -> float:
-        speed = self.table_rate(table) / 60.0
-        return motion_time(abs(table.primary - table.secondary), speed, self.control.acceleration) + self.dwell
-
     def _set_out(self, table: Reciprocation) -> Underway:
         self.budget.spend(table.place)
         rate = self.table_rate(table)
@@ -302,7 +300,8 @@ class Timeline:
         Beside a program motion the table goes on: stopped, it would let the wheel feed into one end of the part
         (ruling 13).
         """
-        panel = self.control.panel
+        panel, motion = self.control.panel, self._motion
+        moving = motion is not None and motion.path.length > 0.0 and motion.finish > table.free_at + INSTANT
         while (panel.dress_requested or (self._requests and self._requests[0] <= table.free_at)) and not self.held:
             if table.plan.program is None:
                 if panel.dress_requested:
@@ -310,15 +309,11 @@ class Timeline:
                 else:
                     self._requests.popleft()
                 yield Message(table.free_at, "no dress program")
-            elif self._moving(table.free_at):
+            elif moving:
                 self.owed = True
                 return
             else:
                 self.held = True
-
-    def _moving(self, time: float) -> bool:
-        motion = self._motion
-        return motion is not None and motion.path.length > 0.0 and motion.finish > time + INSTANT
 
     def _settle_axis(self, table: Reciprocation) -> None:
         self.position = placed(self.position, {table.axis: table.coordinate})

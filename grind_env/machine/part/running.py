@@ -104,22 +104,19 @@ class Running:
         return not flows and self.job.setup.fluid.name != DRY
 
     def set_speed(self, event: Spindle) -> None:
-        new = self.job.setup.wheel.diameter
+        own, new = self.own, self.job.setup.wheel.diameter
         if event.surface > 0.0:
             found = Speed(event.surface / 60.0, constant=True)
         else:
             found = Speed(math.pi * new * event.speed / 60_000.0, constant=False)
-        self._commanded = self.own if self._is_own(found) else found
+        half = 0.5 / 60.0 if own.constant else 0.5 * math.pi * new / 60_000.0  # of a whole S, m/s
+        same = abs(found.surface - own.surface) <= max(half, SAME * own.surface)
+        self._commanded = own if found.constant == own.constant and same else found
         self._put_in_force()
 
     def switch(self, event: Switch) -> None:
         self._turning, self._flowing = event.turning, event.coolant
         self._put_in_force()
-
-    def _is_own(self, speed: Speed) -> bool:
-        own, new = self.own, self.job.setup.wheel.diameter
-        half = 0.5 / 60.0 if own.constant else 0.5 * math.pi * new / 60_000.0  # of a whole S, m/s
-        return speed.constant == own.constant and abs(speed.surface - own.surface) <= max(half, SAME * own.surface)
 
     @property
     def fault(self) -> str | None:

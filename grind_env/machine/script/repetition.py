@@ -45,19 +45,16 @@ def repeated(script: Script, runs: int) -> Script | None:
     first, second, third, last = (script.blocks[k * count : (k + 1) * count] for k in range(FEW))
     if left or not is_straight(script.programs) or [*map(_done, second)] != [*map(_done, third)]:
         return None
-    if any(map(_infeeds_beside, script.blocks)):  # how deep its strokes come rounds otherwise as time goes on
-        return None
+    for block in script.blocks:
+        plunge = plunge_axis(block.plan.axis)
+        if any(motion.start[plunge] != motion.end[plunge] for motion in block.beside):
+            return None  # how deep its strokes come rounds otherwise as time goes on
     return replace(script, blocks=(*first, *(runs - 2) * second, *last))
 
 
 def with_job(script: Script, job: Job) -> Script:
     """The same for a job that asks for something else of its parts, or has a stronger spindle."""
     return replace(script, job=replace(job, met=met_by(script.programs, job, script.blocks)))
-
-
-def _infeeds_beside(block: ScriptBlock) -> bool:
-    plunge = plunge_axis(block.plan.axis)
-    return any(motion.start[plunge] != motion.end[plunge] for motion in block.beside)
 
 
 def _done(block: ScriptBlock) -> list[object]:

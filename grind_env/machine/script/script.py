@@ -290,10 +290,9 @@ class _Writer:
         self._let_part_go()
         if self.blocks:
             self.blocks[-1].to_secondary = taken_over
-            self._close()
         else:
             self.approach = sum(self.way)
-            self.way, self.waited = [0.0, 0.0], False
+        self._close()
         if plan.plunge_axis is not None and plan.depth_target > plan.plunge_start:
             raise self._error("its cycle plunges away from the part", plan.line)
         dress = None
@@ -361,11 +360,9 @@ class _Writer:
             raise self._error("its process changes what a feed move that is a stroke finds", plan.line)
         self._require_own_setup(plan.line)
         self._let_part_go()
-        if self.blocks:
-            self._close()
-        else:
+        if not self.blocks:
             self.approach = sum(self.way)
-            self.way, self.waited = [0.0, 0.0], False
+        self._close()
         self.ahead, self.fed_by_stroke, self.stopped = block, True, False
         dress = self.blocks[-1].dress if self.blocks else None
         made = ScriptBlock(block, stroke.inch, plan, stroke.start, stroke.end, False, dress, at_secondary=False)

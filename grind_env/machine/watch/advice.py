@@ -7,13 +7,6 @@ from grind_env.control.numbers import MILLIMETRES_PER_INCH
 from grind_env.control.profile import ramp_time
 from grind_env.control.rules import pick_window
 from grind_env.machine.axes import AXES
-from grind_env.process import state
-
-TABLE_SPEEDS = (3000.0, 40_000.0)
-"""mm/min; table speeds for which the process model holds (model.md, kinematics)."""
-
-DEEPEST_CUT = 0.1
-"""mm; deeper is creep feed, for which it does not hold (model.md, section 13)."""
 
 BEYOND_NUMBERS = (
     "forces, heat or wear of a cut are no finite numbers; give the job and the factors of its parts values that occur "
@@ -45,38 +38,6 @@ def feed_for(length: float, seconds: float, acceleration: float) -> float | None
     half = 0.5 * acceleration * seconds
     rest = half * half - acceleration * length
     return 60.0 * acceleration * length / (half + math.sqrt(rest)) if rest >= 0.0 else None
-
-
-def deepest_within(feed: float) -> float:
-    """The deepest cut at E `feed`, mm/min, within the limits of validity of the process model, mm."""
-    low, high = TABLE_SPEEDS
-    return DEEPEST_CUT if low <= feed <= high else 0.0
-
-
-def outside_model(feed: float, depth: float, word: str) -> str | None:
-    """What to say of a cut at E or F, mm/min, and a depth, mm, for which the model does not hold; None if it does."""
-    low, high = TABLE_SPEEDS
-    if depth <= deepest_within(feed):
-        return None
-    if not low <= feed <= high:
-        return f"a stroke cuts at {word}{feed:g} mm/min; the process model holds from {low:g} to {high:g} mm/min"
-    return f"a stroke cuts {depth:.2f} mm deep; the process model holds up to {DEEPEST_CUT:g} mm"
-
-
-def groove_outside_model(cut: state.StrokeResult) -> str | None:
-    """What to say about an infeed beyond the limits of validity of the process model; None within them."""
-    if cut.ae <= 0.0:
-        return None
-    low, high = TABLE_SPEEDS
-    speed = 60.0 * cut.Q / cut.ae
-    if not low <= speed <= high:
-        return (
-            f"an infeed grinds the length of the part at {speed:.0f} mm/min, a turn per infeed; "
-            f"the process model holds from {low:g} to {high:g} mm/min"
-        )
-    if cut.ae > DEEPEST_CUT:
-        return f"an infeed cuts {cut.ae:.2f} mm deep; the process model holds up to {DEEPEST_CUT:g} mm"
-    return None
 
 
 def crash(depth: float, move: Motion, part: str = "the part") -> str:

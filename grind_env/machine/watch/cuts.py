@@ -17,6 +17,12 @@ from grind_env.machine.watch import advice
 from grind_env.machine.watch.notices import Notices
 from grind_env.process.state import StrokeResult, WheelState
 
+TABLE_SPEEDS = (3000.0, 40_000.0)
+"""mm/min; table speeds for which the process model holds (model.md, kinematics)."""
+
+DEEPEST_CUT = 0.1
+"""mm; deeper is creep feed, for which it does not hold (model.md, section 13)."""
+
 OVERTRAVEL = 2.0
 """mm; by which a table has to go beyond the part at least: a cut of 0.01 mm is 1.7 mm long on a wheel of 300 mm."""
 
@@ -52,7 +58,7 @@ class Cuts:
         self, part: PartRun, event: CycleStrokes, rows: Array, A: float, dress: DressPlan, dressed: Array
     ) -> None:
         ae, flats = rows["ae"].tolist(), rows["A"].tolist()
-        shallow = max(ae) <= advice.deepest_within(event.feed) and rows["ds"][-1] >= self.least
+        shallow = max(ae) <= _deepest_within(event.feed) and rows["ds"][-1] >= self.least
         alive = min(flats) > 0.0 and max(flats) < part.p.Amax
         quiet = shallow and alive and not any(_turns_inside(part, turn) for turn in event.turns)
         made = 0
@@ -72,13 +78,15 @@ class Cuts:
         inside = [_turns_inside(part, turn) for turn in event.turns]
         turns = np.array(inside)[(made + np.arange(rows.size)) % 2] & (Z > 0.0)
         worn = _destroyed(part, np.append(A, A_after)[:-1], A_after)
-        found = turns, ae > advice.deepest_within(event.feed), ds < self.least, worn
+        found = turns, ae > _deepest_within(event.feed), ds < self.least, worn
         for k in sorted({int(each.argmax()) for each in found if each.any()}):  # of each subject the first tells
             if turns[k]:
                 turn, axis = event.ends(made + k)[1], AXES[event.plan.axis]
                 text = advice.short_stroke(turn, axis, lying.start, lying.start + lying.length)
                 self.notices.tell(line, "turn", text)
-            self.notices.tell(line, "model", advice.outside_model(event.feed, ae[k], word))
+            self.notices.tell(
+                line, "model", _beyond_model("a stroke", ae[k], event.feed, f"cuts at {word}{event.feed:g} mm/min")
+            )
             self.diameter(ds[k])
             if worn[k]:
                 text = (
@@ -88,11 +96,29 @@ class Cuts:
                 self.notices.tell(line, "wheel", text)
 
     def infeed(self, part: PartRun, event: Infeed, cut: StrokeResult, before: WheelState, after: WheelState) -> None:
-        self.notices.tell(event.line, "model", advice.groove_outside_model(cut))
+        speed = 60.0 * cut.Q / cut.ae if cut.ae > 0.0 else 0.0
+        at = f"grinds the length of the part at {speed:.0f} mm/min, a turn per infeed"
+        self.notices.tell(event.line, "model", _beyond_model("an infeed", cut.ae, speed, at))
         self.diameter(after.ds)
         if _destroyed(part, before.A, after.A):
             cause = f"an infeed {cut.ae:.3g} mm deep at F{event.feed:g} mm/min"
             self.notices.tell(event.line, "wheel", f"{cause} destroys the wheel; take smaller steps or a higher F")
+
+
+def _deepest_within(speed: float) -> float:
+    """The deepest cut at a table speed, mm/min, within the limits of validity of the process model, mm."""
+    low, high = TABLE_SPEEDS
+    return DEEPEST_CUT if low <= speed <= high else 0.0
+
+
+def _beyond_model(cut: str, depth: float, speed: float, at: str) -> str | None:
+    """What to say of a cut for which the model does not hold, and of `at` which speed it is made; None if it does."""
+    low, high = TABLE_SPEEDS
+    if depth <= _deepest_within(speed):
+        return None
+    if not low <= speed <= high:
+        return f"{cut} {at}; the process model holds from {low:g} to {high:g} mm/min"
+    return f"{cut} cuts {depth:.2f} mm deep; the process model holds up to {DEEPEST_CUT:g} mm"
 
 
 def _turns_inside(run: PartRun, turn: float) -> bool:
