@@ -118,7 +118,6 @@ class SetUp:
 NO_GROWTH: Mapping[str, Mapping[str, float]] = {"material": {"thermal_expansion": 0.0}}
 """A part that stays as high as it is: changes of a set-up for what the elastic loop alone does."""
 
-USUAL = "usual"
 CONDITIONS = (
     "Usual is aisi_52100 ground with a60j in emulsion on the default machine: downfeed 10 um, table 12 m/min, wheel "
     "30 m/s and 300 mm, part 200 mm long and 20 mm wide, dressed with single_point, lead .1 mm, depth .02 mm; the row "
@@ -237,17 +236,15 @@ class Rig:
 
     Attributes:
         catalogue: whose entries.
-        usual: arguments of `SetUp` that take the place of its defaults.
         outside: kept of all set-ups that were made: of each limit of an entry, the number that was farthest beyond it.
     """
 
     catalogue: Catalogue
-    usual: Mapping[str, Any] = field(default_factory=dict)
     outside: dict[tuple[str, str], Beyond] = field(default_factory=dict)
 
     def fresh(self, **setup: Any) -> Grinder:
         """A freshly dressed wheel over a new part; arguments as of `SetUp`."""
-        chosen = SetUp(**{**self.usual, **setup})
+        chosen = SetUp(**setup)
         p = self.parameters(chosen)
         wheel = dressed(chosen.diameter, chosen.diamond_flat, chosen.lead, chosen.depth, p)
         return Grinder(chosen, p, wheel)
