@@ -61,20 +61,7 @@ class Options:
 
 @dataclass(frozen=True, kw_only=True)
 class StudyOptions:
-    """Options of a study.
-
-    Attributes:
-        problems: what is ground, of a study with tasks by default.
-        tasks: that somebody asks for; None for all.
-        job: of a part program among them.
-        parts: how often that is run.
-        episodes: evaluation episodes.
-        seeds: trainings of each kind, or runs on each machine.
-        steps: environment steps of a training.
-        configs: folder of the tuned parameters; by default that of `tuned_folder`.
-        results: folder of the tables.
-        options: how the trials are run.
-    """
+    """Options of a study; `tasks` is None where nobody names any; `seeds` counts trainings, or runs on each machine."""
 
     problems: Sequence[Problem]
     tasks: str | None = None

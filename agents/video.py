@@ -109,21 +109,10 @@ def _in_motion(before: EpisodePicture, after: EpisodePicture, k: int, frames: in
 def record(
     policies: Sequence[Policy], problem: Problem, seed: int, path: Path, film: Film | None = None, split: str = EVERY
 ) -> int:
-    """Write an animation of the policies, if there are several side by side, on the episode of a seed.
-
-    Args:
-        policies: from left to right.
-        problem: what they grind.
-        seed: of the episode.
-        path: a .gif file.
-        film: settings.
-        split: that the contexts of the episode are drawn from.
-
-    Returns:
-        Size of the file, bytes.
+    """Write an animation of the policies, side by side, on the episode of a seed; return the size of the file, bytes.
 
     Raises:
-        GrindError: for another suffix or split, or if the file would be larger than `film.most_bytes`.
+        GrindError: the file is no .gif, or would be larger than `film.most_bytes`.
     """
     film = Film() if film is None else film
     if path.suffix != ".gif":

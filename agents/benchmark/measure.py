@@ -22,15 +22,7 @@ GENERATION = 16
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Made:
-    """How the policy of a cell was made.
-
-    Attributes:
-        model: what of the simulator's equations it holds when it decides; see `price.model_of`.
-        blocks: of interaction, tuning included.
-        trained_on: split that the contexts of the training were drawn from; None of a policy that is not trained.
-        steps: of the training.
-        seconds: CPU time of the training.
-    """
+    """How a policy was made: what it holds of the model, and blocks, split, steps and CPU s of tuning or training."""
 
     model: str | None = None
     blocks: int | None = None
@@ -41,18 +33,7 @@ class Made:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CellResult:
-    """What was found of a cell.
-
-    Attributes:
-        cell: the cell.
-        sees: what the policy sees.
-        evaluation: on the seeds that were asked for, split `all`.
-        interpolation: on the same seeds with contexts of the split `interpolation`, if asked for.
-        plants: on the same seeds on machines that are held out, if asked for; of what sees measurements.
-        made: how the policy was made.
-        price: of its decisions.
-        first: of the seeds.
-    """
+    """What was found of a cell: evaluations on its seeds, on those of `interpolation`, and on held-out machines."""
 
     cell: BenchmarkCell
     sees: Sees
@@ -65,14 +46,10 @@ class CellResult:
 
 
 def measure(cell: BenchmarkCell, request: Request) -> CellResult:
-    """Measure a cell; what is kept of the same code, parameters and seeds is not run again.
-
-    Args:
-        cell: what to measure.
-        request: how.
+    """Measure a cell; what is cached of the same code, parameters and seeds is not run again.
 
     Raises:
-        GrindError: if the policy has not been tuned, cannot be trained or does not fit the problem.
+        GrindError: the policy has not been tuned, cannot be trained or does not fit the problem.
     """
     make = trained if cell.trains else scripted
     policy, problem, made = make(cell, request)

@@ -11,8 +11,7 @@ import typer
 from agents.benchmark.plan import CORE, EPISODES, FLAGSHIP, chosen_problems
 from agents.budgets import GAP_EPISODES, SCORE_EPISODES, STUDY_EPISODES, STUDY_MACHINES, TRACK_EPISODES
 from agents.cells import RESULTS, RUNS
-from agents.commands.interrupted import going_on
-from agents.commands.options import Tasks
+from agents.commands.options import Tasks, going_on
 from agents.study import Fresh, Jobs, Options, Ray, Results, Runs
 from grind_env.arguments import FILE, PROBLEM, Reads
 from grind_env.commands import Configs, JobFile, Parts, Plant
@@ -123,7 +122,7 @@ COMMANDS = {
         "--task power_limited",
     ),
     "safety": StudyCommand(
-        "agents.safety.study",
+        "agents.safety.page",
         "What PPO with a GRU earns and violates, without and with a budget of scrap, beside a guarded rule.\n\n"
         "Power, size, Ra and burning are counted block by block, scrap part by part.",
         "--tasks power_limited,rush --seeds 3",

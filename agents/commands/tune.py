@@ -7,7 +7,7 @@ import typer
 
 from agents.budgets import TUNING_EPISODES, TUNING_EVALUATIONS, TUNING_STARTS
 from agents.cells import RUNS
-from agents.commands.interrupted import going_on
+from agents.commands.options import going_on
 from agents.study import Fresh, Jobs, Ray
 from grind_env.arguments import Keeps
 from grind_env.commands import JobFile, NamedProblem, Parts

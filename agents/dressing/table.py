@@ -54,10 +54,10 @@ class DressStudy(NamedTuple):
 
 
 def read_study(path: Path) -> DressStudy:
-    """The study of a task, from the table that the command wrote.
+    """Return the study of a task, from the table that the command wrote.
 
     Raises:
-        ConfigError: if the file is damaged.
+        ConfigError: the file is damaged.
     """
     try:
         rows = list(DictReader(StringIO(read_text(path), newline="")))

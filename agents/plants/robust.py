@@ -4,8 +4,8 @@ from pathlib import Path
 
 from agents.benchmark.agents import plain_agent
 from agents.benchmark.plan import PUBLIC, ROBUST
+from agents.plants.advising import best_plan
 from agents.plants.machines import PARTS, StudyMachine
-from agents.plants.plans import best_plan
 from grind_env.envs.job.loading import load_simulation
 from grind_env.policies.held import on
 from grind_env.policies.learned.saved import load_policy

@@ -123,11 +123,7 @@ class Holding:
 
 @dataclass
 class CalibratedAdapter:
-    """The planner on the belief with a guard, both on a model that is fitted to all shifts so far.
-
-    Args:
-        planner: its name.
-    """
+    """A planner on the belief with a guard, both on a model that is fitted to all shifts so far."""
 
     planner: str
     name: ClassVar[str] = "calibrated"

@@ -33,15 +33,10 @@ def sqlite_url(path: Path) -> str:
 
 
 def open_study(url: str, name: str, *, fresh: bool = False) -> optuna.Study:
-    """The study of that name, made if it is not there.
-
-    Args:
-        url: of any relational database that SQLAlchemy knows.
-        name: of the study.
-        fresh: throw away what the study holds.
+    """Open the study of that name, made if it is not there; `fresh` throws away what it holds.
 
     Raises:
-        ConfigError: if the database cannot be opened.
+        ConfigError: the database cannot be opened.
     """
     try:
         waiting: dict[str, Any] = {}
@@ -79,15 +74,8 @@ def _make_tables(engine: sqlalchemy.Engine) -> None:
 class KeptCosts:
     """Costs that are kept in a study, in the order in which a search asks for them.
 
-    A search that repeats itself, as all of `agents.tuning.search` do, asks for the kept points first and gets
-    their costs without a new evaluation. What is asked for together is one trial, with its points and costs as
-    attributes: a transaction for every entry of every point would take longer than most evaluations.
-
-    Args:
-        study: where they are kept; the value of a trial is its least cost.
-        names: of the entries of a point.
-        costs: the function of several points.
-        advance: called with the number of values that are handed out.
+    A search that repeats itself asks for the kept points first and gets their costs without a new evaluation. What is
+    asked for together is one trial: a transaction for each entry would take longer than most evaluations.
     """
 
     def __init__(
