@@ -10,7 +10,6 @@ from rich.console import Console
 from agents.benchmark.aggregate import aggregates, all_runs, improvements, profile, scored_tasks
 from agents.benchmark.html import html_page
 from agents.benchmark.judge import Sampled, is_ratio, judged, over_runs
-from agents.benchmark.measure import CellResult
 from agents.benchmark.page import page
 from agents.benchmark.plan import BenchmarkCell
 from agents.benchmark.readme import BEGIN, END, PAGE, README, replaced
@@ -37,9 +36,7 @@ def evaluation(cost, good=None):
 
 
 def row(task, policy, cost, seed=None, sees="measurements", good=None):
-    return result_of(
-        CellResult(cell=BenchmarkCell(find_problem(task), policy, seed), sees=sees, evaluation=evaluation(cost, good))
-    )
+    return result_of(BenchmarkCell(find_problem(task), policy, seed), sees, evaluation(cost, good))
 
 
 def table_of(task, learned, noise=1.0):
