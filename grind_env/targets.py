@@ -46,13 +46,8 @@ class Own:
 class Target:
     """A file that is to be written.
 
-    Attributes:
-        path: of it.
-        option: by which it is named, or what it is named after; empty for a call without options.
-        own: what it may replace; anything if None.
-        after: the file that was named, where this one is written beside it.
-        kind: what the option names: a file, or the folder of this one.
-        called: whether it may be among the programs that are read, if it is its own: values that a program calls.
+    `option` names it, or the file or folder (`kind`) that it goes by; `after` is the file beside which it lies. `own`
+    is what it may replace, anything if None; `called`: it may then be among the programs that are read, as values.
     """
 
     path: Path
@@ -116,12 +111,7 @@ def check_targets(targets: Sequence[Target], read: Iterable[Path] = ()) -> None:
 
 
 def check_own(path: Path, own: Own, option: str) -> None:
-    """Find out, before any work, whether a file that a command names itself may be replaced.
-
-    Args:
-        path: of the file, whose folder may yet have to be made.
-        own: what it may be.
-        option: by which the folder is named.
+    """Find out, before any work, whether a file that a command names itself may be replaced in a folder.
 
     Raises:
         FileError: it is there already and something else.

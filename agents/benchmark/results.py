@@ -133,15 +133,6 @@ EPISODES = tuple(f"{prefix}{name}" for prefix in PREFIXES for name in ("cost", "
 COLUMNS = [each.name for each in fields(Result) if each.name not in EPISODES]
 WHOLE = ("seed", "episodes", "interpolation_episodes", "plants_episodes", "steps", "blocks", "task_version")
 TEXT = ("task", "policy", "kind", "sees", "interpolation_seeds", "plants_seeds", "trained_on", "model")
-LATER = (
-    "model",
-    *(name for name in (*COLUMNS, *EPISODES) if name.startswith(PLANTS)),
-    "blocks",
-    "making_calls",
-    "decision_calls",
-    "decision_ms",
-)
-"""Columns that tables of before do not have."""
 FACTS = COLUMNS[COLUMNS.index("seeds") :]
 
 
@@ -245,19 +236,12 @@ def read_results(folder: Path) -> list[Result]:
         return []
     try:
         file = io.BytesIO(read_bytes(path))
-        names = parquet.read_schema(file).names
-        there = [name for name in SCHEMA.names if name not in LATER or name in names]
-        missing = set(there) - set(names)
-        # the first version was written down nowhere
-        if missing == {"task_version"}:
-            return []
+        missing = set(SCHEMA.names) - set(parquet.read_schema(file).names)
         if missing:
             raise ValueError(f"it has no column {min(missing)!r}")
         present = [("task_version", "=", TASK_VERSION)]
-        schema = pyarrow.schema([SCHEMA.field(name) for name in there])
-        rows: list[dict[str, Any]] = parquet.read_table(file, schema=schema, filters=present).to_pylist()
-        episodes = [name for name in EPISODES if name in there]
-        return [Result(**{**row, **{name: np.array(row[name], np.float32) for name in episodes}}) for row in rows]
+        rows: list[dict[str, Any]] = parquet.read_table(file, schema=SCHEMA, filters=present).to_pylist()
+        return [Result(**{**row, **{name: np.array(row[name], np.float32) for name in EPISODES}}) for row in rows]
     except (OSError, pyarrow.ArrowException, TypeError, ValueError) as error:
         raise ConfigError(f"{path} is damaged ({reason(error)}): delete it and run the benchmark again") from error
 

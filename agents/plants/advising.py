@@ -14,10 +14,10 @@ from grind_env.shop.advise.rehearsal import BatchResult, Decide, advised, as_pro
 from grind_env.training.rivals import EVERY, RATIOS, Programmed
 
 
-def advise_on(machine: StudyMachine, episodes: int, parts: int = PARTS) -> dict[str, list[BatchResult]]:
+def advise_on(machine: StudyMachine, episodes: int) -> dict[str, list[BatchResult]]:
     """Grind batches with the adviser, with the one without a model, and by the best fixed plan, on the same lots."""
-    simulation = machine.simulation(parts)
-    model = load_simulation(str(machine.program.path), str(machine.program.job), parts, 1.0, "measured")
+    simulation = machine.simulation(PARTS)
+    model = load_simulation(str(machine.program.path), str(machine.program.job), PARTS, 1.0, "measured")
     policy = policy_for(None, model)
     assert isinstance(policy, AdviserPolicy) and policy.model is not None
     alone = policy.model

@@ -232,7 +232,6 @@ def tune(
     evaluations: int = TUNING_EVALUATIONS,
     starts: int = TUNING_STARTS,
     episodes: int = TUNING_EPISODES,
-    storage: str | None = None,
     folder: Path | None = None,
     runs: Path = RUNS,
     fresh: bool = False,
@@ -241,8 +240,8 @@ def tune(
 ) -> dict[str, Tuned]:
     """Tune the policies that the file of the task does not have yet, and store each as soon as it is done.
 
-    Those that it has for another task are tuned anew. A search that was killed goes on from the trials in `storage`, by
-    default an SQLite file `<task>/tune.db` below `runs`. What is found does not depend on `jobs` or `ray`.
+    Those that it has for another task are tuned anew. A search that was killed goes on from its trials, in
+    `<task>/tune.db` below `runs`. What is found does not depend on `jobs` or `ray`.
 
     Raises:
         ConfigError: a policy has nothing to tune, or the file is damaged and `fresh` is not asked for.
@@ -256,7 +255,7 @@ def tune(
     folder = tuned_folder(simulation.task, folder)
     check_own(folder / f"{problem.name}.toml", TUNED_FILE, "--configs")
     tuned = _readable(problem.name, folder, fresh)
-    url = sqlite_url(runs / problem.name / "tune.db") if storage is None else storage
+    url = sqlite_url(runs / problem.name / "tune.db")
     names = listed if names is None else names
     if not fresh:
         names = [name for name in names if name not in tuned or not _holds(name, tuned[name], simulation, folder)]

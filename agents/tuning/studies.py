@@ -39,16 +39,16 @@ def open_study(url: str, name: str, *, fresh: bool = False) -> optuna.Study:
         ConfigError: the database cannot be opened.
     """
     try:
-        waiting: dict[str, Any] = {}
-        if url.startswith("sqlite"):
-            waiting = {"connect_args": {"timeout": BUSY_SECONDS}}
-            _make_tables(sqlalchemy.create_engine(url, **waiting))
+        waiting = {"connect_args": {"timeout": BUSY_SECONDS}}
+        _make_tables(sqlalchemy.create_engine(url, **waiting))
         storage = optuna.storages.RDBStorage(url, engine_kwargs=waiting)
         if fresh and name in optuna.get_all_study_names(storage):
             optuna.delete_study(study_name=name, storage=storage)
         return optuna.create_study(storage=storage, study_name=name, load_if_exists=True)
-    except (SQLAlchemyError, sqlite3.Error, ImportError, optuna.exceptions.StorageInternalError) as error:
-        raise ConfigError(f"the storage {url} cannot be opened ({reason(error)}): give the URL of a database") from None
+    except (SQLAlchemyError, sqlite3.Error, optuna.exceptions.StorageInternalError) as error:
+        raise ConfigError(
+            f"{url} cannot be opened ({reason(error)}): delete it, or name another folder with --runs"
+        ) from None
 
 
 def _make_tables(engine: sqlalchemy.Engine) -> None:

@@ -39,17 +39,7 @@ AREA, GROWTH = NAMES.index("belief_wear_flat"), NAMES.index("belief_growth")
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class PolicyMap:
-    """E and D of an agent over the believed wear-flat area and the believed factor on its growth.
-
-    Attributes:
-        policy: name of the agent.
-        problem: name of the environment.
-        areas: of the grid, shape (n,).
-        growths: likewise, log factor.
-        speeds: E, m/min, shape (growths, areas).
-        executions: D, likewise.
-        visited: areas and log factors of the states that the agent got into, shape (states, 2).
-    """
+    """E, m/min, and D of an agent, shape (growths, areas); `visited` are states that it got into, shape (states, 2)."""
 
     policy: str
     problem: str

@@ -18,16 +18,7 @@ class PageError(GrindError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PageNote:
-    """Notes on one id.
-
-    Attributes:
-        summary: what the job is.
-        hard: what makes it easy or hard, no sentence.
-        versions: what each version of the id changed, the latest last.
-        program: part program among the examples of the package that the id needs to be made; "" for none.
-        reward: lowest and highest reward of a step where there is no task to work them out from; `-inf` if no lower
-            bound is known.
-    """
+    """Notes on one id; `program` is an example that it needs to be made, `reward` its span where no task tells it."""
 
     summary: str
     hard: str

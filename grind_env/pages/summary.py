@@ -11,19 +11,7 @@ from grind_env.table import Column, table_of
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskSummary:
-    """An id in one row.
-
-    Attributes:
-        id: the id.
-        title: the job in a few words.
-        steps: steps of an episode; 0 where they are not fixed.
-        actions: forms of the action.
-        observation: entries of the observation.
-        full: the same with `observation="full"`.
-        reward: lowest and highest reward of a step; None for the lowest where no bound is known.
-        hard: what makes it easy or hard.
-        scripted: score of the best scripted policy that sees measurements; None if it has not been measured.
-    """
+    """An id in one row; None for what has no bound, or has not been measured."""
 
     id: str
     title: str

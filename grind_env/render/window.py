@@ -11,14 +11,10 @@ from grind_env.render.view import NoScreenError, RenderError
 
 
 class Window:
-    """A window on the screen.
-
-    Args:
-        title: in its frame.
-        fps: pictures shown a second at most.
+    """A window on the screen that shows at most `fps` pictures a second.
 
     Raises:
-        NoScreenError: if there is no screen.
+        NoScreenError: there is no screen.
     """
 
     def __init__(self, title: str, fps: float) -> None:
@@ -38,7 +34,7 @@ class Window:
         """Show a picture, shape (height, width, 3), when the one before has stood long enough.
 
         Raises:
-            RenderError: if the user has closed the window.
+            RenderError: the user has closed the window.
         """
         time.sleep(max(self.due - time.monotonic(), 0.0))
         self.due = time.monotonic() + self.pause

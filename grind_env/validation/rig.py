@@ -62,10 +62,7 @@ def grind_strokes(
 ) -> tuple[RigState, StrokeResult]:
     """Grind `count` strokes (at least one), before each of which the wheel goes down by `downfeed` mm.
 
-    Each takes `pause` s more than the way over the part.
-
-    Returns:
-        Wheel and part after them, and the last stroke.
+    Each takes `pause` s more than the way over the part. Return wheel and part after them, and the last stroke.
     """
     constants, seconds = constants_of(p, vw, Lw), whole_ms(Lw / vw + pause)
     Z = before.Z + downfeed
@@ -232,12 +229,7 @@ class Grinder:
 
 @dataclass(frozen=True, slots=True)
 class Rig:
-    """Makes grinders from the entries of a catalogue.
-
-    Attributes:
-        catalogue: whose entries.
-        outside: kept of all set-ups that were made: of each limit of an entry, the number that was farthest beyond it.
-    """
+    """Makes grinders from the entries of a catalogue; `outside` keeps what set-ups asked farthest beyond its limits."""
 
     catalogue: Catalogue
     outside: dict[tuple[str, str], Beyond] = field(default_factory=dict)

@@ -14,7 +14,7 @@ from agents.benchmark.plan import BenchmarkCell as Measurement
 from agents.benchmark.plan import Request as Requested
 from agents.benchmark.price import Price, model_of, price_of, tuned_on
 from agents.benchmark.readme import section
-from agents.benchmark.results import LATER, merged, read_results, result_of, write_results
+from agents.benchmark.results import merged, read_results, result_of
 from agents.benchmark.summary import NONE, summaries
 from agents.benchmark.trials import BenchmarkTrial, seconds
 from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds
@@ -143,20 +143,6 @@ def test_the_page_says_what_is_worth_what_and_how_sure_the_measure_is():
     (line,) = [each for each in text.partition("### rush")[2].splitlines() if each.startswith("| policy |")][:1]
     assert line.split(" | ")[1] == "score (95 %)"
     assert "## What is worth what" not in page(judged(rows()[:5]))
-
-
-def test_a_table_of_before_is_read_without_the_columns_that_came_later(tmp_path):
-    write_results(judged(rows()), tmp_path)
-    from pyarrow import parquet
-
-    path = tmp_path / "benchmark.parquet"
-    assert read_results(tmp_path)[0].decision_ms == 0.25
-    parquet.write_table(parquet.read_table(path).drop_columns(list(LATER)), path)
-    old = read_results(tmp_path)
-    made = ("model", "blocks", "making_calls", "decision_calls", "decision_ms")
-    assert {getattr(each, name) for each in old for name in made} == {None} and set(made) < set(LATER)
-    assert {(each.plants_episodes, each.plants_scrap, each.plants_cost.size) for each in old} == {(0, None, 0)}
-    assert len(page(old)) > 1000
 
 
 @pytest.mark.nightly
