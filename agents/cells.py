@@ -81,7 +81,10 @@ def kept_evaluation(
 def code_of(policy: Policy, problem: Problem) -> str:
     """Stands for a policy on a problem, and for the model that it holds."""
     model = model_beside(problem) if policy.sees == "measurements" else None
-    return fingerprint_of(policy, problem.simulation()) + ("" if model is None else behaviour(model))
+    simulation = problem.simulation()
+    made_of = sources(type(policy).__module__), *map(sources, said_by(simulation))
+    known = hashlib.sha256(f"{made_of} {behaviour(simulation)} {policy!r}".encode()).hexdigest()
+    return known + ("" if model is None else behaviour(model))
 
 
 def place_of(name: str, code: str, problem: Problem, seeds: range, split: str, folder: Path) -> tuple[Path, str]:
@@ -89,12 +92,6 @@ def place_of(name: str, code: str, problem: Problem, seeds: range, split: str, f
     place, drawn_from = folder / problem.name / "cells" / name, find_split(split)
     of_split = "" if drawn_from == SPLITS[EVERY] else f" {drawn_from}"
     return (place / split if of_split else place) / f"{seeds.start}.npz", f"{code} {seeds}{of_split}"
-
-
-def fingerprint_of(policy: Policy, simulation: Simulation) -> str:
-    """Stands for a policy with its parameters, its code, and the problem."""
-    made_of = sources(type(policy).__module__), *map(sources, said_by(simulation))
-    return hashlib.sha256(f"{made_of} {behaviour(simulation)} {policy!r}".encode()).hexdigest()
 
 
 def kept(path: Path, fingerprint: str) -> Evaluation | None:

@@ -86,20 +86,10 @@ def dress_study(plant: Plant = None) -> None:
 
 
 class StudyCommand(NamedTuple):
-    """A study as a command.
+    """A study as a command: the module whose `study(asked, **own)` makes it, its help, example and defaults.
 
-    Attributes:
-        module: whose `study(asked, **own)` makes it.
-        help: what it asks, and what must be known of it.
-        example: options of the example.
-        tasks: by default; None if the study knows.
-        episodes: by default.
-        seeds: trainings by default; 0 where nothing is trained.
-        steps: of a training by default.
-        own: a function whose parameters are options of its own.
-        without: common options that it has not.
-        free: options of its own that choose no trials: a choice is written into the folder of the cache.
-        folder: of its tables.
+    `own` is a function whose parameters are options of its own, `without` names common options that it has not, and
+    `free` those of its own that choose no trials: a choice of trials is written into the folder of the cache.
     """
 
     module: str

@@ -45,15 +45,7 @@ class TrackTrial:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrackRun:
-    """What came of a cell.
-
-    Attributes:
-        costs: of each shift, $.
-        scrap: expected number of bad parts of each.
-        parts: of each.
-        judged: by blocks ground before, a text, of each episode: cost, $, expected number of good parts, and parts.
-        cpu_seconds: of all of it.
-    """
+    """What came of a cell: $, bad parts and parts of each shift, and by blocks what judged it: $, good parts, parts."""
 
     costs: list[float] = field(default_factory=list)
     scrap: list[float] = field(default_factory=list)

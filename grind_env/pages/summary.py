@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from grind_env.envs.actions import ACTIONS
-from grind_env.pages.sheet import TaskSheet, page_ids, sheet
+from grind_env.pages.sheet import page_ids, sheet
 from grind_env.scores import find_reference, normalise
 from grind_env.table import Column, table_of
 
@@ -25,20 +25,13 @@ class TaskSummary:
 
 
 def summary(env_id: str) -> TaskSummary:
-    """The row of a registered id.
+    """Return the row of a registered id.
 
     Raises:
-        PageError: if the id is not registered or has no notes.
+        PageError: the id is not registered or has no notes.
     """
-    return _row(sheet(env_id))
-
-
-def summaries() -> list[TaskSummary]:
-    """The rows of all registered ids."""
-    return [summary(env_id) for env_id in page_ids()]
-
-
-def _row(about: TaskSheet) -> TaskSummary:
+    about = sheet(env_id)
+    known = find_reference(about.id)
     return TaskSummary(
         id=about.id,
         title=about.title,
@@ -48,13 +41,13 @@ def _row(about: TaskSheet) -> TaskSummary:
         full=len(about.full),
         reward=(about.reward.least if math.isfinite(about.reward.least) else None, about.reward.most),
         hard=about.note.hard,
-        scripted=_scripted(about.id),
+        scripted=None if known is None else round(normalise(about.id, known.returns[known.best_scripted].value), 3),
     )
 
 
-def _scripted(env_id: str) -> float | None:
-    known = find_reference(env_id)
-    return None if known is None else round(normalise(env_id, known.returns[known.best_scripted].value), 3)
+def summaries() -> list[TaskSummary]:
+    """The rows of all registered ids."""
+    return [summary(env_id) for env_id in page_ids()]
 
 
 def file_name(env_id: str) -> str:
