@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from grind_env.files import FileError, ReadError, check_target, is_file, is_stream, open_file, shown, status_of
+from grind_env.files import FileError, ReadError, check_target, is_file, open_file, shown, status_of
 
 HEAD = 1 << 16
 """Bytes of a file by which it is known."""
@@ -80,8 +80,6 @@ def check_targets(targets: Sequence[Target], read: Iterable[Path] = ()) -> None:
     """
     for target in targets:
         check_target(target.path)
-        if target.after is not None and is_stream(target.after):
-            raise FileError(f"{shown(target.after)} is no file beside which another can be written; {target.remedy}")
     there = [target for target in targets if is_file(target.path)]
     known = [path for path in dict.fromkeys(read if there else ()) if is_file(path)]
     for target in there:
@@ -98,8 +96,6 @@ def check_targets(targets: Sequence[Target], read: Iterable[Path] = ()) -> None:
             )
     taken = dict[str, Target]()
     for target in targets:
-        if is_stream(target.path):
-            continue
         place = os.path.realpath(target.path).casefold()  # on many a disk capital letters make no difference
         other = taken.setdefault(place, target)
         if other is not target and target.after == other.path:
