@@ -112,11 +112,7 @@ class Study:
     files: Mapping[str, str] | None = None
 
     def check(self, folder: Path) -> None:
-        """Refuse a folder in which other files have the names of the files of this study.
-
-        Raises:
-            FileError: a file of another origin has such a name.
-        """
+        """Refuse a folder in which other files have the names of the files of this study."""
         check_tables(folder, self.name, self.written)
 
     @property
@@ -168,11 +164,7 @@ class Study:
         return {trial: self.cached(trial, runs) for trial in self.trials if trial not in failed}, failed
 
     def found(self, options: Options) -> Found:
-        """Return what was found in all trials.
-
-        Raises:
-            GrindError: a trial failed.
-        """
+        """Return what was found in all trials; one that failed is an error."""
         found, failed = self.find(options)
         if failed:
             trial, why = next(iter(failed.items()))

@@ -27,11 +27,7 @@ class Own:
     known: Callable[[bytes], object]
 
     def fits(self, path: Path) -> bool:
-        """Whether there is nothing of this name yet, or such a file.
-
-        Raises:
-            FileError: there can be no file of this name.
-        """
+        """Return whether there is nothing of this name yet, or such a file."""
         if status_of(path) is None:
             return True
         try:
@@ -107,10 +103,6 @@ def check_targets(targets: Sequence[Target], read: Iterable[Path] = ()) -> None:
 
 
 def check_own(path: Path, own: Own, option: str) -> None:
-    """Find out, before any work, whether a file that a command names itself may be replaced in a folder.
-
-    Raises:
-        FileError: it is there already and something else.
-    """
+    """Find out, before any work, whether a file that a command names itself may be replaced in a folder."""
     if status_of(path) is not None:
         check_targets([Target(path=path, option=option, own=own, kind="folder")])

@@ -41,11 +41,7 @@ class Sampled:
         self.index = {(each.policy, each.seed): i for i, each in enumerate(self.results)}
 
     def of_first(self, n: int) -> tuple[Draws, Draws]:
-        """Means over the first n episodes, NaN of results that have fewer.
-
-        Returns:
-            Mean cost of an episode, $, shape (k,), and of each resample, shape (resamples, k); the same of good parts.
-        """
+        """Return mean cost, $, and good parts over the first n episodes and of resamples; NaN where there are fewer."""
         return _of_first(tuple(self.results), self.prefix, n)
 
     def fixed(self) -> int | None:

@@ -22,11 +22,7 @@ GENERATION = 16
 
 
 def measure(cell: BenchmarkCell, request: Request) -> Result:
-    """Measure a cell; what is cached of the same code, parameters and seeds is not run again.
-
-    Raises:
-        GrindError: the policy has not been tuned, cannot be trained or does not fit the problem.
-    """
+    """Measure a cell; what is cached of the same code, parameters and seeds is not run again."""
     make = trained if cell.trains else scripted
     policy, problem, made = make(cell, request)
     runs, episodes, between = request.runs / cell.apart, request.episodes, request.interpolation_episodes

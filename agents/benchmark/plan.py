@@ -100,11 +100,7 @@ class Request:
 
 
 def chosen_problems(names: str, job: str | None = None, parts: int = 1) -> list[Problem]:
-    """Return the problems of a list with commas, of `core` or of `all` tasks; see `find_problem`.
-
-    Raises:
-        GrindError: there is no problem of a name, or there are two.
-    """
+    """Return the problems of a list with commas, of `core` or of `all` tasks; two of one name are refused."""
     listed = {"core": CORE, "all": tuple(task_names())}.get(names) or tuple(each.strip() for each in names.split(","))
     problems = list(dict.fromkeys(find_problem(name, job, parts) for name in listed))
     found = [problem.name for problem in problems]
@@ -118,11 +114,7 @@ def chosen_problems(names: str, job: str | None = None, parts: int = 1) -> list[
 def planned(
     problems: Sequence[Problem], policies: Sequence[str] | None, kinds: Sequence[str], seeds: int
 ) -> list[BenchmarkCell]:
-    """Return the cells, those that take long first; the policies that anchor the score are always among them.
-
-    Raises:
-        ConfigError: no problem has a policy of a name, there is no such kind, or there are too many seeds.
-    """
+    """Return the cells, those that take long first; the policies that anchor the score are always among them."""
     names = {problem: named(problem) for problem in problems}
     known = list(dict.fromkeys(name for each in names.values() for name in each))
     variants = [name for name in policies or () if AT in name]

@@ -126,11 +126,7 @@ def by_first(found: Found) -> Mapping[int, Sequence[Result]]:
 
 
 def check_sets(firsts: Sequence[int], episodes: int) -> None:
-    """Refuse sets of seeds with seeds of another set, or of those that policies were made and chosen by.
-
-    Raises:
-        ConfigError: they have some.
-    """
+    """Refuse sets of seeds with seeds of another set, or of those that policies were made and chosen by."""
     taken = {f"the {name} seeds": range(first, first + SEEDS_EACH) for name, first in SEEDS.items()}
     for first in firsts:
         for name, other in taken.items():

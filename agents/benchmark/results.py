@@ -226,11 +226,7 @@ def first_seeds(result: Result) -> dict[str, str]:
 
 
 def read_results(folder: Path) -> list[Result]:
-    """The results in a folder that are of the present task version; none if it holds none.
-
-    Raises:
-        ConfigError: if the file is damaged, or lacks a column.
-    """
+    """Return the results in a folder that are of the present task version; a damaged file is refused."""
     path = folder / PARQUET
     if not path.exists():
         return []

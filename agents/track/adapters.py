@@ -58,11 +58,7 @@ ADAPTERS: dict[str, Callable[[], Adapter]] = {
 
 
 def made(name: str) -> Adapter:
-    """A new adapter: one of `ADAPTERS`, `module:name` of one's own, or any policy that stays as it is.
-
-    Raises:
-        GrindError: there is none of that name.
-    """
+    """Return a new adapter: one of `ADAPTERS`, `module:name` of one's own, or any policy that stays as it is."""
     if name in ADAPTERS:
         return ADAPTERS[name]()
     own = None if name.startswith(Guarded.PREFIX) else OWN.fullmatch(name)

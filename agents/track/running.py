@@ -60,11 +60,7 @@ def tuning_of(cell: TrackTrial) -> TrackTrial:
 
 
 def find(cell: TrackTrial) -> Any:
-    """Return what is found in a cell: the fields of a `TrackRun`, or what was tuned.
-
-    Raises:
-        GrindError: there is no such adapter, or its policies see more than measurements.
-    """
+    """Return what is found in a cell: the fields of a `TrackRun`, or what was tuned."""
     return tune_on(on(cell.problem, cell.plant)) if cell.adapter == TUNING else asdict(run(cell))
 
 
@@ -89,11 +85,7 @@ def run(cell: TrackTrial) -> TrackRun:
 
 
 def _checked(policy: Policy, knows: bool) -> Policy:
-    """The policy, if it may be run.
-
-    Raises:
-        GrindError: it is none, or sees what an adapter does not get.
-    """
+    """Return the policy, if it sees no more than an adapter gets."""
     check_policy(policy)
     if policy.sees != "measurements" and not knows:
         raise GrindError(f"{policy.name} sees the {policy.sees}, but on the track there are measurements alone")

@@ -33,11 +33,7 @@ def sqlite_url(path: Path) -> str:
 
 
 def open_study(url: str, name: str, *, fresh: bool = False) -> optuna.Study:
-    """Open the study of that name, made if it is not there; `fresh` throws away what it holds.
-
-    Raises:
-        ConfigError: the database cannot be opened.
-    """
+    """Open the study of that name, made if it is not there; `fresh` throws away what it holds."""
     try:
         waiting = {"connect_args": {"timeout": BUSY_SECONDS}}
         _make_tables(sqlalchemy.create_engine(url, **waiting))
@@ -87,11 +83,7 @@ class KeptCosts:
         self.asked = 0
 
     def __call__(self, points: Sequence[Any]) -> list[float]:
-        """The costs at points, each shape (entries,).
-
-        Raises:
-            ConfigError: if the study holds another point here, so that it is of another search.
-        """
+        """Return the costs at points, each shape (entries,); refuse a study that holds another point here."""
         wanted = [[float(value) for value in point] for point in points]
         kept = self.kept[self.asked : self.asked + len(wanted)]
         if any(point != known for point, (known, _) in zip(wanted, kept, strict=False)):

@@ -51,13 +51,10 @@ def page_ids() -> list[str]:
 
 
 def sheet(name: str) -> TaskSheet:
-    """What is known of an id.
-
-    Args:
-        name: the id, or the name of its task.
+    """Return what is known of a registered id, or of the id of a task.
 
     Raises:
-        PageError: if the id is not registered or has no notes.
+        PageError: the id is not registered or has no notes.
     """
     known = page_ids()
     env_id = name if name in known else environment_id(name)

@@ -106,11 +106,7 @@ def print_report(rows: Sequence[Row], console: Console) -> None:
 
 
 def write_csv(rows: Sequence[Row], path: Path) -> None:
-    """Write a line for each row, numbers to six digits; a cell is empty where there is no number.
-
-    Raises:
-        FileError: the folder does not exist or cannot be written to.
-    """
+    """Write a line for each row, numbers to six digits; a cell is empty where there is no number."""
     write_atomically(path, lambda temporary: _write(rows, temporary))
 
 

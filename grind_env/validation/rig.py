@@ -285,12 +285,7 @@ class Rig:
 
 
 def changed(known: EntryT, values: Mapping[str, Any]) -> EntryT:
-    """An entry with some fields changed.
-
-    Raises:
-        RigError: the entry has no such field.
-        CatalogueError: a value is out of its range.
-    """
+    """Return an entry with some fields changed; refuse one that it has not, or a value out of its range."""
     for name in values:
         if name not in quantities(type(known)):
             raise RigError(f"{known} has no {name}")
