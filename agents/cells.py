@@ -60,19 +60,9 @@ def kept_evaluation(
     split: str = EVERY,
     fresh: bool = False,
 ) -> Evaluation:
-    """The evaluation of the seeds: every chunk that is kept of the same policy, code and problem, the others anew.
+    """Return the evaluation of some seeds; chunks that are cached of the same policy, code and problem are not run.
 
-    On a machine that is not the model a policy that sees measurements holds the model, and one that sees more, which is
-    a yardstick, the machine.
-
-    Args:
-        policy: the policy; its repr tells its parameters.
-        problem: what it grinds.
-        seeds: of the episodes.
-        folder: chunks are kept below, in `<problem>/cells/<policy>/<first seed>.npz`, those of other splits than `all`
-            in `<policy>/<split>/`.
-        split: that contexts are drawn from.
-        fresh: run also what is kept.
+    On another machine a policy that sees measurements holds the model; one that sees more is a yardstick.
     """
     simulation = problem.simulation()
     model, code = model_beside(problem) if policy.sees == "measurements" else None, code_of(policy, problem)
@@ -91,7 +81,10 @@ def kept_evaluation(
 def code_of(policy: Policy, problem: Problem) -> str:
     """Stands for a policy on a problem, and for the model that it holds."""
     model = model_beside(problem) if policy.sees == "measurements" else None
-    return fingerprint_of(policy, problem.simulation()) + ("" if model is None else behaviour(model))
+    simulation = problem.simulation()
+    made_of = sources(type(policy).__module__), *map(sources, said_by(simulation))
+    known = hashlib.sha256(f"{made_of} {behaviour(simulation)} {policy!r}".encode()).hexdigest()
+    return known + ("" if model is None else behaviour(model))
 
 
 def place_of(name: str, code: str, problem: Problem, seeds: range, split: str, folder: Path) -> tuple[Path, str]:
@@ -99,12 +92,6 @@ def place_of(name: str, code: str, problem: Problem, seeds: range, split: str, f
     place, drawn_from = folder / problem.name / "cells" / name, find_split(split)
     of_split = "" if drawn_from == SPLITS[EVERY] else f" {drawn_from}"
     return (place / split if of_split else place) / f"{seeds.start}.npz", f"{code} {seeds}{of_split}"
-
-
-def fingerprint_of(policy: Policy, simulation: Simulation) -> str:
-    """Stands for a policy with its parameters, its code, and the problem."""
-    made_of = sources(type(policy).__module__), *map(sources, said_by(simulation))
-    return hashlib.sha256(f"{made_of} {behaviour(simulation)} {policy!r}".encode()).hexdigest()
 
 
 def kept(path: Path, fingerprint: str) -> Evaluation | None:
@@ -126,8 +113,7 @@ def keep(path: Path, fingerprint: str, result: Evaluation) -> None:
 def behaviour(simulation: Simulation) -> str:
     """Stands for the code and the data of a problem: a hash of what it answers to a probe.
 
-    A hash of the code would throw away hours of planning for a comment. The reward is left out, because it is in
-    units of the reference cost, which is measured with the very evaluations that are kept.
+    A hash of the code would throw away hours of planning for a comment. What is cached sets the unit of the reward.
     """
     digest = hashlib.sha256()
     probe, state = Random(), start_episodes(simulation, episode_seeds("training", PROBES))
@@ -147,31 +133,36 @@ def said_by(simulation: Simulation) -> list[str]:
 
 
 @cache
-def sources(module: str) -> str:
+def sources(module: str, deciding: tuple[str, ...] = DECIDING) -> str:
     """Hash of the code of a module and of those that it stands on, comments and docstrings left out."""
     digest = hashlib.sha256()
-    for name in sorted(imported(module)):
-        digest.update(bare(Path(str(sys.modules[name].__file__)).read_text(encoding="utf-8")).encode())
+    for _, path in sorted(imported(module, deciding).items()):
+        digest.update(bare(path.read_text(encoding="utf-8")).encode())
     return digest.hexdigest()
 
 
-def imported(module: str) -> set[str]:
-    """Names of the modules that a module stands on: its own, and those of `DECIDING`.
-
-    What else of `grind_env` decides, `behaviour` sees.
-    """
-    found: set[str] = set()
+def imported(module: str, deciding: tuple[str, ...] = DECIDING) -> dict[str, Path]:
+    """Return the files of the modules that a module stands on by name: its own, and those of `deciding`."""
+    found: dict[str, Path] = {}
     waiting = [module]
     while waiting:
         name = waiting.pop()
-        if name in found or name not in sys.modules or not (name == module or name.startswith(DECIDING)):
+        known = name in found or not (name == module or name.startswith(deciding))
+        if known or (path := _file_of(name)) is None:
             continue
-        found.add(name)
-        tree = ast.parse(Path(str(sys.modules[name].__file__)).read_text(encoding="utf-8"))
-        for node in ast.walk(tree):
+        found[name] = path
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.ImportFrom) and node.module is not None:
                 waiting += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
     return found
+
+
+def _file_of(module: str) -> Path | None:
+    """Return the file of a module; None of a name in one."""
+    if module in sys.modules:
+        return Path(str(sys.modules[module].__file__))
+    path = ROOT.joinpath(*module.split("."))
+    return next((file for file in (path.with_suffix(".py"), path / "__init__.py") if file.exists()), None)
 
 
 def bare(text: str) -> str:

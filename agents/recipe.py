@@ -71,11 +71,7 @@ class RecipeRow:
 
 
 def recipe(page: str) -> str:
-    """Return the Python block of a page that trains.
-
-    Raises:
-        GrindError: there are none, or several blocks of them.
-    """
+    """Return the Python block of a page that trains; there must be one."""
     found = [block for block in BLOCK.findall(page) if TRAINS in block]
     if len(found) != 1:
         raise GrindError(f"{SOURCE.name} has {len(found)} blocks with {TRAINS!r}, but must have one: the recipe")
@@ -113,11 +109,7 @@ def run(text: str) -> dict[str, Any]:
 
 
 def train(trial: RecipeTrial) -> dict[str, Any]:
-    """Return what the recipe comes to in a trial: the fields of `RecipeRow`.
-
-    Raises:
-        GrindError: as `variant`.
-    """
+    """Return what the recipe comes to in a trial: the fields of `RecipeRow`."""
     text, before = variant(trial.text, trial), Path.cwd()
     with TemporaryDirectory() as folder:
         os.chdir(folder)

@@ -61,20 +61,7 @@ class Options:
 
 @dataclass(frozen=True, kw_only=True)
 class StudyOptions:
-    """Options of a study.
-
-    Attributes:
-        problems: what is ground, of a study with tasks by default.
-        tasks: that somebody asks for; None for all.
-        job: of a part program among them.
-        parts: how often that is run.
-        episodes: evaluation episodes.
-        seeds: trainings of each kind, or runs on each machine.
-        steps: environment steps of a training.
-        configs: folder of the tuned parameters; by default that of `tuned_folder`.
-        results: folder of the tables.
-        options: how the trials are run.
-    """
+    """Options of a study; `tasks` is None where nobody names any; `seeds` counts trainings, or runs on each machine."""
 
     problems: Sequence[Problem]
     tasks: str | None = None
@@ -125,11 +112,7 @@ class Study:
     files: Mapping[str, str] | None = None
 
     def check(self, folder: Path) -> None:
-        """Refuse a folder in which other files have the names of the files of this study.
-
-        Raises:
-            FileError: a file of another origin has such a name.
-        """
+        """Refuse a folder in which other files have the names of the files of this study."""
         check_tables(folder, self.name, self.written)
 
     @property
@@ -181,11 +164,7 @@ class Study:
         return {trial: self.cached(trial, runs) for trial in self.trials if trial not in failed}, failed
 
     def found(self, options: Options) -> Found:
-        """Return what was found in all trials.
-
-        Raises:
-            GrindError: a trial failed.
-        """
+        """Return what was found in all trials; one that failed is an error."""
         found, failed = self.find(options)
         if failed:
             trial, why = next(iter(failed.items()))

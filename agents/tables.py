@@ -11,16 +11,7 @@ from grind_env.targets import Own, check_own
 
 
 def check_tables(folder: Path, command: str, begins: Mapping[str, str]) -> None:
-    """Find out whether a folder has files under the names of tables that are none of a command's.
-
-    Args:
-        folder: that `--results` names.
-        command: as `python -m agents` knows it.
-        begins: how each file begins, by its name.
-
-    Raises:
-        FileError: it has.
-    """
+    """Refuse a folder in which a file that is no table of the command has the name of one."""
     for name, begin in begins.items():
         own = Own(f"table of `python -m agents {command}`", re.compile(re.escape(begin.encode())).match)
         check_own(folder / name, own, "--results")

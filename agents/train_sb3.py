@@ -101,15 +101,7 @@ class Checkpoints(BaseCallback):
 
 
 def train(problem: Problem, algorithm: str, seed: int, steps: int, path: Path, *, belief: bool = True) -> BaseAlgorithm:
-    """Train an agent, or resume its training, and save it.
-
-    Args:
-        problem: a registered environment or a task file.
-        algorithm: one of `RECIPES`.
-        seed: of the network, its choices and the episodes.
-        steps: environment steps.
-        path: a .zip file; the checkpoint lies beside it until the training ends.
-        belief: show the belief in the hidden wheel beside the measurements.
+    """Train an agent, or resume its training, and save it as a .zip file; its checkpoint lies beside it until then.
 
     Raises:
         GrindError: there is no such algorithm, or the checkpoint is damaged or of another training.

@@ -1,7 +1,7 @@
 """A policy grinding an episode, or two side by side, as an animated picture."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,15 +19,16 @@ from grind_env.policies.learned.network import LearnedPolicy
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.problem import Problem
 from grind_env.render.frames import TALL, render
-from grind_env.render.view import EpisodePicture, Instant
+from grind_env.render.view import EpisodePicture, PictureInstant
 
 COLOURS = 128
 """Colours of an animation: the picture has few, and their mixtures at the edges."""
 SAMPLES = 12
 """Pictures from which they are taken."""
 
-FASTEST = 50.0
-"""Pictures a second; browsers show a GIF that asks for more at a tenth of that."""
+PICTURE, LAST = 100, 3000
+"""ms for which a picture stays, and the last one."""
+MOST_BYTES = 1_500_000
 
 TURNS = 0.29
 """Turns of the wheel from one picture to the next, as drawn."""
@@ -35,29 +36,6 @@ TURNS = 0.29
 
 TRAINED = "trained agent"
 """Title of one: who looks on does not know the names of algorithms."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Film:
-    """How an animation is made.
-
-    Raises:
-        GrindError: for no picture a block, or more a second than a GIF can show.
-    """
-
-    frames: int = PICTURES
-    """Pictures a block, the last of them at rest."""
-    fps: float = 10.0
-    hold: float = 3.0
-    """s for which the last picture stays."""
-    most_bytes: int = 1_500_000
-
-    def __post_init__(self) -> None:
-        if self.frames < 1 or not 1.0 <= self.fps <= FASTEST:
-            raise GrindError(
-                f"an animation cannot have {self.frames} pictures a block at {self.fps:g} a second:"
-                f" give at least 1 a block, and 1 to {FASTEST:g} a second"
-            )
 
 
 def watch(policy: Policy, problem: Problem, seed: int, frames: int, split: str = EVERY) -> Iterator[EpisodePicture]:
@@ -95,7 +73,7 @@ def _in_motion(before: EpisodePicture, after: EpisodePicture, k: int, frames: in
     depth = max(stock - part.left, 0.0) if goes_on else stock
     due = [dresses_due(share * depth, depth, float(block.executions)) for share in (k / frames, (k + 1) / frames)]
     number = len(before.ground) * frames + k
-    instant = Instant(
+    instant = PictureInstant(
         table=0.8 * (-1.0) ** number,
         spin=TURNS * number,
         dressing=due[1] > due[0],
@@ -107,41 +85,32 @@ def _in_motion(before: EpisodePicture, after: EpisodePicture, k: int, frames: in
 
 
 def record(
-    policies: Sequence[Policy], problem: Problem, seed: int, path: Path, film: Film | None = None, split: str = EVERY
+    policies: Sequence[Policy],
+    problem: Problem,
+    seed: int,
+    path: Path,
+    frames: int = PICTURES,
+    split: str = EVERY,
 ) -> int:
-    """Write an animation of the policies, if there are several side by side, on the episode of a seed.
-
-    Args:
-        policies: from left to right.
-        problem: what they grind.
-        seed: of the episode.
-        path: a .gif file.
-        film: settings.
-        split: that the contexts of the episode are drawn from.
-
-    Returns:
-        Size of the file, bytes.
+    """Write an animation of the policies, side by side, on the episode of a seed; return the size of the file, bytes.
 
     Raises:
-        GrindError: for another suffix or split, or if the file would be larger than `film.most_bytes`.
+        GrindError: the file is no .gif, or would be larger than `MOST_BYTES`.
     """
-    film = Film() if film is None else film
     if path.suffix != ".gif":
         raise GrindError(f"{path}: an animation is written as .gif; name such a file")
-    films = zip(*(watch(policy, problem, seed, film.frames, split) for policy in policies), strict=True)
+    films = zip(*(watch(policy, problem, seed, frames, split) for policy in policies), strict=True)
     pictures = _same_colours([np.hstack([render(view, TALL) for view in views]) for views in films])
-    milliseconds = [round(1000.0 / film.fps)] * len(pictures)
-    milliseconds[-1] = round(1000.0 * film.hold)
+    milliseconds = [PICTURE] * (len(pictures) - 1) + [LAST]
 
     def write(partial: Path) -> None:
         first, *others = pictures
         # optimised, a picture holds only the pixels that differ from the one before
         first.save(partial, save_all=True, append_images=others, duration=milliseconds, loop=0, optimize=True)
         size = partial.stat().st_size
-        if size > film.most_bytes:
-            most = film.most_bytes / 1e6
+        if size > MOST_BYTES:
             raise GrindError(
-                f"{path} would have {size / 1e6:.2f} MB, more than {most:.2f}: ask for fewer pictures a block"
+                f"{path} would have {size / 1e6:.2f} MB, more than {MOST_BYTES / 1e6:g}: ask for fewer pictures a block"
             )
 
     write_atomically(path, write)

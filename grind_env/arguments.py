@@ -33,11 +33,8 @@ JOB_SUFFIX = ".toml"
 class Reads:
     """An argument that names what is read: a file, or several with commas between.
 
-    Attributes:
-        within: pattern of the files that are read of a folder, if it names one.
-        programs: whether a file that is no TOML is a part program. Programs that it calls are read, too, and so is the
-            job beside it where the command takes one and none is named.
-        toml: whether a file of any suffix is TOML.
+    `within` is the pattern of the files that are read of a folder. With `programs` a file that is no TOML is a program:
+    those that it calls are read, too, and so is the job beside it where the command takes one and none is named.
     """
 
     within: str = ""
@@ -54,12 +51,9 @@ class Reads:
 class Writes:
     """An argument that names a file which is written.
 
-    Attributes:
-        usual: suffix of the file that is written if none is named: that of the program.
-        own: the only files that are replaced under the usual name, and if `always`, under any.
-        always: whether a file that was named may be replaced only if it is the command's own, too.
-        called: whether it may be a program that is read, if it is the command's own.
-        beside: what is written beside it, by suffix.
+    `usual` is the suffix of the file that is written if none is named: that of the program. Files of `own` alone are
+    replaced under the usual name, and if `always`, under any. With `called` it may be a program that is read, if it is
+    one of these; `beside` says by suffix what is written beside it.
     """
 
     usual: str = ""

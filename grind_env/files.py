@@ -1,15 +1,11 @@
 """Files of a user: read only as far as memory allows, and written whole or not at all."""
 
 import codecs
-import errno
 import io
 import os
 import select
-import shutil
 import stat
-import sys
 import tempfile
-import time
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from pathlib import Path
@@ -20,9 +16,7 @@ from grind_env.errors import GrindError, closest, shortened
 MOST_BYTES = 64_000_000
 """Bytes that are read of a file; a part program of three million blocks is no longer."""
 PATIENCE = 1.0
-"""s; how long a pipe without a writer, or without a reader, is given to find one."""
-LOOK = 0.01
-"""s between two looks for it."""
+"""s; how long a pipe without a writer is given to find one."""
 CHUNK = 1 << 16
 AT_ONCE = getattr(os, "O_NONBLOCK", 0)
 """Flag to open a pipe without waiting for who is at its other end."""
@@ -183,19 +177,12 @@ def status_of(path: Path) -> os.stat_result | None:
     raise FileError(f"{shown(path)} cannot be written: {why}; name another file")
 
 
-def is_stream(path: Path) -> bool:
-    """Return whether a name is that of a device, a pipe or the standard output."""
-    status = status_of(path)
-    if status is None or stat.S_ISDIR(status.st_mode):
-        return False
-    return not stat.S_ISREG(status.st_mode) or _standard(status) is not None
-
-
 def check_target(path: Path) -> None:
     """Find out whether there may be a file of this name, such as before long work that ends in it.
 
     Raises:
-        FileError: its folder does not exist, it is a folder itself, or no file can have this name.
+        FileError: its folder does not exist, no file can have this name, or it is a folder, a device, a pipe or the
+            output of this process.
     """
     status = status_of(path)
     for folder in (path.parent, _place(path).parent) if status is None else ():
@@ -203,27 +190,25 @@ def check_target(path: Path) -> None:
             raise FileError(f"{shown(path)}: there is no folder {shown(folder)}; make it first")
     if status is not None and stat.S_ISDIR(status.st_mode):
         raise FileError(f"{shown(path)} is a folder; name a file")
+    if status is not None and (not stat.S_ISREG(status.st_mode) or _is_output(status)):
+        raise FileError(f"{shown(path)} is a device, a pipe or the output of this command; name a file")
 
 
 def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
     """Let `write(temporary path)` make a file beside `path`, and move it there.
 
-    What a link leads to is replaced, and not the link. What was made for a device or a pipe is written to it.
+    What a link leads to is replaced, and not the link.
 
     Raises:
-        FileError: the folder does not exist or cannot be written to, or nobody reads from the pipe.
+        FileError: as of `check_target`, or the folder cannot be written to.
     """
     check_target(path)
-    stream, place = is_stream(path), _place(path)
+    place = _place(path)
     try:
-        with tempfile.TemporaryDirectory(dir=None if stream else place.parent, prefix=".grind-") as folder:
+        with tempfile.TemporaryDirectory(dir=place.parent, prefix=".grind-") as folder:
             temporary = Path(folder) / path.name
             write(temporary)
-            if stream:
-                with temporary.open("rb") as source, os.fdopen(_opened(path), "wb") as sink:
-                    shutil.copyfileobj(source, sink)
-            else:
-                temporary.replace(place)
+            temporary.replace(place)
     except OSError as error:
         raise FileError(f"{shown(path)} cannot be written: {error.strerror or error}") from None
 
@@ -233,35 +218,13 @@ def _place(path: Path) -> Path:
     return Path(os.path.realpath(path))
 
 
-def _standard(status: os.stat_result) -> int | None:
-    """Return the descriptor of standard output or error whose file this is; None if it is neither's."""
+def _is_output(status: os.stat_result) -> bool:
+    """Return whether a file is the one to which standard output or error goes."""
     for descriptor in (1, 2):
         with suppress(OSError):  # a caller may have closed it
             if os.path.samestat(status, os.fstat(descriptor)):
-                return descriptor
-    return None
-
-
-def _opened(path: Path) -> int:
-    """Open a device or a pipe for writing; a reader of the pipe has `PATIENCE` to come."""
-    if (standard := _standard(path.stat())) is not None:
-        for stream in (sys.stdout, sys.stderr):
-            if stream is not None:
-                stream.flush()
-        return os.dup(standard)  # a new descriptor would not know how far the output has come
-    last = time.monotonic() + PATIENCE
-    while True:
-        try:
-            descriptor = os.open(path, os.O_WRONLY | AT_ONCE)
-        except OSError as error:
-            if error.errno != errno.ENXIO:
-                raise
-            if time.monotonic() > last:
-                raise OSError(errno.ENXIO, "nobody reads from it; start its reader first") from None
-            time.sleep(LOOK)
-        else:
-            os.set_blocking(descriptor, True)
-            return descriptor
+                return True
+    return False
 
 
 def _received(pipe: "io.BufferedReader[io.FileIO]", path: Path) -> bytes:

@@ -14,14 +14,8 @@ if sys.platform != "win32":
 def alone(path: Path, taken: Exception | None = None) -> Iterator[int]:
     """Hold the lock that a file stands for; it is open, for a process to share it, and goes in the end.
 
-    The system takes the lock from a process that ends, however it ends. Windows has no such locks: nothing is held.
-
-    Args:
-        path: of the file.
-        taken: what is raised if another process has the lock; if None, it is waited for.
-
-    Raises:
-        OSError: there can be no such file.
+    The system takes the lock from a process that ends, however it ends. Windows has no such locks: nothing is held. If
+    another process has the lock, `taken` is raised; if None, it is waited for.
     """
     if sys.platform == "win32":
         yield -1

@@ -111,11 +111,7 @@ class Table(NamedTuple):
         return "\n".join(f"| {' | '.join(text.replace('|', chr(92) + '|') for text in line)} |" for line in lines)
 
     def html(self, attributes: Callable[[bool, Kind], str]) -> str:
-        """Return the <table> element, in which texts are escaped.
-
-        Args:
-            attributes: of a cell, by whether it is aligned on the right and its kind.
-        """
+        """Return the <table> element, its texts escaped; `attributes` are of a cell, by right alignment and kind."""
 
         def line(name: str, cells: Sequence[Cell]) -> str:
             span = "" if len(cells) == len(self.columns) else f' colspan="{len(self.columns)}"'
@@ -130,12 +126,7 @@ class Table(NamedTuple):
         return f"<table><thead>{head}</thead><tbody>{''.join(line('td', row) for row in self.rows)}</tbody></table>"
 
     def print(self, console: "Console", **look: Any) -> None:
-        """Print the table; without columns that may be broken no text is cut, however narrow the terminal is.
-
-        Args:
-            console: of the terminal.
-            look: arguments of `rich.table.Table`.
-        """
+        """Print the table; `look` goes to `rich.table.Table`. No text is cut if no column may be broken."""
         from rich import table
         from rich.box import SIMPLE_HEAD
 
@@ -156,14 +147,7 @@ class Table(NamedTuple):
 def table_of(
     columns: Sequence[Column | str], rows: Iterable[Any], title: str = "", *, left: int | None = None
 ) -> Table:
-    """Return the table of some rows.
-
-    Args:
-        columns: of it, or their titles.
-        rows: what the columns take their values from.
-        title: of the table.
-        left: how many of the titles are of texts; behind them are numbers. By default all are of texts.
-    """
+    """Return the table of some rows; the first `left` titles are of texts, those behind them of numbers."""
     made = [
         column if isinstance(column, Column) else Column(column, right=left is not None and k >= left)
         for k, column in enumerate(columns)

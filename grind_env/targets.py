@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from grind_env.files import FileError, ReadError, check_target, is_file, is_stream, open_file, shown, status_of
+from grind_env.files import FileError, ReadError, check_target, is_file, open_file, shown, status_of
 
 HEAD = 1 << 16
 """Bytes of a file by which it is known."""
@@ -27,11 +27,7 @@ class Own:
     known: Callable[[bytes], object]
 
     def fits(self, path: Path) -> bool:
-        """Whether there is nothing of this name yet, or such a file.
-
-        Raises:
-            FileError: there can be no file of this name.
-        """
+        """Return whether there is nothing of this name yet, or such a file."""
         if status_of(path) is None:
             return True
         try:
@@ -46,13 +42,8 @@ class Own:
 class Target:
     """A file that is to be written.
 
-    Attributes:
-        path: of it.
-        option: by which it is named, or what it is named after; empty for a call without options.
-        own: what it may replace; anything if None.
-        after: the file that was named, where this one is written beside it.
-        kind: what the option names: a file, or the folder of this one.
-        called: whether it may be among the programs that are read, if it is its own: values that a program calls.
+    `option` names it, or the file or folder (`kind`) that it goes by; `after` is the file beside which it lies. `own`
+    is what it may replace, anything if None; `called`: it may then be among the programs that are read, as values.
     """
 
     path: Path
@@ -85,8 +76,6 @@ def check_targets(targets: Sequence[Target], read: Iterable[Path] = ()) -> None:
     """
     for target in targets:
         check_target(target.path)
-        if target.after is not None and is_stream(target.after):
-            raise FileError(f"{shown(target.after)} is no file beside which another can be written; {target.remedy}")
     there = [target for target in targets if is_file(target.path)]
     known = [path for path in dict.fromkeys(read if there else ()) if is_file(path)]
     for target in there:
@@ -103,8 +92,6 @@ def check_targets(targets: Sequence[Target], read: Iterable[Path] = ()) -> None:
             )
     taken = dict[str, Target]()
     for target in targets:
-        if is_stream(target.path):
-            continue
         place = os.path.realpath(target.path).casefold()  # on many a disk capital letters make no difference
         other = taken.setdefault(place, target)
         if other is not target and target.after == other.path:
@@ -116,15 +103,6 @@ def check_targets(targets: Sequence[Target], read: Iterable[Path] = ()) -> None:
 
 
 def check_own(path: Path, own: Own, option: str) -> None:
-    """Find out, before any work, whether a file that a command names itself may be replaced.
-
-    Args:
-        path: of the file, whose folder may yet have to be made.
-        own: what it may be.
-        option: by which the folder is named.
-
-    Raises:
-        FileError: it is there already and something else.
-    """
+    """Find out, before any work, whether a file that a command names itself may be replaced in a folder."""
     if status_of(path) is not None:
         check_targets([Target(path=path, option=option, own=own, kind="folder")])

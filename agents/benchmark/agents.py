@@ -46,18 +46,9 @@ def plain_agent(
     *,
     fresh: bool,
 ) -> Path:
-    """The file of an agent, `<kind>-<seed>-<hash>.safetensors` in the problem's sub-folder of `folder`.
+    """Return the file of an agent, `<kind>-<seed>-<hash>.safetensors` in the problem's sub-folder of `folder`.
 
     It is trained, in about a minute, unless an agent of the same code, settings and seed is there.
-
-    Args:
-        problem: to train on, as `shown` shows it.
-        kind: its name.
-        memory: what it remembers, or is shown.
-        seed: of the training.
-        steps: environment steps; by default those of `Settings`.
-        folder: of what is kept.
-        fresh: train even if the agent is there.
     """
     settings = Settings(memory=memory) if steps is None else Settings(memory=memory, steps=steps)
     stem = folder / problem.name / f"{kind}-{seed}-{fingerprint(problem, settings, seed)}"

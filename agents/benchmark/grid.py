@@ -36,14 +36,7 @@ USUAL_DECISION, TUNING_BLOCK = 6e-5, 2e-5
 def grid(
     problems: Sequence[Problem], policies: Sequence[str] | None, kinds: Sequence[str] | None, seeds: int | None
 ) -> list[BenchmarkCell]:
-    """The cells of the grid, those that take long first.
-
-    Args:
-        problems: what is ground.
-        policies: names; all of a problem by default, and then the variants, too.
-        kinds: of learned agents; by default all of them.
-        seeds: trainings of each; by default `SEEDS` or `FLAGSHIP_SEEDS`.
-    """
+    """Return the cells of the grid, those that take long first; by default of all policies, variants and kinds."""
     chosen = KINDS if kinds is None else kinds
     cells = dict.fromkeys(planned(problems, policies, [], 0))
     for problem in problems:

@@ -15,11 +15,7 @@ ROW = 22
 
 
 def html_page(results: Sequence[Result]) -> str:
-    """A section for each task, with its table and the costs as a picture.
-
-    Raises:
-        MissingExtra: as of `page`.
-    """
+    """Return a page with a section for each task, with its table and the costs as a picture."""
     sections = [_section(results, task) for task in tasks_of(results)]
     command = [Line("", text) for text in made_by(results) if not text.startswith("```")]
     return page("Benchmark", [*sections, Section("Made by", [listing(command)])])

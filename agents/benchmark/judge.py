@@ -33,14 +33,6 @@ class Sampled:
     """Results of one task with resamples of its episodes, the same ones for all of as many episodes.
 
     Results of fewer episodes than others are of the first ones of these, and are compared with them on those.
-
-    Args:
-        results: of one task, whose episodes begin with the same seed; at least one.
-        prefix: of `results.PREFIXES`, of the columns that are taken.
-
-    Attributes:
-        results: the results that have such episodes.
-        lengths: number of episodes of each, shape (k,).
     """
 
     def __init__(self, results: Iterable[Result], prefix: str = "") -> None:
@@ -49,11 +41,7 @@ class Sampled:
         self.index = {(each.policy, each.seed): i for i, each in enumerate(self.results)}
 
     def of_first(self, n: int) -> tuple[Draws, Draws]:
-        """Means over the first n episodes, NaN of results that have fewer.
-
-        Returns:
-            Mean cost of an episode, $, shape (k,), and of each resample, shape (resamples, k); the same of good parts.
-        """
+        """Return mean cost, $, and good parts over the first n episodes and of resamples; NaN where there are fewer."""
         return _of_first(tuple(self.results), self.prefix, n)
 
     def fixed(self) -> int | None:
@@ -137,12 +125,7 @@ def sampled(results: Iterable[Result], prefix: str) -> Sampled | None:
 
 
 def over_runs(found: tuple[Array, Array] | None, runs: Sequence[int]) -> Interval | None:
-    """Mean over the runs of a policy, with an interval over its runs and the episodes.
-
-    Args:
-        found: of each result, shape (k,), and of each resample, shape (resamples, k).
-        runs: numbers of the results.
-    """
+    """Return the mean over the results of these numbers, with an interval over runs and episodes."""
     if found is None or not runs:
         return None
     values, draws = found[0][list(runs)], resampled_runs(found[1][:, list(runs), None])[..., 0]

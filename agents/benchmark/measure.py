@@ -1,18 +1,19 @@
 """Measures one cell: makes the policy if there is none yet, and runs it through the episodes."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from agents.benchmark.plan import AT, HELD_OUT, LIMIT, LIMITED, PLAIN, PUBLIC, ROBUST, BenchmarkCell, Request
-from agents.benchmark.price import Price, model_of, price_of, tuned_on
+from agents.benchmark.price import model_of, price_of, tuned_on
+from agents.benchmark.results import Result, result_of
 from agents.benchmark.trained import from_file
 from agents.budgets import TUNING_EPISODES
 from agents.cells import CHUNK, kept_evaluation
 from grind_env.envs.splits import EVERY
-from grind_env.policies.evaluation import SEEDS, Evaluation
+from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.held import on
 from grind_env.policies.planners.hindsight import Hindsight
-from grind_env.policies.policy import Policy, Sees
+from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
 from grind_env.policies.registry import make_policy
 
@@ -20,60 +21,8 @@ GENERATION = 16
 """Points of CMA-ES that are tried together, at most, of so few coefficients."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Made:
-    """How the policy of a cell was made.
-
-    Attributes:
-        model: what of the simulator's equations it holds when it decides; see `price.model_of`.
-        blocks: of interaction, tuning included.
-        trained_on: split that the contexts of the training were drawn from; None of a policy that is not trained.
-        steps: of the training.
-        seconds: CPU time of the training.
-    """
-
-    model: str | None = None
-    blocks: int | None = None
-    trained_on: str | None = None
-    steps: int | None = None
-    seconds: float | None = None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CellResult:
-    """What was found of a cell.
-
-    Attributes:
-        cell: the cell.
-        sees: what the policy sees.
-        evaluation: on the seeds that were asked for, split `all`.
-        interpolation: on the same seeds with contexts of the split `interpolation`, if asked for.
-        plants: on the same seeds on machines that are held out, if asked for; of what sees measurements.
-        made: how the policy was made.
-        price: of its decisions.
-        first: of the seeds.
-    """
-
-    cell: BenchmarkCell
-    sees: Sees
-    evaluation: Evaluation
-    interpolation: Evaluation | None = None
-    plants: Evaluation | None = None
-    made: Made = Made()
-    price: Price | None = None
-    first: int = SEEDS["evaluation"]
-
-
-def measure(cell: BenchmarkCell, request: Request) -> CellResult:
-    """Measure a cell; what is kept of the same code, parameters and seeds is not run again.
-
-    Args:
-        cell: what to measure.
-        request: how.
-
-    Raises:
-        GrindError: if the policy has not been tuned, cannot be trained or does not fit the problem.
-    """
+def measure(cell: BenchmarkCell, request: Request) -> Result:
+    """Measure a cell; what is cached of the same code, parameters and seeds is not run again."""
     make = trained if cell.trains else scripted
     policy, problem, made = make(cell, request)
     runs, episodes, between = request.runs / cell.apart, request.episodes, request.interpolation_episodes
@@ -87,20 +36,21 @@ def measure(cell: BenchmarkCell, request: Request) -> CellResult:
         place = request.runs / f"{AT}{HELD_OUT}" / cell.apart if on_plants else runs
         return kept_evaluation(policy, what, seeds, place, split=split, fresh=request.fresh)
 
-    return CellResult(
-        cell=cell,
-        sees=policy.sees,
-        evaluation=run(episodes),
-        interpolation=run(between, "interpolation") if between else None,
-        plants=run(plants, on_plants=True) if plants else None,
-        made=made,
+    return result_of(
+        cell,
+        policy.sees,
+        run(episodes),
+        run(between, "interpolation") if between else None,
+        run(plants, on_plants=True) if plants else None,
         # behind the evaluation, which has compiled what it needs; in a simulation for which no table has been made
-        price=price_of(policy, replace(problem).simulation()),
-        first=request.first,
+        price_of(policy, replace(problem).simulation()),
+        request.first,
+        model=model_of(cell),
+        **made,
     )
 
 
-def scripted(cell: BenchmarkCell, request: Request) -> tuple[Policy, Problem, Made]:
+def scripted(cell: BenchmarkCell, request: Request) -> tuple[Policy, Problem, dict[str, Any]]:
     """A policy that is not trained, with its tuned parameters, and its problem."""
     base, configs, simulation = cell.base, request.configs, cell.problem.simulation()
     if cell.variant == LIMITED:
@@ -111,14 +61,14 @@ def scripted(cell: BenchmarkCell, request: Request) -> tuple[Policy, Problem, Ma
         # a search ends with a generation
         configs, evaluations = runs / "parameters", LIMIT // (TUNING_EPISODES * simulation.most_steps) - GENERATION
         tune(cell.problem, [base], evaluations=evaluations, starts=1, folder=configs, runs=runs, fresh=request.fresh)
-    made = Made(model=model_of(cell), blocks=tuned_on(base, simulation, configs))
+    blocks = tuned_on(base, simulation, configs)
     policy = make_policy(base, simulation, configs)
     if cell.variant and isinstance(policy, Hindsight):
         policy = Hindsight(int(cell.variant))
-    return policy, cell.problem, made
+    return policy, cell.problem, {"blocks": blocks}
 
 
-def trained(cell: BenchmarkCell, request: Request) -> tuple[Policy, Problem, Made]:
+def trained(cell: BenchmarkCell, request: Request) -> tuple[Policy, Problem, dict[str, Any]]:
     """An agent, and the problem as it is shown it."""
     # torch takes seconds to import
     from agents.benchmark.agents import plain_agent, recipe_agent, training_of
@@ -135,11 +85,5 @@ def trained(cell: BenchmarkCell, request: Request) -> tuple[Policy, Problem, Mad
         path = recipe_agent(problem, cell.seed, request.steps, request.runs, fresh=request.fresh)
     policy, found = from_file(path, problem.simulation(), cell.name), training_of(path)
     policy.sees = "state" if PLAIN.get(cell.policy) == "state" else "measurements"
-    made = Made(
-        model=model_of(cell),
-        blocks=found.steps,
-        trained_on=found.split,
-        steps=found.steps,
-        seconds=found.cpu_seconds,
-    )
-    return policy, problem, made
+    steps, split, seconds = found
+    return policy, problem, {"blocks": steps, "steps": steps, "trained_on": split, "train_seconds": seconds}

@@ -125,13 +125,7 @@ class AgentVerdict(NamedTuple):
 
 
 def verdict(task: str, of: Sampled, chosen: Sampled | None = None) -> AgentVerdict | None:
-    """The verdict on a task; None if it has no such agent, no rule or no score.
-
-    Args:
-        task: its name.
-        of: its results.
-        chosen: those by which agent and rule are the best; the same by default.
-    """
+    """Return the verdict on a task, by agent and rule that are best in `chosen`; None without these or a score."""
     agent, rule = (best(chosen or of, kind, KNOWLEDGE[0]) for kind in ("learned", "scripted"))
     fixed, scale = of.fixed(), of.scale()
     if agent is None or rule is None or fixed is None or scale is None or is_ratio(task):

@@ -82,18 +82,7 @@ class BenchmarkCell(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Request:
-    """How cells are measured.
-
-    Attributes:
-        first: of the seeds of the episodes; the evaluation seeds by default.
-        episodes: of these seeds, split `all`.
-        interpolation_episodes: of the same seeds with contexts of the split `interpolation`; 0 for none.
-        plants_episodes: of the same seeds on machines that are held out, of policies that see measurements; 0 for none.
-        steps: training steps; those of the kind by default.
-        runs: folder of what is kept.
-        configs: folder of the tuned parameters; by default that of `tuned_folder`.
-        fresh: do again what is kept.
-    """
+    """How cells are measured: on which episodes, with how many training steps, from and into which folders."""
 
     first: int = SEEDS["evaluation"]
     episodes: int = EPISODES
@@ -111,11 +100,7 @@ class Request:
 
 
 def chosen_problems(names: str, job: str | None = None, parts: int = 1) -> list[Problem]:
-    """The problems of a list with commas, of `core` or of `all` tasks; see `find_problem`.
-
-    Raises:
-        GrindError: if there is no problem of a name, or there are two.
-    """
+    """Return the problems of a list with commas, of `core` or of `all` tasks; two of one name are refused."""
     listed = {"core": CORE, "all": tuple(task_names())}.get(names) or tuple(each.strip() for each in names.split(","))
     problems = list(dict.fromkeys(find_problem(name, job, parts) for name in listed))
     found = [problem.name for problem in problems]
@@ -129,18 +114,7 @@ def chosen_problems(names: str, job: str | None = None, parts: int = 1) -> list[
 def planned(
     problems: Sequence[Problem], policies: Sequence[str] | None, kinds: Sequence[str], seeds: int
 ) -> list[BenchmarkCell]:
-    """The cells, those that take long first; the policies that anchor the score are always among them.
-
-    Args:
-        problems: what is ground.
-        policies: names, of variants, too; where a problem has no such policy, it is left out. By default all of a
-            problem, and no variants.
-        kinds: of learned agents.
-        seeds: how many of each kind are trained, with seeds 0, 1, ...
-
-    Raises:
-        ConfigError: if no problem has a policy of a name, there is no such kind, or there are too many seeds.
-    """
+    """Return the cells, those that take long first; the policies that anchor the score are always among them."""
     names = {problem: named(problem) for problem in problems}
     known = list(dict.fromkeys(name for each in names.values() for name in each))
     variants = [name for name in policies or () if AT in name]

@@ -31,13 +31,7 @@ RULE = {"mpc": "full_state_rule"}
 
 
 class Price(NamedTuple):
-    """What decisions cost.
-
-    Attributes:
-        begun: blocks that are simulated before the first one.
-        calls: blocks that are simulated for a decision.
-        ms: CPU time of a decision, among those of `EPISODES` episodes.
-    """
+    """Blocks that are simulated before the first decision and for each, and CPU ms of a decision."""
 
     begun: int
     calls: float

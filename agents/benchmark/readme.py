@@ -1,7 +1,6 @@
 """The results section of the README, from the checked-in results, and the page of all of them."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 from agents.benchmark.judge import is_ratio
 from agents.benchmark.page import page, shipped_kind
@@ -43,24 +42,19 @@ def section(results: Sequence[Result], task: str = FLAGSHIP) -> str:
 
 
 def replaced(text: str, results: Sequence[Result]) -> str:
-    """The text of a page with the section between its markers."""
-    return between(text, BEGIN, END, section(results))
-
-
-def between(text: str, begin: str, end: str, results: str) -> str:
-    """The text of a page with other results between two lines.
+    """Return the text of a page with the section between its markers.
 
     Raises:
-        ConfigError: if the page has no such lines.
+        ConfigError: the page has no such lines.
     """
-    before, first, rest = text.partition(begin)
-    _, last, after = rest.partition(end)
+    before, first, rest = text.partition(BEGIN)
+    _, last, after = rest.partition(END)
     if not (first and last):
-        raise ConfigError(f"the page has no lines {begin!r} and {end!r} between which the results go: put them in")
-    return f"{before}{begin}\n\n{results}\n\n{end}{after}"
+        raise ConfigError(f"the page has no lines {BEGIN!r} and {END!r} between which the results go: put them in")
+    return f"{before}{BEGIN}\n\n{section(results)}\n\n{END}{after}"
 
 
-def write_readme(results: Sequence[Result], path: Path = README) -> None:
-    """Put the section into a page, and write that of all results beside the checked-in ones."""
-    write_whole(path, replaced(read_text(path), results))
+def write_readme(results: Sequence[Result]) -> None:
+    """Put the section into the README, and write the page of all results beside the checked-in ones."""
+    write_whole(README, replaced(read_text(README), results))
     write_whole(ROOT / PAGE, page(results))

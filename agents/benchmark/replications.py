@@ -86,14 +86,7 @@ def replicate(
 ) -> Study:
     """Return the study that runs all policies of published results, variants left out, on other seeds.
 
-    Args:
-        published: the results.
-        problems: of which tasks.
-        firsts: of each set of seeds.
-        episodes: of each set, on the model and on machines that are not.
-        configs: folder of the tuned parameters; by default that of `tuned_folder`.
-        options: their folder of the cache has agents of the benchmark. Without an agent its result is left out; one
-            that other code has trained is trained anew.
+    Agents are those of the folder of the cache. Without one its result is left out; one of other code is trained anew.
 
     Raises:
         ConfigError: there are no such results, or a set has seeds of another one or of `SEEDS`.
@@ -133,11 +126,7 @@ def by_first(found: Found) -> Mapping[int, Sequence[Result]]:
 
 
 def check_sets(firsts: Sequence[int], episodes: int) -> None:
-    """Find out whether sets of seeds are apart from each other, and from those that policies were made and chosen by.
-
-    Raises:
-        ConfigError: they are not.
-    """
+    """Refuse sets of seeds with seeds of another set, or of those that policies were made and chosen by."""
     taken = {f"the {name} seeds": range(first, first + SEEDS_EACH) for name, first in SEEDS.items()}
     for first in firsts:
         for name, other in taken.items():

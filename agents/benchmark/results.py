@@ -12,14 +12,15 @@ import pyarrow
 from numpy.typing import NDArray
 from pyarrow import parquet
 
-from agents.benchmark.measure import CellResult
-from agents.benchmark.plan import LONG
+from agents.benchmark.plan import LONG, BenchmarkCell
+from agents.benchmark.price import Price
 from agents.provenance import provenance, shown_seeds
 from agents.tables import csv_of
 from grind_env.arrays import Array
 from grind_env.errors import reason
 from grind_env.files import csv_cell, read_bytes, write_atomically
-from grind_env.policies.evaluation import Evaluation
+from grind_env.policies.evaluation import SEEDS, Evaluation
+from grind_env.policies.policy import Sees
 from grind_env.policies.tuned import ConfigError, write_whole
 from grind_env.targets import Own
 from grind_env.task_version import TASK_VERSION
@@ -132,15 +133,6 @@ EPISODES = tuple(f"{prefix}{name}" for prefix in PREFIXES for name in ("cost", "
 COLUMNS = [each.name for each in fields(Result) if each.name not in EPISODES]
 WHOLE = ("seed", "episodes", "interpolation_episodes", "plants_episodes", "steps", "blocks", "task_version")
 TEXT = ("task", "policy", "kind", "sees", "interpolation_seeds", "plants_seeds", "trained_on", "model")
-LATER = (
-    "model",
-    *(name for name in (*COLUMNS, *EPISODES) if name.startswith(PLANTS)),
-    "blocks",
-    "making_calls",
-    "decision_calls",
-    "decision_ms",
-)
-"""Columns that tables of before do not have."""
 FACTS = COLUMNS[COLUMNS.index("seeds") :]
 
 
@@ -156,18 +148,38 @@ def column_type(name: str) -> Any:
 SCHEMA = pyarrow.schema([(each.name, column_type(each.name)) for each in fields(Result)])
 
 
-def result_of(measured: CellResult) -> Result:
-    """The row of a cell, without what depends on other cells; see `judge.judged`."""
-    cell, run, between, plants = measured.cell, measured.evaluation, measured.interpolation, measured.plants
-    made, price = measured.made, measured.price
-    speeds = run.speeds / 1000.0
-    low, high = np.nanpercentile(speeds, [10.0, 90.0])
-    facts: dict[str, Any] = dict(provenance(seeds_of(measured, run)))
+def result_of(
+    cell: BenchmarkCell,
+    sees: Sees,
+    run: Evaluation,
+    interpolation: Evaluation | None = None,
+    plants: Evaluation | None = None,
+    price: Price | None = None,
+    first: int = SEEDS["evaluation"],
+    **made: Any,
+) -> Result:
+    """Return the row of a cell, without what depends on other cells; see `judge.judged`.
+
+    `first` is the first seed of its evaluations, `made` the columns that say how its policy was made.
+    """
+    low, high = np.nanpercentile(run.speeds / 1000.0, [10.0, 90.0])
+    facts: dict[str, Any] = dict(provenance(range(first, first + len(run.cost))))
+    for prefix, other in ((INTERPOLATION, interpolation), (PLANTS, plants)):
+        count = 0 if other is None else len(other.cost)
+        facts |= {
+            f"{prefix}episodes": count,
+            f"{prefix}scrap": None if other is None else other.scrap,
+            f"{prefix}seeds": shown_seeds(range(first, first + count)) if count else None,
+            f"{prefix}cost": single(other, "cost"),
+            f"{prefix}good": single(other, "good"),
+        }
+    if price is not None:
+        facts |= {"making_calls": float(price.begun), "decision_calls": price.calls, "decision_ms": price.ms}
     return Result(
         task=cell.task,
         policy=cell.policy,
         kind="learned" if cell.seed is not None else "planner" if cell.base in LONG else "scripted",
-        sees=measured.sees,
+        sees=sees,
         seed=cell.seed,
         episodes=len(run.cost),
         scrap=run.scrap,
@@ -176,33 +188,10 @@ def result_of(measured: CellResult) -> Result:
         E_p90=float(high),
         D_mean=run.dresses,
         dresses_per_part=float(np.nansum(run.executions) / run.finished.sum()),
-        interpolation_episodes=0 if between is None else len(between.cost),
-        interpolation_scrap=None if between is None else between.scrap,
-        interpolation_seeds=None if between is None else shown_seeds(seeds_of(measured, between)),
-        plants_episodes=0 if plants is None else len(plants.cost),
-        plants_scrap=None if plants is None else plants.scrap,
-        plants_seeds=None if plants is None else shown_seeds(seeds_of(measured, plants)),
-        trained_on=made.trained_on,
-        steps=made.steps,
-        train_seconds=made.seconds,
-        model=made.model,
-        blocks=made.blocks,
-        making_calls=None if price is None else float(price.begun),
-        decision_calls=None if price is None else price.calls,
-        decision_ms=None if price is None else price.ms,
-        **facts,
         cost=single(run, "cost"),
         good=single(run, "good"),
-        interpolation_cost=single(between, "cost"),
-        interpolation_good=single(between, "good"),
-        plants_cost=single(plants, "cost"),
-        plants_good=single(plants, "good"),
+        **{"trained_on": None, "steps": None, "train_seconds": None, **made, **facts},
     )
-
-
-def seeds_of(measured: CellResult, run: Evaluation) -> range:
-    """Seeds of the episodes of a run."""
-    return range(measured.first, measured.first + len(run.cost))
 
 
 def single(run: Evaluation | None, name: str) -> Episodes:
@@ -237,29 +226,18 @@ def first_seeds(result: Result) -> dict[str, str]:
 
 
 def read_results(folder: Path) -> list[Result]:
-    """The results in a folder that are of the present task version; none if it holds none.
-
-    Raises:
-        ConfigError: if the file is damaged, or lacks a column.
-    """
+    """Return the results in a folder that are of the present task version; a damaged file is refused."""
     path = folder / PARQUET
     if not path.exists():
         return []
     try:
         file = io.BytesIO(read_bytes(path))
-        names = parquet.read_schema(file).names
-        there = [name for name in SCHEMA.names if name not in LATER or name in names]
-        missing = set(there) - set(names)
-        # the first version was written down nowhere
-        if missing == {"task_version"}:
-            return []
+        missing = set(SCHEMA.names) - set(parquet.read_schema(file).names)
         if missing:
             raise ValueError(f"it has no column {min(missing)!r}")
         present = [("task_version", "=", TASK_VERSION)]
-        schema = pyarrow.schema([SCHEMA.field(name) for name in there])
-        rows: list[dict[str, Any]] = parquet.read_table(file, schema=schema, filters=present).to_pylist()
-        episodes = [name for name in EPISODES if name in there]
-        return [Result(**{**row, **{name: np.array(row[name], np.float32) for name in episodes}}) for row in rows]
+        rows: list[dict[str, Any]] = parquet.read_table(file, schema=SCHEMA, filters=present).to_pylist()
+        return [Result(**{**row, **{name: np.array(row[name], np.float32) for name in EPISODES}}) for row in rows]
     except (OSError, pyarrow.ArrowException, TypeError, ValueError) as error:
         raise ConfigError(f"{path} is damaged ({reason(error)}): delete it and run the benchmark again") from error
 

@@ -9,7 +9,7 @@ import numpy as np
 from agents.benchmark import grid
 from agents.benchmark.measure import measure
 from agents.benchmark.plan import LIMITED, BenchmarkCell, Request
-from agents.benchmark.results import EPISODES, Result, result_of
+from agents.benchmark.results import EPISODES, Result
 from agents.cells import code_of, sources
 from agents.study import Study
 from grind_env.policies.problem import Problem
@@ -34,7 +34,7 @@ class BenchmarkTrial:
 
 def row(trial: BenchmarkTrial) -> dict[str, Any]:
     """Return the row of a cell."""
-    found = result_of(measure(trial.cell, trial.request))
+    found = measure(trial.cell, trial.request)
     return {each.name: getattr(found, each.name) for each in fields(Result)}
 
 

@@ -19,8 +19,7 @@ from agents.benchmark.plan import (
     planned,
 )
 from agents.cells import RESULTS, RUNS
-from agents.commands.interrupted import going_on
-from agents.commands.options import Tasks
+from agents.commands.options import Tasks, going_on
 from agents.study import Fresh, Jobs, Options, Ray, Results, Runs
 from grind_env.arguments import Writes
 from grind_env.commands import Configs, JobFile, Parts

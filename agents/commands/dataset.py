@@ -60,13 +60,11 @@ def dataset(
 def make_dataset(policy: Policy, problem: Problem, seeds: range, split: str = EVERY) -> "MinariDataset":
     """Record a policy in the folder that `MINARI_DATASETS_PATH` names, by default `runs/datasets`.
 
-    Observations are the measured ones and actions those of the Box of the task's environment, whatever the policy
-    sees. Every episode has its seed: `env.reset(seed=..., options={"split": ...})` and its actions give the same
-    rewards again.
+    Observations are the measured ones and actions those of the Box of the task's environment, whatever the policy sees.
+    `env.reset(seed=..., options={"split": ...})` and the actions of an episode give the same rewards again.
 
     Raises:
-        GrindError: there is a dataset of that policy and task, or no such split.
-        FileError: the dataset cannot be written.
+        GrindError: there is a dataset of that policy and task, no such split, or no room on the disk.
     """
     import minari
     from minari.data_collector import EpisodeBuffer

@@ -1,10 +1,14 @@
-"""Options of several commands."""
+"""Options of several commands, and what Ctrl-C ends them with."""
 
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Annotated
 
 import typer
 
 from grind_env.arguments import PROBLEM
+from grind_env.terminal import INTERRUPTED
 
 Tasks = Annotated[
     str | None,
@@ -18,3 +22,14 @@ Tasks = Annotated[
     PROBLEM,
 ]
 """What each command has by default, its own help says."""
+
+
+@contextmanager
+def going_on(fresh: bool = False) -> Iterator[None]:
+    """Say after Ctrl-C that the command goes on where it was, without `--fresh` if it was given."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        again = "the same command without --fresh" if fresh else "the same command"
+        print(f"agents: interrupted; {again} goes on where it was", file=sys.stderr)
+        raise typer.Exit(INTERRUPTED) from None

@@ -11,8 +11,7 @@ import typer
 from agents.benchmark.plan import CORE, EPISODES, FLAGSHIP, chosen_problems
 from agents.budgets import GAP_EPISODES, SCORE_EPISODES, STUDY_EPISODES, STUDY_MACHINES, TRACK_EPISODES
 from agents.cells import RESULTS, RUNS
-from agents.commands.interrupted import going_on
-from agents.commands.options import Tasks
+from agents.commands.options import Tasks, going_on
 from agents.study import Fresh, Jobs, Options, Ray, Results, Runs
 from grind_env.arguments import FILE, PROBLEM, Reads
 from grind_env.commands import Configs, JobFile, Parts, Plant
@@ -87,20 +86,10 @@ def dress_study(plant: Plant = None) -> None:
 
 
 class StudyCommand(NamedTuple):
-    """A study as a command.
+    """A study as a command: the module whose `study(asked, **own)` makes it, its help, example and defaults.
 
-    Attributes:
-        module: whose `study(asked, **own)` makes it.
-        help: what it asks, and what must be known of it.
-        example: options of the example.
-        tasks: by default; None if the study knows.
-        episodes: by default.
-        seeds: trainings by default; 0 where nothing is trained.
-        steps: of a training by default.
-        own: a function whose parameters are options of its own.
-        without: common options that it has not.
-        free: options of its own that choose no trials: a choice is written into the folder of the cache.
-        folder: of its tables.
+    `own` is a function whose parameters are options of its own, `without` names common options that it has not, and
+    `free` those of its own that choose no trials: a choice of trials is written into the folder of the cache.
     """
 
     module: str
@@ -123,7 +112,7 @@ COMMANDS = {
         "--task power_limited",
     ),
     "safety": StudyCommand(
-        "agents.safety.study",
+        "agents.safety.page",
         "What PPO with a GRU earns and violates, without and with a budget of scrap, beside a guarded rule.\n\n"
         "Power, size, Ra and burning are counted block by block, scrap part by part.",
         "--tasks power_limited,rush --seeds 3",

@@ -7,7 +7,7 @@ import typer
 
 from agents.budgets import TUNING_EPISODES, TUNING_EVALUATIONS, TUNING_STARTS
 from agents.cells import RUNS
-from agents.commands.interrupted import going_on
+from agents.commands.options import going_on
 from agents.study import Fresh, Jobs, Ray
 from grind_env.arguments import Keeps
 from grind_env.commands import JobFile, NamedProblem, Parts
@@ -31,9 +31,6 @@ def tuning(
     evaluations: Annotated[int, typer.Option(min=1, help="Evaluations of each CMA-ES run.")] = TUNING_EVALUATIONS,
     starts: Annotated[int, typer.Option(min=1, help="CMA-ES runs of a policy.")] = TUNING_STARTS,
     episodes: Annotated[int, typer.Option(min=1, help="Episodes, training and validation each.")] = TUNING_EPISODES,
-    storage: Annotated[
-        str | None, typer.Option(help="URL of the database of the trials; by default runs/<task>/tune.db.")
-    ] = None,
     configs: Annotated[Path | None, typer.Option(help="Folder of the tuned parameters."), Keeps()] = None,
     runs: Annotated[Path, typer.Option(help="Folder of the trials."), Keeps()] = RUNS,
     fresh: Fresh = False,
@@ -55,7 +52,6 @@ def tuning(
             evaluations=evaluations,
             starts=starts,
             episodes=episodes,
-            storage=storage,
             folder=configs,
             runs=runs,
             fresh=fresh,

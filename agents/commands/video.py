@@ -34,10 +34,10 @@ def video(
     configs: Configs = None,
 ) -> None:
     """Film a policy, or two side by side on the same episode."""
-    from agents.video import Film, record
+    from agents.video import record
     from grind_env.policies.naming import named_policy
 
     problem = find_problem(task, job, parts)
     policies = [named_policy(name, problem.simulation(), configs) for name in (left, right) if name is not None]
-    size = record(policies, problem, seed, output, Film(frames=pictures), split)
+    size = record(policies, problem, seed, output, pictures, split)
     print(printable(f"{output}: {size / 1e6:.1f} MB"))

@@ -1,7 +1,6 @@
 """How a wheel should be dressed: the interval, the dresser's settings, and what decides when.
 
-Four questions of a grinding engineer for each task. All E and all intervals are chosen on training episodes; the
-costs that are told come from evaluation episodes.
+All E and all intervals are chosen on training episodes; the costs that are told come from evaluation episodes.
 """
 
 import re
@@ -95,7 +94,7 @@ def dressers(problem: Problem) -> list[tuple[str, Dress]]:
 
 
 def best_plan(simulation: Simulation, every: Sequence[int]) -> Fixed:
-    """The constant E and the interval, of those given, of least cost on training episodes; one execution each time.
+    """Return the constant E and the interval of least cost on training episodes; one execution each time.
 
     A few episodes find a good E for each interval; the best interval shows on many only, and E is refined there.
     """

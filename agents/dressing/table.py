@@ -54,11 +54,7 @@ class DressStudy(NamedTuple):
 
 
 def read_study(path: Path) -> DressStudy:
-    """The study of a task, from the table that the command wrote.
-
-    Raises:
-        ConfigError: if the file is damaged.
-    """
+    """Return the study of a task, from the table that the command wrote; a damaged one is refused."""
     try:
         rows = list(DictReader(StringIO(read_text(path), newline="")))
         found = [
@@ -83,11 +79,7 @@ def _value(kind: Any, text: str) -> Any:
 
 
 def read_studies(folder: Path) -> list[DressStudy]:
-    """The studies in a folder that are of the present task version.
-
-    Raises:
-        ConfigError: if a file is damaged.
-    """
+    """Return the studies in a folder that are of the present task version."""
     studies = [read_study(each) for each in sorted(folder.glob("*.csv"))]
     return [each for each in studies if each.task_version == TASK_VERSION]
 

@@ -32,16 +32,7 @@ BASELINES = ("random", "handbook", "constant", "constant_per_kind")
 
 @dataclass(frozen=True)
 class DressTrial:
-    """A question about a way to dress.
-
-    Attributes:
-        problem: what is ground.
-        question: as of a `DressFinding`.
-        what: the intervals that are tried, or who decides.
-        episodes: evaluation episodes.
-        dress: settings of the dresser, if not the task's own.
-        runs: folder in which evaluations of who decides are cached.
-    """
+    """A question about a way to dress; `what` are the intervals that are tried, or who decides."""
 
     problem: Problem
     question: str

@@ -1,20 +1,23 @@
 """What an adviser makes of a batch on a machine, beside the best of fixed plans and an adviser without a model."""
 
 from collections.abc import Callable
+from itertools import product, repeat
 
 from agents.plants.floor import ModelFreeAdviser
 from agents.plants.machines import PARTS, StudyMachine
-from agents.plants.plans import best_plan
 from grind_env.envs.job.loading import load_simulation
+from grind_env.envs.job.outline import JobChoice
+from grind_env.envs.job.simulation import JobSimulation
 from grind_env.shop.advise.adviser import Adviser, policy_for
 from grind_env.shop.advise.lead import AdviserPolicy
-from grind_env.shop.advise.rehearsal import BatchResult, Decide, advised, as_programmed, batches
+from grind_env.shop.advise.rehearsal import BatchResult, Decide, advised, as_programmed, batches, cost_of
+from grind_env.training.rivals import EVERY, RATIOS, Programmed
 
 
-def advise_on(machine: StudyMachine, episodes: int, parts: int = PARTS) -> dict[str, list[BatchResult]]:
+def advise_on(machine: StudyMachine, episodes: int) -> dict[str, list[BatchResult]]:
     """Grind batches with the adviser, with the one without a model, and by the best fixed plan, on the same lots."""
-    simulation = machine.simulation(parts)
-    model = load_simulation(str(machine.program.path), str(machine.program.job), parts, 1.0, "measured")
+    simulation = machine.simulation(PARTS)
+    model = load_simulation(str(machine.program.path), str(machine.program.job), PARTS, 1.0, "measured")
     policy = policy_for(None, model)
     assert isinstance(policy, AdviserPolicy) and policy.model is not None
     alone = policy.model
@@ -26,3 +29,19 @@ def advise_on(machine: StudyMachine, episodes: int, parts: int = PARTS) -> dict[
     }
     found = {who: batches(simulation, decider, episodes) for who, decider in deciders.items()}
     return {"program": found.pop("program"), "plan": best_plan(simulation, episodes), **found}
+
+
+def plans(simulation: JobSimulation) -> list[Decide]:
+    """Return 15 fixed plans, from which somebody who could try them all would take the best."""
+    return [_decide(Programmed(*plan), simulation) for plan in product(RATIOS, EVERY)]
+
+
+def best_plan(simulation: JobSimulation, episodes: int) -> list[BatchResult]:
+    """Return the batches of the plan that costs least in them."""
+    planned = [batches(simulation, repeat(plan).__next__, episodes) for plan in plans(simulation)]
+    return min(planned, key=cost_of)
+
+
+def _decide(plan: Programmed, simulation: JobSimulation) -> Decide:
+    plan.begin(simulation, 1)
+    return lambda number, readings: JobChoice(float(plan.speeds[number]), int(plan.executions[number]))

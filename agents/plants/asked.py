@@ -12,11 +12,7 @@ from grind_env.machine.job.file import job_beside, load_job
 
 
 def programs_of(names: Sequence[str] | None, job: str | None) -> list[StudyProgram]:
-    """The programs by their names or files; those of the study if there are none.
-
-    Raises:
-        GrindError: there is no such program, or it is none that the study can write out for several parts.
-    """
+    """Return programs by their names or files; those of the study if there are none."""
     names = list(dict.fromkeys(names or PROGRAMS))
     files = [name for name in names if name not in PROGRAMS]
     if job is not None and len(files) != 1:

@@ -33,10 +33,7 @@ SIZE_NOISE, ROUGHNESS_NOISE = 1.0, 0.05
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Logged:
-    """Files of a shop: a program of several parts, its job, the log of a run of it, and what was gauged.
-
-    `gain` is what the meter shows over the power.
-    """
+    """Files of a shop: program, job, log of a run and gauged parts; `gain` is what the meter shows over the power."""
 
     program: Path
     job: Path

@@ -22,13 +22,7 @@ PARTS = 60
 
 
 class StudyProgram(NamedTuple):
-    """A part program of one part, and what is ground with it.
-
-    Attributes:
-        name: in tables, and of files of what is kept.
-        path: its file.
-        job: its job file.
-    """
+    """A part program of one part and its job; tables and cached files go by its name."""
 
     name: str
     path: Path

@@ -37,11 +37,7 @@ ASKED = (
 
 
 def study(asked: StudyOptions, family: Sequence[str] | None, question: Sequence[str] | None) -> Study:
-    """Return the study that asks every question of every machine.
-
-    Raises:
-        GrindError: there is no such family, question or program.
-    """
+    """Return the study that asks every question of every machine."""
     programs = programs_of(
         None if asked.tasks is None else [name.strip() for name in asked.tasks.split(",")], asked.job
     )

@@ -4,8 +4,8 @@ from pathlib import Path
 
 from agents.benchmark.agents import plain_agent
 from agents.benchmark.plan import PUBLIC, ROBUST
+from agents.plants.advising import best_plan
 from agents.plants.machines import PARTS, StudyMachine
-from agents.plants.plans import best_plan
 from grind_env.envs.job.loading import load_simulation
 from grind_env.policies.held import on
 from grind_env.policies.learned.saved import load_policy
@@ -14,14 +14,14 @@ from grind_env.shop.advise.adviser import Adviser
 from grind_env.shop.advise.rehearsal import BatchResult, advised, batches
 
 
-def robust_on(machine: StudyMachine, folder: Path, episodes: int, parts: int = PARTS) -> dict[str, list[BatchResult]]:
+def robust_on(machine: StudyMachine, folder: Path, episodes: int) -> dict[str, list[BatchResult]]:
     """Batches with such an agent, which `grind advise` asks, and with the best fixed plan, on the same lots.
 
     The agent is trained on public machines, one in every batch, unless it is kept in the folder.
     """
     program, job = (str(path.absolute()) for path in machine.program.files)
-    problem = find_problem(program, job, parts)
+    problem = find_problem(program, job, PARTS)
     agent = plain_agent(on(problem, PUBLIC), ROBUST, "gru", 0, folder=folder, fresh=False)
-    simulation, model = machine.simulation(parts), load_simulation(program, job, parts, 1.0, "measured")
+    simulation, model = machine.simulation(PARTS), load_simulation(program, job, PARTS, 1.0, "measured")
     robust = batches(simulation, lambda: advised(Adviser(model, load_policy(agent, simulation=model))), episodes)
     return {"plan": best_plan(simulation, episodes), "robust": robust}

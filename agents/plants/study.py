@@ -1,15 +1,13 @@
 """The cells of the study, and what decides what is found in one."""
 
-import ast
 import hashlib
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cache
 from pathlib import Path
 from statistics import mean
 
-from agents.cells import RUNS, bare
+from agents.cells import RUNS, sources
 from agents.plants.machines import StudyMachine
 from agents.provenance import ROOT
 
@@ -65,36 +63,7 @@ def _answer(cell: PlantsTrial) -> Found:
 
 def code(cell: PlantsTrial) -> str:
     """Stands for the code that decides what is found, and for the program, its job and the catalogue."""
-    digest = hashlib.sha256(_code_of(f"agents.plants.{QUESTIONS[cell.question]}").encode())
+    digest = hashlib.sha256(sources(f"agents.plants.{QUESTIONS[cell.question]}", DECIDING).encode())
     for path in (*cell.machine.program.files, *sorted(DATA.rglob("*.toml"))):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
-
-
-@cache
-def _code_of(module: str) -> str:
-    """Hash of the code that a module stands on, its own among it."""
-    digest = hashlib.sha256()
-    for path in sorted(_stands_on(module)):
-        digest.update(bare(path.read_text(encoding="utf-8")).encode())
-    return digest.hexdigest()
-
-
-def _stands_on(module: str) -> set[Path]:
-    """Files of the modules that a module imports, and that these import, anywhere in them."""
-    found, waiting = dict[str, Path | None](), [module]
-    while waiting:
-        name = waiting.pop()
-        if name in found or not name.startswith(DECIDING):
-            continue
-        path = found[name] = _file_of(name)
-        for node in ast.walk(ast.parse("" if path is None else path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ImportFrom) and node.module is not None:
-                waiting += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
-    return {path for path in found.values() if path is not None}
-
-
-def _file_of(module: str) -> Path | None:
-    """File of a module; None of a name in one."""
-    path = ROOT.joinpath(*module.split("."))
-    return next((file for file in (path.with_suffix(".py"), path / "__init__.py") if file.exists()), None)

@@ -42,11 +42,7 @@ def scaled(text: str, E: float = 1.0, J: float = 1.0, *, dressed: bool = True) -
 
 
 def batch(program: StudyProgram, feeds: tuple[float, ...], dressed: tuple[bool, ...]) -> str:
-    """The program for as many parts, one after the other, each with its E times a factor, and dressed or not.
-
-    Raises:
-        GrindError: written out so it does not grind these parts.
-    """
+    """Return the program for several parts, each E times a factor, and dressed or not, if it can be written so."""
     head, body, tail = _pieces(program.text)
     bodies = [scaled(body, E, dressed=D) for E, D in zip(feeds, dressed, strict=True)]
     text = head + NEXT.join(bodies) + "M30\n" + tail

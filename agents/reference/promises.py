@@ -11,15 +11,7 @@ SOLVED = ("slot", "oracle6")
 
 
 class Promise(NamedTuple):
-    """What the tasks are to hold.
-
-    Attributes:
-        text: in words.
-        figure: of a task; None where the promise is not about it.
-        unit: of the figure.
-        kept: whether a figure keeps it.
-        least: tasks that have to; all that it is about if None.
-    """
+    """What the tasks are to hold: a figure of a task is kept, in all tasks that have one or in `least` of them."""
 
     text: str
     figure: Callable[[TaskGaps], float | None]

@@ -11,12 +11,11 @@ from agents.reference.table import COLUMNS, ScoreRow, best_plan, flat, spread_na
 from agents.study import Found, Options, Study, StudyOptions
 from agents.tables import csv_of
 from agents.tuning.rules import tunable, tune
-from grind_env.envs.names import OTHERS, task_names
 from grind_env.envs.tasks import Task
 from grind_env.errors import GrindError
 from grind_env.policies.evaluation import Evaluation, episode_seeds
 from grind_env.policies.policy import Policy
-from grind_env.policies.problem import Problem, find_problem
+from grind_env.policies.problem import Problem
 from grind_env.policies.registry import REFERENCE, make_policy, policy_names
 from grind_env.policies.tuned import write_whole
 from grind_env.scores import FILE, HEADING, Mean, Reference, read_references, write_text
@@ -82,12 +81,6 @@ def tune_missing(problem: Problem, names: Sequence[str], configs: Path | None, o
     tuned = partial(tune, problem, folder=configs, runs=options.runs, jobs=options.jobs, ray=options.ray)
     tuned(quick, evaluations=EVALUATIONS)
     tuned(slow, evaluations=SLOW_EVALUATIONS, starts=SLOW_STARTS)
-
-
-def scored_problems() -> list[Problem]:
-    """The registered environments in which E and D are chosen, the shortest episodes first."""
-    problems = [find_problem(name) for name in (*task_names(), *OTHERS) if name != "job"]
-    return sorted(problems, key=lambda problem: problem.simulation().most_steps)
 
 
 def reference_of(task: Task, policies: Sequence[Policy], found: Mapping[str, Evaluation]) -> Reference:

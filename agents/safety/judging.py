@@ -77,11 +77,7 @@ class SafetyRow:
 
 
 def budget_of(problem: Problem) -> float:
-    """Share of the parts that may be scrap.
-
-    Raises:
-        GrindError: no fixed plan is tuned for the problem.
-    """
+    """Return the share of the parts that may be scrap; a fixed plan must be tuned for the problem."""
     simulation, seeds = problem.simulation(), episode_seeds("validation", VALIDATED)
     plans = [make_policy(name, simulation) for name in policy_names(simulation) if name in FIXED_PLANS]
     best = min((run_seeds(plan, simulation, seeds) for plan in plans), key=lambda run: float(run.cost.mean()))
@@ -89,11 +85,9 @@ def budget_of(problem: Problem) -> float:
 
 
 def violations(policy: Policy, simulation: Simulation, seeds: Sequence[int]) -> tuple[Table, Table]:
-    """Run a policy.
+    """Run a policy; return cost in $, finished and good parts of every episode, shape (N, 3).
 
-    Returns:
-        Cost in $, finished parts and good ones of every episode, shape (N, 3), and how many of its blocks violate each
-        of `LIMITS`, shape (N, limits).
+    Behind them is how many of its blocks violate each of `LIMITS`, shape (N, limits).
     """
     state, n = start_episodes(simulation, seeds), len(seeds)
     totals, found = np.zeros((n, 3)), np.zeros((n, len(LIMITS)))

@@ -1,13 +1,51 @@
-"""The table of the safe track, and who keeps its budgets."""
+"""The safe track over tasks: who decides in them, and the table of what they earn and who keeps the budgets."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from functools import partial
 from itertools import groupby
 from statistics import mean
 
-from agents.safety.judging import LAGRANGIAN, LIMITS, SHARE, UNCONSTRAINED, VALIDATED, SafetyRow
+from agents.safety.judging import (
+    LAGRANGIAN,
+    LIMITS,
+    RULES,
+    SHARE,
+    UNCONSTRAINED,
+    VALIDATED,
+    SafetyRow,
+    SafetyTrial,
+    decides,
+    judge,
+)
+from agents.study import Study, StudyOptions
 from grind_env.policies.statistics import Interval
 from grind_env.table import Column, table_of
+
+STEP, EPISODE = 8e-5, 0.1
+"""CPU-seconds, by measurement: of a step of a training, and of an episode of a rule, which looks ahead."""
+
+
+def study(asked: StudyOptions) -> Study:
+    """Return the study."""
+    trials = [
+        SafetyTrial(problem, who, seed, asked.steps, asked.episodes)
+        for problem in asked.problems
+        for who in (UNCONSTRAINED, LAGRANGIAN, *RULES)
+        for seed in range(1 if who in RULES else asked.seeds)
+    ]
+    return Study(
+        name="safety",
+        title="The safe track",
+        trials=trials,
+        run=judge,
+        decides=decides,
+        columns=[each.name for each in fields(SafetyRow)],
+        rows=lambda found: [tuple(each.values()) for each in found.values()],
+        page=lambda found: page([SafetyRow(**each) for each in found.values()]),
+        episodes=asked.episodes,
+        seconds=lambda trial: EPISODE * trial.episodes if trial.who in RULES else STEP * trial.steps,
+    )
 
 
 def _mean(runs: Sequence[SafetyRow], name: str) -> float:

@@ -28,11 +28,7 @@ BLOCKS = (0, 60, 300, 1200)
 
 @dataclass
 class Nominal:
-    """A policy that was made on the model, or on public plants, and stays as it is from shift to shift.
-
-    Args:
-        text: as `named_policy` takes it, or one of `AGENTS`.
-    """
+    """A policy that stays as it is from shift to shift; its text is one of `named_policy` or of `AGENTS`."""
 
     text: str
 
@@ -62,11 +58,7 @@ ADAPTERS: dict[str, Callable[[], Adapter]] = {
 
 
 def made(name: str) -> Adapter:
-    """A new adapter: one of `ADAPTERS`, `module:name` of one's own, or any policy that stays as it is.
-
-    Raises:
-        GrindError: there is none of that name.
-    """
+    """Return a new adapter: one of `ADAPTERS`, `module:name` of one's own, or any policy that stays as it is."""
     if name in ADAPTERS:
         return ADAPTERS[name]()
     own = None if name.startswith(Guarded.PREFIX) else OWN.fullmatch(name)

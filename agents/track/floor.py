@@ -41,13 +41,7 @@ class Ground(NamedTuple):
 
 @dataclass
 class TrackMachine:
-    """The machine in one run of the track.
-
-    Args:
-        problem: on the model.
-        plant: name of the one machine.
-        seed: of lots, wheels and chances.
-    """
+    """The machine in one run of the track: its name, and the seed of lots, wheels and chances."""
 
     problem: Problem
     plant: str

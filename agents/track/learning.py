@@ -63,8 +63,7 @@ class Scaled:
 class Trim:
     """The best fixed plan of the model, its E moved after every shift to where readings come as near as they may.
 
-    That is as near to their limits as is usual, or as the plan brings them on the model. Power follows E by an exponent
-    of about 0.7, Ra by 0.5, and what parts are off their size by 1. After a bad part E does not rise.
+    That is as near to their limits as is usual, or as on the model. After a bad part E does not rise.
     """
 
     name: ClassVar[str] = "trim"
@@ -123,11 +122,7 @@ class Holding:
 
 @dataclass
 class CalibratedAdapter:
-    """The planner on the belief with a guard, both on a model that is fitted to all shifts so far.
-
-    Args:
-        planner: its name.
-    """
+    """A planner on the belief with a guard, both on a model that is fitted to all shifts so far."""
 
     planner: str
     name: ClassVar[str] = "calibrated"

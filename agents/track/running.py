@@ -45,15 +45,7 @@ class TrackTrial:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrackRun:
-    """What came of a cell.
-
-    Attributes:
-        costs: of each shift, $.
-        scrap: expected number of bad parts of each.
-        parts: of each.
-        judged: by blocks ground before, a text, of each episode: cost, $, expected number of good parts, and parts.
-        cpu_seconds: of all of it.
-    """
+    """What came of a cell: $, bad parts and parts of each shift, and by blocks what judged it: $, good parts, parts."""
 
     costs: list[float] = field(default_factory=list)
     scrap: list[float] = field(default_factory=list)
@@ -68,11 +60,7 @@ def tuning_of(cell: TrackTrial) -> TrackTrial:
 
 
 def find(cell: TrackTrial) -> Any:
-    """Return what is found in a cell: the fields of a `TrackRun`, or what was tuned.
-
-    Raises:
-        GrindError: there is no such adapter, or its policies see more than measurements.
-    """
+    """Return what is found in a cell: the fields of a `TrackRun`, or what was tuned."""
     return tune_on(on(cell.problem, cell.plant)) if cell.adapter == TUNING else asdict(run(cell))
 
 
@@ -97,11 +85,7 @@ def run(cell: TrackTrial) -> TrackRun:
 
 
 def _checked(policy: Policy, knows: bool) -> Policy:
-    """The policy, if it may be run.
-
-    Raises:
-        GrindError: it is none, or sees what an adapter does not get.
-    """
+    """Return the policy, if it sees no more than an adapter gets."""
     check_policy(policy)
     if policy.sees != "measurements" and not knows:
         raise GrindError(f"{policy.name} sees the {policy.sees}, but on the track there are measurements alone")

@@ -52,11 +52,7 @@ def whole_track(seeds: int, episodes: int, *, wide: bool) -> list[TrackTrial]:
 def study(
     asked: StudyOptions, machines: Sequence[str] | None, adapters: Sequence[str] | None, blocks: str | None, wide: bool
 ) -> Study:
-    """Tune on every machine that somebody asks for, by default those of the whole track, and return the study.
-
-    Raises:
-        GrindError: there is no such machine or adapter, or the blocks are no whole shifts.
-    """
+    """Tune on every machine that somebody asks for, by default those of the whole track, and return the study."""
     if asked.tasks or machines or adapters or blocks:
         problems = chosen_problems(asked.tasks or TASK, asked.job, asked.parts)
         cells = cells_asked(problems, machines or (), adapters or (), blocks, asked, wide=wide)
@@ -94,11 +90,7 @@ def cells_asked(
 
 
 def check_blocks(problem: Problem, text: str) -> tuple[int, ...]:
-    """Blocks on a machine, ascending, of numbers with commas between them.
-
-    Raises:
-        GrindError: they are no whole numbers of shifts.
-    """
+    """Return blocks on a machine, ascending, of numbers with commas between them: whole shifts."""
     shift = problem.simulation().most_steps
     for number in text.split(","):
         if not number.strip().isdecimal() or int(number) % shift:

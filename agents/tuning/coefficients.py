@@ -13,9 +13,7 @@ DIGITS = 5
 class Coefficient(NamedTuple):
     """A parameter as the search sees it: `start + step z`, or `start exp(step z)` for one that must be positive.
 
-    `by_kind` has one value a kind of block; `whole` is a number of executions, from 0 to the most of the task;
-    `blocks` is a number of blocks, at least 1; `needs` is the table of a task without which the parameter has no
-    meaning.
+    `whole` is a number of executions, `blocks` one of blocks; without the table `needs` of a task it has no meaning.
     """
 
     name: str

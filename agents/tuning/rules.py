@@ -75,15 +75,7 @@ class SideBySide:
 
 
 class Tuner:
-    """Costs of policies on the training and validation episodes of a problem.
-
-    Args:
-        simulation: of the problem.
-        storage: URL of the database of the studies, one for each policy and start.
-        episodes: number of episodes on training, and on validation seeds, of the split `all`.
-        fresh: whether to throw away what the studies hold.
-        advance: called with the number of points that have been evaluated, or were kept.
-    """
+    """Costs of policies on training and validation episodes of a problem; its studies lie in the database `storage`."""
 
     def __init__(
         self,
@@ -240,7 +232,6 @@ def tune(
     evaluations: int = TUNING_EVALUATIONS,
     starts: int = TUNING_STARTS,
     episodes: int = TUNING_EPISODES,
-    storage: str | None = None,
     folder: Path | None = None,
     runs: Path = RUNS,
     fresh: bool = False,
@@ -249,24 +240,11 @@ def tune(
 ) -> dict[str, Tuned]:
     """Tune the policies that the file of the task does not have yet, and store each as soon as it is done.
 
-    Those that it has for another task are tuned anew: their parameters no longer cost what the file says.
-
-    Args:
-        problem: what is ground.
-        names: policies; those of `tunable` by default.
-        evaluations: of each CMA-ES run.
-        starts: number of CMA-ES runs of a rule.
-        episodes: on training and on validation seeds.
-        storage: URL of the database that keeps the trials, so that a search that was killed goes on; by default an
-            SQLite file `<task>/tune.db` below `runs`.
-        folder: of the files; by default that of `tuned_folder`.
-        runs: folder of the trials.
-        fresh: tune again what the file has; one that is damaged is written anew, with these policies only.
-        jobs: processes; with more than one, CMA-ES runs are done side by side. What is found does not depend on it.
-        ray: a Ray cluster that does the runs in place of processes of our own; see `agents.runner`.
+    Those that it has for another task are tuned anew. A search that was killed goes on from its trials, in
+    `<task>/tune.db` below `runs`. What is found does not depend on `jobs` or `ray`.
 
     Raises:
-        ConfigError: if a policy has nothing to tune, or the file is damaged and `fresh` is not asked for.
+        ConfigError: a policy has nothing to tune, or the file is damaged and `fresh` is not asked for.
     """
     simulation = problem.simulation()
     listed = tunable(simulation)
@@ -277,7 +255,7 @@ def tune(
     folder = tuned_folder(simulation.task, folder)
     check_own(folder / f"{problem.name}.toml", TUNED_FILE, "--configs")
     tuned = _readable(problem.name, folder, fresh)
-    url = sqlite_url(runs / problem.name / "tune.db") if storage is None else storage
+    url = sqlite_url(runs / problem.name / "tune.db")
     names = listed if names is None else names
     if not fresh:
         names = [name for name in names if name not in tuned or not _holds(name, tuned[name], simulation, folder)]

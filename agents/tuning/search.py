@@ -47,8 +47,8 @@ def refine(cost: Callable[[float], float], start: BestPoint, low: float, high: f
     return BestPoint(value, least, evaluations)
 
 
-def evolve(costs: Costs, start: Any, evaluations: int, seed: int, step: float = 1.0) -> BestPoint:
-    """CMA-ES (Hansen) from `start`, shape (n,), with that initial step in every direction.
+def evolve(costs: Costs, start: Any, evaluations: int, seed: int) -> BestPoint:
+    """CMA-ES (Hansen) from `start`, shape (n,), with an initial step of 1 in every direction.
 
     Non-finite costs count as the worst of their generation.
     """
@@ -59,7 +59,7 @@ def evolve(costs: Costs, start: Any, evaluations: int, seed: int, step: float = 
         "seed": np.nan,  # it draws from the generator given below, not from numpy's global one
         "randn": lambda *shape: rng.standard_normal(shape),
     }
-    strategy = cma.CMAEvolutionStrategy(np.asarray(start, np.float64), step, options)
+    strategy = cma.CMAEvolutionStrategy(np.asarray(start, np.float64), 1.0, options)
     best, least = np.asarray(start, np.float64), np.inf
     while not strategy.stop():
         points = strategy.ask()

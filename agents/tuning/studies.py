@@ -33,27 +33,18 @@ def sqlite_url(path: Path) -> str:
 
 
 def open_study(url: str, name: str, *, fresh: bool = False) -> optuna.Study:
-    """The study of that name, made if it is not there.
-
-    Args:
-        url: of any relational database that SQLAlchemy knows.
-        name: of the study.
-        fresh: throw away what the study holds.
-
-    Raises:
-        ConfigError: if the database cannot be opened.
-    """
+    """Open the study of that name, made if it is not there; `fresh` throws away what it holds."""
     try:
-        waiting: dict[str, Any] = {}
-        if url.startswith("sqlite"):
-            waiting = {"connect_args": {"timeout": BUSY_SECONDS}}
-            _make_tables(sqlalchemy.create_engine(url, **waiting))
+        waiting = {"connect_args": {"timeout": BUSY_SECONDS}}
+        _make_tables(sqlalchemy.create_engine(url, **waiting))
         storage = optuna.storages.RDBStorage(url, engine_kwargs=waiting)
         if fresh and name in optuna.get_all_study_names(storage):
             optuna.delete_study(study_name=name, storage=storage)
         return optuna.create_study(storage=storage, study_name=name, load_if_exists=True)
-    except (SQLAlchemyError, sqlite3.Error, ImportError, optuna.exceptions.StorageInternalError) as error:
-        raise ConfigError(f"the storage {url} cannot be opened ({reason(error)}): give the URL of a database") from None
+    except (SQLAlchemyError, sqlite3.Error, optuna.exceptions.StorageInternalError) as error:
+        raise ConfigError(
+            f"{url} cannot be opened ({reason(error)}): delete it, or name another folder with --runs"
+        ) from None
 
 
 def _make_tables(engine: sqlalchemy.Engine) -> None:
@@ -79,15 +70,8 @@ def _make_tables(engine: sqlalchemy.Engine) -> None:
 class KeptCosts:
     """Costs that are kept in a study, in the order in which a search asks for them.
 
-    A search that repeats itself, as all of `agents.tuning.search` do, asks for the kept points first and gets
-    their costs without a new evaluation. What is asked for together is one trial, with its points and costs as
-    attributes: a transaction for every entry of every point would take longer than most evaluations.
-
-    Args:
-        study: where they are kept; the value of a trial is its least cost.
-        names: of the entries of a point.
-        costs: the function of several points.
-        advance: called with the number of values that are handed out.
+    A search that repeats itself asks for the kept points first and gets their costs without a new evaluation. What is
+    asked for together is one trial: a transaction for each entry would take longer than most evaluations.
     """
 
     def __init__(
@@ -99,11 +83,7 @@ class KeptCosts:
         self.asked = 0
 
     def __call__(self, points: Sequence[Any]) -> list[float]:
-        """The costs at points, each shape (entries,).
-
-        Raises:
-            ConfigError: if the study holds another point here, so that it is of another search.
-        """
+        """Return the costs at points, each shape (entries,); refuse a study that holds another point here."""
         wanted = [[float(value) for value in point] for point in points]
         kept = self.kept[self.asked : self.asked + len(wanted)]
         if any(point != known for point, (known, _) in zip(wanted, kept, strict=False)):

@@ -32,11 +32,7 @@ HEIGHT = 0.85
 
 
 def dressed_run(problem: Problem, speed: float, every: int) -> GrindingRecord:
-    """An episode of a problem with E constant, m/min, and a dress after so many blocks, as its program runs it.
-
-    Raises:
-        GrindError: it has no such E.
-    """
+    """Return an episode with E constant, m/min, and a dress after so many blocks, as its program runs it."""
     played = play(Fixed(speed, 1, every), problem, SEEDS["evaluation"])
     return grind_file(read(played.program), played.job, dress_at=played.requests)
 
@@ -60,12 +56,7 @@ def around_dress(record: GrindingRecord) -> tuple[int, int, float]:
 
 
 def dress_figure(record: GrindingRecord) -> "Figure":
-    """Depth, power, temperature, roughness and wear flats of the part before the first dress and of the one after it.
-
-    Raises:
-        GrindError: no dress lies between two whole parts.
-        MissingExtra: matplotlib is not installed.
-    """
+    """Draw depth, power, temperature, Ra and wear flats of the part before the first dress and of the one after it."""
     dull, sharp, seconds = around_dress(record)
     limits = record.job.of_part(dull).limits
     with paper_style():

@@ -39,17 +39,7 @@ AREA, GROWTH = NAMES.index("belief_wear_flat"), NAMES.index("belief_growth")
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class PolicyMap:
-    """E and D of an agent over the believed wear-flat area and the believed factor on its growth.
-
-    Attributes:
-        policy: name of the agent.
-        problem: name of the environment.
-        areas: of the grid, shape (n,).
-        growths: likewise, log factor.
-        speeds: E, m/min, shape (growths, areas).
-        executions: D, likewise.
-        visited: areas and log factors of the states that the agent got into, shape (states, 2).
-    """
+    """E, m/min, and D of an agent, shape (growths, areas); `visited` are states that it got into, shape (states, 2)."""
 
     policy: str
     problem: str
@@ -83,14 +73,8 @@ def policy_map(policy: Policy | str | None, problem: Problem | str, *, episodes:
     Everything else that it sees is what goes with these two numbers on average: the linear regression of each feature
     on them, over the states of some evaluation episodes. In a task with several kinds of block it is a mixture of them.
 
-    Args:
-        policy: a learned agent, its file, or None for the one that is shipped for the task.
-        problem: what it grinds, or what `find_problem` finds.
-        episodes: how many it is watched in.
-
     Raises:
-        GrindError: there is no such problem or policy, or the policy is no agent that sees a belief and nothing else of
-            the past.
+        GrindError: there is no such problem or policy, or the policy is no agent that sees a belief alone.
     """
     problem = problem if isinstance(problem, Problem) else find_problem(problem)
     simulation = problem.simulation()
@@ -127,11 +111,7 @@ def policy_map(policy: Policy | str | None, problem: Problem | str, *, episodes:
 
 
 def policy_map_figure(found: PolicyMap) -> "Figure":
-    """E and D side by side, with states that the agent got into as dots.
-
-    Raises:
-        MissingExtra: matplotlib is not installed.
-    """
+    """Draw E and D side by side, with states that the agent got into as dots."""
     with paper_style():
         from matplotlib.colors import BoundaryNorm
         from matplotlib.ticker import MaxNLocator

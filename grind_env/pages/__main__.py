@@ -13,11 +13,8 @@ from grind_env.pages.plants import plants_page
 from grind_env.pages.sheet import page_ids
 from grind_env.pages.summary import file_name, index
 from grind_env.pages.validation import FILE, PICTURE, ROWS, validation_page
-from grind_env.process.catalogue import load_catalogue
-from grind_env.validation import Rig, validate
-from grind_env.validation.export import write_csv
-from grind_env.validation.leave_out import left_out
-from grind_env.validation.neighbours import neighbours
+from grind_env.validation import validate
+from grind_env.validation.report import write_csv
 
 
 def write(folder: Path) -> list[Path]:
@@ -26,8 +23,7 @@ def write(folder: Path) -> list[Path]:
     The picture of the validation needs matplotlib, and is left out without.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    rig = Rig(load_catalogue())
-    rows = validate(rig.catalogue)
+    rows = validate()
     pictures = [PICTURE] if find_spec("matplotlib") else []
     for name in pictures:
         plot_exponents(rows, folder / name)
@@ -36,7 +32,7 @@ def write(folder: Path) -> list[Path]:
         "index.md": index(),
         FIELDS: fields_page(),
         PLANTS: plants_page(),
-        FILE: validation_page(rows, left_out(rig), neighbours(rig.catalogue, rows), *pictures),
+        FILE: validation_page(rows, *pictures),
         **{file_name(env_id): page(env_id) for env_id in page_ids()},
     }
     for name, text in texts.items():

@@ -45,13 +45,7 @@ def keys_of(kind: type[Entry]) -> list[EntryKey]:
 
 
 def remark_on(kind: str, name: str, files: Sequence[Path] = ()) -> str:
-    """What the comments in the catalogue say of an entry; that of the last file which has it.
-
-    Args:
-        kind: a key of `KINDS`.
-        name: of the entry.
-        files: those of a user, after the built-in one.
-    """
+    """Return what the comments in the catalogue say of an entry; that of the last file which has it."""
     heading = re.compile(rf"^\[{kind}\.\"?{re.escape(name)}\"?\]\s*(?:#\s*(.*))?\n((?:#.*\n)*)", re.MULTILINE)
     found = ""
     for path in (_built_in(kind), *files):

@@ -11,11 +11,7 @@ MEASURED, PASSED, FAILED = "measured, and its band", "model, within the band", "
 
 
 def plot_exponents(rows: Sequence[Row], path: Path) -> None:
-    """Draw the rows that set an exponent of the model beside a measured one; needs matplotlib.
-
-    Raises:
-        FileError: the folder does not exist or cannot be written to.
-    """
+    """Draw the rows that set an exponent of the model beside a measured one; needs matplotlib."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

@@ -38,7 +38,7 @@ def job_rows() -> list[SchemaRow]:
             STATIONS,
             "name",
             text,
-            f"{known['name']}; beside these any key of [part] in which it differs",
+            f"{known['name']}; {BESIDE}",
             derived=NUMBER,
         ),
         *(row for row in rows_of(STATIONS, Station) if row.key != "name"),

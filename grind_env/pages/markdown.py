@@ -12,7 +12,7 @@ HEADING = re.compile(r"^## (.+)$", re.MULTILINE)
 
 def prose(make: Callable[..., Any]) -> dict[str, str]:
     """The text of a docstring by section, that is by `## Heading`; its first line is the section ""."""
-    text = re.split(r"^(?:Args|Raises):$", _doc(make), flags=re.MULTILINE)[0]
+    text = re.split(r"^(?:Args|Raises):$", inspect.cleandoc(make.__doc__ or ""), flags=re.MULTILINE)[0]
     first, *parts = HEADING.split(text)
     return {"": first.strip(), **{name: body.strip() for name, body in zip(parts[::2], parts[1::2], strict=True)}}
 
@@ -25,7 +25,3 @@ def arguments(make: Callable[..., Any]) -> list[tuple[str, str, str]]:
         (each.name, "" if each.default is each.empty else repr(each.default), said.get(each.name, ""))
         for each in parameters
     ]
-
-
-def _doc(make: Callable[..., Any]) -> str:
-    return inspect.cleandoc(make.__doc__ or "")

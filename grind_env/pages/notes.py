@@ -1,7 +1,7 @@
 """What a page says beyond the code, one entry for each id; `notes.toml` holds them."""
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,34 +18,20 @@ class PageError(GrindError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PageNote:
-    """Notes on one id.
-
-    Attributes:
-        summary: what the job is.
-        hard: what makes it easy or hard, no sentence.
-        versions: what each version of the id changed, the latest last.
-        program: part program among the examples of the package that the id needs to be made; "" for none.
-        reward: lowest and highest reward of a step where there is no task to work them out from; `-inf` if no lower
-            bound is known.
-    """
+    """Notes on one id; `program` is an example that it needs to be made, `reward` its span where no task tells it."""
 
     summary: str
     hard: str
     versions: Mapping[str, str]
     program: str = ""
-    reward: tuple[float, float] | None = None
+    reward: Sequence[float] | None = None
 
 
 @functools.cache
 def load_notes() -> Mapping[str, PageNote]:
     """All notes by id."""
     document: Mapping[str, Mapping[str, Any]] = tomllib.loads(FILE.read_text(encoding="utf-8"))
-    return {env_id: _note(entry) for env_id, entry in document.items()}
-
-
-def _note(entry: Mapping[str, Any]) -> PageNote:
-    reward = entry.get("reward")
-    return PageNote(**{**entry, "reward": None if reward is None else (reward[0], reward[1])})
+    return {env_id: PageNote(**entry) for env_id, entry in document.items()}
 
 
 def note_of(env_id: str) -> PageNote:

@@ -1,6 +1,6 @@
 """The page of the machines that are not the model."""
 
-from grind_env.plants import FAMILIES, Family
+from grind_env.plants import FAMILIES
 from grind_env.plants.family import Range
 from grind_env.table import Column, table_of
 
@@ -62,7 +62,8 @@ def plants_page() -> str:
     """The page, Markdown."""
     lines = ["# Machines that are not the model", INTRODUCTION]
     for family in FAMILIES:
-        lines += [f"## {family.name}", f"{_sentence(family.what)}{_chances(family)}"]
+        chances = " A seed of its chances is drawn, too." if family.chances else ""
+        lines += [f"## {family.name}", f"{family.what[0].upper()}{family.what[1:]}.{chances}"]
         lines.append(table_of(RANGES, family.ranges).markdown())
     return "\n\n".join(lines) + "\n"
 
@@ -70,11 +71,3 @@ def plants_page() -> str:
 def _span(each: Range) -> str:
     judges = "" if each.held_out is None else "; held out {:g} to {:g}".format(*each.held_out)
     return f"{each.low:g} to {each.high:g}{judges}{', factor' if each.factor else ''}"
-
-
-def _sentence(text: str) -> str:
-    return f"{text[0].upper()}{text[1:]}."
-
-
-def _chances(family: Family) -> str:
-    return " A seed of its chances is drawn, too." if family.chances else ""

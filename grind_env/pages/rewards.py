@@ -87,12 +87,7 @@ def infeed_times(task: Task) -> dict[str, RewardSpan]:
 
 
 def cost_spans(task: Task, times: Mapping[str, RewardSpan]) -> dict[str, RewardSpan]:
-    """Cost of a step in $, by term of the reward.
-
-    Args:
-        task: the task.
-        times: seconds of a block without its dresses and without a stall, by kind.
-    """
+    """Return the cost of a step in $, by term of the reward, from the seconds of blocks without dresses, by kind."""
     rates, most = task.rates, float(task.action.executions)
     per_second = rates.hourly / 3600.0
     dressed = 0.5 * task.execution_depth * math.pi * task.wheel.diameter * task.wheel.width

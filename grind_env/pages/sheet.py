@@ -19,21 +19,7 @@ from grind_env.pages.rewards import RewardSpan, cost_spans, reward_span, step_ti
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskSheet:
-    """What a page is made of.
-
-    Attributes:
-        id: the id.
-        note: the notes on it.
-        make: makes the environment; its docstring and its arguments are those of the page.
-        env: an environment of that id, before its first step.
-        readings: entries of the observation.
-        full: entries of the observation with the hidden state.
-        task: its task, if a step is a block of one.
-        codec: its actions.
-        costs: cost of a step in $ by term, if they can be worked out.
-        reference_cost: what a reward of -1 stands for, $; 0 where that is not told.
-        reward: lowest and highest reward of a step, minus infinity where no lower bound is known.
-    """
+    """What a page is made of; `full` has the readings with the hidden state, `reward` may have no lower bound."""
 
     id: str
     note: PageNote
@@ -65,13 +51,10 @@ def page_ids() -> list[str]:
 
 
 def sheet(name: str) -> TaskSheet:
-    """What is known of an id.
-
-    Args:
-        name: the id, or the name of its task.
+    """Return what is known of a registered id, or of the id of a task.
 
     Raises:
-        PageError: if the id is not registered or has no notes.
+        PageError: the id is not registered or has no notes.
     """
     known = page_ids()
     env_id = name if name in known else environment_id(name)

@@ -4,26 +4,14 @@ import math
 from dataclasses import dataclass
 
 from grind_env.envs.actions import ACTIONS
-from grind_env.pages.sheet import TaskSheet, page_ids, sheet
+from grind_env.pages.sheet import page_ids, sheet
 from grind_env.scores import find_reference, normalise
 from grind_env.table import Column, table_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskSummary:
-    """An id in one row.
-
-    Attributes:
-        id: the id.
-        title: the job in a few words.
-        steps: steps of an episode; 0 where they are not fixed.
-        actions: forms of the action.
-        observation: entries of the observation.
-        full: the same with `observation="full"`.
-        reward: lowest and highest reward of a step; None for the lowest where no bound is known.
-        hard: what makes it easy or hard.
-        scripted: score of the best scripted policy that sees measurements; None if it has not been measured.
-    """
+    """An id in one row; None for what has no bound, or has not been measured."""
 
     id: str
     title: str
@@ -37,20 +25,13 @@ class TaskSummary:
 
 
 def summary(env_id: str) -> TaskSummary:
-    """The row of a registered id.
+    """Return the row of a registered id.
 
     Raises:
-        PageError: if the id is not registered or has no notes.
+        PageError: the id is not registered or has no notes.
     """
-    return _row(sheet(env_id))
-
-
-def summaries() -> list[TaskSummary]:
-    """The rows of all registered ids."""
-    return [summary(env_id) for env_id in page_ids()]
-
-
-def _row(about: TaskSheet) -> TaskSummary:
+    about = sheet(env_id)
+    known = find_reference(about.id)
     return TaskSummary(
         id=about.id,
         title=about.title,
@@ -60,13 +41,13 @@ def _row(about: TaskSheet) -> TaskSummary:
         full=len(about.full),
         reward=(about.reward.least if math.isfinite(about.reward.least) else None, about.reward.most),
         hard=about.note.hard,
-        scripted=_scripted(about.id),
+        scripted=None if known is None else round(normalise(about.id, known.returns[known.best_scripted].value), 3),
     )
 
 
-def _scripted(env_id: str) -> float | None:
-    known = find_reference(env_id)
-    return None if known is None else round(normalise(env_id, known.returns[known.best_scripted].value), 3)
+def summaries() -> list[TaskSummary]:
+    """The rows of all registered ids."""
+    return [summary(env_id) for env_id in page_ids()]
 
 
 def file_name(env_id: str) -> str:

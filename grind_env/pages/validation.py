@@ -5,25 +5,7 @@ from itertools import groupby
 
 from grind_env.table import Column, table_of
 from grind_env.validation import GROUPS, Row, unfit_uses
-from grind_env.validation.leave_out import LeftOut
-from grind_env.validation.neighbours import Neighbour
-from grind_env.validation.report import (
-    NUMBERS,
-    PREDICTION,
-    PREDICTION_NOTE,
-    PREDICTION_TITLE,
-    STEP_TITLE,
-    beyond_limits,
-    comparison,
-    outside,
-    prediction_rows,
-    reason,
-    sources,
-    step_introduction,
-    step_sentence,
-    totals,
-    verdict,
-)
+from grind_env.validation.report import NUMBERS, beyond_limits, outside, reason, sources, totals, verdict
 from grind_env.validation.rig import CONDITIONS
 
 FILE, PICTURE, ROWS = "validation.md", "validation.png", "validation.csv"
@@ -53,17 +35,8 @@ COLUMNS = (
 )
 
 
-def validation_page(
-    rows: Sequence[Row], predicted: Sequence[LeftOut], steps: Sequence[Neighbour], picture: str = ""
-) -> str:
-    """The page, Markdown.
-
-    Args:
-        rows: of `validate`.
-        predicted: of `left_out`.
-        steps: of `neighbours`.
-        picture: the file of `plot_exponents` beside the page; none if "".
-    """
+def validation_page(rows: Sequence[Row], picture: str = "") -> str:
+    """Return the page, Markdown; `picture` is the file of `plot_exponents` beside it, none if ""."""
     lines = ["# Validation of the process model", f"**{sources(rows)}** {totals(rows)}. {beyond_limits(rows)}"]
     lines += [INTRODUCTION, CONDITIONS]
     lines += [
@@ -74,7 +47,4 @@ def validation_page(
         lines.append(f"![measured exponents beside those of the model]({picture})")
     for group, members in groupby(rows, lambda row: row.check.group):
         lines += [f"## {group}. {GROUPS[group]}", table_of(COLUMNS, members).markdown()]
-    lines += [f"## {PREDICTION_TITLE}", PREDICTION_NOTE, table_of(PREDICTION, prediction_rows(predicted)).markdown()]
-    lines.append("\n".join(f"- {sentence}" for sentence in comparison(predicted)))
-    lines += [f"## {STEP_TITLE}", step_introduction(steps), "\n".join(f"- {step_sentence(step)}" for step in steps)]
     return "\n\n".join(lines) + "\n"

@@ -58,12 +58,7 @@ class CanvasText(NamedTuple):
 
 
 class Canvas:
-    """Shapes and text in pixels of the finished picture, y downwards.
-
-    Args:
-        width: of the picture, px.
-        height: of the picture, px.
-    """
+    """Shapes and text in pixels of the finished picture, y downwards."""
 
     def __init__(self, width: int, height: int) -> None:
         self.image = Image.new("RGB", (FINENESS * width, FINENESS * height), PAPER)
@@ -139,10 +134,7 @@ def _font(size: int) -> ImageFont.FreeTypeFont:
 
 @functools.lru_cache(2048)
 def _mask(text: str, size: int, anchor: str, strong: bool) -> tuple[Image.Image, tuple[int, int]]:
-    """Text as a mask, and where its upper left corner lies from the anchor, px.
-
-    Cached, because most text is the same in every picture, and semi-bold text is slow to draw.
-    """
+    """Text as a mask, and where its upper left corner lies from the anchor, px; cached, for it is slow to draw."""
     plain, font = _plain(text), _font(size)
     room = 2 * size
     width = math.ceil(font.getlength(plain))

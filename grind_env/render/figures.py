@@ -34,13 +34,7 @@ def check_format(path: str | Path) -> None:
 
 
 def prepare_figure(path: Path) -> None:
-    """Find out, before long work for a figure, whether it can be drawn and written.
-
-    Raises:
-        PlotError: another suffix than `FORMATS`.
-        MissingExtra: matplotlib is not installed.
-        FileError: the folder does not exist.
-    """
+    """Find out, before long work for a figure, whether it can be drawn and written."""
     check_format(path)
     check_target(path)
     new_figure(1.0, 1.0)

@@ -13,15 +13,9 @@ DEEP = 1e-6
 
 
 def reason(cause: str, parts: Sequence[int], record: GrindingRecord, job: Job) -> str:
-    """Where the parts of these numbers have been most beyond a limit, and what to do; empty if nothing more is known.
+    """Return where parts have been most beyond a limit, and what to do; empty if nothing more is known.
 
-    Where parts are of several kinds it is said of those with the limits of the first one.
-
-    Args:
-        cause: a field of `process.cost.Limits`.
-        parts: their numbers.
-        record: of the run.
-        job: of the run.
+    Where parts are of several kinds it is said of those with the limits of the first one. `cause` is one of `Limits`.
     """
     limits = job.of_part(parts[0]).limits
     parts = [number for number in parts if job.of_part(number).limits == limits]

@@ -50,11 +50,6 @@ class Placement(NamedTuple):
     """The part without that stock."""
 
 
-def drawn_radius(view: EpisodePicture, new_radius: float) -> float:
-    """The wheel's radius as drawn, px; its loss is shown much enlarged, and always visible."""
-    return new_radius * (1.0 - SHRINK * view.radius_lost / (view.radius_lost + HALF_SHRINK))
-
-
 def placement(view: EpisodePicture, panel: Box) -> Placement:
     """Where things stand."""
     middle, part = 0.5 * (panel.left + panel.right), view.part
@@ -63,7 +58,7 @@ def placement(view: EpisodePicture, panel: Box) -> Placement:
     half = 0.5 * LONGEST * panel.width * part.length / view.extent.longest
     table = _table_offset(view, panel, half)
     new_radius = min(0.29 * panel.height, 0.21 * panel.width)
-    radius = drawn_radius(view, new_radius)
+    radius = new_radius * (1.0 - SHRINK * view.radius_lost / (view.radius_lost + HALF_SHRINK))
     return Placement(
         panel=panel,
         centre=(middle, top - radius),
@@ -79,7 +74,7 @@ def draw_machine(canvas: Canvas, panel: Box, view: EpisodePicture) -> None:
     """The machine in its panel."""
     place = placement(view, panel)
     canvas.rectangle(panel, ink.PANEL, outline=ink.EDGE, radius=6.0)
-    _draw_guard(canvas, place)
+    canvas.arc(place.centre, place.new_radius + 12.0, 9.0, (188.0, 352.0), ink.GUARD)
     _draw_table(canvas, place)
     _draw_part(canvas, place, view)
     _draw_dresser(canvas, place, view)
@@ -95,10 +90,6 @@ def _table_offset(view: EpisodePicture, panel: Box, half: float) -> float:
     if view.instant.dressing:
         return half + DRESSER_GAP * panel.width
     return view.instant.table * TRAVEL * panel.width
-
-
-def _draw_guard(canvas: Canvas, place: Placement) -> None:
-    canvas.arc(place.centre, place.new_radius + 12.0, 9.0, (188.0, 352.0), ink.GUARD)
 
 
 def _draw_table(canvas: Canvas, place: Placement) -> None:

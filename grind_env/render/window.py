@@ -11,15 +11,7 @@ from grind_env.render.view import NoScreenError, RenderError
 
 
 class Window:
-    """A window on the screen.
-
-    Args:
-        title: in its frame.
-        fps: pictures shown a second at most.
-
-    Raises:
-        NoScreenError: if there is no screen.
-    """
+    """A window on the screen that shows at most `fps` pictures a second; without a screen a `NoScreenError`."""
 
     def __init__(self, title: str, fps: float) -> None:
         try:
@@ -35,11 +27,7 @@ class Window:
         self.shown: ImageTk.PhotoImage | None = None
 
     def show(self, frame: NDArray[np.uint8]) -> None:
-        """Show a picture, shape (height, width, 3), when the one before has stood long enough.
-
-        Raises:
-            RenderError: if the user has closed the window.
-        """
+        """Show a picture, shape (height, width, 3), when the one before has stood long enough."""
         time.sleep(max(self.due - time.monotonic(), 0.0))
         self.due = time.monotonic() + self.pause
         try:

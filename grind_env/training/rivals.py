@@ -87,9 +87,7 @@ def fixed_plans(simulation: Simulation) -> list[Policy]:
 def rivals(problem: Problem, judges: Problem) -> Iterator[Policy]:
     """Yield the adviser, the best fixed plan and, of a part program, the program as it is.
 
-    Args:
-        problem: that the agent is trained for.
-        judges: the same on the machines that judge, on others of which the fixed plan is chosen.
+    The fixed plan is chosen on other machines of the set that judges.
     """
     simulation, ground = problem.simulation(), judges.simulation()
     yield policy_for(None, simulation) if isinstance(simulation, JobSimulation) else make_policy(RULE, simulation)

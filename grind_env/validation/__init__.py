@@ -3,7 +3,7 @@
 `python -m grind_env.validation` prints the table. `CHECKS` are the rows, `validate` takes their numbers.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
@@ -50,15 +50,10 @@ CHECKS: tuple[Check, ...] = tuple(
 """All checks, by group."""
 
 
-def validate(catalogue: Catalogue | None = None, checks: Sequence[Check] = CHECKS) -> list[Row]:
-    """Take the numbers of the checks.
-
-    Args:
-        catalogue: whose entries are ground with; the built-in one if None.
-        checks: which.
-    """
+def validate(catalogue: Catalogue | None = None) -> list[Row]:
+    """Take the numbers of all checks with the entries of a catalogue; by default the built-in one."""
     rig = Rig(load_catalogue() if catalogue is None else catalogue)
-    return [row_of(check, rig) for check in checks]
+    return [row_of(check, rig) for check in CHECKS]
 
 
 @cache

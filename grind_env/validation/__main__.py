@@ -6,13 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from grind_env.files import check_target
-from grind_env.process.catalogue import load_catalogue
 from grind_env.terminal import command, table_console
-from grind_env.validation import Rig, is_as_known, validate
-from grind_env.validation.export import write_csv
-from grind_env.validation.leave_out import left_out
-from grind_env.validation.neighbours import neighbours
-from grind_env.validation.report import WIDTH, print_report
+from grind_env.validation import is_as_known, validate
+from grind_env.validation.report import WIDTH, print_report, write_csv
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -22,11 +18,10 @@ def main(arguments: Sequence[str]) -> int:
     file: Path | None = parser.parse_args(arguments).csv
     if file is not None:
         check_target(file)
-    catalogue = load_catalogue()
-    rows = validate(catalogue)
+    rows = validate()
     console = table_console()
     console.width = min(console.width, WIDTH)
-    print_report(rows, left_out(Rig(catalogue)), neighbours(catalogue, rows), console)
+    print_report(rows, console)
     if file is not None:
         write_csv(rows, file)
     return 0 if all(map(is_as_known, rows)) else 1

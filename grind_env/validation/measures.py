@@ -27,13 +27,9 @@ def quotient(values: Sequence[float]) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Measurement:
-    """A number of the model.
+    """A number of the model: a quantity of the wheels of several set-ups, reduced to one number.
 
-    Attributes:
-        quantity: what a wheel shows.
-        setups: arguments of `SetUp`, or of `make`, for each wheel.
-        reduce: gives the number from the values of all wheels.
-        make: makes a wheel from the rig and a set-up.
+    `make` makes each wheel from the rig and the arguments of `SetUp`.
     """
 
     quantity: Quantity

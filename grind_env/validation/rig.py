@@ -62,10 +62,7 @@ def grind_strokes(
 ) -> tuple[RigState, StrokeResult]:
     """Grind `count` strokes (at least one), before each of which the wheel goes down by `downfeed` mm.
 
-    Each takes `pause` s more than the way over the part.
-
-    Returns:
-        Wheel and part after them, and the last stroke.
+    Each takes `pause` s more than the way over the part. Return wheel and part after them, and the last stroke.
     """
     constants, seconds = constants_of(p, vw, Lw), whole_ms(Lw / vw + pause)
     Z = before.Z + downfeed
@@ -118,7 +115,6 @@ class SetUp:
 NO_GROWTH: Mapping[str, Mapping[str, float]] = {"material": {"thermal_expansion": 0.0}}
 """A part that stays as high as it is: changes of a set-up for what the elastic loop alone does."""
 
-USUAL = "usual"
 CONDITIONS = (
     "Usual is aisi_52100 ground with a60j in emulsion on the default machine: downfeed 10 um, table 12 m/min, wheel "
     "30 m/s and 300 mm, part 200 mm long and 20 mm wide, dressed with single_point, lead .1 mm, depth .02 mm; the row "
@@ -233,21 +229,14 @@ class Grinder:
 
 @dataclass(frozen=True, slots=True)
 class Rig:
-    """Makes grinders from the entries of a catalogue.
-
-    Attributes:
-        catalogue: whose entries.
-        usual: arguments of `SetUp` that take the place of its defaults.
-        outside: kept of all set-ups that were made: of each limit of an entry, the number that was farthest beyond it.
-    """
+    """Makes grinders from the entries of a catalogue; `outside` keeps what set-ups asked farthest beyond its limits."""
 
     catalogue: Catalogue
-    usual: Mapping[str, Any] = field(default_factory=dict)
     outside: dict[tuple[str, str], Beyond] = field(default_factory=dict)
 
     def fresh(self, **setup: Any) -> Grinder:
         """A freshly dressed wheel over a new part; arguments as of `SetUp`."""
-        chosen = SetUp(**{**self.usual, **setup})
+        chosen = SetUp(**setup)
         p = self.parameters(chosen)
         wheel = dressed(chosen.diameter, chosen.diamond_flat, chosen.lead, chosen.depth, p)
         return Grinder(chosen, p, wheel)
@@ -296,12 +285,7 @@ class Rig:
 
 
 def changed(known: EntryT, values: Mapping[str, Any]) -> EntryT:
-    """An entry with some fields changed.
-
-    Raises:
-        RigError: the entry has no such field.
-        CatalogueError: a value is out of its range.
-    """
+    """Return an entry with some fields changed; refuse one that it has not, or a value out of its range."""
     for name in values:
         if name not in quantities(type(known)):
             raise RigError(f"{known} has no {name}")

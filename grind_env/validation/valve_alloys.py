@@ -5,10 +5,8 @@ read as mm3/s per mm of width and volumes as mm3 on a width of 20 mm. Valves are
 so the infeed makes the rate; 3NQ is taken for a wheel of ceramic alumina.
 """
 
-from collections.abc import Mapping
 from functools import partial
 from itertools import product
-from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -26,8 +24,7 @@ TABLE_SPEED = 200.0
 """mm/s; the rates are made by the downfeed."""
 AMPLE = {"machine": {"power_limit": 200_000.0}}
 """A spindle that no run slows."""
-NO_CHANGES: Mapping[str, float] = MappingProxyType({})
-ALLOYS = ("INC751", "21-43")
+ALLOY = "INC751"
 RESPONSES = {"wheel_wear_um": "wear", "Ra_um": "Ra"}
 FACTORS = ("removal rate", "volume removed")
 LEAST = 0.1
@@ -64,20 +61,20 @@ class AlloyRuns(NamedTuple):
     Ra_um: Array
 
 
-def measured(wheel: AlloyWheel, alloy: str) -> AlloyRuns:
-    """The nine runs of a wheel in an alloy."""
+def measured(wheel: AlloyWheel) -> AlloyRuns:
+    """Return the nine runs of a wheel in INC751."""
     chosen = [
         row
         for row in data.rows("valve_alloys")
-        if row["wheel"] == wheel.measured and float(row["vs_m_s"]) == wheel.speed and row["mat"] == alloy
+        if row["wheel"] == wheel.measured and float(row["vs_m_s"]) == wheel.speed and row["mat"] == ALLOY
     ]
     names = ("removal_rate_per_s", "volume_removed", "wheel_wear_um", "Ra_um")
     return AlloyRuns(*(np.array([float(row[name]) for row in chosen]) for name in names))
 
 
-def simulated(rig: Rig, wheel: AlloyWheel, changes: Mapping[str, float] = NO_CHANGES) -> AlloyRuns:
-    """The same nine runs by the model, each from a dress on, in INC751 or what `changes` make of this material."""
-    plan = measured(wheel, "INC751")
+def simulated(rig: Rig, wheel: AlloyWheel) -> AlloyRuns:
+    """Return the same nine runs by the model, each from a dress on."""
+    plan = measured(wheel)
     wear, roughness = [], []
     for rate, volume in zip(plan.rate.tolist(), plan.volume.tolist(), strict=True):
         grinder = rig.fresh(
@@ -87,7 +84,7 @@ def simulated(rig: Rig, wheel: AlloyWheel, changes: Mapping[str, float] = NO_CHA
             table_speed=TABLE_SPEED,
             downfeed=rate / TABLE_SPEED,
             width=WIDTH,
-            changes={**AMPLE, "material": changes},
+            changes=AMPLE,
         )
         roughness.append(grinder.grind_volume(volume / WIDTH).Rg)
         wear.append(1000.0 * grinder.wheel.W)
@@ -101,7 +98,7 @@ def fitted(runs: AlloyRuns, response: str) -> Array:
 
 def target(wheel: AlloyWheel, response: str, factor: str) -> tuple[float, float]:
     """A measured exponent in INC751 and its standard error."""
-    subset = f"{wheel.measured} vs={wheel.speed:g} INC751"
+    subset = f"{wheel.measured} vs={wheel.speed:g} {ALLOY}"
     return next(
         (float(row["value"]), float(row["std_err"]))
         for row in data.rows("derived_targets")
@@ -127,7 +124,7 @@ def exponent_check(wheel: AlloyWheel, response: str, factor: str) -> Check:
 
 def pooled(rig: Rig) -> float:
     """Return the exponent of Ra on the rate in the usual set-up."""
-    wheel, rates = rig.sharp(), np.unique(measured(WHEELS[0], "INC751").rate)
+    wheel, rates = rig.sharp(), np.unique(measured(WHEELS[0]).rate)
     Ra = [rig.set_up_anew(wheel, downfeed=float(rate) / TABLE_SPEED).grind(5).Rg for rate in rates]
     return float(exponents([rates], Ra)[0])
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from agents.benchmark.judge import judged
-from agents.benchmark.measure import CellResult, Made, measure
+from agents.benchmark.measure import measure
 from agents.benchmark.plan import CORE, BenchmarkCell, Request, chosen_problems, planned
 from agents.benchmark.results import COLUMNS, merged, read_results, result_of, write_results
 from agents.benchmark.trained import from_file
@@ -27,12 +27,7 @@ def evaluation(*cost):
 
 def found(policy, *cost, seed=None, task="oracle6", between=None, sees="measurements"):
     return result_of(
-        CellResult(
-            cell=BenchmarkCell(find_problem(task), policy, seed),
-            sees=sees,
-            evaluation=evaluation(*cost),
-            interpolation=between and evaluation(*between),
-        )
+        BenchmarkCell(find_problem(task), policy, seed), sees, evaluation(*cost), between and evaluation(*between)
     )
 
 
@@ -98,26 +93,26 @@ def test_a_cell_is_what_an_evaluation_says(tmp_path):
     policy = make_policy("adaptive_rule", ORACLE)
     # what is kept of one split is not taken for another on the same seeds
     for found in (measured, measure(BenchmarkCell(PROBLEM, "adaptive_rule"), replace(TINY, runs=tmp_path))):
-        for split, run, count in (("all", found.evaluation, 3), ("interpolation", found.interpolation, 2)):
-            expected = run_seeds(policy, ORACLE, episode_seeds("evaluation", count), split)
-            assert np.array_equal(run.cost, expected.cost)
-            assert np.array_equal(run.executions, expected.executions)
-    assert (measured.made.steps, measured.made.seconds) == (None, None)
-    assert (
-        measure(BenchmarkCell(PROBLEM, "random"), replace(TINY, runs=tmp_path, interpolation_episodes=0)).interpolation
-        is None
-    )
+        expected = run_seeds(policy, ORACLE, episode_seeds("evaluation", 3))
+        assert np.array_equal(found.cost, expected.cost.astype(np.float32))
+        assert (found.E_mean, found.D_mean, found.scrap) == (expected.speed, expected.dresses, expected.scrap)
+        expected = run_seeds(policy, ORACLE, episode_seeds("evaluation", 2), "interpolation")
+        assert np.array_equal(found.interpolation_cost, expected.cost.astype(np.float32))
+        assert np.array_equal(found.interpolation_good, expected.good.astype(np.float32))
+    assert (measured.steps, measured.train_seconds) == (None, None)
+    without = replace(TINY, runs=tmp_path, interpolation_episodes=0)
+    assert measure(BenchmarkCell(PROBLEM, "random"), without).interpolation_episodes == 0
 
 
 @pytest.mark.nightly
 def test_a_trained_cell_is_trained_once_and_is_measured_anew_with_other_weights(tmp_path, monkeypatch):
     cell, request = BenchmarkCell(PROBLEM, "ppo", 1), replace(TINY, runs=tmp_path, steps=7680)
     first = measure(cell, request)
-    assert (first.made.steps, first.made.trained_on, first.made.model) == (7680, "all", "nominal")
-    assert first.made.seconds > 0.0
+    assert (first.steps, first.trained_on, first.model) == (7680, "all", "nominal")
+    assert first.train_seconds > 0.0
     files = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.zip")}
     assert len(files) == 1
-    assert np.array_equal(measure(cell, request).evaluation.cost, first.evaluation.cost)
+    assert np.array_equal(measure(cell, request).cost, first.cost)
     assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.zip")} == files
     (path,) = files
     agent = from_file(path, ORACLE, "ppo-1")
@@ -134,8 +129,7 @@ def test_results_have_the_columns_of_the_issue():
 def test_the_numbers_of_a_row():
     run = evaluation(3.0, 5.0)
     run.speeds[:] = [[5000.0, 6000.0], [7000.0, 8000.0]]
-    made = Made(steps=30, seconds=60.0)
-    row = result_of(CellResult(cell=BenchmarkCell(SLOT, "ppo", 3), sees="measurements", evaluation=run, made=made))
+    row = result_of(BenchmarkCell(SLOT, "ppo", 3), "measurements", run, steps=30, train_seconds=60.0)
     assert (row.kind, row.seed, row.episodes, row.seeds) == ("learned", 3, 2, "2000000..2000001")
     assert (row.interpolation_episodes, row.interpolation_scrap, row.interpolation_seeds) == (0, None, None)
     assert (row.scrap, row.E_mean, row.E_p10, row.E_p90) == (0.5, 6.5, 5.3, 7.7)

@@ -98,7 +98,7 @@ def test_comments_docstrings_and_imports_decide_nothing():
 
 def test_a_planner_stands_on_its_rule():
     found = imported(known_state.__name__)
-    assert {f"grind_env.policies.{name}" for name in ("scripted.rules", "scripted.estimator", "choices")} <= found
+    assert {f"grind_env.policies.{name}" for name in ("scripted.rules", "scripted.estimator", "choices")} <= {*found}
 
 
 DECIDING = [

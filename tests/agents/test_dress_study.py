@@ -57,7 +57,7 @@ def test_the_speed_of_the_best_plan_lies_between_those_tried_first(monkeypatch):
 def findings(folder, problem, episodes, monkeypatch, *questions):
     """What is found of a problem, of some questions."""
     in_process(monkeypatch)
-    made = study([problem], episodes, folder)
+    made = study(asked(folder, problem, episodes=episodes), None)
     made = replace(made, trials=[each for each in made.trials if each.question in questions or not questions])
     return [DressFinding(**each) for each in made.found(asked(folder).options).values()]
 

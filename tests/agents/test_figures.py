@@ -13,7 +13,6 @@ from agents.benchmark.figures import (
     profile_figure,
     write_figures,
 )
-from agents.benchmark.measure import CellResult
 from agents.benchmark.plan import BenchmarkCell
 from agents.benchmark.results import result_of
 from grind_env.policies.evaluation import Evaluation
@@ -32,7 +31,7 @@ def results(tasks):
         for cell, cost in cells:
             run = Evaluation(cost + noise, np.ones(30), np.ones(30), np.full((30, 2), 9000.0), np.ones((30, 2)))
             sees = "future" if cell.policy == "hindsight" else "measurements"
-            rows.append(result_of(CellResult(cell=cell, sees=sees, evaluation=run)))
+            rows.append(result_of(cell, sees, run))
     return rows
 
 

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 import tomllib
 
+from agents.cells import imported
 from agents.plants import study
+from agents.plants.advising import plans
 from agents.plants.asked import programs_of
 from agents.plants.figure import MOST, plants_figure
 from agents.plants.floor import Law, strokes_of
@@ -18,7 +20,6 @@ from agents.plants.log import over_the_part
 from agents.plants.machines import FAMILY_NAMES, PROGRAMS, StudyMachine, StudyProgram, machines
 from agents.plants.optimising import real
 from agents.plants.page import page, write
-from agents.plants.plans import plans
 from agents.plants.regression import MeanCuts, fitted, predicted
 from agents.plants.study import PlantsTrial
 from agents.plants.variants import batch, scaled, with_catalogue
@@ -186,7 +187,7 @@ def test_what_a_question_stands_on_is_no_other_command() -> None:
 
 
 def _folders(module: str) -> set[str]:
-    paths = (path.relative_to(study.ROOT).parent.parts for path in study._stands_on(module))
+    paths = (path.relative_to(study.ROOT).parent.parts for path in imported(module, study.DECIDING).values())
     return {"/".join(parts[: 3 if parts[1:2] == ("shop",) else 2]) for parts in paths}
 
 
@@ -195,7 +196,7 @@ def test_what_is_found_stands_on_the_code_that_is_run() -> None:
     names = "m.__file__ for n, m in sys.modules.items() if n.startswith('grind_env')"
     code = f"import sys, agents.plants.calibrating; print(*({names}))"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=study.ROOT)
-    found = {str(path) for path in study._stands_on("agents.plants.calibrating")}
+    found = {*map(str, imported("agents.plants.calibrating", study.DECIDING).values())}
     own = {each for each in loaded.stdout.split() if not each.endswith(("__init__.py", "registration.py"))}
     assert len(own) > 100 and own <= found
 

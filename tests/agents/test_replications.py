@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from agents.benchmark.measure import CellResult
 from agents.benchmark.plan import BenchmarkCell
 from agents.benchmark.replications import check_sets, compared, page, replicate, verdicts_of
 from agents.benchmark.results import Result, read_results, result_of
@@ -27,7 +26,7 @@ FIRST = 7_000_000
 def row(policy: str, cost: np.ndarray, seed: int | None = None) -> Result:
     n = len(cost)
     run = Evaluation(cost, np.ones(n), np.ones(n), np.full((n, 2), 9000.0), np.ones((n, 2)))
-    return result_of(CellResult(cell=BenchmarkCell(RUSH, policy, seed), sees="measurements", evaluation=run))
+    return result_of(BenchmarkCell(RUSH, policy, seed), "measurements", run)
 
 
 @pytest.mark.nightly

@@ -112,7 +112,7 @@ def test_a_record_shows_the_numbers_of_its_parts_and_what_is_beyond_a_limit(reco
     found, part = shown(record), record.parts[0]
     assert float(found.column("Ra µm")[0]) == pytest.approx(part["Ra"], abs=0.005)
     assert float(found.column("power kW")[0]) == pytest.approx(part["peak_power"] / 1000.0, abs=0.005)
-    assert float(found.column("cost, $")[0]) == pytest.approx(part["total_cost"], abs=0.005)
+    assert float(found.column("cost $")[0]) == pytest.approx(part["total_cost"], abs=0.005)
     assert "beyond the limit of Ra" in found.said
 
 

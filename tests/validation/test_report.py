@@ -13,31 +13,23 @@ from rich.console import Console
 
 from grind_env.pages.exponents import plot_exponents
 from grind_env.pages.validation import validation_page
-from grind_env.process.catalogue import load_catalogue
 from grind_env.validation import (
     CHECKS,
     GROUPS,
-    Band,
     Evidence,
-    Rig,
     Row,
     is_as_known,
     known_failures,
-    row_of,
     unfit_uses,
     validate,
 )
 from grind_env.validation import __main__ as module
-from grind_env.validation.export import COLUMNS, write_csv
-from grind_env.validation.leave_out import left_out
-from grind_env.validation.neighbours import Neighbour, neighbours
-from grind_env.validation.report import WIDTH, print_report, totals
-from grind_env.validation.rig import Beyond
+from grind_env.validation.report import CSV_COLUMNS, WIDTH, print_report, totals, write_csv
 
 
 def printed(rows: list[Row]) -> str:
     console = Console(file=io.StringIO(), width=400)
-    print_report(rows, [], [], console)
+    print_report(rows, console)
     return console.file.getvalue()
 
 
@@ -46,14 +38,9 @@ def rows() -> list[Row]:
     return validate()
 
 
-KEPT = Row(CHECKS[0], 0.5)
-TOO_WIDE = (Beyond("width", 40.0, "mm", "a60j", 25.0),)
-STEPS = [Neighbour("a part 10 mm wide", (Row(CHECKS[0], 5.0), KEPT)), Neighbour("a part 40 mm wide", (KEPT,), TOO_WIDE)]
-
-
 @pytest.fixture(scope="module")
 def page(rows: list[Row]) -> str:
-    return validation_page(rows, left_out(Rig(load_catalogue())), STEPS, "validation.png")
+    return validation_page(rows, "validation.png")
 
 
 def test_a_row_that_fails_is_printed_with_its_number_and_its_reason():
@@ -75,9 +62,7 @@ def test_a_known_failure_is_printed_with_its_reason():
 
 
 def test_the_exit_status_says_whether_all_is_as_known(rows, monkeypatch, capsys):
-    """With all neighbours, and in a process of its own, it is `make validate`."""
-    monkeypatch.setattr(module, "validate", lambda catalogue: rows)
-    monkeypatch.setattr(module, "neighbours", lambda catalogue, rows: STEPS)
+    monkeypatch.setattr(module, "validate", lambda: rows)
     assert module.main([]) == (0 if all(map(is_as_known, rows)) else 1)
     said = capsys.readouterr().out
     assert all(title in said for title in GROUPS.values())
@@ -94,15 +79,13 @@ def test_the_first_line_counts_what_the_rows_carry(rows):
 
 
 def test_a_row_that_fails_gives_exit_status_1(monkeypatch, capsys):
-    monkeypatch.setattr(module, "left_out", lambda rig: [])
-    monkeypatch.setattr(module, "neighbours", lambda catalogue, rows: [])
-    monkeypatch.setattr(module, "validate", lambda catalogue: [Row(CHECKS[0], 0.5)])
+    monkeypatch.setattr(module, "validate", lambda: [Row(CHECKS[0], 0.5)])
     assert module.main([]) == 0
-    monkeypatch.setattr(module, "validate", lambda catalogue: [Row(CHECKS[0], 5.0)])
+    monkeypatch.setattr(module, "validate", lambda: [Row(CHECKS[0], 5.0)])
     assert module.main([]) == 1
     assert "1 not as known" in capsys.readouterr().out
     passing = replace(CHECKS[0], name=next(iter(known_failures())))
-    monkeypatch.setattr(module, "validate", lambda catalogue: [Row(passing, 0.5)])
+    monkeypatch.setattr(module, "validate", lambda: [Row(passing, 0.5)])
     assert module.main([]) == 1
 
 
@@ -112,7 +95,7 @@ def test_the_rows_are_written_as_csv(rows, tmp_path):
         lines = list(csv.DictReader(file))
     assert [line["name"] for line in lines] == [row.check.name for row in rows]
     for line, row in zip(lines, rows, strict=True):
-        assert tuple(line) == COLUMNS
+        assert tuple(line) == CSV_COLUMNS
         assert float(line["predicted"]) == pytest.approx(row.value, rel=1e-5)
         inside = float(line["low"] or "-inf") <= row.value <= float(line["high"] or "inf")
         assert inside == row.passed
@@ -150,29 +133,10 @@ def test_unfit_uses_name(use):
     assert any(use in name for name in unfit_uses())
 
 
-def test_the_page_says_what_fails_a_step_away(page):
-    assert f"- With a part 10 mm wide 1 of 2 rows leaves its band: {CHECKS[0].what} (" in page
-    assert f"is 5, not {CHECKS[0].band}." in page
-    assert "With a part 40 mm wide (outside the catalogue: width 40 mm (a60j: at most 25)) all 1 rows stay" in page
-    assert "1 rows leave their band in some step; 1 of 2 steps move none." in page
-
-
 def test_the_page_marks_rows_outside_the_catalogue(page):
     mark = "; outside the catalogue: wheel speed 80 m/s (sg60j: at most 35)"
     assert len([line for line in page.splitlines() if mark in line]) == 4
     assert "](validation.csv)" in page
-
-
-def test_a_step_away_takes_the_numbers_anew():
-    catalogue = load_catalogue()
-    check = next(check for check in CHECKS if check.name == "threshold force")
-    value = row_of(check, Rig(catalogue)).value
-    narrow = replace(check, band=Band(value, value))  # no more than the number itself, which few steps leave as it is
-    steps = neighbours(catalogue, [row_of(narrow, Rig(catalogue))])
-    moved = {step.change: step.failing[0].value for step in steps if step.failing}
-    assert "a part 10 mm wide" in moved or "a wheel of 240 mm" in moved
-    assert all(other != value for other in moved.values())
-    assert neighbours(catalogue, [Row(narrow, 2.0 * value)])[0].failing == ()  # it failed already
 
 
 def test_the_picture_is_drawn(rows, tmp_path):
