@@ -194,10 +194,10 @@ def sweep(
     Raises:
         GrindError: the program cannot be run so, or a range is none.
     """
-    from grind_env.shop.sweep.study import Ranges
+    from grind_env.shop.sweep.study import SweepRanges
     from grind_env.shop.sweep.study import sweep as study
 
-    ranges = Ranges(
+    ranges = SweepRanges(
         E=_ends("E", E),
         every=None if dress_every is None else whole_ends_of("--dress-every", "intervals", dress_every),
         lead=_ends("lead", lead),

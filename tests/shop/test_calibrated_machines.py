@@ -21,7 +21,7 @@ from grind_env.shop.calibrate.errors import CalibrationError, WorseFit
 from grind_env.shop.calibrate.plan import plan_of
 from grind_env.shop.calibrate.result import catalogue_text
 from grind_env.shop.calibrate.solver import Data, Solver
-from grind_env.shop.calibrate.verdict import Judged
+from grind_env.shop.calibrate.verdict import FitJudgement
 from tests.examples import nightly
 from tests.shop.blemished import Style, write_log
 from tests.shop.coverage import EXAMPLES
@@ -149,7 +149,7 @@ def test_more_is_left_open_where_the_model_is_not_followed(model, foreign):
 @pytest.mark.nightly
 def test_a_fit_worse_than_the_catalogue_is_written_with_force_only(model, tmp_path, monkeypatch):
     errors = {"power": (9, 0.02, 0.03)}
-    worse = dataclasses.replace(model[0], judged=Judged(errors, errors, worse=("power",)))
+    worse = dataclasses.replace(model[0], judged=FitJudgement(errors, errors, worse=("power",)))
     path = tmp_path / "shop.toml"
     with pytest.raises(WorseFit, match="--force"):
         worse.write(path)

@@ -110,16 +110,6 @@ def test_a_log_that_was_kept_only_above_some_power_is_refused(plates, tmp_path):
         calibrate(tmp_path / "log.csv", PLATE, JOB, names=FITTED)
 
 
-def test_other_work_in_the_log_is_told(plates, tmp_path):
-    rows = plates.read_text(encoding="utf-8").splitlines()
-    end = float(rows[-1].split(",")[0])
-    other = [f"{end + 0.1 * k:.2f},{1500 + 1200 * (k // 13 % 2)}" for k in range(1, 1200)]
-    (tmp_path / "log.csv").write_text("\n".join([*rows, *other]), encoding="utf-8")
-    found = calibrate(tmp_path / "log.csv", PLATE, JOB, names=["stiffness"])
-    told = [re.search(r"for (\d+) s the log has the power of grinding where", each) for each in found.remarks]
-    assert [float(each[1]) for each in told if each] == pytest.approx([60.0], abs=5.0)
-
-
 @pytest.mark.parametrize(("heading", "factor", "meant"), few([("kW", 1.0, "W"), ("W", 1e-3, "kW")]))
 def test_a_power_in_another_unit_than_its_heading_says_is_refused_by_it(plates, tmp_path, heading, factor, meant):
     first, *rows = plates.read_text(encoding="utf-8").splitlines()

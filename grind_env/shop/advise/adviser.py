@@ -15,7 +15,7 @@ from grind_env.policies.scripted.look_ahead import LookAhead
 from grind_env.policies.tuned import read_tuned, tuned_folder
 from grind_env.policies.watch import Watch
 from grind_env.shop.advise.lead import AdviserPolicy
-from grind_env.shop.advise.readings import Readings
+from grind_env.shop.advise.readings import MachineReadings
 from grind_env.shop.advise.rule import STEP, BlockReadings
 
 MOST_STEP = 100.0
@@ -126,7 +126,7 @@ class Adviser:
         policy.begin(simulation if bounds is None else within(simulation, bounds), 1)
         self._decide()
 
-    def take(self, readings: Readings) -> None:
+    def take(self, readings: MachineReadings) -> None:
         """The block that was advised on has been ground, and this was read.
 
         Raises:
@@ -181,7 +181,7 @@ class Adviser:
         self.advice = Advice(block=number, speed=speed, executions=executions, words=words)
 
 
-def _told(readings: Readings, job: Job, meter_scale: float) -> BlockReadings:
+def _told(readings: MachineReadings, job: Job, meter_scale: float) -> BlockReadings:
     """Return readings as ratios to the limits of a part."""
 
     def ratio(value: float | None, limit: float) -> float | None:

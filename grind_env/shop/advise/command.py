@@ -17,11 +17,11 @@ from grind_env.policies.learned.saved import SUFFIX
 from grind_env.policies.naming import agent_of
 from grind_env.policies.problem import find_problem
 from grind_env.shop.advise.adviser import Adviser, policy_for
-from grind_env.shop.advise.readings import Readings
+from grind_env.shop.advise.readings import MachineReadings
 from grind_env.shop.advise.rehearsal import advised, as_programmed, ground
 from grind_env.shop.advise.session import Files, Session, as_data, lines_of
 from grind_env.shop.advise.shadow import Shadow
-from grind_env.shop.advise.sources import CsvSource, JsonLines, Prompt, Source
+from grind_env.shop.advise.sources import CsvSource, JsonLines, Prompt, ReadingSource
 from grind_env.shop.advise.state import origin_of
 from grind_env.shop.advise.values import check_free, check_variables
 
@@ -125,7 +125,7 @@ def rehearse(request: AdviceRequest, plant: str, others: Sequence[str]) -> None:
     adviser, machine = request.adviser(request.simulation()), request.simulation(plant)
     follow = advised(adviser)
 
-    def decide(number: int, readings: Readings | None) -> JobChoice:
+    def decide(number: int, readings: MachineReadings | None) -> JobChoice:
         choice, advice = follow(number, readings), adviser.advice
         assert advice is not None
         lines = (
@@ -146,7 +146,7 @@ def rehearse(request: AdviceRequest, plant: str, others: Sequence[str]) -> None:
     _say(f"rehearsed on {plant}, {request.parts} parts: {said[0]}; the program as it is: {said[1]}")
 
 
-def _input() -> Source:
+def _input() -> ReadingSource:
     """Readings that are typed, or come through a pipe.
 
     Raises:

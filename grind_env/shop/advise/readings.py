@@ -27,7 +27,7 @@ class ReadingError(GrindError):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Readings:
+class MachineReadings:
     """What was measured of a block, or of a part that it finished; None where nothing was.
 
     Attributes:
@@ -81,7 +81,7 @@ class Readings:
         )
 
 
-NAMES = tuple(each.name for each in fields(Readings))
+NAMES = tuple(each.name for each in fields(MachineReadings))
 WHOLE, FLAGS = ("block", "part", "D"), ("burn", "new_wheel", "new_lot")
 SLIPS = (
     *((name, LEAST_POWER, "W", "kW") for name in ("mean_power", "first_power", "peak_power")),
@@ -92,11 +92,11 @@ OF_PART = ("size_error", "Ra", "Ra_before", "burn", "new_lot")
 """What can be said only of a block that finishes a part."""
 
 
-def readings_of(table: Mapping[str, Any], place: str) -> Readings:
+def readings_of(table: Mapping[str, Any], place: str) -> MachineReadings:
     """Readings from a table of numbers or texts; an empty text or null is a reading that is missing.
 
     Args:
-        table: by name; `Readings` says the names.
+        table: by name; `MachineReadings` says the names.
         place: where they stand, for messages.
 
     Raises:
@@ -112,7 +112,7 @@ def readings_of(table: Mapping[str, Any], place: str) -> Readings:
         if value is None or (isinstance(value, str) and not value.strip()):
             continue
         values[name] = _flag(name, value, place) if name in FLAGS else _number(name, value, place)
-    return Readings(**values)
+    return MachineReadings(**values)
 
 
 def _number(name: str, value: Any, place: str) -> float | int:
@@ -136,7 +136,7 @@ def _flag(name: str, value: Any, place: str) -> bool:
     return text in YES
 
 
-def check_readings(readings: Readings, simulation: JobSimulation, number: int, place: str) -> None:
+def check_readings(readings: MachineReadings, simulation: JobSimulation, number: int, place: str) -> None:
     """Check readings against the block that they are to be of.
 
     Args:

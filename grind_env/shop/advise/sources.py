@@ -30,7 +30,7 @@ class InputError(GrindError):
     """Input that cannot be read any more."""
 
 
-class Row(NamedTuple):
+class ReadingsRow(NamedTuple):
     """Readings as they were found."""
 
     table: dict[str, Any]
@@ -38,7 +38,7 @@ class Row(NamedTuple):
     """Where, for messages."""
 
 
-class Source(Protocol):
+class ReadingSource(Protocol):
     """Gives rows, in the order in which the blocks are ground."""
 
     retold: bool
@@ -46,7 +46,7 @@ class Source(Protocol):
     patient: bool
     """Whether a row that is refused may come corrected."""
 
-    def next(self, asked: str) -> Row | None:
+    def next(self, asked: str) -> ReadingsRow | None:
         """The next row; None if there is no more. `asked` says what is awaited."""
 
     def refused(self) -> None:
@@ -69,7 +69,7 @@ class CsvSource:
         """As `Source.refused`: the row is awaited in the file as it will have been corrected."""
         self.taken, self.faulty = self.before, self._text()
 
-    def next(self, asked: str) -> Row | None:
+    def next(self, asked: str) -> ReadingsRow | None:
         """As `Source.next`; a `ReadingError` says what no table has."""
         self.before = self.taken
         while True:
@@ -89,7 +89,7 @@ class CsvSource:
             raise InputError(str(error)) from None
         return text[: text.rfind("\n") + 1] if self.follow else text
 
-    def _rows(self, text: str) -> list[Row]:
+    def _rows(self, text: str) -> list[ReadingsRow]:
         try:
             sheet = sheet_of(self.path, text)
             if sheet is None:
@@ -102,7 +102,7 @@ class CsvSource:
         except CalibrationError as error:
             raise ReadingError(str(error)) from None
         return [
-            Row(dict(zip(names, cells, strict=True)), f"{shown(self.path)}, row {line}")
+            ReadingsRow(dict(zip(names, cells, strict=True)), f"{shown(self.path)}, row {line}")
             for line, *cells in zip(sheet.lines, *columns, strict=True)
         ]
 
@@ -122,7 +122,7 @@ class JsonLines:
     def __init__(self, stream: BinaryIO) -> None:
         self.stream, self.line = stream, 0
 
-    def next(self, asked: str) -> Row | None:
+    def next(self, asked: str) -> ReadingsRow | None:
         """As `Source.next`; a `ReadingError` says which line is no JSON object."""
         while data := self._read():
             place = f"line {self.line} of the input"
@@ -138,7 +138,7 @@ class JsonLines:
                 table = None
             if not isinstance(table, dict):
                 raise ReadingError(f"{place} is {quoted(text)}, but must be a JSON object of readings by name")
-            return Row(table, place)
+            return ReadingsRow(table, place)
         return None
 
     def refused(self) -> None:
@@ -168,7 +168,7 @@ class Prompt:
     def refused(self) -> None:
         """As `Source.refused`."""
 
-    def next(self, asked: str) -> Row | None:
+    def next(self, asked: str) -> ReadingsRow | None:
         """As `Source.next`; None at the end of the input or for `stop`, a `ReadingError` for no `name=value`."""
         try:
             text = self.ask(f"{asked}, as name=value (nothing: none; stop: go on later)> ").strip()
@@ -184,4 +184,4 @@ class Prompt:
             if not sign:
                 raise ReadingError(f"{quoted(word)} is no reading: write name=value, such as peak_power=2400")
             table[name] = value
-        return Row(table, "what was typed")
+        return ReadingsRow(table, "what was typed")

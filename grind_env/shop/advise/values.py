@@ -22,14 +22,14 @@ class ValuesError(GrindError):
     """Blocks of which no values can be written: expressions, or two of a part that read the same variable."""
 
 
-class Variables(NamedTuple):
+class BlockVariables(NamedTuple):
     """Numbers of the variables that a block reads."""
 
     E: int
     D: int
 
 
-def variables_of(block: BlockOutline, place: int) -> Variables:
+def variables_of(block: BlockOutline, place: int) -> BlockVariables:
     """Those that stand in the E and D words of a block, F for E of a feed move that is a stroke.
 
     Where there is none, #101 and #102, #103 and #104 for the next block, ...
@@ -50,7 +50,7 @@ def variables_of(block: BlockOutline, place: int) -> Variables:
                 f"let it be a variable, such as {letter}#{FIRST + k}"
             )
         found.append(int(match[1]) if match else FIRST + 2 * place + k)
-    return Variables(*found)
+    return BlockVariables(*found)
 
 
 def check_free(simulation: JobSimulation, path: Path) -> None:

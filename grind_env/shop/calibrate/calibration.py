@@ -18,21 +18,20 @@ from grind_env.plants.names import MODEL
 from grind_env.shop.calibrate.alignment import Alignment
 from grind_env.shop.calibrate.columns import Map, read_map
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.fit import Fit, Problem, fit_and_judge
+from grind_env.shop.calibrate.fit import Fit, FitProblem, fit_and_judge
 from grind_env.shop.calibrate.forward import Forward, powers
-from grind_env.shop.calibrate.gauge import Gauge, read_gauge
+from grind_env.shop.calibrate.gauge import GaugedParts, read_gauge
 from grind_env.shop.calibrate.gauged import Gauged, gauges_of, measured_of, refuse_impossible
-from grind_env.shop.calibrate.logs import Log, read_log
-from grind_env.shop.calibrate.meter import averaged, find, with_lag
+from grind_env.shop.calibrate.logs import Log, averaged, read_log
+from grind_env.shop.calibrate.meter import FINEST, find, with_lag
 from grind_env.shop.calibrate.observe import DISCREPANCY, DISCREPANCY_ACROSS, Observations, observe
 from grind_env.shop.calibrate.parameters import HEAT, chosen_parameters, free_parameters
 from grind_env.shop.calibrate.pattern import Pattern, pattern_of
-from grind_env.shop.calibrate.place import best_place
 from grind_env.shop.calibrate.plan import next_cut
 from grind_env.shop.calibrate.remarks import gauge_remarks, log_remarks, overridden
-from grind_env.shop.calibrate.result import Calibration, Idle, estimates_of, scales_of
+from grind_env.shop.calibrate.result import Calibration, Idle
 from grind_env.shop.calibrate.sheet import Floats
-from grind_env.shop.calibrate.solver import Changes, Data, changes_of
+from grind_env.shop.calibrate.solver import Changes, Data
 from grind_env.shop.calibrate.uncertain import missed
 from grind_env.shop.calibrate.verdict import Errors
 from grind_env.toml import read_toml
@@ -101,35 +100,27 @@ def calibrate(
     told("looking for the program in the log")
     found, about = find(rows, pattern, usual)
     told("fitting")
-    rows = averaged(rows, found.time_unit)
+    rows = averaged(rows, rows.time * found.time_unit, FINEST)
     rows, found = with_lag(rows, pattern, found, usual, about)
-    found = best_place(rows, pattern, usual, found, settings, programs, parameters).known
+    found = found.known
     model = _model(rows, pattern, found, gauged, settings, programs)
     seen, extra, data = model.seen, model.extra, model.data
     parts = found.executions * pattern.parts
-    jumps, scales = (
-        bool(pattern.crosses.any()),
-        {"power": rows.scale_spread} if rows.scale_spread else {},
-    )
-    problem = Problem(parameters, scales, data, model.predict, free, jumps)
+    jumps, scales = bool(pattern.crosses.any()), {"power": rows.scale_spread} if rows.scale_spread else {}
+    problem = FitProblem(parameters, scales, data, model.predict, free, jumps)
     fitted, judged = fit_and_judge(problem, told)
     _refuse_hopeless(fitted, judged.errors, data, rows.unit, model.gain)
     block = np.zeros(data.value.size, np.int64)
     block[: seen.stroke.size] = pattern.line[seen.stroke] + LINES * _parts(seen, pattern)
     residual, drift = missed(fitted, data, block)
     power_scale = math.exp(fitted.scales.get("power", 0.0))
-    in_the_end = with_entries(settings, changes_of(fitted.parameters, fitted.z))
     return Calibration(
         source=log.name,
         program=program.name,
         job=settings,
-        fitted=in_the_end,
-        estimates=estimates_of(fitted),
-        scales=scales_of(fitted),
         data=data,
         fit=fitted,
         label=(*_labels(seen, pattern), *(f"part {part}" for part in extra.part.tolist())),
-        part=data.part,
         time=np.concatenate([seen.time, np.full(extra.part.size, np.nan)]),
         judged=judged,
         quality=found.quality,
@@ -208,7 +199,9 @@ class _Model:
         return np.concatenate([self.seen.weights @ powers(record), gauges_of(record, changed, self.extra)])
 
 
-def _model(log: Log, pattern: Pattern, found: Alignment, gauge: Gauge | None, job: Job, programs: Programs) -> _Model:
+def _model(
+    log: Log, pattern: Pattern, found: Alignment, gauge: GaugedParts | None, job: Job, programs: Programs
+) -> _Model:
     seen = observe(log, pattern, found)
     forward = Forward(programs, job, found.executions, found.overrides(pattern))
     extra = measured_of(gauge, found.executions * pattern.parts, job)

@@ -19,7 +19,7 @@ MOST_DEVIATION = 1.0
 
 
 @dataclass(frozen=True, slots=True)
-class Gauge:
+class GaugedParts:
     """What was measured of parts, a value for each row, NaN where nothing was measured.
 
     Parts count from 1 in the order of grinding; size (stock left) and Ra in um, the wheel's diameter after the part in
@@ -34,7 +34,7 @@ class Gauge:
     remarks: tuple[str, ...]
 
 
-def read_gauge(path: Path, said: Map) -> Gauge:
+def read_gauge(path: Path, said: Map) -> GaugedParts:
     """Read what was measured of parts; a `CalibrationError` says why it cannot be used."""
     sheet = read_sheet(path)
     columns = find_columns(sheet, "gauge", said, ("size", "Ra", "burn", "diameter"))
@@ -45,7 +45,7 @@ def read_gauge(path: Path, said: Map) -> Gauge:
     diameter = sheet.quantity(columns["diameter"], MILLIMETRES, above=0.0) if "diameter" in columns else empty
     if np.isfinite(diameter).sum() == 1:
         sheet.remarks.append("one diameter of the wheel alone tells nothing: of diameters their differences count")
-    return Gauge(_parts(sheet, columns.get("part")), size, Ra, burn, diameter, tuple(sheet.remarks))
+    return GaugedParts(_parts(sheet, columns.get("part")), size, Ra, burn, diameter, tuple(sheet.remarks))
 
 
 def _parts(sheet: Sheet, column: int | None) -> Numbers:

@@ -12,7 +12,7 @@ from grind_env.arrays import Numbers
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.gauge import Gauge
+from grind_env.shop.calibrate.gauge import GaugedParts
 from grind_env.shop.calibrate.sheet import Floats
 from grind_env.shop.calibrate.solver import YES_OR_NO
 
@@ -40,7 +40,7 @@ class Gauged:
     origin: Numbers
 
 
-def measured_of(gauge: Gauge | None, parts: int, job: Job) -> Gauged:
+def measured_of(gauge: GaugedParts | None, parts: int, job: Job) -> Gauged:
     """What was gauged of the parts that are in the log."""
     rows: list[tuple[float, float, str, int, int]] = []
     if gauge is not None:
@@ -60,7 +60,7 @@ def measured_of(gauge: Gauge | None, parts: int, job: Job) -> Gauged:
     return Gauged(*(np.array([row[k] for row in rows], each) for k, each in enumerate(types)))
 
 
-def refuse_impossible(gauge: Gauge, job: Job) -> None:
+def refuse_impossible(gauge: GaugedParts, job: Job) -> None:
     """Refuse what cannot have been measured of a job; a `CalibrationError` says of which part."""
     most = max(part.stock for part in (job.part, *(each.part for each in job.stations)))
     stock, wheel = 1e3 * most, job.setup.wheel.diameter

@@ -66,14 +66,13 @@ class Observations:
     by_stroke: bool
 
 
-def observe(log: Log, pattern: Pattern, found: Alignment, sure: NDArray[np.bool_] | None = None) -> Observations:
+def observe(log: Log, pattern: Pattern, found: Alignment) -> Observations:
     """Read the means of strokes or runs from a log in s.
 
     Args:
         log: the log.
         pattern: of the program.
         found: where its runs lie.
-        sure: which of them are read; None for those that are sure.
 
     Raises:
         CalibrationError: no stroke has samples, or none lie between the strokes.
@@ -81,7 +80,7 @@ def observe(log: Log, pattern: Pattern, found: Alignment, sure: NDArray[np.bool_
     time, power = log.time, sharpened(log)
     strokes, executions = pattern.run.size, found.executions
     on, off = (np.full((executions, strokes), np.nan) for _ in range(2))
-    for row, run in np.argwhere(found.sure if sure is None else sure).tolist():
+    for row, run in np.argwhere(found.sure).tolist():
         chosen = pattern.run == run
         begins, ends, _ = pattern.times(run, float(found.override[row, run]))
         on[row, chosen], off[row, chosen] = found.begin[row, run] + begins, found.begin[row, run] + ends

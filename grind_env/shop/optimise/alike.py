@@ -6,19 +6,19 @@ from typing import TypeAlias
 
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.shop.optimise.spots import Spot
-from grind_env.shop.optimise.variables import Variable
+from grind_env.shop.optimise.variables import SearchVariable
 
 Likeness: TypeAlias = tuple[object, ...]
 
 
-def together(variables: Iterable[Variable], simulation: JobSimulation) -> tuple[Variable, ...]:
+def together(variables: Iterable[SearchVariable], simulation: JobSimulation) -> tuple[SearchVariable, ...]:
     """The variables, those of the same word in blocks of different parts that are alike made one.
 
     Blocks are alike that are the same place in the order of their part, make the same strokes to the same depth, say
     the same, and grind a part of which the same is asked.
     """
     kinds = _kinds(simulation)
-    found: dict[Likeness, Variable] = {}
+    found: dict[Likeness, SearchVariable] = {}
     for each in variables:
         # a dress program is one of its own, whatever blocks it dresses in
         place = "" if isinstance(each.at, Spot) else each.place
@@ -28,7 +28,7 @@ def together(variables: Iterable[Variable], simulation: JobSimulation) -> tuple[
     return tuple(found.values())
 
 
-def _joined(one: Variable, other: Variable) -> Variable:
+def _joined(one: SearchVariable, other: SearchVariable) -> SearchVariable:
     return replace(one, blocks=(*one.blocks, *other.blocks), twins=(*one.twins, other))
 
 

@@ -19,8 +19,8 @@ from grind_env.errors import GrindError
 from grind_env.machine.axes import plunge_axis
 from grind_env.machine.dress.program import STEP, DressProgramError, DressRun, run_dress
 from grind_env.shop.optimise.editing import (
-    Change,
     ProgramText,
+    WordEdit,
     comment_edit,
     like,
     number_text,
@@ -104,7 +104,7 @@ class DressText:
             raise DressTextError("other numbers in its words do not change it alone; write its passes out one by one")
         return tuple(levels)
 
-    def changes(self, name: str, level: Decimal) -> list[Change]:
+    def changes(self, name: str, level: Decimal) -> list[WordEdit]:
         """Those that let it say a lead or a depth.
 
         Raises:
@@ -149,7 +149,7 @@ class DressText:
         first_pass = self.run.motions[self.run.strokes[0]].line
         return min([first_pass, *(source.line for source, *_ in self.infeeds)])
 
-    def _deeper(self, level: Decimal, *, absolute: bool) -> list[Change]:
+    def _deeper(self, level: Decimal, *, absolute: bool) -> list[WordEdit]:
         """Infeed words as increments, or as coordinates, of which each is shifted by all infeeds before."""
         changes, shift = [], Decimal(0)
         for source, word, way in self.infeeds:

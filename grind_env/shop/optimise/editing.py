@@ -31,7 +31,7 @@ class Edit(NamedTuple):
     text: str
 
 
-class Change(NamedTuple):
+class WordEdit(NamedTuple):
     """An edit of a block, and what a comment behind it says of it."""
 
     source: SourceText
@@ -70,7 +70,7 @@ class ProgramText:
             lines[line - 1] = old[: column - 1] + text + old[column - 1 + length :]
         return ProgramText(self.encoding, self.mark, tuple(lines))
 
-    def changed(self, changes: Iterable[Change], besides: Iterable[Edit] = ()) -> "ProgramText":
+    def changed(self, changes: Iterable[WordEdit], besides: Iterable[Edit] = ()) -> "ProgramText":
         """The text with blocks changed and a comment at the end of each of them, and with other edits."""
         said: dict[SourceText, list[str]] = {}
         edits: list[Edit] = []
@@ -101,14 +101,14 @@ def number_text(source: SourceText, word: Word) -> str:
     return _match(source, word)[2]
 
 
-def other_number(source: SourceText, word: Word, number: str) -> Change:
+def other_number(source: SourceText, word: Word, number: str) -> WordEdit:
     """Another number in a word; its letter and the blanks around it stay."""
     match = _match(source, word)
     edit = Edit(source.line, source.column + match.start(2), len(match[2]), number)
-    return Change(source, edit, f"{word.letter}{match[2]} TO {word.letter}{number}")
+    return WordEdit(source, edit, f"{word.letter}{match[2]} TO {word.letter}{number}")
 
 
-def added_word(source: SourceText, letter: str, number: str) -> Change:
+def added_word(source: SourceText, letter: str, number: str) -> WordEdit:
     """A word behind the last one of a block, in the case and with the blanks of that block."""
     last = max(read_block(source).words, key=lambda word: word.column)
     letter_ends = last.column - source.column + 1
@@ -116,7 +116,7 @@ def added_word(source: SourceText, letter: str, number: str) -> Change:
     before = source.text[:end]
     blank = " " if _BLANKS.search(before) else ""
     edit = Edit(source.line, source.column + end, 0, f"{blank}{_cased(letter, before)}{number}")
-    return Change(source, edit, f"{letter}{number} ADDED")
+    return WordEdit(source, edit, f"{letter}{number} ADDED")
 
 
 def value_text(source: SourceText) -> str | None:
@@ -125,12 +125,12 @@ def value_text(source: SourceText) -> str | None:
     return match[2] if match else None
 
 
-def other_value(source: SourceText, number: str) -> Change:
+def other_value(source: SourceText, number: str) -> WordEdit:
     """Another number in a block that assigns one to a variable."""
     match = _ASSIGNMENT.fullmatch(source.text)
     assert match is not None
     edit = Edit(source.line, source.column + match.start(2), len(match[2]), number)
-    return Change(source, edit, f"#{match[1]}={match[2]} TO #{match[1]}={number}")
+    return WordEdit(source, edit, f"#{match[1]}={match[2]} TO #{match[1]}={number}")
 
 
 def comment_edit(source: SourceText, text: str) -> Edit:

@@ -22,7 +22,7 @@ from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.freed import freed_of, without
 from grind_env.shop.optimise.judgement import (
     QUANTITIES,
-    Judgement,
+    ProgramJudge,
     limits_of,
     not_freed,
     on_machines,
@@ -132,7 +132,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
     if machine is not None:
         promised = judgement.trials.of_one(getattr(chosen.new, objective)[0])
         variation = variation.on(machine)
-        judgement = Judgement(variation, len(judgement.trials.seeds))
+        judgement = ProgramJudge(variation, len(judgement.trials.seeds))
         chosen = judgement.judge(chosen.point)
         kept = chosen.keeps(variation)
     point, new, wishes, change = chosen
@@ -192,7 +192,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
     )
 
 
-def _judgement(variation: Variation) -> Judgement:
+def _judgement(variation: Variation) -> ProgramJudge:
     """Judge the program as it is; one that the control executes on as many lots as its share of the time allows.
 
     Raises:
@@ -200,11 +200,11 @@ def _judgement(variation: Variation) -> Judgement:
     """
     lots: int | None = None
     if not variation.base.simulation.compiled:
-        judgement = Judgement(variation, LEAST_JUDGED)
+        judgement = ProgramJudge(variation, LEAST_JUDGED)
         time = 0.5 * MOST_JUDGING * variation.budget.seconds * LEAST_JUDGED
         most = time / judgement.seconds if judgement.seconds else LOTS[LotUse.JUDGEMENT]
         lots = int(min(max(most, LEAST_JUDGED), LOTS[LotUse.JUDGEMENT])) if np.isfinite(time) else FEW_JUDGED
-    judgement = Judgement(variation, lots)
+    judgement = ProgramJudge(variation, lots)
     require_good(variation.fleet, judgement.old, untried=variation.wishes.untried)
     return judgement
 

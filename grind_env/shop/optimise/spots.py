@@ -10,7 +10,7 @@ from grind_env.control.source import SourceText
 from grind_env.control.variables import LOCALS
 from grind_env.control.words import Word
 from grind_env.errors import listed
-from grind_env.shop.optimise.editing import Change, added_word, other_number, other_value, value_text, word_of
+from grind_env.shop.optimise.editing import WordEdit, added_word, other_number, other_value, value_text, word_of
 
 _COMMENT = re.compile(r"\([^()]*\)")
 _READ = re.compile(r"[-+]?\[?[-+]?#([0-9]+)\]?")
@@ -37,7 +37,7 @@ class Spot(NamedTuple):
         """The variable and the line that assigns it, as tables show them."""
         return f"#{self.variable}, line {self.source.line}"
 
-    def change(self, number: str) -> Change:
+    def change(self, number: str) -> WordEdit:
         """Another number there, or what stands for one."""
         if self.variable is not None:
             return other_value(self.source, number)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from grind_env.errors import printable
 from grind_env.policies.statistics import Interval
 from grind_env.process.cost import NO_LIMIT
-from grind_env.shop.optimise.outcome import LimitUse, Optimised, Quantity, Verdict
+from grind_env.shop.optimise.outcome import LimitUse, Optimised, PartMean, Verdict
 from grind_env.shop.trials import lots_said
 from grind_env.table import Cell, Column, Kind, Table, table_of
 
@@ -143,7 +143,7 @@ def quantity_table(found: Optimised, after: str = "after", *, whole: bool = Fals
     return table_of(headings, rows, left=1)
 
 
-def shown_quantities(found: Optimised) -> list[tuple[str, Quantity]]:
+def shown_quantities(found: Optimised) -> list[tuple[str, PartMean]]:
     """Return the quantities with their names; the highest temperature only where it is not that of the last stage."""
     shown = {NAMES[each.name]: each for each in found.quantities}
     rise, highest = shown.get(NAMES["rise"]), shown.get(NAMES["highest_rise"])
@@ -160,7 +160,7 @@ def covered(found: Optimised) -> str:
     return f"{100.0 * (2.0 * found.confidence - 1.0):g} %"
 
 
-def decimals(quantity: Quantity) -> int:
+def decimals(quantity: PartMean) -> int:
     """Decimals of a quantity: fewer of one with many integer digits."""
     largest = max(abs(value) for value in (*quantity.before, *quantity.after, *quantity.expected))
     return max(min(DIGITS[quantity.name], 4 - len(f"{largest:.0f}")), 0)

@@ -61,7 +61,7 @@ ONE = Decimal(1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Variable:
+class SearchVariable:
     """Something that a search may change.
 
     Attributes:
@@ -82,7 +82,7 @@ class Variable:
     levels: tuple[Decimal, ...]
     unit: Decimal
     at: Spot | DressText
-    twins: tuple["Variable", ...] = ()
+    twins: tuple["SearchVariable", ...] = ()
 
     @property
     def places(self) -> str:
@@ -116,7 +116,7 @@ class Variable:
         return min(range(len(self.levels)), key=lambda k: abs(self.levels[k] - value))
 
 
-class Choices(NamedTuple):
+class SearchSpace(NamedTuple):
     """What can be varied, and sentences on what cannot.
 
     Attributes:
@@ -125,14 +125,14 @@ class Choices(NamedTuple):
         remarks: the sentences.
     """
 
-    variables: tuple[Variable, ...]
+    variables: tuple[SearchVariable, ...]
     intervals: tuple[DressInterval, ...]
     remarks: tuple[str, ...]
 
 
 def choices_of(
     simulation: JobSimulation, text: ProgramText, wishes: Wishes, runs: int, *, of_all: bool = False
-) -> Choices:
+) -> SearchSpace:
     """What can be varied in a program.
 
     Args:
@@ -155,7 +155,7 @@ def choices_of(
         names = tuple(name for name in names if name not in IN_SCRIPTS)
         remarks.append(f"E and D alone are varied, and few programs can be tried: {simulation.why}")
     assignments = Assignments(simulation.programs, simulation.job.variables)
-    found: list[Variable] = []
+    found: list[SearchVariable] = []
     for name in names:
         if name in ("E", "D", "J", "L"):
             found += _words(name, simulation, wishes, assignments, remarks)
@@ -177,11 +177,11 @@ def choices_of(
         lacks = f"; it has no word {' or '.join(names)} in a {codes_said('or')}; --vary adds words that a block lacks"
         why = f": {remarks[0]}" if remarks else lacks
         raise WishError(f"{simulation.programs.name} has nothing to vary{why}")
-    return Choices(tuple(varied), intervals, tuple(dict.fromkeys(remarks)))
+    return SearchSpace(tuple(varied), intervals, tuple(dict.fromkeys(remarks)))
 
 
 def _intervals(
-    dressing: Sequence[Variable], wishes: Wishes, runs: int, parts: int, *, counted: bool
+    dressing: Sequence[SearchVariable], wishes: Wishes, runs: int, parts: int, *, counted: bool
 ) -> tuple[DressInterval, ...]:
     """How often the blocks with some D words may dress."""
     low, high = whole_ends_of("--bounds", INTERVAL, wishes.bounds.get(INTERVAL, (1, max(min(LONGEST, runs), 1))))
@@ -201,7 +201,7 @@ def _sources(programs: Programs) -> Iterator[SourceText]:
 
 def _words(
     name: str, simulation: JobSimulation, wishes: Wishes, assignments: Assignments, remarks: list[str]
-) -> Iterator[Variable]:
+) -> Iterator[SearchVariable]:
     """The words of cycle blocks; one word holds for all runs of its block, and for blocks that take it over.
 
     The number of a variable that words read holds for all of them.
@@ -238,7 +238,7 @@ def _words(
         outline = simulation.blocks[number]
         unit = MILLIMETRES_PER_INCH if outline.inch and name in ("E", "J") else MILLIMETRE
         own = _own(name, outline, spot, unit)
-        yield Variable(
+        yield SearchVariable(
             name=name,
             place=_place(outline, simulation.blocks) if spot.variable is None else spot.place,
             blocks=tuple(blocks[place]),
@@ -330,7 +330,7 @@ def _own(name: str, outline: BlockOutline, spot: Spot, unit: Decimal) -> Decimal
 
 def _dresses(
     name: str, simulation: JobSimulation, text: ProgramText, wishes: Wishes, remarks: list[str]
-) -> Iterator[Variable]:
+) -> Iterator[SearchVariable]:
     """Lead, depth or passes of the dress programs."""
     programs: dict[int, list[int]] = {}
     for number, outline in enumerate(simulation.blocks):
@@ -349,7 +349,9 @@ def _dresses(
             remarks.append(f"{name} of O{program} is kept as it is: {error}")
             continue
         unit = MILLIMETRE if name == "passes" else at.unit
-        yield Variable(name=name, place=f"O{program}", blocks=tuple(blocks), own=own, levels=levels, unit=unit, at=at)
+        yield SearchVariable(
+            name=name, place=f"O{program}", blocks=tuple(blocks), own=own, levels=levels, unit=unit, at=at
+        )
 
 
 def _levels(

@@ -23,7 +23,7 @@ from grind_env.shop.optimise.editing import ProgramText, like
 from grind_env.shop.optimise.outcome import Trade
 from grind_env.shop.optimise.search import Point, Search
 from grind_env.shop.optimise.spots import Spot
-from grind_env.shop.optimise.variables import COLUMNS, INHERITED, Choices, Variable, choices_of
+from grind_env.shop.optimise.variables import COLUMNS, INHERITED, SearchSpace, SearchVariable, choices_of
 from grind_env.shop.risk import most_risk, risk
 from grind_env.shop.trials import CORES, Between, LotUse, Measures, Trials, lots_of, nothing, trials_of
 from grind_env.shop.wishes import LIMITS, WishError, Wishes
@@ -92,7 +92,7 @@ class Variation(NamedTuple):
     runs: int
     seed: int
     wishes: Wishes
-    choices: Choices
+    choices: SearchSpace
     ranges: ScriptRanges
     margins: Array
     once: Trials
@@ -182,7 +182,7 @@ class Variation(NamedTuple):
             executions[k] *= due | ~varied
         return table
 
-    def _everywhere(self, variable: Variable) -> NDArray[np.int64]:
+    def _everywhere(self, variable: SearchVariable) -> NDArray[np.int64]:
         """Its blocks in all runs."""
         blocks = np.array(variable.blocks)
         if not self.base.alike:
@@ -355,7 +355,7 @@ def variation_of(
 
 def _choices(
     simulation: JobSimulation, text: ProgramText, wishes: Wishes, runs: int, *, of_all: bool = False
-) -> Choices:
+) -> SearchSpace:
     """What can be varied; what parts that are alike say is one value, unless that is not wished."""
     choices = choices_of(simulation, text, wishes, runs, of_all=of_all)
     return choices if wishes.free else choices._replace(variables=together(choices.variables, simulation))
@@ -375,7 +375,7 @@ def _base(
     )
 
 
-def _ranges(choices: Choices) -> ScriptRanges:
+def _ranges(choices: SearchSpace) -> ScriptRanges:
     picks = [value for each in choices.variables if each.name == "J" for value in each.settings.tolist()]
     spark_outs = [int(value) for each in choices.variables if each.name == "L" for value in each.settings.tolist()]
     return ScriptRanges(

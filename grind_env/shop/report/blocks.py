@@ -31,7 +31,7 @@ HEADINGS = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class BlockRow:
+class BlockSummary:
     """All executions of a block, or of blocks of the same words.
 
     Attributes:
@@ -45,7 +45,7 @@ class BlockRow:
     summary: str
 
 
-def block_rows(record: GrindingRecord) -> list[BlockRow]:
+def block_rows(record: GrindingRecord) -> list[BlockSummary]:
     """The blocks that have ground, in the order in which they first did; those of the same words in one row."""
     every, sparks = spans(record), sparks_out(record)
     return [_row(record, words, [every[k] for k in found], sparks) for words, found in same_words(record).items()]
@@ -56,7 +56,7 @@ def program_lines(programs: Programs) -> list[str]:
     return lines_of(programs.main.blocks.text)
 
 
-def _row(record: GrindingRecord, text: str, found: Sequence[Span], sparks: np.ndarray) -> BlockRow:
+def _row(record: GrindingRecord, text: str, found: Sequence[Span], sparks: np.ndarray) -> BlockSummary:
     strokes = record.strokes
     chosen = np.concatenate([np.arange(span.first, span.after) for span in found])
     rows, lasts = strokes[chosen], strokes[[span.after - 1 for span in found]]
@@ -87,4 +87,4 @@ def _row(record: GrindingRecord, text: str, found: Sequence[Span], sparks: np.nd
         f"Ra {cells[12]} µm"
         f"{f', {dresses} dresses' if dresses > 1 else ', 1 dress' if dresses else ''}"
     )
-    return BlockRow(line=lines[0], cells=cells, summary=summary)
+    return BlockSummary(line=lines[0], cells=cells, summary=summary)

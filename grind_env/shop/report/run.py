@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,14 +14,13 @@ from grind_env.machine.dress.mounting import first_diameter
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.cost import NO_LIMIT, SCRAP_BELOW
+from grind_env.render.comparison import HEADINGS as COMPARED
 from grind_env.render.comparison import MEANING, compared_blocks, sharpening_texts
 from grind_env.render.curves import picture
 from grind_env.render.tables import SCALES, STATION, faults, part_table, totals
-from grind_env.shop.report.assumptions import assumptions
-from grind_env.shop.report.blocks import HEADINGS, BlockRow, block_rows, program_lines
+from grind_env.shop.report.blocks import HEADINGS, BlockSummary, block_rows, program_lines
 from grind_env.shop.report.document import (
     Level,
-    Line,
     Note,
     Section,
     figure,
@@ -32,26 +31,21 @@ from grind_env.shop.report.document import (
     table,
     verdict,
 )
-from grind_env.shop.report.foundations import foundations, revisions
+from grind_env.shop.report.foundations import assumptions, foundations, revisions
 from grind_env.shop.report.own import TITLE
-from grind_env.table import Cell
+from grind_env.table import Cell, Table, table_of
 
 if TYPE_CHECKING:
     from markupsafe import Markup
 
 MOST_ROWS = 30
 """Of a table; of more the first and the last are shown."""
-MOST_LINES = 400
-"""Of the program."""
 LONGEST_LINE = 200
-"""Characters of a line of the program."""
+"""Characters of a block in a table."""
 SAFE = 0.95
 """Parts that are good with less than this probability are at risk."""
 NARROW = 0.1
 """Share of a limit that is left: less is narrow."""
-
-Cells = Sequence[str | Cell]
-"""A row of a table."""
 
 _WARNING = re.compile(r"^(?P<file>[^\n]*?):(?P<line>\d+): (?P<text>.*)$", re.DOTALL)
 
@@ -77,7 +71,7 @@ def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequ
         Section("Verdict", [_verdict(record, job)]),
         Section("Margin to the limits", [_margins(record, job)]),
         Section("Blocks", [_blocks(blocks)]),
-        Section("Comparison", [_compared(record)]),
+        Section("Comparison", [table(_shown(table_of(COMPARED, compared_blocks(record), left=1)), MEANING)]),
         Section("Run", [figure(shown, caption)]),
         Section("Parts", _parts(record, job)),
         Section("Dresses and wheel", _dresses(record, job)),
@@ -127,10 +121,12 @@ def _margins(record: GrindingRecord, job: Job) -> "Markup":
     used = first_diameter(job) - record.strokes["ds"]
     least = first_diameter(job) - wheel.minimum_diameter
     rows.append(_margin("wheel used up, mm of diameter", used, record.strokes["part"].tolist(), least, ".3f"))
-    return table(("limit", "worst", "limit is", "left, %", "in part"), rows)
+    return table(table_of(("limit", "worst", "limit is", "left, %", "in part"), rows, left=1))
 
 
-def _margin(name: str, values: np.ndarray, parts: Sequence[object], limits: np.ndarray | float, form: str) -> Cells:
+def _margin(
+    name: str, values: np.ndarray, parts: Sequence[object], limits: np.ndarray | float, form: str
+) -> Sequence[str | Cell]:
     """The row of a limit, or of one for each part: of the part that has the smallest share of its own left."""
     every = np.broadcast_to(limits, values.shape)
     shares = np.divide(values, every, out=np.full(values.shape, -math.inf), where=every > NO_LIMIT)
@@ -143,29 +139,17 @@ def _margin(name: str, values: np.ndarray, parts: Sequence[object], limits: np.n
     return [name, f"{value:{form}}", f"{limit:{form}}", Cell(f"{100.0 * left:.0f}", kind), str(parts[worst])]
 
 
-def _blocks(blocks: Sequence[BlockRow]) -> "Markup":
-    rows: list[Cells] = [(row.cells[0], Cell(row.cells[1][:LONGEST_LINE], "code"), *row.cells[2:]) for row in blocks]
+def _blocks(blocks: Sequence[BlockSummary]) -> "Markup":
+    rows = [(row.cells[0], Cell(row.cells[1][:LONGEST_LINE], "code"), *row.cells[2:]) for row in blocks]
     caption = "Strokes, spark-out and time are those of one run of the block; the rest is the extreme of all of them."
-    return table(HEADINGS, _shortened(rows, len(HEADINGS)), caption, left=2)
-
-
-def _compared(record: GrindingRecord) -> "Markup":
-    headings = ("block", "Q'w, mm³/mm/s", "V'w, mm³/mm", "speed ratio vs/vw", "aggressiveness", "ec, J/mm³")
-    return table(headings, _shortened(compared_blocks(record), len(headings)), MEANING)
+    return table(_shown(table_of(HEADINGS, rows, left=2)), caption)
 
 
 def _parts(record: GrindingRecord, job: Job) -> "list[Markup]":
     found = part_table(record, job)
-    rows = [
-        [
-            Cell(text, "bad" if field in row.red else "")
-            for field, text in zip(found.fields, (row.number, *row.texts), strict=True)
-        ]
-        for row in found.rows
-    ]
-    headings = [heading.replace("\n", " ") for heading in found.headings]
-    whole = table(headings, _shortened(rows, len(headings)), "Successive parts that are alike share a row.", left=1)
-    if len(rows) <= MOST_ROWS:
+    every = table_of(found.headings, [row.cells(found.fields) for row in found.rows], left=1)
+    whole = table(_shown(every), "Successive parts that are alike share a row.")
+    if len(every.rows) <= MOST_ROWS:
         return [whole]
     shown = [name for name in found.fields[1:] if name != STATION]
     values = {name: record.parts[name] * SCALES.get(name, 1) for name in shown}
@@ -174,8 +158,8 @@ def _parts(record: GrindingRecord, job: Job) -> "list[Markup]":
         ["mean", *(_number(value.mean()) for value in values.values())],
         ["highest", *(_number(value.max()) for value in values.values())],
     ]
-    of_all = [heading for heading in headings[1:] if heading != STATION]
-    return [table(["of all parts", *of_all], bands), whole]
+    of_all = [heading for heading in every.headings[1:] if heading != STATION]
+    return [table(table_of(["of all parts", *of_all], bands, left=1)), whole]
 
 
 def _number(value: float) -> str:
@@ -226,7 +210,7 @@ def _dresses(record: GrindingRecord, job: Job) -> "list[Markup]":
         f"The wheel ends with {last:.3f} mm of diameter and is changed below {wheel.minimum_diameter:g} mm. "
         f"A dress takes {per_dress:.3f} mm of it: {lasting}"
     )
-    return [paragraph(text), table(headings, _shortened(rows, len(headings)), left=3)]
+    return [paragraph(text), table(_shown(table_of(headings, rows, left=3)))]
 
 
 def _cost(record: GrindingRecord) -> "Markup":
@@ -239,7 +223,7 @@ def _cost(record: GrindingRecord) -> "Markup":
     ]
     good = float(parts["survival"].sum())
     caption = f"{record.cost_per_good_part:.2f} $ per good part." if good > 0.0 else "No good part is expected."
-    return table(("cost", "of the run, $", "a part, $", "share, %"), rows, caption)
+    return table(table_of(("cost", "of the run, $", "a part, $", "share, %"), rows, left=1), caption)
 
 
 def _amounts(cost: float, whole: float, count: int) -> tuple[str, str, str]:
@@ -254,40 +238,28 @@ def _warnings(record: GrindingRecord, programs: Programs) -> "Markup":
         match = _WARNING.match(warning)
         line = int(match["line"]) if match and match["file"] == programs.name else 0
         found.setdefault(match["text"] if match and line else warning, []).append(line)
-    rows: list[Cells] = []
+    rows = []
     for text, lines in found.items():
         line = lines[0]
         more = f" and {len(lines) - 1} more" if len(lines) > 1 else ""
         block = texts[line - 1].strip()[:LONGEST_LINE] if 0 < line <= len(texts) else ""
-        rows.append([f"{line}{more}" if line else "–", Cell(block, "code"), text])
-    return table(("line", "block", "warning"), _shortened(rows, 3), left=3)
+        rows.append((f"{line}{more}" if line else "–", Cell(block, "code"), text))
+    return table(_shown(table_of(("line", "block", "warning"), rows)))
 
 
-def _program(record: GrindingRecord, programs: Programs, blocks: Sequence[BlockRow]) -> "list[Markup]":
-    texts = program_lines(programs)
+def _program(record: GrindingRecord, programs: Programs, blocks: Sequence[BlockSummary]) -> "list[Markup]":
     notes: dict[int, list[Note]] = {}
     for row in blocks:
         notes.setdefault(row.line, []).append(Note(row.summary))
     for warning in record.warnings:
         if (match := _WARNING.match(warning)) and match["file"] == programs.name:
             notes.setdefault(int(match["line"]), []).append(Note(match["text"], "poor"))
-    lines = [
-        Line(str(number), text[:LONGEST_LINE] + "…" * (len(text) > LONGEST_LINE), notes.get(number, ()))
-        for number, text in enumerate(texts[:MOST_LINES], 1)
-    ]
-    hidden = len(texts) - len(lines)
-    return [listing(lines), *([paragraph(f"{hidden} more lines are not shown.")] if hidden else [])]
+    return listing(program_lines(programs), notes)
 
 
 def _range(first: int, last: int) -> str:
     return str(first) if first == last else f"{first} to {last}"
 
 
-def _shortened(rows: Iterable[Cells], width: int) -> list[Cells]:
-    """Rows of a table, of very many the first and the last with a remark between them."""
-    every = list(rows)
-    left_out = len(every) - MOST_ROWS
-    if left_out <= 1:
-        return every
-    remark = [f"… {left_out} more …", *[""] * (width - 1)]
-    return [*every[: MOST_ROWS // 2], remark, *every[len(every) - MOST_ROWS // 2 :]]
+def _shown(every: Table) -> Table:
+    return every.shortened(MOST_ROWS)

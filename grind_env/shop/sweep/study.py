@@ -46,7 +46,7 @@ class SweepError(GrindError):
     """A sweep over something that a program does not have."""
 
 
-class Ranges(NamedTuple):
+class SweepRanges(NamedTuple):
     """What is swept, from a lowest to a highest value; what is not given stays as it is in the program."""
 
     E: tuple[float, float] | None = None
@@ -210,7 +210,7 @@ def best_of_each(points: Sequence[SweepPoint], name: str) -> tuple[SweepPoint, .
 def sweep(
     program: str | Path,
     job: str | Path | Job | None = None,
-    ranges: Ranges | None = None,
+    ranges: SweepRanges | None = None,
     *,
     parts: int = 50,
     seed: int = 1,
@@ -242,7 +242,7 @@ def sweep(
     if ranges is None or not any(ranges):
         own_E = float(study.own[0, E])
         every = (1, min(LONGEST, parts)) if study.executions.any() else None
-        ranges = Ranges(E=(0.5 * own_E, min(2.0 * own_E, FASTEST)), every=every)
+        ranges = SweepRanges(E=(0.5 * own_E, min(2.0 * own_E, FASTEST)), every=every)
     study.refuse(ranges)
     (own,) = study.points("the program as it is", [Setting()])
     speeds, dresses = list[SweepPoint](), list[SweepPoint]()
@@ -300,7 +300,7 @@ class _Study:
         self.executions = _executions(trials)
         self.as_it_is = trials.measure(self.own[None])
 
-    def refuse(self, ranges: Ranges) -> None:
+    def refuse(self, ranges: SweepRanges) -> None:
         """Refuse ranges of what the program does not have."""
         simulation = self.trials.simulation
         name, most = simulation.programs.name, simulation.job.setup.machine.maximum_table_speed

@@ -13,7 +13,7 @@ from grind_env.machine.job import Job
 from grind_env.machine.job.file import job_of
 from grind_env.machine.script.settings import E
 from grind_env.shop.optimise.editing import text_of
-from grind_env.shop.optimise.variables import STEPS, Variable
+from grind_env.shop.optimise.variables import STEPS, SearchVariable
 from grind_env.shop.optimise.variation import Variation, variation_of
 from grind_env.shop.risk import most_risk, risk
 from grind_env.shop.sweep.study import Sweep, SweepError, SweepPoint, swept_on
@@ -106,7 +106,7 @@ def _set(variation: Variation, best: SweepPoint, own: SweepPoint) -> Variation:
     dressed = any(each.name == "D" and each.own for each in variables)
     first = next((each for each in variables if each.name == "D"), None)
 
-    def level(each: Variable) -> Decimal:
+    def level(each: SearchVariable) -> Decimal:
         if each.name == "D":
             return max(each.own, Decimal(1)) if each.own or (each is first and not dressed) else each.own
         values = {"E": float(each.own) * best.E / own.E, "lead": 60.0 * best.lead * turns, "depth": best.depth}
