@@ -103,7 +103,6 @@ def optimise(
     keep: Collection[int] = (),
     within: Mapping[str, Number] = {},
     objective: str = "cost",
-    unroll: bool = False,
     parts: int = 50,
     budget: Number = 60.0,
     programs: int | None = None,
@@ -130,7 +129,6 @@ def optimise(
         keep: N words of the cycle blocks that stay as they are.
         within: the most that a part may take in the mean, by name: cost, $, and seconds.
         objective: what is to become less, cost or time.
-        unroll: whether M98 calls are written out, so that each has words of its own.
         parts: runs of the program in a batch; the wheel carries over.
         budget: time of search and judgement, s; what is compiled before is not counted.
         programs: programs that are tried, in place of a time: the same seed then always finds the same.
@@ -156,7 +154,6 @@ def optimise(
             seconds=seconds,
             programs=programs,
             seed=seed,
-            unroll=unroll,
             variables=variables,
             plant=plant,
             progress=advance,

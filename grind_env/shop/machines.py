@@ -92,16 +92,6 @@ def fleet_of(
 
     On how many of them a program that the control executes grinds good parts takes too long to see. Without a
     calibration nothing is left of such a program on all that the catalogue allows, and it is None.
-
-    Args:
-        trials: of the program as it is.
-        seed: of the machines.
-        untried: whether nothing is known of how it grinds there.
-        needed: how many are enough.
-        is_up: whether there is no time to draw more of them.
-
-    Raises:
-        CondemnedError: the model and most machines that it allows scrap its parts.
     """
     job = trials.simulation.job
     uncertainty = known_of(job)
@@ -127,11 +117,7 @@ def fleet_of(
 
 
 def require_good(fleet: Fleet | None, old: Measures, *, untried: bool) -> None:
-    """Refuse a program that is scrap on the very machines that agree with its good parts best.
-
-    Raises:
-        CondemnedError: it is.
-    """
+    """Refuse a program that is scrap on the very machines that agree with its good parts best."""
     most = EVEN_AGREEING if fleet is not None and fleet.drawn else CONDEMNED
     if not untried and (scrap := float(old.scrap.mean())) >= most:
         raise CondemnedError(scrap)

@@ -364,10 +364,6 @@ def trials_of(
         spark_outs: the same of L.
         spread: factor on all that is random.
         between: called between two blocks of its first executions by the control; what it raises ends them.
-
-    Raises:
-        GrindError: the program cannot be run, or grinds other numbers of parts from run to run; or there is no run, or
-            there are more of them than parts that the job states.
     """
     if runs < 1:
         raise TrialsError(f"{programs.name} cannot be run for {runs} parts; choose --parts 1 or more")
@@ -430,11 +426,7 @@ def _settings_of(blocks: Sequence[BlockOutline]) -> Array:
 
 
 def lots_of(seed: int, use: LotUse, count: int) -> tuple[tuple[int, ...], ...]:
-    """Seeds of some lots for a use.
-
-    Raises:
-        TrialsError: the seed is below 0.
-    """
+    """Seeds of some lots for a use."""
     if seed < 0:
         raise TrialsError(f"the seed is {seed}; choose --seed 0 or more")
     number = int(use)

@@ -208,7 +208,6 @@ def test_a_plan_is_safe_varies_what_must_be_and_tells_more(model, tmp_path):
     before, after = ({each.parameter.key: each.share for each in fit.estimates} for fit in (model[0], found))
     assert after["ploughing_pressure"] < 0.6 * before["ploughing_pressure"]
     assert after["chip_energy"] < 0.8 * before["chip_energy"]
-    assert "would narrow the 90 % interval" in model[0].next_cut
 
 
 def test_the_command_writes_a_plan_without_a_log(tmp_path):

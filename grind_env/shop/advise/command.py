@@ -73,11 +73,7 @@ def open_session(
     values: Path | None,
     shadow: bool,
 ) -> Session:
-    """Return a session before its first block.
-
-    Raises:
-        GrindError: an argument is faulty, or the program, the job or the policy does not fit.
-    """
+    """Return a session before its first block."""
     if by not in (BLOCK, PART):
         raise ArgumentError(f"--by is {quoted(by)}, but must be {BLOCK} or {PART}")
     if shadow and values is not None:
@@ -108,16 +104,7 @@ def open_session(
 
 
 def rehearse(request: AdviceRequest, plant: str, others: Sequence[str]) -> None:
-    """Advise through a batch on a simulated machine, and compare it with the program as it is.
-
-    Args:
-        request: what is advised on.
-        plant: name of the machine.
-        others: options that ask for a real machine.
-
-    Raises:
-        GrindError: as of `open_session`.
-    """
+    """Advise through a batch on a simulated machine, and compare it with the program as it is."""
     if others:
         raise ArgumentError(
             f"--plant rehearses on a simulated machine, and {others[0]} is for a real one: leave one out"
@@ -147,11 +134,7 @@ def rehearse(request: AdviceRequest, plant: str, others: Sequence[str]) -> None:
 
 
 def _input() -> ReadingSource:
-    """Readings that are typed, or come through a pipe.
-
-    Raises:
-        ArgumentError: standard input is closed.
-    """
+    """Readings that are typed, or come through a pipe."""
     if sys.stdin is None or sys.stdin.closed:
         raise ArgumentError("standard input is closed, so that no readings can come: name a file with --measurements")
     return Prompt() if sys.stdin.isatty() else JsonLines(sys.stdin.buffer)

@@ -12,6 +12,7 @@ from grind_env.envs.job.simulation import JobSimulation
 from grind_env.errors import GrindError, did_you_mean, quoted
 from grind_env.policies.choices import speed_bounds
 from grind_env.process.equations import LEAST_DIAMETER
+from grind_env.shop.calibrate.sheet import NO, YES
 
 LEAST_POWER, LEAST_SIZE = POWER_NOISE_FLOOR, 0.05
 """W and um: below them a number is one of kW or mm, for no meter or gauge tells so little."""
@@ -19,7 +20,6 @@ SCATTER = 4.0 * math.sqrt(2.0)
 """Standard deviations of a reading by which noise of both may bring the peak below the mean."""
 MOST_RA = 50.0
 """um; no ground surface is rougher."""
-YES, NO = ("1", "yes", "true"), ("0", "no", "false")
 
 
 class ReadingError(GrindError):
@@ -93,15 +93,7 @@ OF_PART = ("size_error", "Ra", "Ra_before", "burn", "new_lot")
 
 
 def readings_of(table: Mapping[str, Any], place: str) -> MachineReadings:
-    """Readings from a table of numbers or texts; an empty text or null is a reading that is missing.
-
-    Args:
-        table: by name; `MachineReadings` says the names.
-        place: where they stand, for messages.
-
-    Raises:
-        ReadingError: a name is not known, or a value is no number.
-    """
+    """Readings from a table of numbers or texts; an empty text or null is a reading that is missing."""
     values: dict[str, Any] = {}
     for name, value in table.items():
         if name not in NAMES:
@@ -131,9 +123,9 @@ def _number(name: str, value: Any, place: str) -> float | int:
 
 def _flag(name: str, value: Any, place: str) -> bool:
     text = str(int(value) if isinstance(value, float) and value.is_integer() else value).strip().lower()
-    if text not in YES + NO:
+    if not (YES.fullmatch(text) or NO.fullmatch(text)):
         raise ReadingError(f"{place}: {name} is {quoted(value)}, but must be 1 or 0")
-    return text in YES
+    return YES.fullmatch(text) is not None
 
 
 def check_readings(readings: MachineReadings, simulation: JobSimulation, number: int, place: str) -> None:
@@ -144,9 +136,6 @@ def check_readings(readings: MachineReadings, simulation: JobSimulation, number:
         simulation: of the program.
         number: of the block, from 0.
         place: where they stand, for messages.
-
-    Raises:
-        ReadingError: they are of another block, or one is out of range.
     """
     block, job = simulation.blocks[number], simulation.job
     for name, expected in (("block", number + 1), ("part", block.part + 1)):

@@ -63,14 +63,7 @@ class AdvisedBlock:
 
 
 def origin_of(simulation: JobSimulation, policy: Policy, file: Path | None, how: str = "") -> AdviceOrigin:
-    """What advice rests on.
-
-    Args:
-        simulation: of the program.
-        policy: that advises.
-        file: that it is saved in; None for one with a name.
-        how: it is asked, beyond what is usual.
-    """
+    """What advice rests on."""
     rule = (read_bytes(file) if file is not None else repr(policy).encode()) + how.encode()
     return AdviceOrigin(
         inputs={**inputs_of(simulation), **dict(named(simulation.job.wheel, "wheel"))},
@@ -79,12 +72,7 @@ def origin_of(simulation: JobSimulation, policy: Policy, file: Path | None, how:
 
 
 def read_state(path: Path, origin: AdviceOrigin) -> Sequence[AdvisedBlock]:
-    """The blocks that a file tells of; none if there is no file.
-
-    Raises:
-        StateError: it is damaged, or was written with another program, job, number of parts or policy.
-        ReadError: it cannot be read.
-    """
+    """The blocks that a file tells of; none if there is no file."""
     if not is_file(path):
         return ()
     try:
@@ -108,12 +96,7 @@ def read_state(path: Path, origin: AdviceOrigin) -> Sequence[AdvisedBlock]:
 
 @contextmanager
 def held(path: Path) -> Iterator[None]:
-    """Work with a state file as the only adviser that does, however the ones before have ended.
-
-    Raises:
-        StateError: another adviser works with it.
-        FileError: its folder cannot be written to.
-    """
+    """Work with a state file as the only adviser that does, however the ones before have ended."""
     place = Path(os.path.realpath(path))
     taken = StateError(
         f"another adviser works with {shown(path)}: go on there, or end it first, or name another file with --state"

@@ -37,9 +37,6 @@ def variables_of(block: BlockOutline, place: int) -> BlockVariables:
     Args:
         block: of the program.
         place: of the block in its part, from 0.
-
-    Raises:
-        ValuesError: E or D is an expression.
     """
     found = []
     for k, letter in enumerate((speed_word(block.plan), "D")):
@@ -54,11 +51,7 @@ def variables_of(block: BlockOutline, place: int) -> BlockVariables:
 
 
 def check_free(simulation: JobSimulation, path: Path) -> None:
-    """Refuse to write variables to a file that the program sets itself, or uses for something else.
-
-    Raises:
-        ValuesError: it does.
-    """
+    """Refuse to write variables to a file that the program sets itself, or uses for something else."""
     called = _PROGRAM.fullmatch(path.stem)
     written = int(called[1]) if called else -1
     programs = simulation.programs
@@ -84,11 +77,7 @@ def check_free(simulation: JobSimulation, path: Path) -> None:
 
 
 def check_variables(simulation: JobSimulation) -> None:
-    """Refuse to write the values of several blocks at once, unless each has its own variables.
-
-    Raises:
-        ValuesError: two blocks of a part read the same one.
-    """
+    """Refuse to write the values of several blocks at once, unless each has its own variables."""
     taken: dict[int, int] = {}
     for number, block in enumerate(simulation.blocks):
         if block.part != simulation.blocks[0].part:
@@ -108,11 +97,6 @@ def write_values(path: Path, simulation: JobSimulation, advice: Sequence[Advice]
     A block that has not been advised on yet has the numbers of the program, so that it runs from the beginning. A file
     named `O<number>.nc` is a subprogram, which `M98 P<number>` or `G65 P<number>` runs; any other a program that the
     operator runs. E is in the units of the program.
-
-    Args:
-        path: of the file.
-        simulation: of the program.
-        advice: given so far.
     """
     values, first = dict[int, str](), dict[int, int]()
     for number, block in enumerate(simulation.blocks):

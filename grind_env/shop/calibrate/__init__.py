@@ -18,6 +18,6 @@ From a log of the spindle's power beside its part program, or from a table of se
 | `solver.py`, `fit.py`, `width.py` | the most probable values, their intervals, and how much of the free term is used |
 | `verdict.py` | whether the fit may be used, and for what |
 | `calibration.py` | `calibrate`, from files to the result |
-| `uncertain.py`, `plan.py` | what is left open, and what to grind next |
+| `uncertain.py`, `plan.py` | what is left open, and a program whose log tells more |
 | `result.py`, `show.py`, `remarks.py` | the result as a catalogue file, on the screen, and what is to be known of it |
 """

@@ -27,7 +27,6 @@ from grind_env.shop.calibrate.meter import FINEST, find, with_lag
 from grind_env.shop.calibrate.observe import DISCREPANCY, DISCREPANCY_ACROSS, Observations, observe
 from grind_env.shop.calibrate.parameters import HEAT, chosen_parameters, free_parameters
 from grind_env.shop.calibrate.pattern import Pattern, pattern_of
-from grind_env.shop.calibrate.plan import next_cut
 from grind_env.shop.calibrate.remarks import gauge_remarks, log_remarks, overridden
 from grind_env.shop.calibrate.result import Calibration, Idle
 from grind_env.shop.calibrate.sheet import Floats
@@ -66,21 +65,7 @@ def calibrate(
     names: Collection[str] | None = None,
     told: Callable[[str], None] = lambda stage: None,
 ) -> Calibration:
-    """Fit the process model to a log of the spindle's power.
-
-    Args:
-        log: text of rows with time and power.
-        program: part program that was run, once or several times.
-        job: what was ground on which machine.
-        gauge: text with a row for every part that was measured.
-        map_file: what the columns are, where their names do not say it.
-        names: of the constants to fit; None for those of the usual ones that the log tells.
-        told: is told what is being done.
-
-    Raises:
-        CalibrationError: nothing can be fitted; the message says why, and what to do.
-        GrindError: program or job cannot be used.
-    """
+    """Fit the process model to a log of the spindle's power."""
     said = read_map(map_file)
     settings, programs = load_job(job, plant=MODEL), read_file(program)
     if settings.parts:
@@ -128,7 +113,6 @@ def calibrate(
         meter_scale=rows.scale * power_scale if rows.known_scale else None,
         residual=residual,
         drift=drift,
-        next_cut=next_cut(programs, settings, fitted, residual),
         by_stroke=seen.by_stroke,
         seen=seen,
         remarks=(

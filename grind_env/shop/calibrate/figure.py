@@ -22,11 +22,7 @@ MOST_TICKS = 12
 
 
 def draw_calibration(found: Calibration) -> "Figure":
-    """Draw a calibration, a panel for each kind of measurement; burn, which is yes or no, is not drawn.
-
-    Raises:
-        MissingExtra: matplotlib is not installed.
-    """
+    """Draw a calibration, a panel for each kind of measurement; burn, which is yes or no, is not drawn."""
     kinds = [kind for kind in found.data.kinds if kind != YES_OR_NO and comparable(found, kind).any()]
     figure = new_figure(4.6 * max(len(kinds), 1), 4.6)
     figure.suptitle(f"Calibrated from {found.source}").set_parse_math(False)

@@ -184,15 +184,7 @@ def fit_and_judge(problem: FitProblem, told: Callable[[str], None]) -> tuple[Fit
 
 
 def fit(problem: FitProblem, told: Callable[[str], None] = lambda stage: None) -> Fit:
-    """Fit constants to measurements.
-
-    Args:
-        problem: what is fitted to what.
-        told: is told what is being done.
-
-    Raises:
-        CalibrationError: there are fewer measurements than two, or the catalogue itself predicts none.
-    """
+    """Fit constants to measurements."""
     data, count = problem.data, len(problem.parameters)
     used = np.isfinite(data.value) & np.isfinite(data.error) & ~np.isin(data.kind, problem.left_out)
     if used.sum() < 2:

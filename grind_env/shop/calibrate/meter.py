@@ -30,11 +30,7 @@ LOOKED_AT = 6
 
 
 def find(log: Log, pattern: Pattern, expected: Floats) -> tuple[Alignment, float]:
-    """The strokes of a program in a log, and about which time constant the meter has, if it is long, else 0, s.
-
-    Raises:
-        CalibrationError: they are not in it.
-    """
+    """The strokes of a program in a log, and about which time constant the meter has, if it is long, else 0, s."""
     best, lag = align(log, pattern, expected), 0.0
     if best.quality < SURE and log.sure_of_time and log.interval <= FAST_ENOUGH:
         means = averaged(log, log.time, FINEST)

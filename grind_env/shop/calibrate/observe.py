@@ -67,16 +67,7 @@ class Observations:
 
 
 def observe(log: Log, pattern: Pattern, found: Alignment) -> Observations:
-    """Read the means of strokes or runs from a log in s.
-
-    Args:
-        log: the log.
-        pattern: of the program.
-        found: where its runs lie.
-
-    Raises:
-        CalibrationError: no stroke has samples, or none lie between the strokes.
-    """
+    """Read the means of strokes or runs from a log in s."""
     time, power = log.time, sharpened(log)
     strokes, executions = pattern.run.size, found.executions
     on, off = (np.full((executions, strokes), np.nan) for _ in range(2))

@@ -86,16 +86,7 @@ class Parameter:
 def chosen_parameters(
     job: Job, names: Collection[str] | None, beside: Sequence[tuple[str, str]] = ()
 ) -> tuple[Parameter, ...]:
-    """The constants that may be fitted.
-
-    Args:
-        job: whose entries.
-        names: of constants, such as `chip_energy` and `wheel.roughness`; None for the usual ones.
-        beside: kinds and keys that are usual, too.
-
-    Raises:
-        CalibrationError: no entry has such a field, several have it, or it is 0 and cannot be scaled.
-    """
+    """The constants that may be fitted."""
     if names is not None:
         return tuple(_named(job, name) for name in dict.fromkeys(names))
     names_beside = [f"{kind}.{key}" for kind, key in beside]

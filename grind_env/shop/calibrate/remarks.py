@@ -67,13 +67,7 @@ def gauge_remarks(gauge: GaugedParts, parts: int) -> list[str]:
 
 
 def overridden(job: Path, fitted: Fit, *, idle: bool) -> list[str]:
-    """Constants that the job itself sets, so that those of a catalogue file have no effect.
-
-    Args:
-        job: its file.
-        fitted: what was found.
-        idle: whether the power of the idling spindle was found, too.
-    """
+    """Constants that the job itself sets, so that those of a catalogue file have no effect."""
     setup = read_toml(job).get("setup", {})
     fixed = {f"{table.removesuffix('_overrides')}.{key}" for table in OVERRIDES for key in setup.get(table, {})}
     told = [each.name for each, tells in zip(fitted.parameters, fitted.told.tolist(), strict=True) if tells]

@@ -84,7 +84,6 @@ class Calibration:
         meter_scale: what the power meter shows over the power, a ratio; None where it is not known.
         residual: logarithmic standard deviation, no unit, of the power of a block that is not followed.
         drift: the same, no unit, of a step of its level from part to part.
-        next_cut: what to log next, as a sentence; None where nothing would tell much.
         remarks: what was made of the files and what was left out, as sentences.
     """
 
@@ -103,7 +102,6 @@ class Calibration:
     meter_scale: float | None = None
     residual: float = 0.0
     drift: float = 0.0
-    next_cut: str | None = None
     remarks: tuple[str, ...] = ()
 
     @property
@@ -146,8 +144,28 @@ class Calibration:
         return self.judged.verdict(tells_nothing=self.tells_nothing)
 
     def write(self, path: str | Path, *, force: bool = False) -> None:
-        """Write the catalogue file, as `grind calibrate -o`; errors as of `write_catalogue`."""
-        write_catalogue(self, Path(path), force=force)
+        """Write the catalogue file, as `grind calibrate -o`.
+
+        Args:
+            path: of the file.
+            force: whether it is written, too, where the catalogue as it was predicts measurements better.
+
+        Raises:
+            WorseFit: the catalogue does so.
+            CalibrationError: nothing was found that could stand in it.
+            FileError: the folder does not exist or cannot be written to.
+        """
+        if self.tells_nothing:
+            raise CalibrationError(
+                f"{self.source} tells none of the constants beyond what the catalogue says, so that {path} was not "
+                "written; log faster, or more parts, or give what was gauged"
+            )
+        if self.judged.worse and not force:
+            raise WorseFit(
+                f"{path} was not written, because the catalogue predicts {listed(self.judged.worse)} better; log more "
+                "parts, check part and wheel of the job, or say --force"
+            )
+        write_atomically(Path(path), lambda temporary: temporary.write_text(catalogue_text(self), encoding="utf-8"))
 
     def plot(self) -> "Figure":
         """Measured over modelled values, before and after the fit, a panel for each kind of measurement.
@@ -190,32 +208,6 @@ def catalogue_text(found: Calibration) -> str:
     source = _string(f"calibrated from {found.source}")
     lines += ["", *uncertainty_lines(found.job, found.fit, source, found.residual, found.drift)]
     return "\n".join(lines) + "\n"
-
-
-def write_catalogue(found: Calibration, path: Path, *, force: bool = False) -> None:
-    """Write the catalogue file.
-
-    Args:
-        found: what was found.
-        path: of the file.
-        force: whether it is written, too, where the catalogue as it was predicts measurements better.
-
-    Raises:
-        WorseFit: the catalogue does so.
-        CalibrationError: nothing was found that could stand in it.
-        FileError: the folder does not exist or cannot be written to.
-    """
-    if found.tells_nothing:
-        raise CalibrationError(
-            f"{found.source} tells none of the constants beyond what the catalogue says, so that {path} was not "
-            "written; log faster, or more parts, or give what was gauged"
-        )
-    if found.judged.worse and not force:
-        raise WorseFit(
-            f"{path} was not written, because the catalogue predicts {listed(found.judged.worse)} better; log more "
-            "parts, check part and wheel of the job, or say --force"
-        )
-    write_atomically(path, lambda temporary: temporary.write_text(catalogue_text(found), encoding="utf-8"))
 
 
 def _idle_rows(job: Job, idle: Idle) -> list[str]:

@@ -27,8 +27,7 @@ def told_table(found: Calibration) -> Table:
 
 def said_sentences(found: Calibration) -> list[str]:
     """What is to be said below the table."""
-    next_cut = [] if found.next_cut is None else [found.next_cut]
-    return [*meter_sentences(found), *kept_sentences(found), *error_sentences(found), *next_cut]
+    return [*meter_sentences(found), *kept_sentences(found), *error_sentences(found)]
 
 
 def show(found: Calibration, console: Console) -> None:
@@ -111,7 +110,6 @@ def as_data(found: Calibration) -> dict[str, Any]:
         "residual": found.residual,
         "drift": found.drift,
         "meter_scale": found.meter_scale,
-        "next_cut": found.next_cut,
         "correlation": None if math.isnan(found.quality) else found.quality,
         "by_stroke": found.by_stroke,
         "remarks": list(found.remarks),

@@ -97,15 +97,7 @@ class FitVerdict:
 
 
 def judge(data: Data, chosen: NDArray[np.bool_], nominal: Floats, predicted: Floats, held_out: Floats) -> FitJudgement:
-    """Judge a fit by the chosen measurements.
-
-    Args:
-        data: the measurements.
-        chosen: which of them.
-        nominal: what the catalogue predicts of each.
-        predicted: what the fit does.
-        held_out: what a fit without its part does; NaN where there is one alone.
-    """
+    """Judge a fit by the chosen measurements."""
     errors, without, worse = dict[str, tuple[int, float, float]](), dict[str, tuple[int, float, float]](), []
     for kind in data.kinds:
         mine = chosen & (data.kind == kind) & np.isfinite(data.value)

@@ -56,11 +56,7 @@ Interrupts = Annotated[
 
 
 def prepare_report(report: Path | None) -> None:
-    """Find out, before the work, whether the page of `--report` can be written, if one is asked for.
-
-    Raises:
-        GrindError: as of `prepare_page`.
-    """
+    """Find out, before the work, whether the page of `--report` can be written, if one is asked for."""
     from grind_env.shop.report.document import prepare_page
 
     if report is not None:

@@ -17,16 +17,12 @@ def doctor(
     """
     import json
 
-    from rich.table import Table
-
-    from grind_env.errors import printable
     from grind_env.shop.doctor import findings
+    from grind_env.table import Column, table_of
 
     found = findings()
     if as_json:
         print(json.dumps([each._asdict() for each in found]))
         return
-    table = Table("what", "found", "to do", show_header=True)
-    for each in found:
-        table.add_row(*map(printable, each))
-    table_console().print(table)
+    columns = (Column("what"), Column("found", wrap=True), Column("to do", wrap=True))
+    table_of(columns, found).print(table_console())

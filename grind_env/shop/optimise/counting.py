@@ -73,17 +73,7 @@ def counting_of(
     blocks: Sequence[SourceText],
     taken: Collection[int] = (),
 ) -> Counting | None:
-    """How a dress interval is written; None where every run dresses, and nothing has to be counted.
-
-    Args:
-        interval: what is counted.
-        programs: the program.
-        blocks: that dress, as they stand in its file.
-        taken: numbers of variables that are used from outside.
-
-    Raises:
-        CountingError: there is no free variable.
-    """
+    """How a dress interval is written; None where every run dresses, and nothing has to be counted."""
     if interval.every == 1:
         return None
     used = {int(number) for program in programs for block in program.blocks for number in _NUMBER.findall(block.text)}

@@ -63,11 +63,7 @@ class DressText:
     unit: Decimal
 
     def own(self, name: str) -> Decimal:
-        """What it says, in its own units.
-
-        Raises:
-            DressTextError: its infeeds differ, so that no one number says its depth.
-        """
+        """What it says, in its own units."""
         plan = self.run.plan
         if name == "passes":
             return Decimal(plan.passes)
@@ -92,11 +88,7 @@ class DressText:
         return value * len(self.infeeds) / self.run.plan.passes if name == "depth" else value
 
     def writable(self, name: str, levels: Sequence[Decimal]) -> tuple[Decimal, ...]:
-        """Those of some values that the program can be made to say.
-
-        Raises:
-            DressTextError: it cannot be changed so at all.
-        """
+        """Those of some values that the program can be made to say."""
         if name == "passes":
             return tuple(level for level in levels if self._says(name, level))
         other = next((level for level in levels if level != self.own(name)), None)
@@ -105,11 +97,7 @@ class DressText:
         return tuple(levels)
 
     def changes(self, name: str, level: Decimal) -> list[WordEdit]:
-        """Those that let it say a lead or a depth.
-
-        Raises:
-            DressTextError: a depth that cannot be written by other numbers.
-        """
+        """Those that let it say a lead or a depth."""
         if name == "lead":
             return [other_number(source, word, like(level, number_text(source, word))) for source, word in self.feeds]
         for absolute in (False, True):
@@ -119,15 +107,7 @@ class DressText:
         raise DressTextError(f"an infeed of {level:f} cannot be written into O{self.number}")
 
     def with_passes(self, text: ProgramText, passes: Decimal) -> ProgramText:
-        """The text with fewer passes, the last ones left out, or with more of them, the last two once again.
-
-        Args:
-            text: of the file, whose lines are those of this one.
-            passes: how many.
-
-        Raises:
-            DressTextError: they cannot be so written.
-        """
+        """The text with fewer passes, the last ones left out, or with more of them, the last two once again."""
         ends = [self.run.motions[k].line for k in self.run.strokes]
         count, own, lines = int(passes), len(ends), text.lines
         if len(set(ends)) < own:
@@ -198,17 +178,7 @@ def _goes_on(run: DressRun) -> bool:
 
 
 def dress_text(simulation: JobSimulation, text: ProgramText, number: int, run: DressRun) -> DressText:
-    """A dress program as it is written.
-
-    Args:
-        simulation: of the program that it belongs to.
-        text: of the file.
-        number: its O number.
-        run: one execution.
-
-    Raises:
-        DressTextError: it stands in another file, or numbers of its passes are no plain numbers.
-    """
+    """A dress program as it is written."""
     programs = simulation.programs
     program = programs.find(number)
     if program is None or program.place.file != programs.name:

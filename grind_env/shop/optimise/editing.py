@@ -139,12 +139,7 @@ def comment_edit(source: SourceText, text: str) -> Edit:
 
 
 def like(value: Decimal, written: str) -> str:
-    """A number in the form of another one: its sign, its decimal point, its zero before the point.
-
-    Args:
-        value: at least 0.
-        written: the other number as it stands in the program.
-    """
+    """A number in the form of another one: its sign, its decimal point, its zero before the point."""
     sign, old = ("-" if "-" in written else "+" if "+" in written else ""), written.strip("+- \t")
     digits = f"{value.normalize():f}"
     if "." in old and "." not in digits:

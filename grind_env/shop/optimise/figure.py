@@ -12,11 +12,7 @@ if TYPE_CHECKING:
 
 
 def draw_optimised(found: Optimised) -> "Figure":
-    """Draw `trade`.
-
-    Raises:
-        MissingExtra: matplotlib is not installed.
-    """
+    """Draw `trade`."""
     figure = new_figure(6.4, 4.6)
     figure.suptitle(f"{found.program}: cost over time, batches of {found.parts} runs").set_parse_math(False)
     draw_graph(figure.subplots(), trade(found))

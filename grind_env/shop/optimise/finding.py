@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from grind_env.control import read, read_file
+from grind_env.control import read_file
 from grind_env.errors import GrindError
 from grind_env.files import read_bytes
 from grind_env.machine.job import Job
@@ -34,7 +34,6 @@ from grind_env.shop.optimise.judgement import (
 )
 from grind_env.shop.optimise.outcome import Optimised, Trade, Verdict, cheapest_by_time
 from grind_env.shop.optimise.search import Point
-from grind_env.shop.optimise.unrolling import unrolled
 from grind_env.shop.optimise.variation import LOTS, Progress, Variation, one_run, variation_of
 from grind_env.shop.trials import SAME, LotUse, Trials, lots_said
 from grind_env.shop.wishes import LIMITS, Wishes
@@ -52,7 +51,6 @@ def find_words(
     seconds: float = math.inf,
     programs: int | None = None,
     seed: int = 1,
-    unroll: bool = False,
     variables: Mapping[int, float] = {},
     plant: str | None = None,
     progress: Progress = lambda label, count: None,
@@ -64,18 +62,15 @@ def find_words(
     for the same seed unless the time ends the search.
 
     Args:
-        program: file of the part program.
-        job: its job file, or a job as `load_job` returns it, on whose own machine then is searched; the program's name
-            with `.toml` if not given.
+        program: as of `shop.calls.optimise`, like others of the same name.
+        job: its job file, or a job as `load_job` returns it.
         wishes: what is varied between which bounds, and margins of the limits.
-        parts: how often the program is run before the wheel is handed over; the wheel carries over.
+        parts: how often the program is run.
         seconds: for search and judgement.
         programs: that are tried, in place of a time.
         seed: of lots and search.
-        unroll: whether M98 calls of cycle blocks are written out, each with words of its own.
         variables: values that `#` variables have before the first part.
-        plant: name of the machine on which the result is judged, in place of that of the job; the search is on the
-            model.
+        plant: name of the machine on which the result is judged.
         progress: called with what is being done and by how many programs it has come on.
 
     Raises:
@@ -85,9 +80,6 @@ def find_words(
     path = Path(program)
     budget = Budget(seconds) if programs is None else Budget(programs=programs)
     held, text = read_file(path), text_of(read_bytes(path))
-    if unroll:
-        text = unrolled(held, text)
-        held = read(text.text, held.name, held.folder)
     try:
         planned, machine, name = _jobs(path, job, plant)
         planned = replace(planned, variables=variables)

@@ -311,13 +311,7 @@ def not_freed(names: Sequence[str]) -> list[str]:
 
 
 def passed_over(judged: int, kept: bool, untold: int) -> list[str]:
-    """Remarks if programs that ranked first were not good on unseen lots, and if there was no time to judge others.
-
-    Args:
-        judged: how many were.
-        kept: whether the last one was good.
-        untold: how many were not judged and might be better than the program as it is.
-    """
+    """Remarks if programs that ranked first were not good on unseen lots, and if there was no time to judge others."""
     said = []
     if judged > 1 and kept:
         said.append(f"{judged - 1} that ranked before it did not keep limits and wishes on unseen lots")

@@ -96,11 +96,6 @@ class Assignments:
     def spot(self, variable: int, letter: str, readers: Sequence[SourceText]) -> Spot | str:
         """The one number that some blocks read of a variable.
 
-        Args:
-            variable: its number.
-            letter: of the words that read it.
-            readers: the blocks, whose `place` is the same.
-
         Returns:
             Where it stands, or what else to do so that there is one.
         """

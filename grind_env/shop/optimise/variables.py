@@ -133,18 +133,7 @@ class SearchSpace(NamedTuple):
 def choices_of(
     simulation: JobSimulation, text: ProgramText, wishes: Wishes, runs: int, *, of_all: bool = False
 ) -> SearchSpace:
-    """What can be varied in a program.
-
-    Args:
-        simulation: of one run.
-        text: of its file.
-        wishes: what is asked for.
-        runs: how often it is run.
-        of_all: whether the simulation is of all runs, for these are not alike.
-
-    Raises:
-        WishError: a block is to be kept that is none, or nothing can be varied.
-    """
+    """What can be varied in a program."""
     blocks, remarks = simulation.blocks, []
     labels = {block.block.place.block for block in blocks}
     for label in sorted(wishes.kept - labels):

@@ -203,11 +203,7 @@ class Variation(NamedTuple):
         return counting_of(self.interval(point), self.programs, spots, self.job.variables)
 
     def with_words(self, point: Point) -> ProgramText:
-        """The text with the words of a point, a comment at each block that has changed; all else stays.
-
-        Raises:
-            GrindError: the text cannot be made to say it.
-        """
+        """The text with the words of a point, a comment at each block that has changed; all else stays."""
         chosen = [
             (twin, each.levels[number])
             for each, number in zip(self.choices.variables, point, strict=False)
@@ -323,9 +319,6 @@ def variation_of(
     """What is to be searched; where there is not even time to look at the batch, `TimeUp` ends it.
 
     The clock of the budget begins when all that the search needs is compiled.
-
-    Raises:
-        GrindError: as `optimise`.
     """
     once = one_run(programs, job)
     compile_all(once)

@@ -18,15 +18,7 @@ if TYPE_CHECKING:
 
 
 def calibrated_report(found: Calibration, files: Mapping[str, Path]) -> str:
-    """The page of a calibration, HTML.
-
-    Args:
-        found: what it has found.
-        files: by what they are, such as log and job; the page states their revisions.
-
-    Raises:
-        MissingExtra: as of `page`.
-    """
+    """The page of a calibration, HTML."""
     sections = [
         Section("Verdict", [_verdict(found)]),
         Section("Constants", [_constants(found)]),

@@ -56,16 +56,7 @@ TRADE = (
 
 
 def optimised_report(found: Optimised, job: Job, files: Mapping[str, Path]) -> str:
-    """The page of an optimisation, HTML.
-
-    Args:
-        found: what it has come to, better or not.
-        job: of the program.
-        files: by what they are, such as program and job; the page states their revisions.
-
-    Raises:
-        MissingExtra: as of `page`.
-    """
+    """The page of an optimisation, HTML."""
     after = "after" if found.verdict.is_written else "best one tried"
     sections = [
         Section("Verdict", [paragraph(f"{heading(found)}."), _verdict(found)]),

@@ -61,11 +61,7 @@ class SweepPanel(NamedTuple):
 
 
 def draw_sweep(found: Sweep) -> "Figure":
-    """Draw a sweep.
-
-    Raises:
-        MissingExtra: matplotlib is not installed.
-    """
+    """Draw a sweep."""
     panels = _panels(found)
     figure = new_figure(5.4 * max(len(panels), 1), 7.4)
     from matplotlib.ticker import MaxNLocator

@@ -221,10 +221,10 @@ def sweep(
     """Grind a program with a grid of settings, every one on the same lots and the same machines.
 
     Args:
-        program: file of the part program.
-        job: its job file, or what `load_job` returned; the program's name with `.toml` if not given.
+        program: as of `shop.calls.sweep`, like others of the same name.
+        job: its job file, or what `load_job` returned.
         ranges: what is swept; E and dress intervals from 1 to 20 if nothing is said.
-        parts: how often the program is run; the wheel carries over.
+        parts: how often the program is run.
         seed: of the lots.
         variables: values that `#` variables have before the first part.
         untried: whether nothing is known of how the program grinds on the machine.

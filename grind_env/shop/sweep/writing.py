@@ -52,20 +52,7 @@ def recommended(
     variables: Mapping[int, float] = {},
     untried: bool = False,
 ) -> Recommended:
-    """Write the best point into its program, and grind it so.
-
-    Args:
-        found: the sweep.
-        program: file of its program.
-        job: as of the sweep, like all that follows.
-        seed: of its lots.
-        variables: values that `#` variables have before the first part.
-        untried: whether nothing is known of how the program grinds on the machine.
-
-    Raises:
-        SweepError: no point that keeps the limits is cheaper than the program as it is, or its text cannot say it.
-        GrindError: the program has no words that could say it.
-    """
+    """Write the best point into its program, and grind it so."""
     best, path = found.best, Path(program)
     if best == found.own or not best.keeps_limits:
         raise SweepError(f"{path.name}: no point of the sweep keeps the limits and costs less than it does as it is")
