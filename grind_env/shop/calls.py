@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from grind_env.control import read_file
 from grind_env.control.options import interrupts_of
 from grind_env.control.reader import called_files
-from grind_env.files import beside
+from grind_env.files import beside, write_atomically
 from grind_env.machine.grind_file import grind_file
 from grind_env.machine.job import Job
 from grind_env.machine.job.file import job_beside, load_job
@@ -255,7 +255,7 @@ def plan(program: File, job: File, output: File) -> str:
     from grind_env.shop.calibrate.plan import plan_of
 
     made = plan_of(read_file(Path(program)), load_job(Path(job)))
-    made.write(Path(output))
+    write_atomically(Path(output), lambda temporary: temporary.write_text(made.text, encoding="utf-8"))
     return str(made)
 
 

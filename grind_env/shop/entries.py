@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from grind_env.errors import GrindError, did_you_mean, printable, quoted
 from grind_env.pages.catalogue_fields import keys_of, preface, remark_on
-from grind_env.process.catalogue import KINDS, Catalogue, load_catalogue
+from grind_env.process.catalogue import KINDS, load_catalogue
 from grind_env.table import Column, table_of
 
 if TYPE_CHECKING:
@@ -18,7 +18,10 @@ def catalogue_data(kind: str | None, name: str | None, files: Sequence[Path]) ->
     """Names and remarks of all entries by kind, or of one kind, or one entry with its values, in JSON types."""
     known = load_catalogue(*files)
     if kind is None or name is None:
-        return {each: _remarks(known, each, files) for each in (KINDS if kind is None else [_checked(kind)])}
+        return {
+            each: {entry: remark_on(each, entry, files) for entry in getattr(known, f"{each}s")}
+            for each in (KINDS if kind is None else [_checked(kind)])
+        }
     entry = getattr(known, _checked(kind))(name)
     return {"kind": kind, "remark": remark_on(kind, entry.name, files), **asdict(entry)}
 
@@ -54,7 +57,3 @@ def _checked(kind: str) -> str:
         hint = did_you_mean(kind, KINDS)
         raise GrindError(f"there is no kind of entry {quoted(kind)}{hint}; kinds are {', '.join(KINDS)}")
     return kind
-
-
-def _remarks(known: Catalogue, kind: str, files: Sequence[Path]) -> dict[str, str]:
-    return {name: remark_on(kind, name, files) for name in getattr(known, f"{kind}s")}

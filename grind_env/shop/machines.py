@@ -68,17 +68,15 @@ class Fleet:
     drawn: int = 0
     agree: int = 0
 
-    def count(self, use: LotUse, seeds: Sequence[tuple[int, ...]]) -> int:
-        """How many machines a use has on so many lots."""
-        return min(MACHINES[use], len(seeds), len(self.numbers))
-
     def under(self, trials: Trials, use: LotUse, seeds: Sequence[tuple[int, ...]]) -> Trials:
         """Trials on lots and on the machines of a use, other ones for each if there are enough.
 
         A search tries thousands of programs: it has the laws of the model, which take a quarter less time. What it
         finds is compared and judged on all that the machine may be.
         """
-        places = [(FIRST[use] + k) % len(self.numbers) for k in range(self.count(use, seeds))]
+        places = [
+            (FIRST[use] + k) % len(self.numbers) for k in range(min(MACHINES[use], len(seeds), len(self.numbers)))
+        ]
         job, root = trials.simulation.job, self.uncertainty.root
         drawn = world if use is LotUse.SEARCH else machine
         machines = [drawn(job, self.uncertainty, root, self.seed, self.numbers[place]) for place in places]
@@ -164,12 +162,11 @@ class _Evidence:
 def machine(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: int) -> Job:
     """One of the `worlds`; where it may obey other laws, those of a `public` machine."""
     drawn = world(job, uncertainty, root, seed, number)
-    return drawn.on(find_plant("public", seed=(seed * MOST_DRAWN + number) & WORD)) if other_laws(job) else drawn
-
-
-def other_laws(job: Job) -> bool:
-    """Whether the machine of a job may obey others than the model's: it has no calibration, no name, no own process."""
-    return job.uncertainty is None and not job.plant and job.process is PROCESS
+    return (
+        drawn.on(find_plant("public", seed=(seed * MOST_DRAWN + number) & WORD))
+        if job.uncertainty is None and not job.plant and job.process is PROCESS
+        else drawn
+    )
 
 
 def compile_all(once: Trials) -> None:

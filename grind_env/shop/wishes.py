@@ -63,11 +63,9 @@ class Wishes:
 
     @property
     def quantity(self) -> str:
-        """Name of the mean that is to become less."""
         return OBJECTIVES[self.objective]
 
     def margin(self, limit: str) -> float:
-        """Of one of `LIMITS`."""
         return self.margins.get(limit, 1.0)
 
 

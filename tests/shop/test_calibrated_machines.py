@@ -202,7 +202,7 @@ def test_a_plan_is_safe_varies_what_must_be_and_tells_more(model, tmp_path):
     assert len(record.dresses) == 1
     assert len({feed for feed, _ in plan.blocks}) >= 3
     assert len({pick for _, pick in plan.blocks}) >= 3
-    plan.write(tmp_path / "plan.nc")
+    (tmp_path / "plan.nc").write_text(plan.text, encoding="utf-8")
     write_log(tmp_path / "log.csv", read_file(tmp_path / "plan.nc"), job, 3, QUICK, RNG())
     found = calibrate(tmp_path / "log.csv", tmp_path / "plan.nc", JOB)
     before, after = ({each.parameter.key: each.share for each in fit.estimates} for fit in (model[0], found))

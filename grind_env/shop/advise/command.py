@@ -48,7 +48,6 @@ class AdviceRequest:
     why: bool
 
     def simulation(self, plant: str = MODEL.name) -> JobSimulation:
-        """Return the program on the model or on another machine."""
         path = job_beside(self.program) if self.job is None else self.job
         given = dict(find_problem(str(self.program), str(path), self.parts).arguments)
         return load_simulation(given.get("program"), given["job"], self.parts, 1.0, "measured", self.variables, plant)
@@ -134,7 +133,6 @@ def rehearse(request: AdviceRequest, plant: str, others: Sequence[str]) -> None:
 
 
 def _input() -> ReadingSource:
-    """Readings that are typed, or come through a pipe."""
     if sys.stdin is None or sys.stdin.closed:
         raise ArgumentError("standard input is closed, so that no readings can come: name a file with --measurements")
     return Prompt() if sys.stdin.isatty() else JsonLines(sys.stdin.buffer)

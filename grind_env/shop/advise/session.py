@@ -134,7 +134,6 @@ class Session:
             self.say(line)
 
     def _read(self, advice: Advice) -> MachineReadings | None:
-        """Readings of the block; None if there are no more."""
         while True:
             try:
                 row = self.source.next(self._asked(advice))

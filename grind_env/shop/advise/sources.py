@@ -51,6 +51,7 @@ class ReadingSource(Protocol):
 
     def refused(self) -> None:
         """The last row is not taken: the next one is to be of the same block."""
+        return
 
 
 class CsvSource:
@@ -66,11 +67,10 @@ class CsvSource:
         self.patient, self.before, self.faulty = follow, 0, ""
 
     def refused(self) -> None:
-        """As `Source.refused`: the row is awaited in the file as it will have been corrected."""
+        # the row is awaited in the file as it will have been corrected
         self.taken, self.faulty = self.before, self._text()
 
     def next(self, asked: str) -> ReadingsRow | None:
-        """As `Source.next`; a `ReadingError` says what no table has."""
         self.before = self.taken
         while True:
             text = self._text()
@@ -114,7 +114,7 @@ def _readings(sheet: Sheet, column: int) -> list[float | str | None]:
     return [number if math.isfinite(number) else None if is_missing(text) else text for number, text in cells]
 
 
-class JsonLines:
+class JsonLines(ReadingSource):
     """One JSON object a line, such as `{"peak_power": 2400, "size_error": 3}`; `{}` if nothing was measured."""
 
     retold, patient = False, True
@@ -123,7 +123,6 @@ class JsonLines:
         self.stream, self.line = stream, 0
 
     def next(self, asked: str) -> ReadingsRow | None:
-        """As `Source.next`; a `ReadingError` says which line is no JSON object."""
         while data := self._read():
             place = f"line {self.line} of the input"
             try:
@@ -141,9 +140,6 @@ class JsonLines:
             return ReadingsRow(table, place)
         return None
 
-    def refused(self) -> None:
-        """As `Source.refused`."""
-
     def _read(self) -> bytes:
         """The next line; nothing at the end."""
         self.line += 1
@@ -157,7 +153,7 @@ class JsonLines:
         return data
 
 
-class Prompt:
+class Prompt(ReadingSource):
     """Asks somebody at the terminal for one line a block, such as `peak_power=2400 size_error=3`."""
 
     retold, patient = False, True
@@ -165,11 +161,7 @@ class Prompt:
     def __init__(self, ask: Callable[[str], str] = input) -> None:
         self.ask = ask
 
-    def refused(self) -> None:
-        """As `Source.refused`."""
-
     def next(self, asked: str) -> ReadingsRow | None:
-        """As `Source.next`; None at the end of the input or for `stop`, a `ReadingError` for no `name=value`."""
         try:
             text = self.ask(f"{asked}, as name=value (nothing: none; stop: go on later)> ").strip()
         except EOFError:

@@ -57,9 +57,7 @@ def check_free(simulation: JobSimulation, path: Path) -> None:
     programs = simulation.programs
     others = [each for each in programs if each is not programs.find(written)]
     lines = [source for each in others for source in each.blocks]
-    for number, block in enumerate(simulation.blocks):
-        if block.part != simulation.blocks[0].part:
-            return
+    for number, block in _of_first_part(simulation):
         # each block may stand alone: with --by block the numbers of the first one are written
         for letter, variable in zip((speed_word(block.plan), "D"), variables_of(block, number), strict=True):
             own = re.compile(rf"(?<![A-Z]){letter}\s*#\s*{variable}(?!\d)")
@@ -79,9 +77,7 @@ def check_free(simulation: JobSimulation, path: Path) -> None:
 def check_variables(simulation: JobSimulation) -> None:
     """Refuse to write the values of several blocks at once, unless each has its own variables."""
     taken: dict[int, int] = {}
-    for number, block in enumerate(simulation.blocks):
-        if block.part != simulation.blocks[0].part:
-            return
+    for number, block in _of_first_part(simulation):
         for variable in variables_of(block, number):
             if variable in taken:
                 raise ValuesError(
@@ -89,6 +85,10 @@ def check_variables(simulation: JobSimulation) -> None:
                     "its own variables, or advise --by block"
                 )
             taken[variable] = number
+
+
+def _of_first_part(simulation: JobSimulation) -> list[tuple[int, BlockOutline]]:
+    return [each for each in enumerate(simulation.blocks) if each[1].part == simulation.blocks[0].part]
 
 
 def write_values(path: Path, simulation: JobSimulation, advice: Sequence[Advice]) -> None:
@@ -113,7 +113,6 @@ def write_values(path: Path, simulation: JobSimulation, advice: Sequence[Advice]
 
 
 def _assignments(block: BlockOutline, place: int, words: Words, source: str) -> dict[int, str]:
-    """Assignments of the E and D of a block, by number of the variable."""
     variables, unit = variables_of(block, place), "INCH/MIN" if block.inch else "MM/MIN"
     letter = speed_word(block.plan)
     lines = {variables.E: f"#{variables.E}={words[letter]} ({letter}, {unit}, {source})"}

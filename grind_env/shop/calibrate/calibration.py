@@ -20,14 +20,13 @@ from grind_env.shop.calibrate.columns import Map, read_map
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.fit import Fit, FitProblem, fit_and_judge
 from grind_env.shop.calibrate.forward import Forward, powers
-from grind_env.shop.calibrate.gauge import GaugedParts, read_gauge
-from grind_env.shop.calibrate.gauged import Gauged, gauges_of, measured_of, refuse_impossible
+from grind_env.shop.calibrate.gauge import Gauged, GaugedParts, gauges_of, measured_of, read_gauge, refuse_impossible
 from grind_env.shop.calibrate.logs import Log, averaged, read_log
 from grind_env.shop.calibrate.meter import FINEST, find, with_lag
 from grind_env.shop.calibrate.observe import DISCREPANCY, DISCREPANCY_ACROSS, Observations, observe
 from grind_env.shop.calibrate.parameters import HEAT, chosen_parameters, free_parameters
 from grind_env.shop.calibrate.pattern import Pattern, pattern_of
-from grind_env.shop.calibrate.remarks import gauge_remarks, log_remarks, overridden
+from grind_env.shop.calibrate.remarks import log_remarks, overridden
 from grind_env.shop.calibrate.result import Calibration, Idle
 from grind_env.shop.calibrate.sheet import Floats
 from grind_env.shop.calibrate.solver import Changes, Data
@@ -90,7 +89,7 @@ def calibrate(
     found = found.known
     model = _model(rows, pattern, found, gauged, settings, programs)
     seen, extra, data = model.seen, model.extra, model.data
-    parts = found.executions * pattern.parts
+    beyond = 0 if gauged is None else int((gauged.part > found.executions * pattern.parts).sum())
     jumps, scales = bool(pattern.crosses.any()), {"power": rows.scale_spread} if rows.scale_spread else {}
     problem = FitProblem(parameters, scales, data, model.predict, free, jumps)
     fitted, judged = fit_and_judge(problem, told)
@@ -117,7 +116,8 @@ def calibrate(
         seen=seen,
         remarks=(
             *rows.remarks,
-            *(() if gauged is None else gauge_remarks(gauged, parts)),
+            *(() if gauged is None else gauged.remarks),
+            *([f"{beyond} rows of the gauge file are of parts that are not in the log"] if beyond else []),
             *log_remarks(rows, found, seen, pattern),
             *_scale_remarks(fitted, scales),
             *overridden(job, fitted, idle=rows.known_scale),
@@ -177,7 +177,6 @@ class _Model:
     """Power of the log over that with the constants of the job."""
 
     def predict(self, changes: Changes) -> Floats:
-        """What would be measured with other constants."""
         changed = with_entries(self.job, changes)
         record = self.forward.run(changed)
         return np.concatenate([self.seen.weights @ powers(record), gauges_of(record, changed, self.extra)])
@@ -223,7 +222,6 @@ def _bound(log: Log, said: Map, job: Path) -> Log:
 
 
 def _states_limit(job: Path) -> bool:
-    """Whether the job states the limit of the power itself."""
     return "power_limit" in read_toml(job).get("setup", {}).get("machine_overrides", {})
 
 

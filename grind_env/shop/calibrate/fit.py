@@ -100,7 +100,6 @@ class Fit:
 
     @property
     def z(self) -> Floats:
-        """Of the parameters alone."""
         return self.x[: len(self.parameters)]
 
 

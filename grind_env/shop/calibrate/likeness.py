@@ -101,7 +101,6 @@ class Likeness:
         self.spans = np.array([pattern.times(run)[2] for run in range(pattern.runs)])
 
     def places(self) -> Iterator[tuple[int, int]]:
-        """Execution and number of each run."""
         return itertools.product(range(len(self.begin)), range(self.pattern.runs))
 
     def around(self, row: int, run: int, more: float = 0.0) -> Around | None:

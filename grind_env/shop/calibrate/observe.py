@@ -48,7 +48,6 @@ class Observations:
         time: of its middle, s of the log.
         power: mean above idle, W; in the unit of the log if the scale of its meter is not known.
         error: its standard error.
-        samples: of which it is the mean.
         idle: power of the idling spindle under it.
         weights: of the strokes of all executions in it, shape (observations, executions x strokes).
         by_stroke: whether each is of one stroke, but for those of cycles that cross.
@@ -60,7 +59,6 @@ class Observations:
     time: Floats
     power: Floats
     error: Floats
-    samples: Numbers
     idle: Floats
     weights: Floats
     by_stroke: bool
@@ -114,7 +112,6 @@ def observe(log: Log, pattern: Pattern, found: Alignment) -> Observations:
         power=means[:, 0],
         error=means[:, 1],
         idle=means[:, 2],
-        samples=np.array([counts[each].sum() for each in members]),
         weights=weights,
         by_stroke=by_stroke,
     )

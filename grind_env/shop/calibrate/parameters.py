@@ -69,18 +69,12 @@ class Parameter:
 
     @property
     def name(self) -> str:
-        """`wheel.roughness`."""
         return f"{self.kind}.{self.key}"
 
     def value(self, z: float) -> float:
         """Value at so many spreads from the prior."""
-        value = self.prior + self.spread * z if self.is_exponent else self.prior * math.exp(self.spread * z)
+        value = self.prior + self.spread * z if self.key in EXPONENTS else self.prior * math.exp(self.spread * z)
         return min(max(value, self.low), self.high)
-
-    @property
-    def is_exponent(self) -> bool:
-        """Whether it is one of the free term, which may be 0 or less."""
-        return self.key in EXPONENTS
 
 
 def chosen_parameters(
@@ -128,7 +122,6 @@ def _fields(kind: str) -> list[str]:
 
 
 def _parameter(job: Job, kind: str, key: str) -> Parameter:
-    """A field of an entry of a job as a parameter."""
     spread = FREE_TERM[key] if key in FREE_TERM else SPREADS.get(f"{kind}.{key}", OTHER_SPREAD)
     entry = entries_of(job)[kind]
     quantity, value = quantities(type(entry))[key], getattr(entry, key)

@@ -60,17 +60,14 @@ class Pattern:
 
     @property
     def runs(self) -> int:
-        """How many runs there are."""
         return self.pause.size
 
     @property
     def parts(self) -> int:
-        """How many parts one execution grinds."""
         return int(self.part[-1]) + 1
 
     @property
     def firsts(self) -> Numbers:
-        """The first stroke of each run."""
         return np.flatnonzero(np.diff(self.run, prepend=-1))
 
     def times(self, run: int, override: float = 1.0) -> tuple[Floats, Floats, float]:

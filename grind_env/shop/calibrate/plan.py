@@ -2,7 +2,6 @@
 
 import re
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -51,14 +50,7 @@ class Plan:
     power: float
     rise: float
 
-    def write(self, path: Path) -> None:
-        """Write the program; a `FileError` says why it cannot be."""
-        from grind_env.files import write_atomically
-
-        write_atomically(path, lambda temporary: temporary.write_text(self.text, encoding="utf-8"))
-
     def __str__(self) -> str:
-        """What it does, in a sentence."""
         cuts = ", ".join(f"E{feed:.0f} with picks of {pick:.3f} mm" for feed, pick in self.blocks)
         return (
             f"It grinds one part, at {cuts}, with one dress between, and goes on as the program does; at most "
@@ -84,7 +76,9 @@ def plan_of(programs: Programs, job: Job) -> Plan:
         text, blocks = _text(programs, block, first, span, job.setup.machine.maximum_table_speed)
         record = grind(read(text, programs.name), hard)
         power, rise = _shares(record, job)
-        if power <= allowed[0] and rise <= allowed[1] and _as_good(record, own):
+        good, before = (float(each.parts["survival"].min()) for each in (record, own))
+        as_good = len(record.warnings) <= len(own.warnings) and good >= before - LESS_GOOD
+        if power <= allowed[0] and rise <= allowed[1] and as_good:
             return Plan(text, blocks, power, rise)
     raise CalibrationError(
         f"{programs.name}: with other words it would come to {100.0 * power:.0f} % of the power and {100.0 * rise:.0f} "
@@ -92,14 +86,7 @@ def plan_of(programs: Programs, job: Job) -> Plan:
     )
 
 
-def _as_good(record: GrindingRecord, own: GrindingRecord) -> bool:
-    """Whether a run has no more warnings than that of the program itself, and as good parts."""
-    good, before = (float(each.parts["survival"].min()) for each in (record, own))
-    return len(record.warnings) <= len(own.warnings) and good >= before - LESS_GOOD
-
-
 def _shares(record: GrindingRecord, job: Job) -> tuple[float, float]:
-    """Highest power and temperature rise of a run over what is allowed."""
     power, rise = (float(record.parts[name].max()) for name in ("peak_power", "rise"))
     return power / job.limits.power, rise / job.limits.rise
 

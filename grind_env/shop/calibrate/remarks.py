@@ -8,7 +8,6 @@ from grind_env.errors import listed
 from grind_env.process.user_catalogue import OVERRIDES
 from grind_env.shop.calibrate.alignment import SAME_FEED, Alignment
 from grind_env.shop.calibrate.fit import Fit
-from grind_env.shop.calibrate.gauge import GaugedParts
 from grind_env.shop.calibrate.logs import Log
 from grind_env.shop.calibrate.observe import Observations
 from grind_env.shop.calibrate.pattern import Pattern
@@ -57,13 +56,6 @@ def log_remarks(log: Log, found: Alignment, seen: Observations, pattern: Pattern
             "the log has fewer than five samples a stroke, so that means of whole runs of strokes are fitted"
         )
     return remarks
-
-
-def gauge_remarks(gauge: GaugedParts, parts: int) -> list[str]:
-    """What was made of the gauge file, if so many parts are in the log."""
-    beyond = int((gauge.part > parts).sum())
-    more = [f"{beyond} rows of the gauge file are of parts that are not in the log"] if beyond else []
-    return [*gauge.remarks, *more]
 
 
 def overridden(job: Path, fitted: Fit, *, idle: bool) -> list[str]:

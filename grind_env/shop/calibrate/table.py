@@ -173,7 +173,6 @@ def _row(job: Job, values: Mapping[str, Floats], k: int) -> _Row:
 
 
 def _free(said: Map, measured: list[str]) -> list[str]:
-    """The responses whose scale is not known."""
     value = said.value("table", "free_scale")
     if value is None:
         return []
@@ -185,7 +184,6 @@ def _free(said: Map, measured: list[str]) -> list[str]:
 
 
 def _ground(job: Job, row: _Row) -> Mapping[str, float]:
-    """Return what a setting shows."""
     names = {kind: "default" if kind == "machine" else entry.name for kind, entry in entries_of(job).items()}
     only: dict[str, Any] = {f"{kind}s": {names[kind]: entry} for kind, entry in entries_of(job).items()}
     del names["machine"]  # the rig takes the default one

@@ -144,5 +144,4 @@ def _misses(data: Data, mine: NDArray[np.bool_], predicted: Floats) -> Floats:
 
 
 def _usual(value: Floats) -> float:
-    """Return the root mean square."""
     return max(float(np.sqrt(np.mean(np.square(value)))), 1e-150)

@@ -12,7 +12,7 @@ BATCH = 30
 
 ProgramFile = Annotated[Path, typer.Argument(metavar="PROGRAM", help="Part program, a text file."), PROGRAM]
 JobFile = Annotated[Path | None, typer.Option("--job", help="Job file; PROGRAM with .toml if not given."), JOB]
-Runs = Annotated[int, typer.Option(min=1, max=1000, help="Runs in a batch, with one wheel.")]
+Runs = Annotated[int, typer.Option(min=1, max=1000, help="Runs of a batch.")]
 ReportFile = Annotated[Path | None, typer.Option("--report", help="Write the result up as this .html file."), Writes()]
 Seed = Annotated[int, typer.Option(min=0, help="Of lots and search.")]
 BlockDelete = Annotated[bool, typer.Option("--block-delete", help="Skip blocks that begin with '/'.")]
@@ -29,7 +29,7 @@ FirstVariables = Annotated[
     list[str] | None,
     typer.Option(
         "--set",
-        help="# variable before the first part, '#500=0'; repeatable.",
+        help="# variable before the first part: '#500=0'.",
     ),
 ]
 Plant = Annotated[

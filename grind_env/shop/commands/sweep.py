@@ -37,7 +37,8 @@ def sweep(
     """Show what a part costs, and how near its limits are, over E and dress interval, then over dress lead and depth.
 
     Without a range E goes from half to twice its value, and dress intervals from 1 to 20. The last column names the
-    worst limit that 95 of 100 parts do not keep, or the rule on risk.
+    worst limit that 95 of 100 parts do not keep, or the rule on risk: on 95 of 100 machines a part costs at most 1.05
+    times what it costs with the program as it is, 1.2 times without a calibration.
 
     Exit status 3: with -o no point costs less, or the model scraps the program as it is.
     """

@@ -205,7 +205,6 @@ def dress_text(simulation: JobSimulation, text: ProgramText, number: int, run: D
 
 
 def _feed_word(sources: Sequence[SourceText], line: int) -> tuple[SourceText, Word]:
-    """The F word in force in a line."""
     for source in reversed([each for each in sources if each.line <= line]):
         word = word_of(source, "F")
         if word is not None:
@@ -214,7 +213,6 @@ def _feed_word(sources: Sequence[SourceText], line: int) -> tuple[SourceText, Wo
 
 
 def _plain(sources: Sequence[SourceText], line: int, letter: str) -> tuple[SourceText, Word]:
-    """The word of a line with a letter."""
     for source in sources_in(sources, line):
         word = word_of(source, letter)
         if word is not None and not word.expression:

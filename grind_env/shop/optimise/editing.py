@@ -59,7 +59,6 @@ class ProgramText:
         return "".join(self.lines)
 
     def bytes(self) -> bytes:
-        """The file."""
         return (self.mark + self.text).encode(self.encoding)
 
     def edited(self, edits: Iterable[Edit]) -> "ProgramText":
@@ -115,7 +114,8 @@ def added_word(source: SourceText, letter: str, number: str) -> WordEdit:
     end = letter_ends + len(last.expression.rstrip()) if last.expression else _match(source, last).end()
     before = source.text[:end]
     blank = " " if _BLANKS.search(before) else ""
-    edit = Edit(source.line, source.column + end, 0, f"{blank}{_cased(letter, before)}{number}")
+    cased = letter.lower() if before == before.lower() else letter
+    edit = Edit(source.line, source.column + end, 0, f"{blank}{cased}{number}")
     return WordEdit(source, edit, f"{letter}{number} ADDED")
 
 
@@ -158,7 +158,3 @@ def _match(source: SourceText, word: Word) -> re.Match[str]:
     match = _NUMBER.match(source.text, word.column - source.column)
     assert match is not None  # the word has been read as one with a number
     return match
-
-
-def _cased(letter: str, before: str) -> str:
-    return letter.lower() if before == before.lower() else letter

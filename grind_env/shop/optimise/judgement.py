@@ -67,7 +67,6 @@ class ProgramJudge:
         self.judged: list[JudgedProgram] = []
 
     def measured(self, point: Point) -> Measures:
-        """Return what a program comes to."""
         return self.variation.measure(self.trials, [point])
 
     def keeps_all(self, point: Point) -> bool:

@@ -59,7 +59,6 @@ class Search:
 
     @property
     def ranked(self) -> list[Point]:
-        """All points, the cheapest first."""
         return sorted(self.costs, key=lambda point: (self.costs[point], point))
 
     def costs_of(self, points: Sequence[Point]) -> Array:

@@ -52,12 +52,7 @@ def variable_of(word: Word | None) -> int | None:
 
 
 class Assignments:
-    """The variables of a program, and where they are assigned and read.
-
-    Args:
-        programs: the program.
-        given: numbers of the variables that have a value before it.
-    """
+    """The variables of a program, and where they are assigned and read."""
 
     def __init__(self, programs: Programs, given: Collection[int]) -> None:
         self.file, self.given = programs.name, given

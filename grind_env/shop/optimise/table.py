@@ -82,15 +82,15 @@ def sentences(found: Optimised) -> list[str]:
 
 def as_data(found: Optimised) -> dict[str, Any]:
     """All of it in JSON types."""
+    same = (
+        *("program", "job", "calibration", "confidence", "reason", "objective", "parts", "lots", "seed"),
+        *("evaluations", "judged", "ended_early"),
+    )
     return {
-        "program": found.program,
-        "job": found.job,
+        **{name: getattr(found, name) for name in same},
         **({"plant": found.plant} if found.plant else {}),
         **({"promised": found.promised._asdict()} if found.promised is not None else {}),
-        "calibration": found.calibration,
-        "confidence": found.confidence,
         "verdict": found.verdict.name.lower(),
-        "reason": found.reason,
         "words": [asdict(each) | {"changed": each.changed} for each in found.words],
         "quantities": [
             asdict(each) | {name: getattr(each, name)._asdict() for name in ("before", "after", "difference")}
@@ -100,17 +100,10 @@ def as_data(found: Optimised) -> dict[str, Any]:
             asdict(each) | {"kept": each.kept, "price": None if each.price is None else each.price._asdict()}
             for each in found.limits
         ],
-        "objective": found.objective,
         "wishes": [each._asdict() | {"kept": each.kept} for each in found.wishes],
         "cheapest": [each._asdict() for each in found.cheapest],
         "chosen": dict(zip(("before", "after"), (each._asdict() for each in found.chosen), strict=True)),
         "remarks": list(found.remarks),
-        "parts": found.parts,
-        "lots": found.lots,
-        "seed": found.seed,
-        "evaluations": found.evaluations,
-        "judged": found.judged,
-        "ended_early": found.ended_early,
         "text": found.after,
     }
 

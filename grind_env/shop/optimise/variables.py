@@ -1,7 +1,7 @@
 """What can be varied in a program: words of its cycle blocks, and what its dress programs say, with legal values."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from typing import NamedTuple
@@ -91,7 +91,6 @@ class SearchVariable:
 
     @property
     def column(self) -> int:
-        """Of a table of settings."""
         return COLUMNS[self.name]
 
     def setting(self, level: Decimal) -> float:
@@ -103,7 +102,6 @@ class SearchVariable:
 
     @property
     def settings(self) -> NDArray[np.float64]:
-        """All values in these units."""
         return np.array([self.setting(level) for level in self.levels])
 
     @property
@@ -112,7 +110,6 @@ class SearchVariable:
         return self.nearest(self.own)
 
     def nearest(self, value: Decimal) -> int:
-        """Number of the value nearest to another one."""
         return min(range(len(self.levels)), key=lambda k: abs(self.levels[k] - value))
 
 
@@ -158,7 +155,7 @@ def choices_of(
         dressing = [each for each in found if each.name == "D"]
         parts = simulation.parts // runs if of_all else simulation.parts
         # blocks are counted before each that dresses: not where a jump may lead past the counting
-        counted = not (of_all or any(map(jumps, _sources(simulation.programs))))
+        counted = not (of_all or any(jumps(block) for program in simulation.programs for block in program.blocks))
         intervals = _intervals(dressing, wishes, runs, parts, counted=counted)
     several = intervals[-1].every > 1
     varied = [each for each in found if each.levels != (each.own,) or (each.name == "D" and several)]
@@ -181,11 +178,6 @@ def _intervals(
     counted &= all(isinstance(each.at, Spot) and each.at.variable is None for each in dressing)
     blocks = sum(len(each.blocks) for each in dressing) if counted else 1
     return intervals_between(low, high, blocks=blocks, parts=parts)
-
-
-def _sources(programs: Programs) -> Iterator[SourceText]:
-    """All blocks of a file."""
-    return (block for program in programs for block in program.blocks)
 
 
 def _words(
@@ -220,7 +212,9 @@ def _words(
         if usable:
             blocks.setdefault(place, []).append(number)
             if not isinstance(at, Spot):
-                form = _form(name, outline) if word is None else number_text(source, word)
+                sign = "-" if name == "J" and outline.plan.depth_target < outline.plan.plunge_start else ""
+                new = f"{sign}." if name in INHERITED else ""  # what the number of a new word looks like
+                form = new if word is None else number_text(source, word)
                 at = Spot(source, letter, form, word is None)
             spots[place] = at, number
     for place, (spot, number) in spots.items():
@@ -300,13 +294,6 @@ def _usable(
         )
         return False
     return True
-
-
-def _form(name: str, outline: BlockOutline) -> str:
-    """What the number of a new word is to look like."""
-    plan = outline.plan
-    sign = "-" if name == "J" and plan.depth_target < plan.plunge_start else ""
-    return f"{sign}." if name in INHERITED else ""
 
 
 def _own(name: str, outline: BlockOutline, spot: Spot, unit: Decimal) -> Decimal:
@@ -404,3 +391,36 @@ def _label(outline: BlockOutline) -> str:
     place = outline.block.place
     labelled = outline.block.source.text.lstrip("/").lstrip().upper().startswith("N")
     return f"N{place.block}" if labelled else f"line {place.line}"
+
+
+def together(variables: Iterable[SearchVariable], simulation: JobSimulation) -> tuple[SearchVariable, ...]:
+    """The variables, those of the same word in blocks of different parts that are alike made one.
+
+    Blocks are alike that are the same place in the order of their part, make the same strokes to the same depth, say
+    the same, and grind a part of which the same is asked.
+    """
+    kinds = _kinds(simulation)
+    found: dict[tuple[object, ...], SearchVariable] = {}
+    for each in variables:
+        # a dress program is one of its own, whatever blocks it dresses in
+        place = "" if isinstance(each.at, Spot) else each.place
+        alike = place, each.name, each.own, each.unit, each.levels, frozenset(kinds[number] for number in each.blocks)
+        first = found.get(alike)
+        found[alike] = (
+            each if first is None else replace(first, blocks=(*first.blocks, *each.blocks), twins=(*first.twins, each))
+        )
+    return tuple(found.values())
+
+
+def _kinds(simulation: JobSimulation) -> list[tuple[object, ...]]:
+    """Of each block: its number within its part, its strokes, and the part wherever it lies."""
+    count: dict[int, int] = {}
+    kinds: list[tuple[object, ...]] = []
+    for block in simulation.blocks:
+        number = count[block.part] = count.get(block.part, 0) + 1
+        plan, job = block.plan, simulation.job.of_part(block.part + 1)
+        depth = round(abs(plan.depth_target - plan.plunge_start), 6)
+        strokes = plan.code, round(abs(plan.primary - plan.secondary), 6), depth, round(block.depth, 6), plan.spark_out
+        said = plan.feed, plan.dresses, plan.primary_pick, plan.secondary_pick
+        kinds.append((number, strokes, said, replace(job.part, start=0.0, across=0.0, surface=0.0)))
+    return kinds

@@ -16,14 +16,13 @@ from grind_env.machine.job import Job
 from grind_env.machine.script.repetition import FEW, is_straight
 from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.machines import Fleet, compile_all, fleet_of
-from grind_env.shop.optimise.alike import together
 from grind_env.shop.optimise.budget import Budget
 from grind_env.shop.optimise.counting import Counting, counting_of
 from grind_env.shop.optimise.editing import ProgramText, like
 from grind_env.shop.optimise.outcome import Trade
 from grind_env.shop.optimise.search import Point, Search
 from grind_env.shop.optimise.spots import Spot
-from grind_env.shop.optimise.variables import COLUMNS, INHERITED, SearchSpace, SearchVariable, choices_of
+from grind_env.shop.optimise.variables import COLUMNS, INHERITED, SearchSpace, SearchVariable, choices_of, together
 from grind_env.shop.risk import most_risk, risk
 from grind_env.shop.trials import CORES, Between, LotUse, Measures, Trials, lots_of, nothing, trials_of
 from grind_env.shop.wishes import LIMITS, WishError, Wishes
@@ -136,12 +135,10 @@ class Variation(NamedTuple):
 
     @property
     def besides(self) -> bool:
-        """Whether others than E and D are varied."""
         return any(each.name not in ("E", "D") for each in self.choices.variables)
 
     @property
     def counts(self) -> list[int]:
-        """How many values each coordinate of a point has."""
         return [*(len(each.levels) for each in self.choices.variables), len(self.choices.intervals)]
 
     @property
@@ -165,7 +162,6 @@ class Variation(NamedTuple):
         return [way for way in dict.fromkeys(ways) if way not in (start, point)]
 
     def interval(self, point: Point) -> DressInterval:
-        """How often the wheel is dressed at a point."""
         return self.choices.intervals[point[-1]]
 
     def settings(self, own: Array, points: NDArray[np.int64]) -> Array:
@@ -183,14 +179,12 @@ class Variation(NamedTuple):
         return table
 
     def _everywhere(self, variable: SearchVariable) -> NDArray[np.int64]:
-        """Its blocks in all runs."""
         blocks = np.array(variable.blocks)
         if not self.base.alike:
             return blocks
         return np.asarray(np.add.outer(np.arange(self.runs) * len(self.base.blocks), blocks).ravel())
 
     def measure(self, trials: Trials, points: list[Point], between: Between = nothing) -> Measures:
-        """What programs with other words come to."""
         return trials.measure(self.settings(trials.own, np.array(points)), besides=self.besides, between=between)
 
     def counting(self, point: Point) -> Counting | None:
@@ -231,7 +225,6 @@ class Variation(NamedTuple):
         return text
 
     def read(self, point: Point) -> Programs:
-        """The program with the words of a point."""
         return read(self.with_words(point).text, self.programs.name, self.programs.folder)
 
     def shares(self, trials: Trials, found: Measures, old: Measures) -> Array:
@@ -323,23 +316,20 @@ def variation_of(
     once = one_run(programs, job)
     compile_all(once)
     budget = Budget() if budget is None else replace(budget, began=Budget().began)
-    choices = _choices(once.simulation, text, wishes, runs)
     margins = np.array([wishes.margin(name) for name in LIMITS])
-    ranges = _ranges(choices)
-    base = _base(programs, job, runs, seed, ranges, budget.require_first)
-    seen = once.simulation
-    if not base.alike:
-        seen = base.as_written(programs)
+    choices = _choices(once.simulation, text, wishes, runs)
+    base = _base(programs, job, runs, seed, _ranges(choices), budget.require_first)
+    seen, of_all = (once.simulation, False) if base.alike else (base.as_written(programs), True)
+    if of_all:
         choices = _choices(seen, text, wishes, runs, of_all=True)
-        ranges = _ranges(choices)
-        base = _base(programs, job, runs, seed, ranges, budget.require_first)
-    why = base.simulation.why
+        base = _base(programs, job, runs, seed, _ranges(choices), budget.require_first)
+    why, ranges = base.simulation.why, _ranges(choices)
     if why is not None and any(ranges):
         others = replace(wishes, words=tuple(name for name in wishes.words if name not in ("J", "L")))
         remark = f"J and L are kept as they are: {why}"
         if not others.words:
             raise WishError(remark)
-        choices = _choices(seen, text, others, runs, of_all=not base.alike)
+        choices = _choices(seen, text, others, runs, of_all=of_all)
         choices, ranges = choices._replace(remarks=(*choices.remarks, remark)), ScriptRanges()
         base = _base(programs, job, runs, seed, ranges, budget.require_first)
     fleet = fleet_of(base, seed, untried=wishes.untried, is_up=lambda: budget.spent > LOOKING * budget.seconds)

@@ -19,12 +19,13 @@ if TYPE_CHECKING:
 
 def calibrated_report(found: Calibration, files: Mapping[str, Path]) -> str:
     """The page of a calibration, HTML."""
+    none = [paragraph("There is none: nothing was found that could stand in it.")]
     sections = [
         Section("Verdict", [_verdict(found)]),
         Section("Constants", [_constants(found)]),
         Section("Measured and modelled", _figures(found)),
         Section("Reading of the measurements", [items(_reading(found))]),
-        Section("Catalogue file", _catalogue(found)),
+        Section("Catalogue file", none if found.tells_nothing else listing(catalogue_text(found).splitlines())),
         Section("What the numbers rest on", [items(_rests_on(found)), *foundations(found.fitted)]),
     ]
     return page(f"Calibrated: {found.source}", sections, revisions(files))
@@ -71,12 +72,6 @@ def _reading(found: Calibration) -> list[str]:
         )
         said.append("Strokes have means of their own." if found.by_stroke else "Strokes have no means of their own.")
     return [*said, *meter_sentences(found), *found.remarks]
-
-
-def _catalogue(found: Calibration) -> "list[Markup]":
-    if found.tells_nothing:
-        return [paragraph("There is none: nothing was found that could stand in it.")]
-    return listing(catalogue_text(found).splitlines())
 
 
 def _rests_on(found: Calibration) -> list[str]:

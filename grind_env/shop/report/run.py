@@ -5,20 +5,20 @@ import re
 from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from grind_env.control import Programs
+from grind_env.control.source import lines_of
 from grind_env.machine.dress.mounting import first_diameter
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.cost import NO_LIMIT, SCRAP_BELOW
 from grind_env.render.comparison import HEADINGS as COMPARED
-from grind_env.render.comparison import MEANING, compared_blocks, sharpening_texts
-from grind_env.render.curves import picture
+from grind_env.render.comparison import MEANING, between, blocks_named, compared_blocks, same_words, sharpening_texts
+from grind_env.render.curves import Span, picture, spans, sparks_out
 from grind_env.render.tables import SCALES, STATION, faults, part_table, totals
-from grind_env.shop.report.blocks import HEADINGS, BlockSummary, block_rows, program_lines
 from grind_env.shop.report.document import (
     Level,
     Note,
@@ -33,7 +33,7 @@ from grind_env.shop.report.document import (
 )
 from grind_env.shop.report.foundations import assumptions, foundations, revisions
 from grind_env.shop.report.own import TITLE
-from grind_env.table import Cell, Table, table_of
+from grind_env.table import Cell, table_of
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -47,7 +47,37 @@ SAFE = 0.95
 NARROW = 0.1
 """Share of a limit that is left: less is narrow."""
 
+HEADINGS = (
+    "block",
+    "words",
+    "runs",
+    "strokes",
+    "spark-out",
+    "time, s",
+    "depth, µm",
+    "deepest cut, µm",
+    "power, kW",
+    "torque, %",
+    "temp., K",
+    "burn ratio",
+    "Ra left, µm",
+    "wear flats, %",
+    "dresses",
+)
+"""Of the blocks."""
+
 _WARNING = re.compile(r"^(?P<file>[^\n]*?):(?P<line>\d+): (?P<text>.*)$", re.DOTALL)
+
+
+class BlockSummary(NamedTuple):
+    """All executions of a block, or of blocks of the same words."""
+
+    line: int
+    """Number of that of the first of them."""
+    cells: tuple[str, ...]
+    """Texts under `HEADINGS`."""
+    summary: str
+    """The same as a remark in the program."""
 
 
 def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequence[Path] = ()) -> str:
@@ -71,7 +101,9 @@ def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequ
         Section("Verdict", [_verdict(record, job)]),
         Section("Margin to the limits", [_margins(record, job)]),
         Section("Blocks", [_blocks(blocks)]),
-        Section("Comparison", [table(_shown(table_of(COMPARED, compared_blocks(record), left=1)), MEANING)]),
+        Section(
+            "Comparison", [table(table_of(COMPARED, compared_blocks(record), left=1).shortened(MOST_ROWS), MEANING)]
+        ),
         Section("Run", [figure(shown, caption)]),
         Section("Parts", _parts(record, job)),
         Section("Dresses and wheel", _dresses(record, job)),
@@ -105,7 +137,6 @@ def _verdict(record: GrindingRecord, job: Job) -> "Markup":
 
 
 def _margins(record: GrindingRecord, job: Job) -> "Markup":
-    """The worst part by each limit."""
     parts, wheel = record.parts, job.setup.wheel
     limits = np.array([job.of_part(number).limits for number in parts["part"].tolist()])
     rise, power, roughness, size = limits.T
@@ -139,16 +170,56 @@ def _margin(
     return [name, f"{value:{form}}", f"{limit:{form}}", Cell(f"{100.0 * left:.0f}", kind), str(parts[worst])]
 
 
+def block_rows(record: GrindingRecord) -> list[BlockSummary]:
+    """The blocks that have ground, in the order in which they first did; those of the same words in one row."""
+    every, sparks = spans(record), sparks_out(record)
+    return [_block(record, words, [every[k] for k in found], sparks) for words, found in same_words(record).items()]
+
+
+def _block(record: GrindingRecord, text: str, found: Sequence[Span], sparks: np.ndarray) -> BlockSummary:
+    strokes = record.strokes
+    chosen = np.concatenate([np.arange(span.first, span.after) for span in found])
+    rows, lasts = strokes[chosen], strokes[[span.after - 1 for span in found]]
+    lines = strokes["line"][[span.first for span in found]].tolist()
+    dresses = sum(
+        int(((record.dresses["after"] > span.first) & (record.dresses["after"] <= span.after)).sum()) for span in found
+    )
+    runs = len(found)
+    cells = (
+        blocks_named(record, lines),
+        text,
+        str(runs),
+        f"{rows.size / runs:.0f}",
+        f"{sparks[chosen].sum() / runs:.0f}",
+        f"{rows['seconds'].sum() / runs:.1f}",
+        between(1000.0 * rows["Z"], "{:.0f}"),
+        f"{1000.0 * rows['ae'].max():.1f}",
+        f"{0.001 * rows['power'].max():.2f}",
+        f"{100.0 * rows['torque'].max():.0f}",
+        f"{rows['T'].max():.0f}",
+        f"{rows['Br'].max():.2f}",
+        between(lasts["Ra"], "{:.2f}"),
+        between(100.0 * rows["A"], "{:.2f}"),
+        str(dresses),
+    )
+    summary = (
+        f"{cells[3]} stroke{'s' * (cells[3] != '1')}, {cells[5]} s, up to {cells[8]} kW and {cells[10]} K, "
+        f"Ra {cells[12]} µm"
+        f"{f', {dresses} dresses' if dresses > 1 else ', 1 dress' if dresses else ''}"
+    )
+    return BlockSummary(lines[0], cells, summary)
+
+
 def _blocks(blocks: Sequence[BlockSummary]) -> "Markup":
     rows = [(row.cells[0], Cell(row.cells[1][:LONGEST_LINE], "code"), *row.cells[2:]) for row in blocks]
     caption = "Strokes, spark-out and time are those of one run of the block; the rest is the extreme of all of them."
-    return table(_shown(table_of(HEADINGS, rows, left=2)), caption)
+    return table(table_of(HEADINGS, rows, left=2).shortened(MOST_ROWS), caption)
 
 
 def _parts(record: GrindingRecord, job: Job) -> "list[Markup]":
     found = part_table(record, job)
     every = table_of(found.headings, [row.cells(found.fields) for row in found.rows], left=1)
-    whole = table(_shown(every), "Successive parts that are alike share a row.")
+    whole = table(every.shortened(MOST_ROWS), "Successive parts that are alike share a row.")
     if len(every.rows) <= MOST_ROWS:
         return [whole]
     shown = [name for name in found.fields[1:] if name != STATION]
@@ -210,30 +281,27 @@ def _dresses(record: GrindingRecord, job: Job) -> "list[Markup]":
         f"The wheel ends with {last:.3f} mm of diameter and is changed below {wheel.minimum_diameter:g} mm. "
         f"A dress takes {per_dress:.3f} mm of it: {lasting}"
     )
-    return [paragraph(text), table(_shown(table_of(headings, rows, left=3)))]
+    return [paragraph(text), table(table_of(headings, rows, left=3).shortened(MOST_ROWS))]
 
 
 def _cost(record: GrindingRecord) -> "Markup":
     parts = record.parts
     names = {"time": "time_cost", "wheel": "wheel_cost", "dresser": "dress_cost", "expected scrap": "scrap_cost"}
     whole = float(parts["total_cost"].sum())
+    costs = {name: float(parts[field].sum()) for name, field in {**names, "all": "total_cost"}.items()}
     rows = [
-        [name, *_amounts(float(parts[field].sum()), whole, parts.size)]
-        for name, field in {**names, "all": "total_cost"}.items()
+        (name, f"{cost:.2f}", f"{cost / parts.size:.3f}", f"{100.0 * cost / whole:.0f}" if whole > 0.0 else "–")
+        for name, cost in costs.items()
     ]
     good = float(parts["survival"].sum())
     caption = f"{record.cost_per_good_part:.2f} $ per good part." if good > 0.0 else "No good part is expected."
     return table(table_of(("cost", "of the run, $", "a part, $", "share, %"), rows, left=1), caption)
 
 
-def _amounts(cost: float, whole: float, count: int) -> tuple[str, str, str]:
-    return f"{cost:.2f}", f"{cost / count:.3f}", f"{100.0 * cost / whole:.0f}" if whole > 0.0 else "–"
-
-
 def _warnings(record: GrindingRecord, programs: Programs) -> "Markup":
     if not record.warnings:
         return paragraph("None.")
-    texts, found = program_lines(programs), dict[str, list[int]]()
+    texts, found = lines_of(programs.main.blocks.text), dict[str, list[int]]()
     for warning in record.warnings:
         match = _WARNING.match(warning)
         line = int(match["line"]) if match and match["file"] == programs.name else 0
@@ -244,7 +312,7 @@ def _warnings(record: GrindingRecord, programs: Programs) -> "Markup":
         more = f" and {len(lines) - 1} more" if len(lines) > 1 else ""
         block = texts[line - 1].strip()[:LONGEST_LINE] if 0 < line <= len(texts) else ""
         rows.append((f"{line}{more}" if line else "–", Cell(block, "code"), text))
-    return table(_shown(table_of(("line", "block", "warning"), rows)))
+    return table(table_of(("line", "block", "warning"), rows).shortened(MOST_ROWS))
 
 
 def _program(record: GrindingRecord, programs: Programs, blocks: Sequence[BlockSummary]) -> "list[Markup]":
@@ -254,12 +322,8 @@ def _program(record: GrindingRecord, programs: Programs, blocks: Sequence[BlockS
     for warning in record.warnings:
         if (match := _WARNING.match(warning)) and match["file"] == programs.name:
             notes.setdefault(int(match["line"]), []).append(Note(match["text"], "poor"))
-    return listing(program_lines(programs), notes)
+    return listing(lines_of(programs.main.blocks.text), notes)
 
 
 def _range(first: int, last: int) -> str:
     return str(first) if first == last else f"{first} to {last}"
-
-
-def _shown(every: Table) -> Table:
-    return every.shortened(MOST_ROWS)

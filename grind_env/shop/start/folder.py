@@ -47,7 +47,6 @@ def start_folder(folder: Path) -> list[Path]:
 
 
 def _require_new(folder: Path, names: Iterable[str]) -> list[Path]:
-    """The files of some names in a folder that is there or can be made."""
     place = next((each for each in (folder, *folder.parents) if _is_there(each)), folder)
     if _is_there(place) and not place.is_dir():
         raise FileError(f"{shown(folder)} cannot be made: {shown(place)} is no folder; name another one")
