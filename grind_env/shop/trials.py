@@ -64,6 +64,9 @@ ROWS_AT_ONCE = 150_000
 """Episodes times blocks that are replayed together on each of them; bounds the memory."""
 DRIFT = 1
 """Behind the seed of a lot: that of its drift."""
+CALIBRATED, UNCALIBRATED = 1.05, 1.2
+"""What a part may take with other words at most, over what it takes in the mean, on a machine where they are bad; the
+second one without a calibration, when machines may be so unlike that hardly any words are no risk on one in twenty."""
 SAME = 1e-6
 """Relative difference of settings that are the same but for rounding."""
 
@@ -423,6 +426,20 @@ def _alike(stand: Sequence[BlockOutline], runs: int) -> bool:
 
 def _settings_of(blocks: Sequence[BlockOutline]) -> Array:
     return np.array([own_settings(block.plan, block.dress) for block in blocks])
+
+
+def most_risk(job: Job) -> float:
+    """What may be risked on the machines of a job."""
+    return UNCALIBRATED if job.uncertainty is None else CALIBRATED
+
+
+def risk(trials: Trials, found: Measures, old: Measures, quantity: str = "cost") -> Array:
+    """What a part takes over that with the program as it is, `old`, of C candidates, shape (C,).
+
+    On a machine for which this is as high as the confidence allows.
+    """
+    less, before = (trials.by_machine(getattr(each, quantity)) for each in (found, old))
+    return np.asarray(np.quantile(less / before[0], trials.confidence, axis=1))
 
 
 def lots_of(seed: int, use: LotUse, count: int) -> tuple[tuple[int, ...], ...]:

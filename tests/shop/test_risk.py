@@ -18,7 +18,7 @@ from grind_env.machine.job.file import load_job
 from grind_env.machine.job.uncertainty import CERTAIN
 from grind_env.plants import find_plant
 from grind_env.policies.statistics import Interval
-from grind_env.shop import risk as rule
+from grind_env.shop import trials as rule
 from grind_env.shop.commands.optimise import optimise as optimise_command
 from grind_env.shop.commands.sweep import sweep as sweep_command
 from grind_env.shop.optimise import finding
@@ -27,11 +27,10 @@ from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.outcome import Trade
 from grind_env.shop.optimise.variation import LOTS, variation_of
-from grind_env.shop.risk import most_risk, risk
 from grind_env.shop.sweep.study import LOTS as SWEPT
 from grind_env.shop.sweep.study import Sweep, SweepPoint, SweepRanges, sweep
 from grind_env.shop.sweep.table import as_data, sentences, tables_of
-from grind_env.shop.trials import LotUse, Measures, Trials, lots_of
+from grind_env.shop.trials import LotUse, Measures, Trials, lots_of, most_risk, risk
 from grind_env.shop.wishes import wishes_of
 from tests.shop.programs import EXAMPLES, known_job
 

@@ -25,7 +25,7 @@ USUAL_PRICE, USUAL_GROWTH, USUAL_CAUTION = 1.1, 1.5, 2.7
 
 
 class AdviceError(GrindError):
-    """A policy that cannot advise, or advice for which nothing is left to grind."""
+    """A policy that cannot advise, advice for which nothing is left to grind, or arguments that do not go together."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

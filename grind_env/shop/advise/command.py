@@ -9,14 +9,14 @@ from pathlib import Path
 from grind_env.envs.job.loading import load_simulation
 from grind_env.envs.job.outline import JobChoice
 from grind_env.envs.job.simulation import JobSimulation
-from grind_env.errors import GrindError, printable, quoted
+from grind_env.errors import printable, quoted
 from grind_env.files import beside
 from grind_env.machine.job.file import job_beside
 from grind_env.plants.names import MODEL
 from grind_env.policies.learned.saved import SUFFIX
 from grind_env.policies.naming import agent_of
 from grind_env.policies.problem import find_problem
-from grind_env.shop.advise.adviser import Adviser, policy_for
+from grind_env.shop.advise.adviser import AdviceError, Adviser, policy_for
 from grind_env.shop.advise.readings import MachineReadings
 from grind_env.shop.advise.rehearsal import advised, as_programmed, ground
 from grind_env.shop.advise.session import Files, Session, as_data, lines_of
@@ -26,10 +26,6 @@ from grind_env.shop.advise.state import origin_of
 from grind_env.shop.advise.values import check_free, check_variables
 
 BLOCK, PART = "block", "part"
-
-
-class ArgumentError(GrindError):
-    """Arguments that do not go together."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,15 +70,15 @@ def open_session(
 ) -> Session:
     """Return a session before its first block."""
     if by not in (BLOCK, PART):
-        raise ArgumentError(f"--by is {quoted(by)}, but must be {BLOCK} or {PART}")
+        raise AdviceError(f"--by is {quoted(by)}, but must be {BLOCK} or {PART}")
     if shadow and values is not None:
-        raise ArgumentError("--shadow looks on while others decide, and --write decides: leave one of them out")
+        raise AdviceError("--shadow looks on while others decide, and --write decides: leave one of them out")
     if follow and measurements is None:
-        raise ArgumentError("--follow waits for rows of a file: name it with --measurements")
+        raise AdviceError("--follow waits for rows of a file: name it with --measurements")
     simulation = request.simulation()
     adviser = request.adviser(simulation, shadow=shadow)
     if shadow and adviser.watch is None:
-        raise ArgumentError(f"--shadow compares forecasts, and {adviser.policy.name} has none: leave out --policy")
+        raise AdviceError(f"--shadow compares forecasts, and {adviser.policy.name} has none: leave out --policy")
     if values is not None:
         check_free(simulation, values)
         if by == PART:
@@ -105,9 +101,7 @@ def open_session(
 def rehearse(request: AdviceRequest, plant: str, others: Sequence[str]) -> None:
     """Advise through a batch on a simulated machine, and compare it with the program as it is."""
     if others:
-        raise ArgumentError(
-            f"--plant rehearses on a simulated machine, and {others[0]} is for a real one: leave one out"
-        )
+        raise AdviceError(f"--plant rehearses on a simulated machine, and {others[0]} is for a real one: leave one out")
     adviser, machine = request.adviser(request.simulation()), request.simulation(plant)
     follow = advised(adviser)
 
@@ -134,7 +128,7 @@ def rehearse(request: AdviceRequest, plant: str, others: Sequence[str]) -> None:
 
 def _input() -> ReadingSource:
     if sys.stdin is None or sys.stdin.closed:
-        raise ArgumentError("standard input is closed, so that no readings can come: name a file with --measurements")
+        raise AdviceError("standard input is closed, so that no readings can come: name a file with --measurements")
     return Prompt() if sys.stdin.isatty() else JsonLines(sys.stdin.buffer)
 
 

@@ -8,18 +8,13 @@ from typing import NamedTuple
 from grind_env.envs.job.outline import BlockOutline, JobChoice
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.program_episode import Words
-from grind_env.errors import GrindError
 from grind_env.files import write_atomically
 from grind_env.machine.part.feeds import speed_word
-from grind_env.shop.advise.adviser import Advice
+from grind_env.shop.advise.adviser import Advice, AdviceError
 
 FIRST = 101
 """Common variable with which E and D begin where the program names none."""
 _PROGRAM = re.compile(r"[Oo](\d{1,8})")
-
-
-class ValuesError(GrindError):
-    """Blocks of which no values can be written: expressions, or two of a part that read the same variable."""
 
 
 class BlockVariables(NamedTuple):
@@ -42,7 +37,7 @@ def variables_of(block: BlockOutline, place: int) -> BlockVariables:
     for k, letter in enumerate((speed_word(block.plan), "D")):
         match = re.search(rf"(?<![A-Z]){letter}\s*(?:#\s*(\d+)|\[)", block.block.source.text.upper())
         if match and not match[1]:
-            raise ValuesError(
+            raise AdviceError(
                 f"line {block.block.source.line}: {letter} is an expression, for which no value can be written: "
                 f"let it be a variable, such as {letter}#{FIRST + k}"
             )
@@ -67,7 +62,7 @@ def check_free(simulation: JobSimulation, path: Path) -> None:
                 sets = re.search(rf"#\s*{variable}\s*=", text)
                 uses = re.search(rf"#\s*{variable}(?!\d)", own.sub("", text))
                 if sets or (uses and not said):
-                    raise ValuesError(
+                    raise AdviceError(
                         f"line {source.line}: the program {'sets' if sets else 'uses'} #{variable} itself, which would "
                         f"be written for {letter} of its line {block.block.source.line}: let that say {letter}# with a "
                         "number that is free"
@@ -80,7 +75,7 @@ def check_variables(simulation: JobSimulation) -> None:
     for number, block in _of_first_part(simulation):
         for variable in variables_of(block, number):
             if variable in taken:
-                raise ValuesError(
+                raise AdviceError(
                     f"blocks {taken[variable] + 1} and {number + 1} of one part both read #{variable}: give each "
                     "its own variables, or advise --by block"
                 )

@@ -60,7 +60,7 @@ def optimise(
 
     The new program is written only if it is significantly cheaper, keeps the limits, and keeps the rule on risk: on 95
     of 100 machines a part costs at most 1.05 times what it costs with the program as it is, 1.2 times without a
-    calibration. Exit status 3: nothing better, or the model scraps the program as it is; 4: no program keeps the limits.
+    calibration. Exit status 3: nothing better, or the model scraps the program as it is; 4: none keeps the limits.
     """
     from grind_env.control.options import variables_of
     from grind_env.machine.job.file import job_beside, load_job

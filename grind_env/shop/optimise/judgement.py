@@ -16,8 +16,7 @@ from grind_env.shop.optimise.search import Point
 from grind_env.shop.optimise.spots import Spot
 from grind_env.shop.optimise.variables import SearchSpace, SearchVariable
 from grind_env.shop.optimise.variation import Variation
-from grind_env.shop.risk import most_risk
-from grind_env.shop.trials import LotUse, Measures, Trials
+from grind_env.shop.trials import LotUse, Measures, Trials, most_risk
 from grind_env.shop.wishes import INTERVAL, LIMITS, Wishes
 
 WORTH_NAMING = 0.01
@@ -109,7 +108,7 @@ class CostChange(NamedTuple):
     risk: float
     """As of `Variation.risk`."""
     most_risk: float
-    """As of `risk.most_risk`."""
+    """As of `trials.most_risk`."""
 
     @property
     def is_better(self) -> bool:

@@ -23,8 +23,7 @@ from grind_env.shop.optimise.outcome import Trade
 from grind_env.shop.optimise.search import Point, Search
 from grind_env.shop.optimise.spots import Spot
 from grind_env.shop.optimise.variables import COLUMNS, INHERITED, SearchSpace, SearchVariable, choices_of, together
-from grind_env.shop.risk import most_risk, risk
-from grind_env.shop.trials import CORES, Between, LotUse, Measures, Trials, lots_of, nothing, trials_of
+from grind_env.shop.trials import CORES, Between, LotUse, Measures, Trials, lots_of, most_risk, nothing, risk, trials_of
 from grind_env.shop.wishes import LIMITS, WishError, Wishes
 
 INFEASIBLE = 1e9
@@ -238,7 +237,7 @@ class Variation(NamedTuple):
         )
 
     def risk(self, trials: Trials, found: Measures, old: Measures) -> Array:
-        """As of `shop.risk`; 0 where the program as it is misses a wish, for which more may be paid."""
+        """As of `trials.risk`; 0 where the program as it is misses a wish, for which more may be paid."""
         if any(getattr(old, name).mean() > most for name, most in self.wishes.within.items()):
             return np.zeros(len(found.cost))
         return risk(trials, found, old, self.wishes.quantity)

@@ -20,8 +20,7 @@ from grind_env.policies.statistics import Interval
 from grind_env.presenter import html, presenter
 from grind_env.shop.dress_interval import LONGEST, DressInterval
 from grind_env.shop.machines import Fleet, fleet_of, require_good
-from grind_env.shop.risk import most_risk, risk
-from grind_env.shop.trials import LotUse, Measures, Trials, lots_of, trials_of
+from grind_env.shop.trials import LotUse, Measures, Trials, lots_of, most_risk, risk, trials_of
 from grind_env.shop.wishes import LIMITS
 
 if TYPE_CHECKING:
@@ -77,7 +76,7 @@ class SweepPoint:
         size_error: um.
         scrap: share of the parts.
         shares: of the limits power, temp, Ra and size, the shares that 95 of 100 parts keep, on whatever machine.
-        risk: as of `shop.risk`, as a share of what may be risked.
+        risk: as of `trials.risk`, as a share of what may be risked.
     """
 
     E: float
@@ -169,9 +168,13 @@ class Sweep:
         points = self.intervals
         best = cheapest(points)
         most, first, last = (1.0 + VALLEY) * best.cost.value, points.index(best), points.index(best)
-        while first > 0 and _near(points[first - 1], best, most):
+
+        def near(point: SweepPoint) -> bool:
+            return point.cost.value <= most and (point.keeps_limits or not best.keeps_limits)
+
+        while first > 0 and near(points[first - 1]):
             first -= 1
-        while last + 1 < len(points) and _near(points[last + 1], best, most):
+        while last + 1 < len(points) and near(points[last + 1]):
             last += 1
         return points[first].every, points[last].every
 
@@ -190,10 +193,6 @@ class Sweep:
 
 def _cost(point: SweepPoint) -> float:
     return point.cost.value
-
-
-def _near(point: SweepPoint, best: SweepPoint, most: float) -> bool:
-    return point.cost.value <= most and (point.keeps_limits or not best.keeps_limits)
 
 
 def cheapest(points: Sequence[SweepPoint]) -> SweepPoint:

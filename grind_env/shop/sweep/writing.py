@@ -15,9 +15,8 @@ from grind_env.machine.script.settings import E
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.variables import STEPS, SearchVariable
 from grind_env.shop.optimise.variation import Variation, variation_of
-from grind_env.shop.risk import most_risk, risk
 from grind_env.shop.sweep.study import Sweep, SweepError, SweepPoint, swept_on
-from grind_env.shop.trials import Trials
+from grind_env.shop.trials import Trials, most_risk, risk
 from grind_env.shop.wishes import INTERVAL, wishes_of
 
 EXACT = {"E": (Decimal(1), Decimal(".0001")), "lead": STEPS["lead"], "depth": STEPS["depth"]}
