@@ -48,12 +48,6 @@ class Advice:
 def policy_for(text: str | None, simulation: JobSimulation, step: float = STEP, *, other_part: bool = False) -> Policy:
     """Return the policy that a text names, or the default adviser.
 
-    Args:
-        text: as for `named_policy`.
-        simulation: of the program.
-        step: most that E of the default adviser rises from block to block of a kind.
-        other_part: as for `load_policy`.
-
     Raises:
         GrindError: there is none, it does not fit the program, or it needs to see more than is measured, or the step is
             no factor above 1.

@@ -146,10 +146,6 @@ class Calibration:
     def write(self, path: str | Path, *, force: bool = False) -> None:
         """Write the catalogue file, as `grind calibrate -o`.
 
-        Args:
-            path: of the file.
-            force: whether it is written, too, where the catalogue as it was predicts measurements better.
-
         Raises:
             WorseFit: the catalogue does so.
             CalibrationError: nothing was found that could stand in it.

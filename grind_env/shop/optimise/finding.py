@@ -61,18 +61,6 @@ def find_words(
     all programs, and machines of their own, drawn from what is not known of that of the job. The result is the same
     for the same seed unless the time ends the search.
 
-    Args:
-        program: as of `shop.calls.optimise`, like others of the same name.
-        job: its job file, or a job as `load_job` returns it.
-        wishes: what is varied between which bounds, and margins of the limits.
-        parts: how often the program is run.
-        seconds: for search and judgement.
-        programs: that are tried, in place of a time.
-        seed: of lots and search.
-        variables: values that `#` variables have before the first part.
-        plant: name of the machine on which the result is judged.
-        progress: called with what is being done and by how many programs it has come on.
-
     Raises:
         CondemnedError: the model scraps the program as it is.
         GrindError: the program cannot be run, there is nothing to vary in it, or there is no time for one trial.

@@ -310,11 +310,9 @@ def not_freed(names: Sequence[str]) -> list[str]:
 
 def passed_over(judged: int, kept: bool, untold: int) -> list[str]:
     """Remarks if programs that ranked first were not good on unseen lots, and if there was no time to judge others."""
-    said = []
-    if judged > 1 and kept:
-        said.append(f"{judged - 1} that ranked before it did not keep limits and wishes on unseen lots")
-    if judged > 1 and not kept:
-        said.append(f"{judged - 1} that ranked next did not keep limits and wishes on unseen lots either")
+    ranked, end = ("before it", "") if kept else ("next", " either")
+    missed = f"{judged - 1} that ranked {ranked} did not keep limits and wishes on unseen lots{end}"
+    said = [missed] if judged > 1 else []
     if untold and not kept:
         said.append(f"the budget ended before {untold} more programs were judged, which may be better: raise --budget")
     return said

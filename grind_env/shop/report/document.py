@@ -9,7 +9,7 @@ import functools
 from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from grind_env import __version__
 from grind_env.errors import printable
@@ -30,9 +30,6 @@ GENERATOR = f"grind_env {__version__}"
 MOST_LINES, LONGEST_LINE = 400, 1000
 """Lines of a listing, and characters of a line."""
 
-Level = Literal["good", "poor", "bad", ""]
-"""What a verdict, a cell or a note says of its matter; "" for neither good nor bad."""
-
 
 class Section(NamedTuple):
     """A heading, and what stands below it: by the functions of this module."""
@@ -45,10 +42,10 @@ class Note(NamedTuple):
     """A remark below a line of a listing."""
 
     text: str
-    kind: Level = ""
+    kind: Kind = ""
 
 
-def verdict(level: Level, headline: str, lines: Sequence[str] = ()) -> "Markup":
+def verdict(level: Kind, headline: str, lines: Sequence[str] = ()) -> "Markup":
     """A sentence that sums up, and what is to be said to it."""
     return _block("verdict", level, printable(headline), [printable(line) for line in lines])
 
@@ -97,11 +94,6 @@ def page(title: str, sections: Sequence[Section], facts: Mapping[str, str] | Non
     """A whole page, HTML: title, facts such as the revision of a program by their names, and sections.
 
     Its security policy forbids it to load anything and to run any script.
-
-    Args:
-        title: of it.
-        sections: from above.
-        facts: by their names.
 
     Raises:
         MissingExtra: Jinja2 or matplotlib is not installed.

@@ -24,7 +24,6 @@ from grind_env.shop.optimise.table import (
 )
 from grind_env.shop.report.document import (
     LONGEST_LINE,
-    Level,
     Note,
     Section,
     figure,
@@ -37,11 +36,12 @@ from grind_env.shop.report.document import (
 )
 from grind_env.shop.report.foundations import foundations, revisions
 from grind_env.shop.trials import lots_said
+from grind_env.table import Kind
 
 if TYPE_CHECKING:
     from markupsafe import Markup
 
-LEVELS: Mapping[Verdict, Level] = {
+LEVELS: Mapping[Verdict, Kind] = {
     Verdict.BETTER: "good",
     Verdict.NEARER: "poor",
     Verdict.NOT_BETTER: "poor",

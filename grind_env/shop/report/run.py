@@ -20,7 +20,6 @@ from grind_env.render.comparison import MEANING, between, blocks_named, compared
 from grind_env.render.curves import Span, picture, spans, sparks_out
 from grind_env.render.tables import SCALES, STATION, faults, part_table, totals
 from grind_env.shop.report.document import (
-    Level,
     Note,
     Section,
     figure,
@@ -33,7 +32,7 @@ from grind_env.shop.report.document import (
 )
 from grind_env.shop.report.foundations import assumptions, foundations, revisions
 from grind_env.shop.report.own import TITLE
-from grind_env.table import Cell, table_of
+from grind_env.table import Cell, Kind, table_of
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -83,12 +82,6 @@ class BlockSummary(NamedTuple):
 def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequence[Path] = ()) -> str:
     """The page of a run, HTML.
 
-    Args:
-        record: of `machine.grind`.
-        programs: the program.
-        job: of the run.
-        files: program and job, whose revisions the page states.
-
     Raises:
         MissingExtra: as of `page`.
     """
@@ -121,7 +114,7 @@ def _verdict(record: GrindingRecord, job: Job) -> "Markup":
     scrap, risky = int((survival < SCRAP_BELOW).sum()), int((survival < SAFE).sum())
     unjudged = sum(map(bool, record.unjudged))
     count = survival.size
-    level: Level = "bad" if scrap else "poor" if risky else "good"
+    level: Kind = "bad" if scrap else "poor" if risky else "good"
     whole = "the part" if count == 1 else f"all {count} parts"
     headline = {
         "bad": f"{scrap} of {count} parts are more likely scrap than good." if count > 1 else "The part is scrap.",
@@ -166,7 +159,7 @@ def _margin(
     if limit <= NO_LIMIT:
         return [name, f"{value:{form}}", "none", "–", str(parts[worst])]
     left = 1.0 - value / limit
-    kind: Level = "bad" if left < 0.0 else "poor" if left < NARROW else "good"
+    kind: Kind = "bad" if left < 0.0 else "poor" if left < NARROW else "good"
     return [name, f"{value:{form}}", f"{limit:{form}}", Cell(f"{100.0 * left:.0f}", kind), str(parts[worst])]
 
 

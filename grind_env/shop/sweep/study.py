@@ -217,17 +217,7 @@ def sweep(
     untried: bool = False,
     progress: Callable[[str, int], object] = lambda label, count: None,
 ) -> Sweep:
-    """Grind a program with a grid of settings, every one on the same lots and the same machines.
-
-    Args:
-        program: as of `shop.calls.sweep`, like others of the same name.
-        job: its job file, or what `load_job` returned.
-        ranges: what is swept; E and dress intervals from 1 to 20 if nothing is said.
-        parts: how often the program is run.
-        seed: of the lots.
-        variables: values that `#` variables have before the first part.
-        untried: whether nothing is known of how the program grinds on the machine.
-        progress: called with what is being done and by how many points it has come on.
+    """Grind a program with a grid of settings, as `shop.calls.sweep`: every one on the same lots and machines.
 
     Raises:
         CondemnedError: the model scraps the program as it is.
