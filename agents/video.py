@@ -19,7 +19,7 @@ from grind_env.policies.learned.network import LearnedPolicy
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.problem import Problem
 from grind_env.render.frames import TALL, render
-from grind_env.render.view import EpisodePicture, Instant
+from grind_env.render.view import EpisodePicture, ViewInstant
 
 COLOURS = 128
 """Colours of an animation: the picture has few, and their mixtures at the edges."""
@@ -95,7 +95,7 @@ def _in_motion(before: EpisodePicture, after: EpisodePicture, k: int, frames: in
     depth = max(stock - part.left, 0.0) if goes_on else stock
     due = [dresses_due(share * depth, depth, float(block.executions)) for share in (k / frames, (k + 1) / frames)]
     number = len(before.ground) * frames + k
-    instant = Instant(
+    instant = ViewInstant(
         table=0.8 * (-1.0) ** number,
         spin=TURNS * number,
         dressing=due[1] > due[0],

@@ -94,7 +94,7 @@ class Workpiece:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Instant:
+class ViewInstant:
     """An instant within a block, for an animation; a picture without one shows the machine at rest."""
 
     table: float
@@ -120,7 +120,7 @@ class EpisodePicture:
     part: Workpiece
     text: str
     """The block last run or, with `instant`, running; empty before the first."""
-    instant: Instant | None = None
+    instant: ViewInstant | None = None
 
     @property
     def title(self) -> str:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from grind_env.process.cost import Limits
 from grind_env.process.state import WheelState
-from grind_env.render.view import EpisodePicture, Extent, GroundBlock, Instant, Workpiece
+from grind_env.render.view import EpisodePicture, Extent, GroundBlock, ViewInstant, Workpiece
 
 LIMITS = Limits(rise=500.0, power=8000.0, roughness=1.0, size=10.0)
 WHEEL = WheelState(ds=300.0, A=0.01, lam=0.0, V=0.0, Rd=1.0, Cd=1.0, W=0.0, wd=0.05)
@@ -43,7 +43,7 @@ VIEW = EpisodePicture(
     part=Workpiece(name="plate", length=300.0, stock=0.3, left=0.003),
     text="G82 X330. I-30. Y-.3 J-.02 L2 F60. E9000. P9100 D0",
 )
-INSTANT = Instant(table=0.0, spin=0.1, dressing=False, speed=9000.0, executions=0)
+INSTANT = ViewInstant(table=0.0, spin=0.1, dressing=False, speed=9000.0, executions=0)
 
 MACHINE = (slice(90, 340), slice(16, 474))
 """Rows and columns of the wide picture in which the machine stands, without its labels."""
