@@ -7,7 +7,7 @@ from agents.benchmark.results import Result
 from agents.benchmark.summary import PolicySummary, summaries, table_of_task, tasks_of
 from grind_env.render.curves import BLUE
 from grind_env.render.graphs import Graph, Series
-from grind_env.shop.report.document import Line, Section, figure, listing, page, table
+from grind_env.shop.report.document import Section, figure, listing, page, table
 
 HEIGHT = 80
 """px; of a figure without its rows."""
@@ -17,15 +17,13 @@ ROW = 22
 def html_page(results: Sequence[Result]) -> str:
     """Return a page with a section for each task, with its table and the costs as a picture."""
     sections = [_section(results, task) for task in tasks_of(results)]
-    command = [Line("", text) for text in made_by(results) if not text.startswith("```")]
-    return page("Benchmark", [*sections, Section("Made by", [listing(command)])])
+    command = [text for text in made_by(results) if not text.startswith("```")]
+    return page("Benchmark", [*sections, Section("Made by", listing(command, numbered=False))])
 
 
 def _section(results: Sequence[Result], task: str) -> Section:
-    shown = table_of_task(results, task)
-    rows = [[cell.text for cell in row] for row in shown.rows]
     costs = figure(_costs(summaries(results, task)), "$ per good part, 95 %")
-    return Section(task, [table(shown.headings, rows), costs])
+    return Section(task, [table(table_of_task(results, task)), costs])
 
 
 def _costs(lines: Sequence[PolicySummary]) -> Graph:

@@ -17,7 +17,7 @@ from grind_env.arrays import Array
 from grind_env.envs.job.outline import JobChoice
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.loops.tally import Tally
-from grind_env.shop.advise.readings import Readings
+from grind_env.shop.advise.readings import MachineReadings
 
 SHARE, RISE, DULL, FORGETTING = 0.88, 1.25, 1.25, 0.95
 FIRST, SPREAD = (0.0, 0.7, 0.15), (30.0, 0.2, 0.15)
@@ -70,7 +70,7 @@ class ModelFreeAdviser:
         self.kinds = len(self.simulation.blocks) // self.simulation.parts
         self.strokes = strokes_of(self.simulation)
 
-    def __call__(self, number: int, readings: Readings | None) -> JobChoice:
+    def __call__(self, number: int, readings: MachineReadings | None) -> JobChoice:
         """E and D of a block."""
         block, kind, limit = self.simulation.blocks[number], number % self.kinds, self.simulation.job.limits.power
         peak = 0.0 if readings is None else readings.peak_power or 0.0

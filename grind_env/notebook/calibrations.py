@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from grind_env.notebook.markup import fragment, items, paragraphs, table
 from grind_env.shop.calibrate.figure import draw_calibration
 from grind_env.shop.calibrate.result import Calibration
-from grind_env.shop.calibrate.show import HEADINGS, said_sentences, told_rows
+from grind_env.shop.calibrate.show import said_sentences, told_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
 def html(found: Calibration) -> str:
     """What `grind calibrate` prints."""
-    rows = told_rows(found)
-    shown = table(HEADINGS, rows) if rows else ""
+    told = told_table(found)
+    shown = table(told.headings, told.rows) if told.rows else ""
     return fragment(f"Calibrated from {found.source}", shown, paragraphs(said_sentences(found)), items(found.remarks))
 
 

@@ -38,7 +38,7 @@ class Series:
     half_widths: Sequence[float] = ()
 
 
-class Rule(NamedTuple):
+class RuleLine(NamedTuple):
     """A dashed line across a graph."""
 
     axis: Literal["x", "y"]
@@ -65,7 +65,7 @@ class Graph:
     x: str
     y: str
     series: tuple[Series, ...]
-    rules: tuple[Rule, ...] = ()
+    rules: tuple[RuleLine, ...] = ()
     rows: tuple[str, ...] = ()
     log: bool = False
     whole: bool = False

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from grind_env.control import read_file
 from grind_env.control.options import interrupts_of
 from grind_env.control.reader import called_files
-from grind_env.files import beside
+from grind_env.files import beside, write_atomically
 from grind_env.machine.grind_file import grind_file
 from grind_env.machine.job import Job
 from grind_env.machine.job.file import job_beside, load_job
@@ -103,7 +103,6 @@ def optimise(
     keep: Collection[int] = (),
     within: Mapping[str, Number] = {},
     objective: str = "cost",
-    unroll: bool = False,
     parts: int = 50,
     budget: Number = 60.0,
     programs: int | None = None,
@@ -130,7 +129,6 @@ def optimise(
         keep: N words of the cycle blocks that stay as they are.
         within: the most that a part may take in the mean, by name: cost, $, and seconds.
         objective: what is to become less, cost or time.
-        unroll: whether M98 calls are written out, so that each has words of its own.
         parts: runs of the program in a batch; the wheel carries over.
         budget: time of search and judgement, s; what is compiled before is not counted.
         programs: programs that are tried, in place of a time: the same seed then always finds the same.
@@ -156,7 +154,6 @@ def optimise(
             seconds=seconds,
             programs=programs,
             seed=seed,
-            unroll=unroll,
             variables=variables,
             plant=plant,
             progress=advance,
@@ -194,10 +191,10 @@ def sweep(
     Raises:
         GrindError: the program cannot be run so, or a range is none.
     """
-    from grind_env.shop.sweep.study import Ranges
+    from grind_env.shop.sweep.study import SweepRanges
     from grind_env.shop.sweep.study import sweep as study
 
-    ranges = Ranges(
+    ranges = SweepRanges(
         E=_ends("E", E),
         every=None if dress_every is None else whole_ends_of("--dress-every", "intervals", dress_every),
         lead=_ends("lead", lead),
@@ -258,7 +255,7 @@ def plan(program: File, job: File, output: File) -> str:
     from grind_env.shop.calibrate.plan import plan_of
 
     made = plan_of(read_file(Path(program)), load_job(Path(job)))
-    made.write(Path(output))
+    write_atomically(Path(output), lambda temporary: temporary.write_text(made.text, encoding="utf-8"))
     return str(made)
 
 

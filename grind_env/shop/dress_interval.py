@@ -42,14 +42,7 @@ class DressInterval:
 
 
 def intervals_between(low: int, high: int, *, blocks: int = 1, parts: int = 1) -> tuple[DressInterval, ...]:
-    """Intervals of runs from one number of them to another, and what blocks can be counted in between, densest first.
-
-    Args:
-        low: runs.
-        high: runs.
-        blocks: that dress in one run; a single one is not counted by itself.
-        parts: that one run grinds.
-    """
+    """Return intervals from `low` to `high` runs, and what blocks can be counted in between, densest first."""
     runs = [DressInterval(every, DressInterval.counting(parts)) for every in range(low, high + 1)]
     some = {*range(2, LONGEST + 1), *range(blocks, high * blocks + 1, blocks)} if blocks > 1 else ()
     counted = [DressInterval(every, "block") for every in sorted(some) if low == 1 or low * blocks <= every]

@@ -7,50 +7,49 @@ from typing import TYPE_CHECKING, Any
 
 from grind_env.errors import GrindError, did_you_mean, printable, quoted
 from grind_env.pages.catalogue_fields import keys_of, preface, remark_on
-from grind_env.process.catalogue import KINDS, Catalogue, load_catalogue
+from grind_env.process.catalogue import KINDS, load_catalogue
+from grind_env.table import Column, table_of
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 
 def catalogue_data(kind: str | None, name: str | None, files: Sequence[Path]) -> dict[str, Any]:
-    """Names and remarks of all entries by kind, or of one kind, or one entry with its values, in JSON types.
-
-    Raises:
-        GrindError: there is no such kind or entry, or a file is faulty.
-    """
+    """Names and remarks of all entries by kind, or of one kind, or one entry with its values, in JSON types."""
     known = load_catalogue(*files)
     if kind is None or name is None:
-        return {each: _remarks(known, each, files) for each in (KINDS if kind is None else [_checked(kind)])}
+        return {
+            each: {entry: remark_on(each, entry, files) for entry in getattr(known, f"{each}s")}
+            for each in (KINDS if kind is None else [_checked(kind)])
+        }
     entry = getattr(known, _checked(kind))(name)
     return {"kind": kind, "remark": remark_on(kind, entry.name, files), **asdict(entry)}
 
 
 def print_catalogue(kind: str | None, name: str | None, files: Sequence[Path], console: "Console") -> None:
     """The same as a table."""
-    from rich.box import SIMPLE
-    from rich.table import Column, Table
-
     data = catalogue_data(kind, name, files)
     if kind is None or name is None:
-        table = Table("kind", "entry", "what it is", box=SIMPLE)
-        for each, remarks in data.items():
-            for entry, remark in remarks.items():
-                table.add_row(each, printable(entry), printable(remark))
-        console.print(table)
+        rows = [(each, entry, remark) for each, remarks in data.items() for entry, remark in remarks.items()]
+        table_of((Column("kind"), Column("entry"), Column("what it is", wrap=True)), rows).print(console)
         console.print("grind catalogue KIND NAME shows the values of an entry.")
         return
-    table = Table(
-        Column("key", no_wrap=True), "symbol", Column("value", justify="right"), "unit", "legal", "meaning", box=SIMPLE
+    columns = (
+        *(
+            Column("key", "key"),
+            Column("symbol", "symbol"),
+            Column("value", lambda key: _text(data[key.key]), right=True),
+        ),
+        *(Column("unit", "unit"), Column("legal", "legal", wrap=True), Column("meaning", "meaning", wrap=True)),
     )
-    for key in keys_of(KINDS[kind]):
-        value = data[key.key]
-        shown = f"{value:g}" if isinstance(value, float) else str(value)
-        table.add_row(key.key, key.symbol, printable(shown), key.unit, key.legal, key.meaning)
     also = f" ({', '.join(data['aliases'])})" if data["aliases"] else ""
     console.print(printable(f"{kind} {data['name']}{also}: {data['remark'] or 'no remark'}"))
-    console.print(table)
+    table_of(columns, keys_of(KINDS[kind])).print(console)
     console.print(preface(kind))
+
+
+def _text(value: object) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def _checked(kind: str) -> str:
@@ -58,7 +57,3 @@ def _checked(kind: str) -> str:
         hint = did_you_mean(kind, KINDS)
         raise GrindError(f"there is no kind of entry {quoted(kind)}{hint}; kinds are {', '.join(KINDS)}")
     return kind
-
-
-def _remarks(known: Catalogue, kind: str, files: Sequence[Path]) -> dict[str, str]:
-    return {name: remark_on(kind, name, files) for name in getattr(known, f"{kind}s")}

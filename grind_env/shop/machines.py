@@ -68,17 +68,15 @@ class Fleet:
     drawn: int = 0
     agree: int = 0
 
-    def count(self, use: LotUse, seeds: Sequence[tuple[int, ...]]) -> int:
-        """How many machines a use has on so many lots."""
-        return min(MACHINES[use], len(seeds), len(self.numbers))
-
     def under(self, trials: Trials, use: LotUse, seeds: Sequence[tuple[int, ...]]) -> Trials:
         """Trials on lots and on the machines of a use, other ones for each if there are enough.
 
         A search tries thousands of programs: it has the laws of the model, which take a quarter less time. What it
         finds is compared and judged on all that the machine may be.
         """
-        places = [(FIRST[use] + k) % len(self.numbers) for k in range(self.count(use, seeds))]
+        places = [
+            (FIRST[use] + k) % len(self.numbers) for k in range(min(MACHINES[use], len(seeds), len(self.numbers)))
+        ]
         job, root = trials.simulation.job, self.uncertainty.root
         drawn = world if use is LotUse.SEARCH else machine
         machines = [drawn(job, self.uncertainty, root, self.seed, self.numbers[place]) for place in places]
@@ -92,16 +90,6 @@ def fleet_of(
 
     On how many of them a program that the control executes grinds good parts takes too long to see. Without a
     calibration nothing is left of such a program on all that the catalogue allows, and it is None.
-
-    Args:
-        trials: of the program as it is.
-        seed: of the machines.
-        untried: whether nothing is known of how it grinds there.
-        needed: how many are enough.
-        is_up: whether there is no time to draw more of them.
-
-    Raises:
-        CondemnedError: the model and most machines that it allows scrap its parts.
     """
     job = trials.simulation.job
     uncertainty = known_of(job)
@@ -127,11 +115,7 @@ def fleet_of(
 
 
 def require_good(fleet: Fleet | None, old: Measures, *, untried: bool) -> None:
-    """Refuse a program that is scrap on the very machines that agree with its good parts best.
-
-    Raises:
-        CondemnedError: it is.
-    """
+    """Refuse a program that is scrap on the very machines that agree with its good parts best."""
     most = EVEN_AGREEING if fleet is not None and fleet.drawn else CONDEMNED
     if not untried and (scrap := float(old.scrap.mean())) >= most:
         raise CondemnedError(scrap)
@@ -178,12 +162,11 @@ class _Evidence:
 def machine(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: int) -> Job:
     """One of the `worlds`; where it may obey other laws, those of a `public` machine."""
     drawn = world(job, uncertainty, root, seed, number)
-    return drawn.on(find_plant("public", seed=(seed * MOST_DRAWN + number) & WORD)) if other_laws(job) else drawn
-
-
-def other_laws(job: Job) -> bool:
-    """Whether the machine of a job may obey others than the model's: it has no calibration, no name, no own process."""
-    return job.uncertainty is None and not job.plant and job.process is PROCESS
+    return (
+        drawn.on(find_plant("public", seed=(seed * MOST_DRAWN + number) & WORD))
+        if job.uncertainty is None and not job.plant and job.process is PROCESS
+        else drawn
+    )
 
 
 def compile_all(once: Trials) -> None:

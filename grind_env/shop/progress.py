@@ -7,11 +7,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def progress(seconds: float = math.inf) -> Iterator[Callable[[str, int], None]]:
-    """Show a count for each thing that is being done, if somebody looks on; `advance(what, count)` adds to it.
-
-    Args:
-        seconds: that all of it may take, where that is known.
-    """
+    """Show a count for each thing that is being done, if somebody looks on; `advance(what, count)` adds to it."""
     from rich.console import Console
     from rich.progress import Progress, ProgressColumn, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
 

@@ -64,6 +64,9 @@ ROWS_AT_ONCE = 150_000
 """Episodes times blocks that are replayed together on each of them; bounds the memory."""
 DRIFT = 1
 """Behind the seed of a lot: that of its drift."""
+CALIBRATED, UNCALIBRATED = 1.05, 1.2
+"""What a part may take with other words at most, over what it takes in the mean, on a machine where they are bad; the
+second one without a calibration, when machines may be so unlike that hardly any words are no risk on one in twenty."""
 SAME = 1e-6
 """Relative difference of settings that are the same but for rounding."""
 
@@ -364,10 +367,6 @@ def trials_of(
         spark_outs: the same of L.
         spread: factor on all that is random.
         between: called between two blocks of its first executions by the control; what it raises ends them.
-
-    Raises:
-        GrindError: the program cannot be run, or grinds other numbers of parts from run to run; or there is no run, or
-            there are more of them than parts that the job states.
     """
     if runs < 1:
         raise TrialsError(f"{programs.name} cannot be run for {runs} parts; choose --parts 1 or more")
@@ -429,12 +428,22 @@ def _settings_of(blocks: Sequence[BlockOutline]) -> Array:
     return np.array([own_settings(block.plan, block.dress) for block in blocks])
 
 
-def lots_of(seed: int, use: LotUse, count: int) -> tuple[tuple[int, ...], ...]:
-    """Seeds of some lots for a use.
+def most_risk(job: Job) -> float:
+    """What may be risked on the machines of a job."""
+    return UNCALIBRATED if job.uncertainty is None else CALIBRATED
 
-    Raises:
-        TrialsError: the seed is below 0.
+
+def risk(trials: Trials, found: Measures, old: Measures, quantity: str = "cost") -> Array:
+    """What a part takes over that with the program as it is, `old`, of C candidates, shape (C,).
+
+    On a machine for which this is as high as the confidence allows.
     """
+    less, before = (trials.by_machine(getattr(each, quantity)) for each in (found, old))
+    return np.asarray(np.quantile(less / before[0], trials.confidence, axis=1))
+
+
+def lots_of(seed: int, use: LotUse, count: int) -> tuple[tuple[int, ...], ...]:
+    """Seeds of some lots for a use."""
     if seed < 0:
         raise TrialsError(f"the seed is {seed}; choose --seed 0 or more")
     number = int(use)

@@ -82,11 +82,7 @@ def step(name: str) -> None:
 
 
 def warm_up(of: list[Use]) -> Iterator[Warmed]:
-    """Do these things one after the other.
-
-    Raises:
-        GrindError: nothing is kept.
-    """
+    """Do these things one after the other."""
     folder = cache_folder()
     compile_at_once()
     for name, call in of:

@@ -63,11 +63,9 @@ class Wishes:
 
     @property
     def quantity(self) -> str:
-        """Name of the mean that is to become less."""
         return OBJECTIVES[self.objective]
 
     def margin(self, limit: str) -> float:
-        """Of one of `LIMITS`."""
         return self.margins.get(limit, 1.0)
 
 
@@ -82,11 +80,7 @@ def wishes_of(
     confidence: Number = CONFIDENCE,
     untried: bool = False,
 ) -> Wishes:
-    """The wishes, checked; arguments as the attributes of `Wishes`, `words` None for the usual ones that are there.
-
-    Raises:
-        WishError: one of them is none.
-    """
+    """The wishes, checked; arguments as the attributes of `Wishes`, `words` None for the usual ones that are there."""
     for option, names, known in (
         ("--vary", words or (), VARIED),
         ("--bounds", bounds, VARIED),
@@ -118,11 +112,7 @@ def wishes_of(
 
 
 def ends_of(option: str, name: str, ends: Ends) -> tuple[Decimal, Decimal]:
-    """The ends of a range, as they are written in decimals.
-
-    Raises:
-        WishError: it is none.
-    """
+    """The ends of a range, as they are written in decimals."""
     try:
         low, high = (Decimal(str(end)) for end in ends)
         is_range = low >= 0 and high.is_finite()
@@ -136,11 +126,7 @@ def ends_of(option: str, name: str, ends: Ends) -> tuple[Decimal, Decimal]:
 
 
 def whole_ends_of(option: str, name: str, ends: Ends) -> tuple[int, int]:
-    """The ends of a range of whole numbers.
-
-    Raises:
-        WishError: it is none.
-    """
+    """The ends of a range of whole numbers."""
     low, high = ends_of(option, name, ends)
     if low % 1 or high % 1:
         raise WishError(f"{option}: the ends of {low}..{high} are no whole numbers, as {name} are")
@@ -148,22 +134,14 @@ def whole_ends_of(option: str, name: str, ends: Ends) -> tuple[int, int]:
 
 
 def seconds_of(budget: Number) -> float:
-    """The time of a search, s.
-
-    Raises:
-        WishError: it is none.
-    """
+    """The time of a search, s."""
     if not (isinstance(budget, Real | Decimal) and budget >= 0):
         raise WishError(f"--budget: {quoted(budget)} is no time; give the seconds")
     return float(budget)
 
 
 def confidence_of(value: Number) -> float:
-    """A probability with which promises hold.
-
-    Raises:
-        WishError: it is none.
-    """
+    """A probability with which promises hold."""
     low, high = CONFIDENCES
     if not (isinstance(value, Real | Decimal) and low <= value <= high):
         raise WishError(f"--confidence: {quoted(value)} is none; give a number from {low:g} to {high:g}, such as .95")

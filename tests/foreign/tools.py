@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from grind_env.envs.job.loading import load_simulation
 from grind_env.shop.advise.adviser import Adviser, policy_for
-from grind_env.shop.advise.readings import Readings
+from grind_env.shop.advise.readings import MachineReadings
 from tests.foreign.shop import Block, Part, Shop, cost, depths_of, grind, run, shift, trace
 
 EFFORT = "--parts", "5", "--seed", "1", "--budget", "150 programs", "--json"
@@ -67,7 +67,7 @@ def advised_shift(shop: Shop, folder: Path, job: Path, seed: int) -> list[Part]:
 
     def decide(number: int, readings: Any) -> Block:
         if readings:
-            adviser.take(Readings(**{name: float(value) for name, value in readings.items()}))
+            adviser.take(MachineReadings(**{name: float(value) for name, value in readings.items()}))
         assert adviser.advice is not None
         return Block(adviser.advice.speed, adviser.advice.executions)
 

@@ -20,7 +20,7 @@ from grind_env.notebook.markup import MOST_ITEMS, MOST_ROWS, fragment, items, li
 from grind_env.pages import page
 from grind_env.policies.judging import Judgement
 from grind_env.policies.statistics import Interval
-from grind_env.shop.optimise.outcome import LimitUse, Optimised, Quantity, Trade, Verdict, WishUse, WordChange
+from grind_env.shop.optimise.outcome import LimitUse, Optimised, PartMean, Trade, Verdict, WishUse, WordChange
 from grind_env.shop.sweep.study import Sweep
 from tests.examples import examples
 from tests.machine.harness import CYCLE, HEAD, job, run
@@ -220,7 +220,7 @@ def test_an_optimisation_shows_its_words_and_writes_only_what_is_better(tmp_path
         reason="less beyond chance",
         words=(WordChange(name="E", place="N50", before="15000.", after="17000.", unit="mm/min", at_bound=""),),
         quantities=(
-            Quantity(
+            PartMean(
                 name="cost", unit="$", before=same, after=same, difference=Interval(-0.1, -0.2, 0.0), expected=(2, 1.9)
             ),
         ),

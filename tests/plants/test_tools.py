@@ -7,7 +7,7 @@ import pytest
 from grind_env import examples
 from grind_env.machine.job.file import load_job
 from grind_env.shop.advise.command import AdviceRequest
-from grind_env.shop.sweep.study import Ranges, sweep
+from grind_env.shop.sweep.study import SweepRanges, sweep
 from grind_env.shop.sweep.table import as_data, sentences
 
 pytestmark = pytest.mark.usefixtures("few_lots")
@@ -29,7 +29,7 @@ def jobs(tmp_path: Path) -> tuple[Path, Path]:
 
 @pytest.mark.nightly
 def test_a_sweep_names_the_machine_that_it_grinds_on(jobs: tuple[Path, Path]) -> None:
-    on_model, on_plant = (sweep(PLATE, job, Ranges(E=(14_000.0, 16_000.0)), parts=2) for job in jobs)
+    on_model, on_plant = (sweep(PLATE, job, SweepRanges(E=(14_000.0, 16_000.0)), parts=2) for job in jobs)
     said = f"ground on {PLANT}, a machine that is not the model"
     assert said in sentences(on_plant) and as_data(on_plant)["plant"] == PLANT
     assert said not in sentences(on_model) and "plant" not in as_data(on_model)

@@ -19,7 +19,7 @@ from grind_env.policies.problem import Problem, find_problem
 from grind_env.shop.advise.adviser import Adviser, policy_for
 from grind_env.shop.advise.readings import check_readings, readings_of
 from grind_env.shop.advise.session import Files, Session
-from grind_env.shop.advise.sources import CsvSource, Row
+from grind_env.shop.advise.sources import CsvSource, ReadingsRow
 from grind_env.shop.advise.state import origin_of
 from grind_env.task_version import TASK_VERSION
 
@@ -113,10 +113,10 @@ class Told:
     def __init__(self, rows: list[dict[str, Any]]) -> None:
         self.rows = rows
 
-    def next(self, asked: str) -> Row:
+    def next(self, asked: str) -> ReadingsRow:
         if not self.rows:
             raise KeyboardInterrupt
-        return Row(self.rows.pop(0), "here")
+        return ReadingsRow(self.rows.pop(0), "here")
 
 
 def session_of(folder: Path, rows: list[dict[str, Any]], said: list[str], **arguments: Any) -> Session:

@@ -83,7 +83,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             missed = " ".join(f"{row[0]} {row[3]:+.1f}" for row in each if row[1] and not row[2])
             print(
                 f"{seed} {program} style {number}: {sum(held)} of {len(held)}, correlation {found.quality:.2f}, "
-                f"executions {len(found.fit.used) and int(found.part.max())} {missed}",
+                f"executions {len(found.fit.used) and int(found.data.part.max())} {missed}",
                 flush=True,
             )
             rows += [(program, row[0], number, *row[1:]) for row in each]

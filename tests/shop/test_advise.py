@@ -15,6 +15,7 @@ from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.scripted.belief_rule import BeliefRule
 from grind_env.policies.scripted.handbook import Handbook
+from grind_env.policies.scripted.look_ahead import LookAhead
 from grind_env.policies.scripted.rules import AdaptiveRule, Fixed, PowerThreshold
 from grind_env.shop.advise.adviser import Adviser, policy_for
 from grind_env.shop.advise.readings import check_readings, readings_of
@@ -22,11 +23,18 @@ from grind_env.shop.advise.values import write_values
 from tests.shop.advising import DRESS, EXECUTED, INCHES, PLATE, RAIL, SEED, batch, played, saved_agent, told
 
 RULE = {"E": (25.0, 18.0), "A_dress": (0.0098, 0.0102), "gA": -0.9, "gF": 0.1, "gH": 0.0, "wV": 0.3, "wH": 0.0}
+
+
+def look_ahead(kinds: int) -> Policy:
+    """Return the policy with usual prices: these programs have no tuned ones."""
+    return LookAhead(price=(1.1,) * kinds, growth=(1.5,) * kinds, caution=2.7)
+
+
 POLICIES: dict[str, Callable[[Problem, Path], Policy]] = {
     "power_threshold": lambda problem, folder: PowerThreshold(E=26.0, upper=32.0, lower=0.9, share=0.3),
     "adaptive_rule": lambda problem, folder: AdaptiveRule(**RULE, gS=-0.1, wS=0.2),
     "belief_rule": lambda problem, folder: BeliefRule(**RULE, gK=-0.2, wK=0.3),
-    "look_ahead": lambda problem, folder: policy_for("look_ahead", problem.simulation()),
+    "look_ahead": lambda problem, folder: look_ahead(len(problem.simulation().task.kinds)),
     "agent": lambda problem, folder: load_policy(
         saved_agent(folder / "agent.safetensors", problem), simulation=problem.simulation()
     ),

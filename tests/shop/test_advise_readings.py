@@ -9,7 +9,7 @@ import pytest
 
 from grind_env.errors import GrindError
 from grind_env.shop.advise.readings import check_readings, readings_of
-from grind_env.shop.advise.sources import LONGEST_LINE, CsvSource, JsonLines, Prompt, Row
+from grind_env.shop.advise.sources import LONGEST_LINE, CsvSource, JsonLines, Prompt, ReadingsRow
 from tests.command import Grind
 from tests.shop.advising import PLATE, advised, batch, plate_in, rows_of, session_of, session_steps
 
@@ -113,11 +113,11 @@ def test_what_is_typed_in_another_code_is_asked_for_again(tmp_path: Path) -> Non
 
 def test_lines_before_one_that_cannot_be_read_are_taken() -> None:
     source = JsonLines(BytesIO(b'\n{"Ra": 0.4}\n\xef\xbb\xbf{}\n{"Ra": \xff}\n{}\n' + b" " * LONGEST_LINE))
-    assert source.next("") == Row({"Ra": 0.4}, "line 2 of the input")
+    assert source.next("") == ReadingsRow({"Ra": 0.4}, "line 2 of the input")
     for what in ("line 3 of the input is", r"line 4 of the input: its byte 8 is not text in UTF-8"):
         with pytest.raises(GrindError, match=what):
             source.next("")
-    assert source.next("") == Row({}, "line 5 of the input")
+    assert source.next("") == ReadingsRow({}, "line 5 of the input")
     with pytest.raises(GrindError, match="line 6 of the input has no end"):
         source.next("")
 

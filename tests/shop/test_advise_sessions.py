@@ -15,7 +15,7 @@ import pytest
 import grind_env
 from grind_env.errors import GrindError
 from grind_env.shop.advise.adviser import policy_for
-from grind_env.shop.advise.state import FORMAT, Origin, StateError, held, origin_of, read_state
+from grind_env.shop.advise.state import FORMAT, AdviceOrigin, StateError, held, origin_of, read_state
 from tests.command import Grind
 from tests.shop.advising import (
     PLATE,
@@ -98,7 +98,7 @@ def test_a_state_of_another_batch_or_a_damaged_one_is_refused(tmp_path: Path) ->
 
 @pytest.mark.parametrize("steps", [{}, "", None, 0, {"0": {}}])
 def test_steps_that_are_no_list_are_damaged(steps: Any, tmp_path: Path) -> None:
-    origin = Origin(inputs={}, policy="")
+    origin = AdviceOrigin(inputs={}, policy="")
     path = tmp_path / "state.json"
     path.write_text(json.dumps({"format": FORMAT, "origin": asdict(origin), "steps": steps}))
     with pytest.raises(GrindError, match=r"damaged \(steps is .*, but must be a list\): give --restart"):
@@ -133,7 +133,7 @@ def test_values_edited_in_a_state_are_checked_as_they_were_when_read(
 
 
 def test_states_tell_programs_jobs_and_policies_apart(tmp_path: Path) -> None:
-    def origin(text: str, job: str, policy: str) -> Origin:
+    def origin(text: str, job: str, policy: str) -> AdviceOrigin:
         program = tmp_path / "part.nc"
         program.write_text(text)
         program.with_suffix(".toml").write_text(job)

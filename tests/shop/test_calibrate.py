@@ -22,7 +22,6 @@ from grind_env.shop.calibrate.likeness import template
 from grind_env.shop.calibrate.logs import Log
 from grind_env.shop.calibrate.meter import sharpened
 from grind_env.shop.calibrate.pattern import pattern_of
-from grind_env.shop.calibrate.result import write_catalogue
 from grind_env.shop.calibrate.table import calibrate_table
 from grind_env.validation.rig import Rig
 from tests.shop.blemished import TICK, Style, strokes_of, write_log
@@ -60,7 +59,7 @@ def test_what_a_log_cannot_tell_is_kept_and_named(plates):
 
 def test_the_catalogue_file_gives_the_fitted_job(plates):
     folder, found = plates
-    write_catalogue(found, folder / "shop.toml")
+    found.write(folder / "shop.toml")
     catalogue = load_catalogue(folder / "shop.toml")
     assert catalogue.machine("default").stiffness == pytest.approx(found.fitted.setup.machine.stiffness, rel=1e-3)
     assert catalogue.machine("default").idle_power == pytest.approx(found.idle.mean, abs=1.0)
@@ -72,7 +71,7 @@ def test_the_limit_of_a_meter_in_per_cent_has_the_idling_spindle_in_it(plates, t
     """A load meter shows 100 % at the limit, and not above it: its idling spindle takes a share of that."""
     found = plates[1]
     in_percent = dataclasses.replace(found, idle=dataclasses.replace(found.idle, full=7600.0))
-    write_catalogue(in_percent, tmp_path / "shop.toml")
+    in_percent.write(tmp_path / "shop.toml")
     machine = load_catalogue(tmp_path / "shop.toml").machine("default")
     assert machine.power_limit == pytest.approx(7600.0, abs=1.0)
     assert machine.idle_power == pytest.approx(found.idle.mean, abs=1.0)

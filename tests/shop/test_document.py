@@ -9,10 +9,8 @@ from hypothesis import strategies as st
 
 from grind_env.errors import printable
 from grind_env.render.curves import BLUE
-from grind_env.render.graphs import Graph, Rule, Series
+from grind_env.render.graphs import Graph, RuleLine, Series
 from grind_env.shop.report.document import (
-    Cell,
-    Line,
     Note,
     Section,
     figure,
@@ -23,6 +21,7 @@ from grind_env.shop.report.document import (
     table,
     verdict,
 )
+from grind_env.table import Cell, table_of
 
 pytest.importorskip("matplotlib")
 
@@ -64,10 +63,10 @@ def everything(text: str) -> str:
                 text,
                 [
                     verdict("bad", text, [text]),
-                    table([text, text], [[text, Cell(text, "code")]], text),
+                    table(table_of([text, text], [[text, Cell(text, "code")]]), text),
                     items([text]),
                     paragraph(text),
-                    listing([Line(text, text, [Note(text, "poor")])]),
+                    *listing([text], {1: [Note(text, "poor")]}),
                 ],
             )
         ],
@@ -92,7 +91,7 @@ def test_a_hostile_text_is_shown_and_nothing_else() -> None:
 
 def graph(text: str) -> Graph:
     points = Series(name=text, x=[1.0, 2.0], y=[0.0, 1.0], color=BLUE)
-    return Graph(x=text, y=text, series=(points,), rules=(Rule("x", 1.5, text),), rows=(text, text))
+    return Graph(x=text, y=text, series=(points,), rules=(RuleLine("x", 1.5, text),), rows=(text, text))
 
 
 def drawn(text: str) -> str:

@@ -14,7 +14,7 @@ from grind_env.machine.grind import grind
 from grind_env.machine.job.file import load_job
 from grind_env.process.catalogue import load_catalogue
 from grind_env.shop.advise.readings import readings_of
-from grind_env.shop.advise.sources import CsvSource, Row
+from grind_env.shop.advise.sources import CsvSource, ReadingsRow
 from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.columns import Map
 from grind_env.shop.calibrate.errors import CalibrationError
@@ -415,7 +415,7 @@ def test_readings_for_the_adviser_are_read_by_the_same_rules(text: str, tmp_path
     assert [readings_of(row.table, "").given() for row in all_rows(tmp_path / "m.csv")] == WANTED
 
 
-def all_rows(path: Path) -> list[Row]:
+def all_rows(path: Path) -> list[ReadingsRow]:
     source = CsvSource(path, follow=False)
     return list(iter(lambda: source.next(""), None))
 

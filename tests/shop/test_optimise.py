@@ -24,7 +24,7 @@ from grind_env.shop.optimise import finding, variables
 from grind_env.shop.optimise.budget import Budget
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.finding import find_words
-from grind_env.shop.optimise.judgement import Judgement, words_of
+from grind_env.shop.optimise.judgement import ProgramJudge, words_of
 from grind_env.shop.optimise.outcome import Optimised, Verdict, WordChange
 from grind_env.shop.optimise.search import Point, Search
 from grind_env.shop.optimise.table import as_data, sentences
@@ -168,14 +168,14 @@ def test_a_limit_that_forbids_all_is_named(tmp_path: Path, capsys: pytest.Captur
 def test_the_next_best_is_judged_where_the_best_is_beyond_a_limit(
     refused: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    measured, words = Judgement.measured, list[tuple[WordChange, ...]]()
+    measured, words = ProgramJudge.measured, list[tuple[WordChange, ...]]()
 
-    def harsh(judgement: Judgement, point: Point) -> Measures:
+    def harsh(judgement: ProgramJudge, point: Point) -> Measures:
         new = measured(judgement, point)
         words.append(words_of(judgement.variation.choices, point))
         return new._replace(ratios=np.full((1, 4), 1.02)) if len(words) <= refused else new
 
-    monkeypatch.setattr(Judgement, "measured", harsh)
+    monkeypatch.setattr(ProgramJudge, "measured", harsh)
     monkeypatch.setattr(finding, "freed_of", lambda *arguments: {})
     wishes = wishes_of(["E"])
     found = find_words(EXAMPLES / "plate_g82.nc", known_job(tmp_path, "plate_g82"), wishes, parts=2, seconds=1000.0)
@@ -193,17 +193,17 @@ def test_the_next_best_is_judged_where_the_best_is_beyond_a_limit(
 @pytest.mark.nightly
 @pytest.mark.usefixtures("few_lots", "coarse_speeds")
 def test_without_time_the_best_one_alone_is_judged_and_the_message_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    now, measured = [0.0], Judgement.measured
+    now, measured = [0.0], ProgramJudge.measured
 
     def ticking() -> float:
         now[0] += 0.01
         return now[0]
 
-    def slow(judgement: Judgement, point: Point) -> Measures:
+    def slow(judgement: ProgramJudge, point: Point) -> Measures:
         now[0] += 600.0
         return measured(judgement, point)._replace(ratios=np.full((1, 4), 1.02))
 
-    monkeypatch.setattr(Judgement, "measured", slow)
+    monkeypatch.setattr(ProgramJudge, "measured", slow)
     monkeypatch.setattr(clock, "monotonic", ticking)
     found = find_words(EXAMPLES / "plate_g82.nc", None, wishes_of(["E"]), parts=2, seconds=1000.0)
     assert found.judged == 1

@@ -1,7 +1,6 @@
 """The text of an optimised program: only the words that change are others, and they do what was asked of them."""
 
 import re
-import time
 from decimal import Decimal
 from functools import cache
 from pathlib import Path
@@ -17,7 +16,6 @@ from grind_env.machine.job.file import load_job
 from grind_env.machine.script.script import script_of
 from grind_env.machine.script.settings import DRESS_SECONDS, own_settings
 from grind_env.shop.optimise.editing import like, text_of
-from grind_env.shop.optimise.unrolling import UnrollError, unrolled
 from grind_env.shop.optimise.variation import Variation, variation_of
 from grind_env.shop.wishes import WishError, wishes_of
 from tests.examples import examples, few
@@ -29,12 +27,9 @@ VARIED = re.compile(r"[ \t]?[EDJLFYedjlfy][+-]?[0-9.]+")
 
 
 @cache
-def asked_for(name: str, folder: Path, vary: str = ALL, unroll: bool = False) -> Variation:
+def asked_for(name: str, folder: Path, vary: str = ALL) -> Variation:
     path = write(folder, name)
     programs, text = read_file(path), text_of(read_bytes(path))
-    if unroll:
-        text = unrolled(programs, text)
-        programs = read(text.text, programs.name)
     return variation_of(programs, text, load_job(path.with_suffix(".toml")), wishes_of(vary.split(",")), 1, 1)
 
 
@@ -91,37 +86,8 @@ def test_passes_of_absolute_infeeds_are_not_repeated(folder: Path) -> None:
     assert [int(level) for level in passes.levels] == [1, 2]
 
 
-def test_one_value_holds_for_all_calls_and_each_has_its_own_when_they_are_written_out(folder: Path) -> None:
-    together, apart = asked_for("loop", folder, "E,D"), asked_for("loop", folder, "E,D", unroll=True)
-    assert [each.blocks for each in together.choices.variables] == [(0, 1, 2, 3)] * 2
-    assert [each.blocks for each in apart.choices.variables] == [(0,), (1,), (2,), (3,)] * 2
-    text = apart.with_words((0, 1, 2, 3) * 2 + (0,)).text
-    speeds = [block.plan.feed for block in script_of(read(text), apart.job).blocks]
-    assert speeds == [3000.0, 3100.0, 3200.0, 3300.0]
-    plain = [own_settings(block.plan, block.dress_plan) for block in script_of(read(apart.text.text), apart.job).blocks]
-    assert plain == [
-        own_settings(block.plan, block.dress_plan) for block in script_of(read(together.text.text), apart.job).blocks
-    ]
-
-
-CALLED = "O2\nG82 Y-.05 E9000.\nG80\nM99\n"
-
-
-def test_calls_within_calls_are_written_out_in_their_places() -> None:
-    text = f"O1\nM98 P3 L2\nG00 X1.\nM98 P2\nM30\nO3\nM98 P2\nG00 X5.\nM99\n{CALLED}"
-    lines = unrolled(read(text), text_of(text.encode())).text.splitlines()
-    inner = ["(M98 P2)", "G82 Y-.05 E9000.", "G80"]
-    assert lines[1 : lines.index("M30")] == ["(M98 P3 L2)", *2 * [*inner, "G00 X5."], "G00 X1.", *inner]
-
-
-def test_calls_without_end_are_refused_and_thousands_are_written_out_at_once() -> None:
-    text = f"O1\nM98 P3\nM30\nO3\nM98 P3\nM98 P2\nM99\n{CALLED}"
-    with pytest.raises(UnrollError, match="its calls nest more than 4 levels deep"):
-        unrolled(read(text), text_of(text.encode()))
-    text = "O1\n" + "M98 P2\n" * 2000 + f"M30\n{CALLED}"
-    began = time.process_time()
-    assert unrolled(read(text), text_of(text.encode())).text.count("G82") == 2001
-    assert time.process_time() - began < 10.0  # one after the other they take minutes
+def test_one_value_holds_for_all_calls_of_a_subprogram(folder: Path) -> None:
+    assert [each.blocks for each in asked_for("loop", folder, "E,D").choices.variables] == [(0, 1, 2, 3)] * 2
 
 
 def test_a_block_that_is_kept_stays_as_it_is() -> None:

@@ -18,7 +18,7 @@ from grind_env.machine.job.file import load_job
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.variation import variation_of
-from grind_env.shop.report.blocks import HEADINGS, block_rows
+from grind_env.shop.report.run import HEADINGS, block_rows
 from grind_env.shop.wishes import wishes_of
 from tests.examples import few
 from tests.shop.test_optimise import status

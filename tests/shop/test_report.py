@@ -16,8 +16,8 @@ from grind_env.machine.grind import grind
 from grind_env.machine.job.file import load_job
 from grind_env.render.curves import GREY, MOST_STROKES, ORANGE, RED, picture
 from grind_env.shop.calls import report
-from grind_env.shop.report.assumptions import changes
 from grind_env.shop.report.document import write_page
+from grind_env.shop.report.foundations import changes
 from grind_env.shop.report.run import run_report
 from tests.machine.harness import DRESS
 from tests.patience import PATIENCE
@@ -143,7 +143,7 @@ def test_what_the_job_overrides_is_told(tmp_path: Path) -> None:
     text = (EXAMPLES / "plate_g82.toml").read_text()
     path.write_text(f"{text}\n[setup.machine_overrides]\npower_limit = 4321\n[catalogue]\nfiles = ['own.toml']\n")
     (tmp_path / "own.toml").write_text("[wheel.a60j]\nbase = 'a60j'\nfriction = 0.45\n")
-    told = {(each.entry, each.key, each.here, each.known) for each in changes(load_job(path))}
+    told = {(entry, key, here, known) for entry, key, _, here, known in changes(load_job(path))}
     assert told == {("machine default", "power_limit", "4321", "7500"), ("wheel a60j", "friction", "0.45", "0.4")}
     assert changes(load_job(EXAMPLES / "plate_g82.toml")) == []
 

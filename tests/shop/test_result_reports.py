@@ -157,11 +157,11 @@ def agrees(html: str, found: Calibration) -> None:
     rows = cells(section(html, "Constants"))
     assert len(rows) == len(found.estimates)
     for row, each in zip(rows, found.estimates, strict=True):
-        assert row[1] == each.parameter.key
-        assert float(row[3]) == pytest.approx(each.parameter.prior, rel=1e-3)
-        assert float(row[4]) == pytest.approx(each.value, rel=1e-3)
-        assert [float(text) for text in row[5].split(" to ")] == pytest.approx([each.low, each.high], rel=1e-2)
-        assert row[7] == ("told" if each.told else "kept")
+        assert row[0] == f"{each.parameter.entry} {each.parameter.key}"
+        assert float(row[1]) == pytest.approx(each.parameter.prior, rel=1e-3)
+        assert float(row[2]) == pytest.approx(each.value, rel=1e-3)
+        assert [float(text) for text in row[3].split(" to ")] == pytest.approx([each.low, each.high], rel=1e-2)
+        assert row[6] == ("told" if each.told else "kept")
 
     shown = section(html, "Measured and modelled")
     drawn = iter(pictures(shown))
@@ -172,7 +172,7 @@ def agrees(html: str, found: Calibration) -> None:
         compared, left = next(drawn), next(drawn)
         stand_at(compared, "grey", found.fit.nominal[mine], measured[mine])
         stand_at(compared, "blue", modelled[used], measured[used])
-        odd = used & (found.part % 2 == 1)
+        odd = used & (found.data.part % 2 == 1)
         residual = measured - modelled if kind == "power" else measured / modelled - 1.0
         for color, which in (("blue", odd), ("orange", used & ~odd)):
             stand_at(left, color, np.zeros(which.sum()), residual[which])
@@ -203,12 +203,12 @@ def test_a_calibration_from_a_log_is_written_up(folder: Path, log: Path, capsys:
 def test_residuals_of_a_part_stand_in_order_of_time(folder: Path, log: Path) -> None:
     found = calibrate(log, folder / f"{HOSTILE}.nc", folder / f"{HOSTILE}.toml", names=["stiffness"])
     drawn = residuals(found, found.data.kinds[0]).series
-    chosen, odd, used = comparable(found, found.data.kinds[0]), found.part % 2 == 1, found.fit.used
-    places = np.full(found.part.size, np.nan)
+    chosen, odd, used = comparable(found, found.data.kinds[0]), found.data.part % 2 == 1, found.fit.used
+    places = np.full(found.data.part.size, np.nan)
     for each, which in zip(drawn, (used & odd, used & ~odd, ~used), strict=True):
         places[chosen & which] = each.x
-    for part in set(found.part.tolist()):
-        mine = np.flatnonzero(chosen & (found.part == part))
+    for part in set(found.data.part.tolist()):
+        mine = np.flatnonzero(chosen & (found.data.part == part))
         assert np.all(np.diff(places[mine[np.argsort(found.time[mine])]]) > 0.0)
 
 

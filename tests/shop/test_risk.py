@@ -18,7 +18,7 @@ from grind_env.machine.job.file import load_job
 from grind_env.machine.job.uncertainty import CERTAIN
 from grind_env.plants import find_plant
 from grind_env.policies.statistics import Interval
-from grind_env.shop import risk as rule
+from grind_env.shop import trials as rule
 from grind_env.shop.commands.optimise import optimise as optimise_command
 from grind_env.shop.commands.sweep import sweep as sweep_command
 from grind_env.shop.optimise import finding
@@ -27,11 +27,10 @@ from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.outcome import Trade
 from grind_env.shop.optimise.variation import LOTS, variation_of
-from grind_env.shop.risk import most_risk, risk
 from grind_env.shop.sweep.study import LOTS as SWEPT
-from grind_env.shop.sweep.study import Ranges, Sweep, SweepPoint, sweep
+from grind_env.shop.sweep.study import Sweep, SweepPoint, SweepRanges, sweep
 from grind_env.shop.sweep.table import as_data, sentences, tables_of
-from grind_env.shop.trials import LotUse, Measures, Trials, lots_of
+from grind_env.shop.trials import LotUse, Measures, Trials, lots_of, most_risk, risk
 from grind_env.shop.wishes import wishes_of
 from tests.shop.programs import EXAMPLES, known_job
 
@@ -56,7 +55,7 @@ def test_more_may_be_risked_without_a_calibration(uncertainty: object, most: flo
 
 
 def test_a_row_of_a_sweep_and_the_same_words_of_a_search_risk_the_same() -> None:
-    found = sweep(PATH, None, Ranges(E=(22500.0, 22500.0), every=(3, 3)), parts=6)
+    found = sweep(PATH, None, SweepRanges(E=(22500.0, 22500.0), every=(3, 3)), parts=6)
     job, wishes = load_job(PATH.with_suffix(".toml")), wishes_of(["E", "interval"], {"interval": (3, 3)})
     variation = variation_of(read_file(PATH), text_of(read_bytes(PATH)), job, wishes, 6, 1)
     assert variation.fleet is not None

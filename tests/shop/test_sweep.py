@@ -12,7 +12,7 @@ from grind_env.control import read
 from grind_env.envs.job.text import repeated
 from grind_env.machine.job.file import load_job
 from grind_env.policies.statistics import Interval
-from grind_env.shop.sweep.study import LOTS, Ranges, Sweep, SweepError, cheapest, sweep
+from grind_env.shop.sweep.study import LOTS, Sweep, SweepError, SweepRanges, cheapest, sweep
 from grind_env.shop.sweep.table import sentences, tables_of
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 from tests.command import Grind
@@ -24,7 +24,7 @@ PARTS = 6
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory: pytest.TempPathFactory) -> Sweep:
-    ranges = Ranges(E=(12_000.0, 20_000.0), every=(1, 4), lead=(0.08, 0.16))
+    ranges = SweepRanges(E=(12_000.0, 20_000.0), every=(1, 4), lead=(0.08, 0.16))
     job = known_job(tmp_path_factory.mktemp("job"), "plate_g82")
     return sweep(EXAMPLES / "plate_g82.nc", job, ranges, parts=PARTS)
 
@@ -57,7 +57,7 @@ def test_lines_are_told_apart_without_colour(found: Sweep) -> None:
 
 
 def test_every_part_dressed_is_the_program_as_it_is() -> None:
-    found = sweep(EXAMPLES / "plate_g82.nc", None, Ranges(every=(1, 2)), parts=2)
+    found = sweep(EXAMPLES / "plate_g82.nc", None, SweepRanges(every=(1, 2)), parts=2)
     assert found.speeds[0].cost == found.own.cost
 
 
@@ -65,7 +65,7 @@ def test_a_lead_costs_what_the_dress_program_written_so_costs(tmp_path: Path) ->
     job = load_job(EXAMPLES / "plate_g82.toml")
     turns = 60_000.0 * 30.0 / (3.141592653589793 * 300.0)
     feed = round(0.1 * turns)
-    ranges = Ranges(lead=(feed / turns, feed / turns * 1.5))
+    ranges = SweepRanges(lead=(feed / turns, feed / turns * 1.5))
     point = sweep(EXAMPLES / "plate_g82.nc", known_job(tmp_path, "plate_g82"), ranges, parts=2).dresses[0]
     trials = trials_of(read(PLATE.replace("F191.", f"F{feed}.")), job, 2, lots_of(1, LotUse.SWEEP, LOTS))
     assert trials.measure(trials.own[None]).cost.mean() == pytest.approx(point.cost.value, rel=1e-6)
@@ -97,15 +97,15 @@ def test_the_command_prints_draws_and_tells(tmp_path: Path, capsys: pytest.Captu
     "program, ranges, told",
     few(
         [
-            ("keyway_g81", Ranges(every=(1, 5)), "no block that takes a D word"),
-            ("keyway_g81", Ranges(lead=(0.1, 0.2)), "no dress program"),
-            ("plate_g82", Ranges(every=(0, 5)), "from 1 to --parts"),
-            ("plate_g82", Ranges(E=(9e3, 9e4)), "the table makes 40000"),
+            ("keyway_g81", SweepRanges(every=(1, 5)), "no block that takes a D word"),
+            ("keyway_g81", SweepRanges(lead=(0.1, 0.2)), "no dress program"),
+            ("plate_g82", SweepRanges(every=(0, 5)), "from 1 to --parts"),
+            ("plate_g82", SweepRanges(E=(9e3, 9e4)), "the table makes 40000"),
         ],
         2,
     ),
 )
-def test_what_cannot_be_swept_is_told(program: str, ranges: Ranges, told: str) -> None:
+def test_what_cannot_be_swept_is_told(program: str, ranges: SweepRanges, told: str) -> None:
     with pytest.raises(SweepError, match=told):
         sweep(EXAMPLES / f"{program}.nc", None, ranges, parts=5)
 
@@ -116,9 +116,9 @@ def test_a_range_in_inches_a_minute_is_asked_about(tmp_path: Path) -> None:
     program.write_text(INCH, encoding="utf-8")
     told = r"400..800 does not come near the 15000 mm/min \(591 inch/min\) of inch.nc; .* write --E 10160..20320"
     with pytest.raises(SweepError, match=told):
-        sweep(program, job, Ranges(E=(400.0, 800.0)), parts=2)
+        sweep(program, job, SweepRanges(E=(400.0, 800.0)), parts=2)
     for name, E in ((program, (5_000.0, 9_000.0)), (EXAMPLES / "plate_g82.nc", (400.0, 800.0))):
-        found = sweep(name, job, Ranges(E=E), parts=1)
+        found = sweep(name, job, SweepRanges(E=E), parts=1)
         assert pytest.approx(E) == [found.speeds[0].E, found.speeds[-1].E]
 
 

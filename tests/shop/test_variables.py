@@ -25,7 +25,7 @@ from grind_env.machine.script.settings import D, E
 from grind_env.shop.calls import optimise
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.variation import variation_of
-from grind_env.shop.sweep.study import Ranges, sweep
+from grind_env.shop.sweep.study import SweepRanges, sweep
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 from grind_env.shop.wishes import wishes_of
 from tests.examples import examples
@@ -169,7 +169,7 @@ def test_words_that_are_varied_are_said_in_every_run(text: str, parts: int, star
 
 @pytest.mark.nightly
 def test_a_program_that_jumps_is_swept_as_its_straight_twin(folder: Path) -> None:
-    ranges = Ranges(E=(12_000.0, 18_000.0), every=(1, 2))
+    ranges = SweepRanges(E=(12_000.0, 18_000.0), every=(1, 2))
     jumping, straight = (sweep(folder / f"{name}.nc", None, ranges, parts=4) for name in ("steps", "straight"))
     assert jumping.own == straight.own
     assert jumping.speeds == straight.speeds
@@ -191,7 +191,7 @@ def test_a_program_that_counts_costs_what_it_costs_written_out() -> None:
 
 
 def test_intervals_take_the_place_of_what_the_program_counts(folder: Path) -> None:
-    found = sweep(folder / "counting.nc", None, Ranges(every=(EVERY, EVERY)), parts=6, variables={500: 0.0})
+    found = sweep(folder / "counting.nc", None, SweepRanges(every=(EVERY, EVERY)), parts=6, variables={500: 0.0})
     assert found.speeds[0].cost.value == pytest.approx(found.own.cost.value, rel=1e-12)
 
 
@@ -218,7 +218,7 @@ def test_runs_of_other_blocks_than_the_first_are_dressed_in_every_nth(folder: Pa
     """Six runs have six, three and two dresses: what these take of a part is in that ratio."""
     text = COUNTING.replace(FINISH, "IF [#500 EQ 1] GOTO 80\n" + FINISH)
     (folder / "uneven.nc").write_text(text, encoding="utf-8")
-    swept = Ranges(every=(1, 3))
+    swept = SweepRanges(every=(1, 3))
     found = sweep(folder / "uneven.nc", folder / "counting.toml", swept, parts=6, variables={500: 0.0}, untried=True)
     one, two, three = (point.seconds for point in found.speeds)
     assert one - two == pytest.approx(3.0 * (two - three), rel=1e-6)

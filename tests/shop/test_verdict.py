@@ -15,7 +15,7 @@ from grind_env.machine.job.file import load_job
 from grind_env.process.catalogue import load_catalogue
 from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.solver import Data
-from grind_env.shop.calibrate.verdict import Judged, judge
+from grind_env.shop.calibrate.verdict import FitJudgement, judge
 from grind_env.validation.rig import Rig
 from tests.foreign.shop import SHOPS, Shop, run, trace
 from tests.shop.blemished import Style, write_gauge, write_log
@@ -25,7 +25,7 @@ PLATE = EXAMPLES / "plate_g82.nc"
 STYLE = Style(rate=10.0, unit="W", comma=False, separator=",", clock="s", headings=("time [s]", "power [W]"), scale=0.0)
 
 
-def judged(kind: str, value: list[float], nominal: list[float], held_out: list[float]) -> Judged:
+def judged(kind: str, value: list[float], nominal: list[float], held_out: list[float]) -> FitJudgement:
     """What is said of one kind of measurement, each of a part of its own."""
     count = len(value)
     each = (np.array(numbers, np.float64) for numbers in (value, nominal, held_out))
@@ -59,14 +59,14 @@ def test_what_errors_of_measuring_make_is_not_worse() -> None:
 
 def test_the_verdict_says_what_the_model_is_for() -> None:
     errors = {"power": (9, 0.2, 0.02), "size": (3, 4.0, 1.0)}
-    found = Judged(errors, errors, ()).verdict(tells_nothing=False)
+    found = FitJudgement(errors, errors, ()).verdict(tells_nothing=False)
     assert (found.level, found.uses) == ("good", ("E and dressing", "size"))
     assert found.headline == ("Use it for E and dressing, size; not for roughness, burn, wheel wear: not measured.")
-    kept = Judged(errors, errors, (), kept=("size",)).verdict(tells_nothing=False)
+    kept = FitJudgement(errors, errors, (), kept=("size",)).verdict(tells_nothing=False)
     assert kept.uses == ("E and dressing",) and "for size it keeps the constants of the catalogue" in kept.headline
-    assert Judged(errors, None, ()).verdict(tells_nothing=False).level == "poor"
-    assert Judged(errors, errors, ("size",)).verdict(tells_nothing=False).level == "bad"
-    assert Judged(errors, errors, ()).verdict(tells_nothing=True).level == "bad"
+    assert FitJudgement(errors, None, ()).verdict(tells_nothing=False).level == "poor"
+    assert FitJudgement(errors, errors, ("size",)).verdict(tells_nothing=False).level == "bad"
+    assert FitJudgement(errors, errors, ()).verdict(tells_nothing=True).level == "bad"
 
 
 def test_constants_of_a_kind_that_the_model_does_not_follow_stay_as_the_catalogue_has_them(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from grind_env.policies.scripted.look_ahead import LookAhead
 from grind_env.policies.tuned import read_tuned, tuned_folder
 from grind_env.policies.watch import Watch
 from grind_env.shop.advise.lead import AdviserPolicy
-from grind_env.shop.advise.readings import Readings
+from grind_env.shop.advise.readings import MachineReadings
 from grind_env.shop.advise.rule import STEP, BlockReadings
 
 MOST_STEP = 100.0
@@ -25,7 +25,7 @@ USUAL_PRICE, USUAL_GROWTH, USUAL_CAUTION = 1.1, 1.5, 2.7
 
 
 class AdviceError(GrindError):
-    """A policy that cannot advise, or advice for which nothing is left to grind."""
+    """A policy that cannot advise, advice for which nothing is left to grind, or arguments that do not go together."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,12 +47,6 @@ class Advice:
 
 def policy_for(text: str | None, simulation: JobSimulation, step: float = STEP, *, other_part: bool = False) -> Policy:
     """Return the policy that a text names, or the default adviser.
-
-    Args:
-        text: as for `named_policy`.
-        simulation: of the program.
-        step: most that E of the default adviser rises from block to block of a kind.
-        other_part: as for `load_policy`.
 
     Raises:
         GrindError: there is none, it does not fit the program, or it needs to see more than is measured, or the step is
@@ -126,7 +120,7 @@ class Adviser:
         policy.begin(simulation if bounds is None else within(simulation, bounds), 1)
         self._decide()
 
-    def take(self, readings: Readings) -> None:
+    def take(self, readings: MachineReadings) -> None:
         """The block that was advised on has been ground, and this was read.
 
         Raises:
@@ -181,7 +175,7 @@ class Adviser:
         self.advice = Advice(block=number, speed=speed, executions=executions, words=words)
 
 
-def _told(readings: Readings, job: Job, meter_scale: float) -> BlockReadings:
+def _told(readings: MachineReadings, job: Job, meter_scale: float) -> BlockReadings:
     """Return readings as ratios to the limits of a part."""
 
     def ratio(value: float | None, limit: float) -> float | None:

@@ -9,27 +9,23 @@ from pathlib import Path
 from grind_env.envs.job.loading import load_simulation
 from grind_env.envs.job.outline import JobChoice
 from grind_env.envs.job.simulation import JobSimulation
-from grind_env.errors import GrindError, printable, quoted
+from grind_env.errors import printable, quoted
 from grind_env.files import beside
 from grind_env.machine.job.file import job_beside
 from grind_env.plants.names import MODEL
 from grind_env.policies.learned.saved import SUFFIX
 from grind_env.policies.naming import agent_of
 from grind_env.policies.problem import find_problem
-from grind_env.shop.advise.adviser import Adviser, policy_for
-from grind_env.shop.advise.readings import Readings
+from grind_env.shop.advise.adviser import AdviceError, Adviser, policy_for
+from grind_env.shop.advise.readings import MachineReadings
 from grind_env.shop.advise.rehearsal import advised, as_programmed, ground
 from grind_env.shop.advise.session import Files, Session, as_data, lines_of
 from grind_env.shop.advise.shadow import Shadow
-from grind_env.shop.advise.sources import CsvSource, JsonLines, Prompt, Source
+from grind_env.shop.advise.sources import CsvSource, JsonLines, Prompt, ReadingSource
 from grind_env.shop.advise.state import origin_of
 from grind_env.shop.advise.values import check_free, check_variables
 
 BLOCK, PART = "block", "part"
-
-
-class ArgumentError(GrindError):
-    """Arguments that do not go together."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,7 +44,6 @@ class AdviceRequest:
     why: bool
 
     def simulation(self, plant: str = MODEL.name) -> JobSimulation:
-        """Return the program on the model or on another machine."""
         path = job_beside(self.program) if self.job is None else self.job
         given = dict(find_problem(str(self.program), str(path), self.parts).arguments)
         return load_simulation(given.get("program"), given["job"], self.parts, 1.0, "measured", self.variables, plant)
@@ -73,21 +68,17 @@ def open_session(
     values: Path | None,
     shadow: bool,
 ) -> Session:
-    """Return a session before its first block.
-
-    Raises:
-        GrindError: an argument is faulty, or the program, the job or the policy does not fit.
-    """
+    """Return a session before its first block."""
     if by not in (BLOCK, PART):
-        raise ArgumentError(f"--by is {quoted(by)}, but must be {BLOCK} or {PART}")
+        raise AdviceError(f"--by is {quoted(by)}, but must be {BLOCK} or {PART}")
     if shadow and values is not None:
-        raise ArgumentError("--shadow looks on while others decide, and --write decides: leave one of them out")
+        raise AdviceError("--shadow looks on while others decide, and --write decides: leave one of them out")
     if follow and measurements is None:
-        raise ArgumentError("--follow waits for rows of a file: name it with --measurements")
+        raise AdviceError("--follow waits for rows of a file: name it with --measurements")
     simulation = request.simulation()
     adviser = request.adviser(simulation, shadow=shadow)
     if shadow and adviser.watch is None:
-        raise ArgumentError(f"--shadow compares forecasts, and {adviser.policy.name} has none: leave out --policy")
+        raise AdviceError(f"--shadow compares forecasts, and {adviser.policy.name} has none: leave out --policy")
     if values is not None:
         check_free(simulation, values)
         if by == PART:
@@ -108,24 +99,13 @@ def open_session(
 
 
 def rehearse(request: AdviceRequest, plant: str, others: Sequence[str]) -> None:
-    """Advise through a batch on a simulated machine, and compare it with the program as it is.
-
-    Args:
-        request: what is advised on.
-        plant: name of the machine.
-        others: options that ask for a real machine.
-
-    Raises:
-        GrindError: as of `open_session`.
-    """
+    """Advise through a batch on a simulated machine, and compare it with the program as it is."""
     if others:
-        raise ArgumentError(
-            f"--plant rehearses on a simulated machine, and {others[0]} is for a real one: leave one out"
-        )
+        raise AdviceError(f"--plant rehearses on a simulated machine, and {others[0]} is for a real one: leave one out")
     adviser, machine = request.adviser(request.simulation()), request.simulation(plant)
     follow = advised(adviser)
 
-    def decide(number: int, readings: Readings | None) -> JobChoice:
+    def decide(number: int, readings: MachineReadings | None) -> JobChoice:
         choice, advice = follow(number, readings), adviser.advice
         assert advice is not None
         lines = (
@@ -146,14 +126,9 @@ def rehearse(request: AdviceRequest, plant: str, others: Sequence[str]) -> None:
     _say(f"rehearsed on {plant}, {request.parts} parts: {said[0]}; the program as it is: {said[1]}")
 
 
-def _input() -> Source:
-    """Readings that are typed, or come through a pipe.
-
-    Raises:
-        ArgumentError: standard input is closed.
-    """
+def _input() -> ReadingSource:
     if sys.stdin is None or sys.stdin.closed:
-        raise ArgumentError("standard input is closed, so that no readings can come: name a file with --measurements")
+        raise AdviceError("standard input is closed, so that no readings can come: name a file with --measurements")
     return Prompt() if sys.stdin.isatty() else JsonLines(sys.stdin.buffer)
 
 

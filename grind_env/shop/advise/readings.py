@@ -12,6 +12,7 @@ from grind_env.envs.job.simulation import JobSimulation
 from grind_env.errors import GrindError, did_you_mean, quoted
 from grind_env.policies.choices import speed_bounds
 from grind_env.process.equations import LEAST_DIAMETER
+from grind_env.shop.calibrate.sheet import NO, YES
 
 LEAST_POWER, LEAST_SIZE = POWER_NOISE_FLOOR, 0.05
 """W and um: below them a number is one of kW or mm, for no meter or gauge tells so little."""
@@ -19,7 +20,6 @@ SCATTER = 4.0 * math.sqrt(2.0)
 """Standard deviations of a reading by which noise of both may bring the peak below the mean."""
 MOST_RA = 50.0
 """um; no ground surface is rougher."""
-YES, NO = ("1", "yes", "true"), ("0", "no", "false")
 
 
 class ReadingError(GrindError):
@@ -27,7 +27,7 @@ class ReadingError(GrindError):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Readings:
+class MachineReadings:
     """What was measured of a block, or of a part that it finished; None where nothing was.
 
     Attributes:
@@ -81,7 +81,7 @@ class Readings:
         )
 
 
-NAMES = tuple(each.name for each in fields(Readings))
+NAMES = tuple(each.name for each in fields(MachineReadings))
 WHOLE, FLAGS = ("block", "part", "D"), ("burn", "new_wheel", "new_lot")
 SLIPS = (
     *((name, LEAST_POWER, "W", "kW") for name in ("mean_power", "first_power", "peak_power")),
@@ -92,16 +92,8 @@ OF_PART = ("size_error", "Ra", "Ra_before", "burn", "new_lot")
 """What can be said only of a block that finishes a part."""
 
 
-def readings_of(table: Mapping[str, Any], place: str) -> Readings:
-    """Readings from a table of numbers or texts; an empty text or null is a reading that is missing.
-
-    Args:
-        table: by name; `Readings` says the names.
-        place: where they stand, for messages.
-
-    Raises:
-        ReadingError: a name is not known, or a value is no number.
-    """
+def readings_of(table: Mapping[str, Any], place: str) -> MachineReadings:
+    """Readings from a table of numbers or texts; an empty text or null is a reading that is missing."""
     values: dict[str, Any] = {}
     for name, value in table.items():
         if name not in NAMES:
@@ -112,7 +104,7 @@ def readings_of(table: Mapping[str, Any], place: str) -> Readings:
         if value is None or (isinstance(value, str) and not value.strip()):
             continue
         values[name] = _flag(name, value, place) if name in FLAGS else _number(name, value, place)
-    return Readings(**values)
+    return MachineReadings(**values)
 
 
 def _number(name: str, value: Any, place: str) -> float | int:
@@ -131,12 +123,12 @@ def _number(name: str, value: Any, place: str) -> float | int:
 
 def _flag(name: str, value: Any, place: str) -> bool:
     text = str(int(value) if isinstance(value, float) and value.is_integer() else value).strip().lower()
-    if text not in YES + NO:
+    if not (YES.fullmatch(text) or NO.fullmatch(text)):
         raise ReadingError(f"{place}: {name} is {quoted(value)}, but must be 1 or 0")
-    return text in YES
+    return YES.fullmatch(text) is not None
 
 
-def check_readings(readings: Readings, simulation: JobSimulation, number: int, place: str) -> None:
+def check_readings(readings: MachineReadings, simulation: JobSimulation, number: int, place: str) -> None:
     """Check readings against the block that they are to be of.
 
     Args:
@@ -144,9 +136,6 @@ def check_readings(readings: Readings, simulation: JobSimulation, number: int, p
         simulation: of the program.
         number: of the block, from 0.
         place: where they stand, for messages.
-
-    Raises:
-        ReadingError: they are of another block, or one is out of range.
     """
     block, job = simulation.blocks[number], simulation.job
     for name, expected in (("block", number + 1), ("part", block.part + 1)):

@@ -11,7 +11,7 @@ from grind_env.envs.job.outline import JobChoice
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.tables import Outcome
 from grind_env.shop.advise.adviser import Adviser
-from grind_env.shop.advise.readings import Readings
+from grind_env.shop.advise.readings import MachineReadings
 
 LOTS = 1
 """Seed of lots, stocks and noise: the same for all that is compared."""
@@ -19,7 +19,7 @@ COST, GOOD, RISE = (Outcome._fields.index(name) for name in ("cost", "good", "ri
 EARLY = 14
 """Parts in which an adviser may still feel its way."""
 
-Decide = Callable[[int, Readings | None], JobChoice]
+Decide = Callable[[int, MachineReadings | None], JobChoice]
 """Choose E and D of a block, by its number from 0 and what was read of the block before."""
 
 
@@ -88,7 +88,7 @@ def as_programmed(simulation: JobSimulation) -> Decide:
 def advised(adviser: Adviser) -> Decide:
     """Return what an adviser says, which is followed."""
 
-    def decide(number: int, readings: Readings | None) -> JobChoice:
+    def decide(number: int, readings: MachineReadings | None) -> JobChoice:
         if readings is not None:
             adviser.take(readings)
         assert adviser.advice is not None
@@ -137,11 +137,11 @@ def ground(simulation: JobSimulation, decide: Decide, seed: int = LOTS) -> Batch
     )
 
 
-def read(simulation: JobSimulation, episodes: Any, number: int) -> Readings:
+def read(simulation: JobSimulation, episodes: Any, number: int) -> MachineReadings:
     """What meter and gauges have shown of a block, as somebody would type it."""
     seen = {name: float(value[0]) for name, value in simulation.read(simulation.observe(episodes)).items()}
     first, mean, peak = (seen[name] or None for name in ("first_power", "mean_power", "peak_power"))
-    readings = Readings(first_power=first, mean_power=mean, peak_power=peak)
+    readings = MachineReadings(first_power=first, mean_power=mean, peak_power=peak)
     if not simulation.blocks[number].finished:
         return readings
     gauged = round(seen["parts_since_gauged"]) == 1 and seen["roughness"] > 0.0

@@ -9,10 +9,10 @@ from pathlib import Path
 
 from grind_env.files import shown
 from grind_env.shop.advise.adviser import Advice, Adviser
-from grind_env.shop.advise.readings import ReadingError, Readings, check_readings, readings_of
+from grind_env.shop.advise.readings import MachineReadings, ReadingError, check_readings, readings_of
 from grind_env.shop.advise.shadow import Shadow
-from grind_env.shop.advise.sources import Row, Source
-from grind_env.shop.advise.state import ANEW, Origin, StateError, Step, read_state, write_log, write_state
+from grind_env.shop.advise.sources import ReadingSource, ReadingsRow
+from grind_env.shop.advise.state import ANEW, AdviceOrigin, AdvisedBlock, StateError, read_state, write_log, write_state
 from grind_env.shop.advise.values import write_values
 
 
@@ -49,15 +49,15 @@ class Session:
     """
 
     adviser: Adviser
-    origin: Origin
+    origin: AdviceOrigin
     files: Files
-    source: Source
+    source: ReadingSource
     say: Callable[[str], None]
     by_part: bool = False
     as_json: bool = False
     why: bool = False
     shadow: Shadow | None = None
-    steps: list[Step] = field(default_factory=list)
+    steps: list[AdvisedBlock] = field(default_factory=list)
     given: list[Advice] = field(default_factory=list)
 
     def begin(self) -> None:
@@ -115,7 +115,7 @@ class Session:
             ends = self.adviser.simulation.blocks[advice.block].finished > 0
             if self.by_part and not ends:
                 # kept with the row of the part: who is stopped before that sees all its advice again
-                self._pass(advice, Readings())
+                self._pass(advice, MachineReadings())
                 continue
             readings = self._read(advice)
             if readings is None:
@@ -133,8 +133,7 @@ class Session:
         for line in self.shadow.lines():
             self.say(line)
 
-    def _read(self, advice: Advice) -> Readings | None:
-        """Readings of the block; None if there are no more."""
+    def _read(self, advice: Advice) -> MachineReadings | None:
         while True:
             try:
                 row = self.source.next(self._asked(advice))
@@ -145,7 +144,7 @@ class Session:
                 self.source.refused()
                 self.say(json.dumps({"refused": str(error)}) if self.as_json else str(error))
 
-    def _checked(self, row: Row, number: int) -> Readings:
+    def _checked(self, row: ReadingsRow, number: int) -> MachineReadings:
         readings = readings_of(row.table, row.place)
         check_readings(readings, self.adviser.simulation, number, row.place)
         return readings
@@ -170,18 +169,18 @@ class Session:
                 raise StateError(f"{row.place} says something else of block {number + 1} than it did before: {ANEW}")
         return True
 
-    def _keep(self, advice: Advice, readings: Readings) -> None:
+    def _keep(self, advice: Advice, readings: MachineReadings) -> None:
         """Take readings of a block, and of those before it of which there are none; they are then on disk."""
         self._pass(advice, readings)
         write_state(self.files.state, self.origin, self.steps)
         write_log(self.files.log, self.adviser.simulation, self.steps)
 
-    def _pass(self, advice: Advice, readings: Readings) -> None:
+    def _pass(self, advice: Advice, readings: MachineReadings) -> None:
         self._told(advice, readings)
         now = datetime.now().isoformat(timespec="seconds")
-        self.steps.append(Step(time=now, words=advice.words, readings=readings))
+        self.steps.append(AdvisedBlock(time=now, words=advice.words, readings=readings))
 
-    def _told(self, advice: Advice, readings: Readings) -> None:
+    def _told(self, advice: Advice, readings: MachineReadings) -> None:
         self.adviser.take(readings)
         self.given.append(advice)
         if self.shadow is not None and self.adviser.watch is not None:

@@ -26,11 +26,9 @@ class Beside(NamedTuple):
 
     @property
     def holds(self) -> bool:
-        """Whether the forecast held."""
         return abs(self.read - self.forecast) <= HOLDS * self.spread
 
     def told(self) -> str:
-        """As a line."""
         read, forecast = f"{self.read:.2f} {self.unit}", f"{self.forecast:.2f} +/- {self.spread:.2f}"
         return f"part {self.part + 1}: {self.name} {read}, forecast {forecast}{'' if self.holds else ', off'}"
 

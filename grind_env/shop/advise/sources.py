@@ -30,7 +30,7 @@ class InputError(GrindError):
     """Input that cannot be read any more."""
 
 
-class Row(NamedTuple):
+class ReadingsRow(NamedTuple):
     """Readings as they were found."""
 
     table: dict[str, Any]
@@ -38,7 +38,7 @@ class Row(NamedTuple):
     """Where, for messages."""
 
 
-class Source(Protocol):
+class ReadingSource(Protocol):
     """Gives rows, in the order in which the blocks are ground."""
 
     retold: bool
@@ -46,11 +46,12 @@ class Source(Protocol):
     patient: bool
     """Whether a row that is refused may come corrected."""
 
-    def next(self, asked: str) -> Row | None:
+    def next(self, asked: str) -> ReadingsRow | None:
         """The next row; None if there is no more. `asked` says what is awaited."""
 
     def refused(self) -> None:
         """The last row is not taken: the next one is to be of the same block."""
+        return
 
 
 class CsvSource:
@@ -66,11 +67,10 @@ class CsvSource:
         self.patient, self.before, self.faulty = follow, 0, ""
 
     def refused(self) -> None:
-        """As `Source.refused`: the row is awaited in the file as it will have been corrected."""
+        # the row is awaited in the file as it will have been corrected
         self.taken, self.faulty = self.before, self._text()
 
-    def next(self, asked: str) -> Row | None:
-        """As `Source.next`; a `ReadingError` says what no table has."""
+    def next(self, asked: str) -> ReadingsRow | None:
         self.before = self.taken
         while True:
             text = self._text()
@@ -89,7 +89,7 @@ class CsvSource:
             raise InputError(str(error)) from None
         return text[: text.rfind("\n") + 1] if self.follow else text
 
-    def _rows(self, text: str) -> list[Row]:
+    def _rows(self, text: str) -> list[ReadingsRow]:
         try:
             sheet = sheet_of(self.path, text)
             if sheet is None:
@@ -102,7 +102,7 @@ class CsvSource:
         except CalibrationError as error:
             raise ReadingError(str(error)) from None
         return [
-            Row(dict(zip(names, cells, strict=True)), f"{shown(self.path)}, row {line}")
+            ReadingsRow(dict(zip(names, cells, strict=True)), f"{shown(self.path)}, row {line}")
             for line, *cells in zip(sheet.lines, *columns, strict=True)
         ]
 
@@ -114,7 +114,7 @@ def _readings(sheet: Sheet, column: int) -> list[float | str | None]:
     return [number if math.isfinite(number) else None if is_missing(text) else text for number, text in cells]
 
 
-class JsonLines:
+class JsonLines(ReadingSource):
     """One JSON object a line, such as `{"peak_power": 2400, "size_error": 3}`; `{}` if nothing was measured."""
 
     retold, patient = False, True
@@ -122,8 +122,7 @@ class JsonLines:
     def __init__(self, stream: BinaryIO) -> None:
         self.stream, self.line = stream, 0
 
-    def next(self, asked: str) -> Row | None:
-        """As `Source.next`; a `ReadingError` says which line is no JSON object."""
+    def next(self, asked: str) -> ReadingsRow | None:
         while data := self._read():
             place = f"line {self.line} of the input"
             try:
@@ -138,11 +137,8 @@ class JsonLines:
                 table = None
             if not isinstance(table, dict):
                 raise ReadingError(f"{place} is {quoted(text)}, but must be a JSON object of readings by name")
-            return Row(table, place)
+            return ReadingsRow(table, place)
         return None
-
-    def refused(self) -> None:
-        """As `Source.refused`."""
 
     def _read(self) -> bytes:
         """The next line; nothing at the end."""
@@ -157,7 +153,7 @@ class JsonLines:
         return data
 
 
-class Prompt:
+class Prompt(ReadingSource):
     """Asks somebody at the terminal for one line a block, such as `peak_power=2400 size_error=3`."""
 
     retold, patient = False, True
@@ -165,11 +161,7 @@ class Prompt:
     def __init__(self, ask: Callable[[str], str] = input) -> None:
         self.ask = ask
 
-    def refused(self) -> None:
-        """As `Source.refused`."""
-
-    def next(self, asked: str) -> Row | None:
-        """As `Source.next`; None at the end of the input or for `stop`, a `ReadingError` for no `name=value`."""
+    def next(self, asked: str) -> ReadingsRow | None:
         try:
             text = self.ask(f"{asked}, as name=value (nothing: none; stop: go on later)> ").strip()
         except EOFError:
@@ -184,4 +176,4 @@ class Prompt:
             if not sign:
                 raise ReadingError(f"{quoted(word)} is no reading: write name=value, such as peak_power=2400")
             table[name] = value
-        return Row(table, "what was typed")
+        return ReadingsRow(table, "what was typed")

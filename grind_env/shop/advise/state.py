@@ -24,7 +24,7 @@ from grind_env.lock import alone
 from grind_env.machine.part.feeds import speed_word
 from grind_env.policies.policy import Policy
 from grind_env.shop.advise.own import LOG_COLUMNS
-from grind_env.shop.advise.readings import NAMES, Readings
+from grind_env.shop.advise.readings import NAMES, MachineReadings
 
 FORMAT = 2
 ANEW = "give --restart to begin anew, or --state for another file"
@@ -35,7 +35,7 @@ class StateError(GrindError):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Origin:
+class AdviceOrigin:
     """What the advice of a file rests on.
 
     Attributes:
@@ -48,7 +48,7 @@ class Origin:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Step:
+class AdvisedBlock:
     """A block that was ground.
 
     Attributes:
@@ -59,40 +59,28 @@ class Step:
 
     time: str
     words: Words
-    readings: Readings
+    readings: MachineReadings
 
 
-def origin_of(simulation: JobSimulation, policy: Policy, file: Path | None, how: str = "") -> Origin:
-    """What advice rests on.
-
-    Args:
-        simulation: of the program.
-        policy: that advises.
-        file: that it is saved in; None for one with a name.
-        how: it is asked, beyond what is usual.
-    """
+def origin_of(simulation: JobSimulation, policy: Policy, file: Path | None, how: str = "") -> AdviceOrigin:
+    """What advice rests on."""
     rule = (read_bytes(file) if file is not None else repr(policy).encode()) + how.encode()
-    return Origin(
+    return AdviceOrigin(
         inputs={**inputs_of(simulation), **dict(named(simulation.job.wheel, "wheel"))},
         policy=f"{policy.name} {hashlib.sha256(rule).hexdigest()[:16]}",
     )
 
 
-def read_state(path: Path, origin: Origin) -> Sequence[Step]:
-    """The blocks that a file tells of; none if there is no file.
-
-    Raises:
-        StateError: it is damaged, or was written with another program, job, number of parts or policy.
-        ReadError: it cannot be read.
-    """
+def read_state(path: Path, origin: AdviceOrigin) -> Sequence[AdvisedBlock]:
+    """The blocks that a file tells of; none if there is no file."""
     if not is_file(path):
         return ()
     try:
         document = json.loads(read_text(path))
         if document["format"] != FORMAT:
             raise StateError(f"{shown(path)} was written by another version of grind_env: {ANEW}")
-        found: Origin = formed(Origin, document["origin"], "origin")
-        steps: tuple[Step, ...] = formed(tuple[Step, ...], document["steps"], "steps")
+        found: AdviceOrigin = formed(AdviceOrigin, document["origin"], "origin")
+        steps: tuple[AdvisedBlock, ...] = formed(tuple[AdvisedBlock, ...], document["steps"], "steps")
     except StateError:
         raise
     except (ValueError, KeyError, TypeError, RecursionError) as error:
@@ -108,12 +96,7 @@ def read_state(path: Path, origin: Origin) -> Sequence[Step]:
 
 @contextmanager
 def held(path: Path) -> Iterator[None]:
-    """Work with a state file as the only adviser that does, however the ones before have ended.
-
-    Raises:
-        StateError: another adviser works with it.
-        FileError: its folder cannot be written to.
-    """
+    """Work with a state file as the only adviser that does, however the ones before have ended."""
     place = Path(os.path.realpath(path))
     taken = StateError(
         f"another adviser works with {shown(path)}: go on there, or end it first, or name another file with --state"
@@ -126,7 +109,7 @@ def held(path: Path) -> Iterator[None]:
         yield
 
 
-def write_state(path: Path, origin: Origin, steps: Sequence[Step]) -> None:
+def write_state(path: Path, origin: AdviceOrigin, steps: Sequence[AdvisedBlock]) -> None:
     """Write the file, whole or not at all; errors as of `write_atomically`."""
     document = {
         "format": FORMAT,
@@ -137,7 +120,7 @@ def write_state(path: Path, origin: Origin, steps: Sequence[Step]) -> None:
     write_atomically(path, lambda partial: partial.write_text(text, encoding="utf-8"))
 
 
-def write_log(path: Path, simulation: JobSimulation, steps: Sequence[Step]) -> None:
+def write_log(path: Path, simulation: JobSimulation, steps: Sequence[AdvisedBlock]) -> None:
     """Write a CSV with a row for each block that was ground, whole or not at all; errors as of `write_atomically`."""
     names = [name for name in NAMES if name not in ("block", "part", "E", "D")]
 

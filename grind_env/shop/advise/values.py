@@ -8,28 +8,23 @@ from typing import NamedTuple
 from grind_env.envs.job.outline import BlockOutline, JobChoice
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.program_episode import Words
-from grind_env.errors import GrindError
 from grind_env.files import write_atomically
 from grind_env.machine.part.feeds import speed_word
-from grind_env.shop.advise.adviser import Advice
+from grind_env.shop.advise.adviser import Advice, AdviceError
 
 FIRST = 101
 """Common variable with which E and D begin where the program names none."""
 _PROGRAM = re.compile(r"[Oo](\d{1,8})")
 
 
-class ValuesError(GrindError):
-    """Blocks of which no values can be written: expressions, or two of a part that read the same variable."""
-
-
-class Variables(NamedTuple):
+class BlockVariables(NamedTuple):
     """Numbers of the variables that a block reads."""
 
     E: int
     D: int
 
 
-def variables_of(block: BlockOutline, place: int) -> Variables:
+def variables_of(block: BlockOutline, place: int) -> BlockVariables:
     """Those that stand in the E and D words of a block, F for E of a feed move that is a stroke.
 
     Where there is none, #101 and #102, #103 and #104 for the next block, ...
@@ -37,36 +32,27 @@ def variables_of(block: BlockOutline, place: int) -> Variables:
     Args:
         block: of the program.
         place: of the block in its part, from 0.
-
-    Raises:
-        ValuesError: E or D is an expression.
     """
     found = []
     for k, letter in enumerate((speed_word(block.plan), "D")):
         match = re.search(rf"(?<![A-Z]){letter}\s*(?:#\s*(\d+)|\[)", block.block.source.text.upper())
         if match and not match[1]:
-            raise ValuesError(
+            raise AdviceError(
                 f"line {block.block.source.line}: {letter} is an expression, for which no value can be written: "
                 f"let it be a variable, such as {letter}#{FIRST + k}"
             )
         found.append(int(match[1]) if match else FIRST + 2 * place + k)
-    return Variables(*found)
+    return BlockVariables(*found)
 
 
 def check_free(simulation: JobSimulation, path: Path) -> None:
-    """Refuse to write variables to a file that the program sets itself, or uses for something else.
-
-    Raises:
-        ValuesError: it does.
-    """
+    """Refuse to write variables to a file that the program sets itself, or uses for something else."""
     called = _PROGRAM.fullmatch(path.stem)
     written = int(called[1]) if called else -1
     programs = simulation.programs
     others = [each for each in programs if each is not programs.find(written)]
     lines = [source for each in others for source in each.blocks]
-    for number, block in enumerate(simulation.blocks):
-        if block.part != simulation.blocks[0].part:
-            return
+    for number, block in _of_first_part(simulation):
         # each block may stand alone: with --by block the numbers of the first one are written
         for letter, variable in zip((speed_word(block.plan), "D"), variables_of(block, number), strict=True):
             own = re.compile(rf"(?<![A-Z]){letter}\s*#\s*{variable}(?!\d)")
@@ -76,7 +62,7 @@ def check_free(simulation: JobSimulation, path: Path) -> None:
                 sets = re.search(rf"#\s*{variable}\s*=", text)
                 uses = re.search(rf"#\s*{variable}(?!\d)", own.sub("", text))
                 if sets or (uses and not said):
-                    raise ValuesError(
+                    raise AdviceError(
                         f"line {source.line}: the program {'sets' if sets else 'uses'} #{variable} itself, which would "
                         f"be written for {letter} of its line {block.block.source.line}: let that say {letter}# with a "
                         "number that is free"
@@ -84,22 +70,20 @@ def check_free(simulation: JobSimulation, path: Path) -> None:
 
 
 def check_variables(simulation: JobSimulation) -> None:
-    """Refuse to write the values of several blocks at once, unless each has its own variables.
-
-    Raises:
-        ValuesError: two blocks of a part read the same one.
-    """
+    """Refuse to write the values of several blocks at once, unless each has its own variables."""
     taken: dict[int, int] = {}
-    for number, block in enumerate(simulation.blocks):
-        if block.part != simulation.blocks[0].part:
-            return
+    for number, block in _of_first_part(simulation):
         for variable in variables_of(block, number):
             if variable in taken:
-                raise ValuesError(
+                raise AdviceError(
                     f"blocks {taken[variable] + 1} and {number + 1} of one part both read #{variable}: give each "
                     "its own variables, or advise --by block"
                 )
             taken[variable] = number
+
+
+def _of_first_part(simulation: JobSimulation) -> list[tuple[int, BlockOutline]]:
+    return [each for each in enumerate(simulation.blocks) if each[1].part == simulation.blocks[0].part]
 
 
 def write_values(path: Path, simulation: JobSimulation, advice: Sequence[Advice]) -> None:
@@ -108,11 +92,6 @@ def write_values(path: Path, simulation: JobSimulation, advice: Sequence[Advice]
     A block that has not been advised on yet has the numbers of the program, so that it runs from the beginning. A file
     named `O<number>.nc` is a subprogram, which `M98 P<number>` or `G65 P<number>` runs; any other a program that the
     operator runs. E is in the units of the program.
-
-    Args:
-        path: of the file.
-        simulation: of the program.
-        advice: given so far.
     """
     values, first = dict[int, str](), dict[int, int]()
     for number, block in enumerate(simulation.blocks):
@@ -129,7 +108,6 @@ def write_values(path: Path, simulation: JobSimulation, advice: Sequence[Advice]
 
 
 def _assignments(block: BlockOutline, place: int, words: Words, source: str) -> dict[int, str]:
-    """Assignments of the E and D of a block, by number of the variable."""
     variables, unit = variables_of(block, place), "INCH/MIN" if block.inch else "MM/MIN"
     letter = speed_word(block.plan)
     lines = {variables.E: f"#{variables.E}={words[letter]} ({letter}, {unit}, {source})"}

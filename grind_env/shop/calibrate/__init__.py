@@ -12,13 +12,11 @@ From a log of the spindle's power beside its part program, or from a table of se
 | `idle.py`, `meter.py` | power of the idling spindle under each stroke; the lag of the meter |
 | `observe.py` | mean power of strokes or blocks |
 | `table.py` | settings instead of a log |
-| `place.py` | which alignment the model agrees with best |
-| `gauged.py` | what was gauged as measurements, and what gauges would show of a run |
 | `parameters.py` | what may be fitted, with its prior |
 | `forward.py` | the machine under the program, run again |
 | `solver.py`, `fit.py`, `width.py` | the most probable values, their intervals, and how much of the free term is used |
 | `verdict.py` | whether the fit may be used, and for what |
 | `calibration.py` | `calibrate`, from files to the result |
-| `uncertain.py`, `plan.py` | what is left open, and what to grind next |
+| `uncertain.py`, `plan.py` | what is left open, and a program whose log tells more |
 | `result.py`, `show.py`, `remarks.py` | the result as a catalogue file, on the screen, and what is to be known of it |
 """

@@ -6,7 +6,6 @@ dress, a gauge or the next part does not matter.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +16,7 @@ from grind_env.extras import needing
 from grind_env.shop.calibrate.alignment import ALIKE_RUNS, MATCHES, SAME_FEED, Alignment, between
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.likeness import FEWEST, FINE, MARGIN, judged, template
-from grind_env.shop.calibrate.logs import Log
+from grind_env.shop.calibrate.logs import Log, averaged
 from grind_env.shop.calibrate.pattern import Pattern
 from grind_env.shop.calibrate.sheet import Floats
 
@@ -92,7 +91,7 @@ class _Binned(NamedTuple):
 def _aligned(log: Log, pattern: Pattern, expected: Floats, unit: float) -> Alignment:
     time = unit * log.time
     step = float(np.clip(np.median(np.diff(time)), FINE, COARSE))
-    log = _averaged(log, time, step)
+    log = averaged(log, time, step)
     spans = np.array([pattern.times(run)[2] for run in range(pattern.runs)])
     total, length = float(spans.sum() + pattern.pause.sum()), float(log.time[-1] - log.time[0])
     none = np.empty((0, pattern.runs))
@@ -142,13 +141,6 @@ def _alike(
     return tuple(
         np.where(between(gained, usual, ALIKE_RUNS), score, 0.0) for score, gained in zip(scores, gains, strict=True)
     )
-
-
-def _averaged(log: Log, time: Floats, step: float) -> Log:
-    """Rows closer together than a step as their mean."""
-    number = np.floor((time - time[0]) / step).astype(np.int64)
-    _, where, count = np.unique(number, return_inverse=True, return_counts=True)
-    return replace(log, time=np.bincount(where, time) / count, power=np.bincount(where, log.power) / count)
 
 
 def _transformed(log: Log, step: float, around: float) -> _Binned:

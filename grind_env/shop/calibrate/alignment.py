@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.arrays import Numbers
 from grind_env.shop.calibrate.pattern import Pattern
 from grind_env.shop.calibrate.sheet import Floats
 
@@ -46,17 +45,11 @@ class Alignment:
         """How often the program was run."""
         return len(self.begin)
 
-    def _only(self, executions: Numbers | slice) -> "Alignment":
-        """That of some of the executions."""
-        begin, override, correlation, gain, rest = (
-            values[executions] for values in (self.begin, self.override, self.correlation, self.gain, self.rest)
-        )
-        return replace(self, begin=begin, override=override, correlation=correlation, gain=gain, rest=rest)
-
     @property
     def known(self) -> "Alignment":
         """That of the executions of which a run is sure; other work may look like one from afar."""
-        return self._only(np.flatnonzero(self.sure.any(axis=1)))
+        names, known = ("begin", "override", "correlation", "gain", "rest"), self.sure.any(axis=1)
+        return replace(self, **{name: getattr(self, name)[known] for name in names})
 
     @property
     def quality(self) -> float:

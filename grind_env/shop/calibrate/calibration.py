@@ -18,21 +18,18 @@ from grind_env.plants.names import MODEL
 from grind_env.shop.calibrate.alignment import Alignment
 from grind_env.shop.calibrate.columns import Map, read_map
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.fit import Fit, Problem, fit_and_judge
+from grind_env.shop.calibrate.fit import Fit, FitProblem, fit_and_judge
 from grind_env.shop.calibrate.forward import Forward, powers
-from grind_env.shop.calibrate.gauge import Gauge, read_gauge
-from grind_env.shop.calibrate.gauged import Gauged, gauges_of, measured_of, refuse_impossible
-from grind_env.shop.calibrate.logs import Log, read_log
-from grind_env.shop.calibrate.meter import averaged, find, with_lag
+from grind_env.shop.calibrate.gauge import Gauged, GaugedParts, gauges_of, measured_of, read_gauge, refuse_impossible
+from grind_env.shop.calibrate.logs import Log, averaged, read_log
+from grind_env.shop.calibrate.meter import FINEST, find, with_lag
 from grind_env.shop.calibrate.observe import DISCREPANCY, DISCREPANCY_ACROSS, Observations, observe
 from grind_env.shop.calibrate.parameters import HEAT, chosen_parameters, free_parameters
 from grind_env.shop.calibrate.pattern import Pattern, pattern_of
-from grind_env.shop.calibrate.place import best_place
-from grind_env.shop.calibrate.plan import next_cut
-from grind_env.shop.calibrate.remarks import gauge_remarks, log_remarks, overridden
-from grind_env.shop.calibrate.result import Calibration, Idle, estimates_of, scales_of
+from grind_env.shop.calibrate.remarks import log_remarks, overridden
+from grind_env.shop.calibrate.result import Calibration, Idle
 from grind_env.shop.calibrate.sheet import Floats
-from grind_env.shop.calibrate.solver import Changes, Data, changes_of
+from grind_env.shop.calibrate.solver import Changes, Data
 from grind_env.shop.calibrate.uncertain import missed
 from grind_env.shop.calibrate.verdict import Errors
 from grind_env.toml import read_toml
@@ -67,21 +64,7 @@ def calibrate(
     names: Collection[str] | None = None,
     told: Callable[[str], None] = lambda stage: None,
 ) -> Calibration:
-    """Fit the process model to a log of the spindle's power.
-
-    Args:
-        log: text of rows with time and power.
-        program: part program that was run, once or several times.
-        job: what was ground on which machine.
-        gauge: text with a row for every part that was measured.
-        map_file: what the columns are, where their names do not say it.
-        names: of the constants to fit; None for those of the usual ones that the log tells.
-        told: is told what is being done.
-
-    Raises:
-        CalibrationError: nothing can be fitted; the message says why, and what to do.
-        GrindError: program or job cannot be used.
-    """
+    """Fit the process model to a log of the spindle's power."""
     said = read_map(map_file)
     settings, programs = load_job(job, plant=MODEL), read_file(program)
     if settings.parts:
@@ -101,35 +84,27 @@ def calibrate(
     told("looking for the program in the log")
     found, about = find(rows, pattern, usual)
     told("fitting")
-    rows = averaged(rows, found.time_unit)
+    rows = averaged(rows, rows.time * found.time_unit, FINEST)
     rows, found = with_lag(rows, pattern, found, usual, about)
-    found = best_place(rows, pattern, usual, found, settings, programs, parameters).known
+    found = found.known
     model = _model(rows, pattern, found, gauged, settings, programs)
     seen, extra, data = model.seen, model.extra, model.data
-    parts = found.executions * pattern.parts
-    jumps, scales = (
-        bool(pattern.crosses.any()),
-        {"power": rows.scale_spread} if rows.scale_spread else {},
-    )
-    problem = Problem(parameters, scales, data, model.predict, free, jumps)
+    beyond = 0 if gauged is None else int((gauged.part > found.executions * pattern.parts).sum())
+    jumps, scales = bool(pattern.crosses.any()), {"power": rows.scale_spread} if rows.scale_spread else {}
+    problem = FitProblem(parameters, scales, data, model.predict, free, jumps)
     fitted, judged = fit_and_judge(problem, told)
     _refuse_hopeless(fitted, judged.errors, data, rows.unit, model.gain)
     block = np.zeros(data.value.size, np.int64)
     block[: seen.stroke.size] = pattern.line[seen.stroke] + LINES * _parts(seen, pattern)
     residual, drift = missed(fitted, data, block)
     power_scale = math.exp(fitted.scales.get("power", 0.0))
-    in_the_end = with_entries(settings, changes_of(fitted.parameters, fitted.z))
     return Calibration(
         source=log.name,
         program=program.name,
         job=settings,
-        fitted=in_the_end,
-        estimates=estimates_of(fitted),
-        scales=scales_of(fitted),
         data=data,
         fit=fitted,
         label=(*_labels(seen, pattern), *(f"part {part}" for part in extra.part.tolist())),
-        part=data.part,
         time=np.concatenate([seen.time, np.full(extra.part.size, np.nan)]),
         judged=judged,
         quality=found.quality,
@@ -137,12 +112,12 @@ def calibrate(
         meter_scale=rows.scale * power_scale if rows.known_scale else None,
         residual=residual,
         drift=drift,
-        next_cut=next_cut(programs, settings, fitted, residual),
         by_stroke=seen.by_stroke,
         seen=seen,
         remarks=(
             *rows.remarks,
-            *(() if gauged is None else gauge_remarks(gauged, parts)),
+            *(() if gauged is None else gauged.remarks),
+            *([f"{beyond} rows of the gauge file are of parts that are not in the log"] if beyond else []),
             *log_remarks(rows, found, seen, pattern),
             *_scale_remarks(fitted, scales),
             *overridden(job, fitted, idle=rows.known_scale),
@@ -202,13 +177,14 @@ class _Model:
     """Power of the log over that with the constants of the job."""
 
     def predict(self, changes: Changes) -> Floats:
-        """What would be measured with other constants."""
         changed = with_entries(self.job, changes)
         record = self.forward.run(changed)
         return np.concatenate([self.seen.weights @ powers(record), gauges_of(record, changed, self.extra)])
 
 
-def _model(log: Log, pattern: Pattern, found: Alignment, gauge: Gauge | None, job: Job, programs: Programs) -> _Model:
+def _model(
+    log: Log, pattern: Pattern, found: Alignment, gauge: GaugedParts | None, job: Job, programs: Programs
+) -> _Model:
     seen = observe(log, pattern, found)
     forward = Forward(programs, job, found.executions, found.overrides(pattern))
     extra = measured_of(gauge, found.executions * pattern.parts, job)
@@ -246,7 +222,6 @@ def _bound(log: Log, said: Map, job: Path) -> Log:
 
 
 def _states_limit(job: Path) -> bool:
-    """Whether the job states the limit of the power itself."""
     return "power_limit" in read_toml(job).get("setup", {}).get("machine_overrides", {})
 
 

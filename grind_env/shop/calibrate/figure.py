@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from grind_env.render.curves import BLUE, GREY, INK, ORANGE, RED
 from grind_env.render.figures import new_figure
-from grind_env.render.graphs import Graph, Rule, Series, draw_graph
+from grind_env.render.graphs import Graph, RuleLine, Series, draw_graph
 from grind_env.shop.calibrate.result import Calibration
 from grind_env.shop.calibrate.sheet import Floats
 from grind_env.shop.calibrate.solver import ABSOLUTE, LINEAR, YES_OR_NO
@@ -22,11 +22,7 @@ MOST_TICKS = 12
 
 
 def draw_calibration(found: Calibration) -> "Figure":
-    """Draw a calibration, a panel for each kind of measurement; burn, which is yes or no, is not drawn.
-
-    Raises:
-        MissingExtra: matplotlib is not installed.
-    """
+    """Draw a calibration, a panel for each kind of measurement; burn, which is yes or no, is not drawn."""
     kinds = [kind for kind in found.data.kinds if kind != YES_OR_NO and comparable(found, kind).any()]
     figure = new_figure(4.6 * max(len(kinds), 1), 4.6)
     figure.suptitle(f"Calibrated from {found.source}").set_parse_math(False)
@@ -65,7 +61,7 @@ def residuals(found: Calibration, kind: str) -> Graph:
     plain = kind in LINEAR or kind in ABSOLUTE
     with np.errstate(divide="ignore", invalid="ignore"):
         residual = measured - modelled if plain else 100.0 * (measured / modelled - 1.0)
-    place, odd, used = _places(found, chosen), found.part % 2 == 1, found.fit.used
+    place, odd, used = _places(found, chosen), found.data.part % 2 == 1, found.fit.used
     whole = "part" if found.program else "setting"
     return Graph(
         x=whole,
@@ -75,8 +71,8 @@ def residuals(found: Calibration, kind: str) -> Graph:
             _points(found, chosen & used & ~odd, place, residual, name=f"{whole} 2, 4 ...", color=ORANGE, mark="s"),
             _points(found, chosen & ~used, place, residual, name="left out", color=RED, mark="x", size=6.0),
         ),
-        rules=(Rule("y", 0.0),),
-        whole=int(np.ptp(found.part)) < MOST_TICKS,
+        rules=(RuleLine("y", 0.0),),
+        whole=int(np.ptp(found.data.part)) < MOST_TICKS,
         height=300,
     )
 
@@ -88,9 +84,9 @@ def named(kind: str) -> str:
 
 def _places(found: Calibration, chosen: NDArray[np.bool_]) -> Floats:
     """Where measurements stand over the numbers of their parts: those of one in order of time around its number."""
-    place = found.part.astype(np.float64)
-    for part in np.unique(found.part[chosen]).tolist():
-        mine = np.flatnonzero(chosen & (found.part == part))
+    place = found.data.part.astype(np.float64)
+    for part in np.unique(found.data.part[chosen]).tolist():
+        mine = np.flatnonzero(chosen & (found.data.part == part))
         order = mine[np.argsort(found.time[mine], kind="stable")]
         place[order] += (np.arange(order.size) + 0.5) / order.size - 0.5
     return place

@@ -18,7 +18,7 @@ from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.parameters import Parameter
 from grind_env.shop.calibrate.sheet import Floats
 from grind_env.shop.calibrate.solver import Data, Nuisance, Predict, Solver, bounded
-from grind_env.shop.calibrate.verdict import OWN, Judged, judge
+from grind_env.shop.calibrate.verdict import OWN, FitJudgement, judge
 from grind_env.shop.calibrate.width import WIDTHS, Linear, best_width
 
 NORMAL_90 = 1.6449
@@ -100,7 +100,6 @@ class Fit:
 
     @property
     def z(self) -> Floats:
-        """Of the parameters alone."""
         return self.x[: len(self.parameters)]
 
 
@@ -115,7 +114,7 @@ class _Place:
 
 
 @dataclass(frozen=True, slots=True)
-class Problem:
+class FitProblem:
     """What is fitted to what.
 
     Attributes:
@@ -165,7 +164,7 @@ class Problem:
         return Solver(parameters, nuisances, data, self.predict, jumps=self.jumps, like=like)
 
 
-def fit_and_judge(problem: Problem, told: Callable[[str], None]) -> tuple[Fit, Judged]:
+def fit_and_judge(problem: FitProblem, told: Callable[[str], None]) -> tuple[Fit, FitJudgement]:
     """Fit constants; those of kinds of measurement that are then predicted worse stay as the catalogue has them.
 
     Errors as of `fit`.
@@ -183,16 +182,8 @@ def fit_and_judge(problem: Problem, told: Callable[[str], None]) -> tuple[Fit, J
     return (found, judged) if again.worse else (other, replace(again, kept=judged.worse))
 
 
-def fit(problem: Problem, told: Callable[[str], None] = lambda stage: None) -> Fit:
-    """Fit constants to measurements.
-
-    Args:
-        problem: what is fitted to what.
-        told: is told what is being done.
-
-    Raises:
-        CalibrationError: there are fewer measurements than two, or the catalogue itself predicts none.
-    """
+def fit(problem: FitProblem, told: Callable[[str], None] = lambda stage: None) -> Fit:
+    """Fit constants to measurements."""
     data, count = problem.data, len(problem.parameters)
     used = np.isfinite(data.value) & np.isfinite(data.error) & ~np.isin(data.kind, problem.left_out)
     if used.sum() < 2:
@@ -245,7 +236,7 @@ def _settled(
     return _Place(solver, solver.solve(x, used, factors, free), used, factors)
 
 
-def _linear(problem: Problem, place: _Place, of_prior: NDArray[np.bool_] | None = None) -> Linear:
+def _linear(problem: FitProblem, place: _Place, of_prior: NDArray[np.bool_] | None = None) -> Linear:
     """A fit as far as it is linear around its place."""
     solver, x, used, factors = place.solver, place.x, place.used, place.factors
     every = np.ones(solver.size, np.bool_)
@@ -262,7 +253,7 @@ def _linear(problem: Problem, place: _Place, of_prior: NDArray[np.bool_] | None 
 
 
 def _finished(
-    problem: Problem,
+    problem: FitProblem,
     width: float,
     place: _Place,
     nominal: Floats,

@@ -28,10 +28,6 @@ class Forward:
         part: of each stroke of one execution, from 0.
         parts_each: that one execution grinds.
         lying: what these are, and where they lie.
-
-    Raises:
-        ControlError: it is faulty.
-        JobProgramError: it cannot be run more than once.
     """
 
     def __init__(self, programs: Programs, job: Job, executions: int = 1, overrides: Sequence[float] = ()) -> None:
@@ -46,7 +42,6 @@ class Forward:
         self.overrides = overrides
 
     def run(self, job: Job) -> GrindingRecord:
-        """What comes of it on a job; errors as of `machine.grind`."""
         return self._ground(job, self.overrides)
 
     def _ground(self, job: Job, overrides: Sequence[float]) -> GrindingRecord:

@@ -34,9 +34,6 @@ def idle_at(
 
     Returns:
         Idle power and its standard error, W; NaN where no sample is near.
-
-    Raises:
-        CalibrationError: there is no such sample at all.
     """
     if time.size < 3:
         raise CalibrationError(

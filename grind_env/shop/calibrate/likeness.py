@@ -21,8 +21,6 @@ MARGIN = 2.0
 """s before and after a run in which it is looked at what else is there."""
 FEWEST = 5
 """Samples of which a correlation tells anything."""
-UNSURE = 3.0
-"""Times the variance that a run leaves open, up to which its place a stroke later is worth a trial."""
 LEAST = 1e-9
 """Of a value, what is none beside it."""
 PASSES = 4
@@ -103,7 +101,6 @@ class Likeness:
         self.spans = np.array([pattern.times(run)[2] for run in range(pattern.runs)])
 
     def places(self) -> Iterator[tuple[int, int]]:
-        """Execution and number of each run."""
         return itertools.product(range(len(self.begin)), range(self.pattern.runs))
 
     def around(self, row: int, run: int, more: float = 0.0) -> Around | None:
@@ -199,18 +196,3 @@ def clarity(found: Alignment, log: Log, pattern: Pattern, expected: Floats, most
     for place in chosen:
         like.refine(*place)
     return float(np.median([like.of(*place)[0] for place in chosen]))
-
-
-def shifted(found: Alignment, log: Log, pattern: Pattern, expected: Floats, run: int, strokes: int) -> Alignment | None:
-    """The same with a run some strokes later in all executions; None if the log clearly says that it is not there."""
-    begin = found.begin.copy()
-    period = pattern.times(run)[2] / (pattern.run == run).sum()
-    begin[:, run] += strokes * period / found.override[:, run]
-    other = judged(begin, found.override, log, pattern, expected, found.time_unit)
-    if len(other.begin) != len(begin):
-        return None
-    both = np.isfinite(found.correlation[:, run]) & (other.correlation[:, run] > 0.0)
-    if not both.any():
-        return None
-    before, after = (np.median(1.0 - each.correlation[both, run] ** 2) for each in (found, other))
-    return other if after <= UNSURE * before else None

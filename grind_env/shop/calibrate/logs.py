@@ -1,7 +1,7 @@
 """A log of the power of the spindle, as it was exported, as times and watts."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -104,6 +104,13 @@ def read_log(path: Path, machine: Machine, said: Map) -> Log:
     full = (said.number("log", "rated_power") or machine.power_limit) / (scale or 1.0) if unit == "%" else None
     power = factor * raw / (scale or 1.0)
     return Log(time, power, dressed, spread, known, unit, sure, tuple(remarks), full, scale or 1.0)
+
+
+def averaged(log: Log, time: Floats, step: float) -> Log:
+    """Return a log with its times in s, and rows closer together than a step as their mean."""
+    _, where, count = np.unique(((time - time[0]) // step), return_inverse=True, return_counts=True)
+    time, power, dressing = (np.bincount(where, values) / count for values in (time, log.power, log.dressing))
+    return replace(log, time=time, power=power, dressing=dressing > 0.0)
 
 
 def _refuse_constant(sheet: Sheet, column: int, name: str, values: Floats, least: int) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 from grind_env.shop.calibrate.align import SURE, align, refuse_unlike
 from grind_env.shop.calibrate.alignment import Alignment
 from grind_env.shop.calibrate.likeness import clarity, refined
-from grind_env.shop.calibrate.logs import Log
+from grind_env.shop.calibrate.logs import Log, averaged
 from grind_env.shop.calibrate.pattern import Pattern
 from grind_env.shop.calibrate.sheet import Floats
 
@@ -29,30 +29,11 @@ LOOKED_AT = 6
 """Runs of strokes in which the lag is looked for."""
 
 
-def averaged(log: Log, unit: float) -> Log:
-    """A log in s, with rows closer together than `FINEST` as their mean.
-
-    Args:
-        log: the log.
-        unit: s of a unit of its time.
-    """
-    time = log.time * unit
-    number = np.floor((time - time[0]) / FINEST).astype(np.int64)
-    _, where, count = np.unique(number, return_inverse=True, return_counts=True)
-    means = (np.bincount(where, values) / count for values in (time, log.power, log.dressing.astype(np.float64)))
-    time, power, dressing = means
-    return replace(log, time=time, power=power, dressing=dressing > 0.0)
-
-
 def find(log: Log, pattern: Pattern, expected: Floats) -> tuple[Alignment, float]:
-    """The strokes of a program in a log, and about which time constant the meter has, if it is long, else 0, s.
-
-    Raises:
-        CalibrationError: they are not in it.
-    """
+    """The strokes of a program in a log, and about which time constant the meter has, if it is long, else 0, s."""
     best, lag = align(log, pattern, expected), 0.0
     if best.quality < SURE and log.sure_of_time and log.interval <= FAST_ENOUGH:
-        means = averaged(log, 1.0)
+        means = averaged(log, log.time, FINEST)
         for each in LONG_LAGS:
             found = align(replace(means, lag=each), pattern, expected)
             if found.executions and found.quality > best.quality + CLEARER:

@@ -48,7 +48,6 @@ class Observations:
         time: of its middle, s of the log.
         power: mean above idle, W; in the unit of the log if the scale of its meter is not known.
         error: its standard error.
-        samples: of which it is the mean.
         idle: power of the idling spindle under it.
         weights: of the strokes of all executions in it, shape (observations, executions x strokes).
         by_stroke: whether each is of one stroke, but for those of cycles that cross.
@@ -60,28 +59,17 @@ class Observations:
     time: Floats
     power: Floats
     error: Floats
-    samples: Numbers
     idle: Floats
     weights: Floats
     by_stroke: bool
 
 
-def observe(log: Log, pattern: Pattern, found: Alignment, sure: NDArray[np.bool_] | None = None) -> Observations:
-    """Read the means of strokes or runs from a log in s.
-
-    Args:
-        log: the log.
-        pattern: of the program.
-        found: where its runs lie.
-        sure: which of them are read; None for those that are sure.
-
-    Raises:
-        CalibrationError: no stroke has samples, or none lie between the strokes.
-    """
+def observe(log: Log, pattern: Pattern, found: Alignment) -> Observations:
+    """Read the means of strokes or runs from a log in s."""
     time, power = log.time, sharpened(log)
     strokes, executions = pattern.run.size, found.executions
     on, off = (np.full((executions, strokes), np.nan) for _ in range(2))
-    for row, run in np.argwhere(found.sure if sure is None else sure).tolist():
+    for row, run in np.argwhere(found.sure).tolist():
         chosen = pattern.run == run
         begins, ends, _ = pattern.times(run, float(found.override[row, run]))
         on[row, chosen], off[row, chosen] = found.begin[row, run] + begins, found.begin[row, run] + ends
@@ -124,7 +112,6 @@ def observe(log: Log, pattern: Pattern, found: Alignment, sure: NDArray[np.bool_
         power=means[:, 0],
         error=means[:, 1],
         idle=means[:, 2],
-        samples=np.array([counts[each].sum() for each in members]),
         weights=weights,
         by_stroke=by_stroke,
     )

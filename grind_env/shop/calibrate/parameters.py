@@ -69,33 +69,18 @@ class Parameter:
 
     @property
     def name(self) -> str:
-        """`wheel.roughness`."""
         return f"{self.kind}.{self.key}"
 
     def value(self, z: float) -> float:
         """Value at so many spreads from the prior."""
-        value = self.prior + self.spread * z if self.is_exponent else self.prior * math.exp(self.spread * z)
+        value = self.prior + self.spread * z if self.key in EXPONENTS else self.prior * math.exp(self.spread * z)
         return min(max(value, self.low), self.high)
-
-    @property
-    def is_exponent(self) -> bool:
-        """Whether it is one of the free term, which may be 0 or less."""
-        return self.key in EXPONENTS
 
 
 def chosen_parameters(
     job: Job, names: Collection[str] | None, beside: Sequence[tuple[str, str]] = ()
 ) -> tuple[Parameter, ...]:
-    """The constants that may be fitted.
-
-    Args:
-        job: whose entries.
-        names: of constants, such as `chip_energy` and `wheel.roughness`; None for the usual ones.
-        beside: kinds and keys that are usual, too.
-
-    Raises:
-        CalibrationError: no entry has such a field, several have it, or it is 0 and cannot be scaled.
-    """
+    """The constants that may be fitted."""
     if names is not None:
         return tuple(_named(job, name) for name in dict.fromkeys(names))
     names_beside = [f"{kind}.{key}" for kind, key in beside]
@@ -137,7 +122,6 @@ def _fields(kind: str) -> list[str]:
 
 
 def _parameter(job: Job, kind: str, key: str) -> Parameter:
-    """A field of an entry of a job as a parameter."""
     spread = FREE_TERM[key] if key in FREE_TERM else SPREADS.get(f"{kind}.{key}", OTHER_SPREAD)
     entry = entries_of(job)[kind]
     quantity, value = quantities(type(entry))[key], getattr(entry, key)

@@ -60,26 +60,18 @@ class Pattern:
 
     @property
     def runs(self) -> int:
-        """How many runs there are."""
         return self.pause.size
 
     @property
     def parts(self) -> int:
-        """How many parts one execution grinds."""
         return int(self.part[-1]) + 1
 
     @property
     def firsts(self) -> Numbers:
-        """The first stroke of each run."""
         return np.flatnonzero(np.diff(self.run, prepend=-1))
 
     def times(self, run: int, override: float = 1.0) -> tuple[Floats, Floats, float]:
-        """When each stroke of a run comes on the part and leaves it, and when the run ends, s from its start.
-
-        Args:
-            run: its number.
-            override: of the feed.
-        """
+        """When each stroke of a run comes on the part and leaves it, and when the run ends, s from its start."""
         chosen, a = np.flatnonzero(self.run == run), self.acceleration
         way, speed = self.way[chosen], self.feed[chosen] * override
         ramp = np.minimum(0.5 * speed * speed / a, 0.5 * way)  # in which the table speeds up, and as evenly slows down
@@ -96,12 +88,7 @@ class Pattern:
 
 
 def pattern_of(programs: Programs, job: Job) -> Pattern:
-    """The pattern of a program.
-
-    Raises:
-        CalibrationError: it makes no stroke over the part.
-        ControlError: it is faulty.
-    """
+    """The pattern of a program."""
     strokes: list[Stroke] = []
     breaks, stops = [-math.inf], [-math.inf]
     for event in execute(programs, replace(job.control, whole_cycles=False)):

@@ -1,8 +1,7 @@
-"""What to grind so that a log of it tells the constants: a program of a few E and depths, and the next best cut."""
+"""What to grind so that a log of it tells the constants: a program of a few E and depths."""
 
 import re
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -17,10 +16,6 @@ from grind_env.machine.job import Job
 from grind_env.machine.job.entries import with_entries
 from grind_env.machine.record import GrindingRecord
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.fit import NORMAL_90, Fit
-from grind_env.shop.calibrate.forward import Forward
-from grind_env.shop.calibrate.sheet import Floats
-from grind_env.shop.calibrate.solver import changes_of
 
 CUTS = ((1.0, 1.0, False), (1.5, 0.6, False), (0.6, 1.5, True), (1.0, 1.0, False))
 """Factors on E and pick of the blocks in place of the first one, and before which the wheel is dressed: the same words
@@ -37,12 +32,6 @@ SPANS = (1.0, 0.75, 0.5, 0.3)
 MM, INCH = 3, 4
 """Decimals that the control reads."""
 LETTERS = "XYZ"
-STEP = 0.3
-"""Spreads of the prior over which the effect of a constant on a block is taken to be linear."""
-EXACT = 0.01
-"""Logarithmic error of the measured power of a block."""
-LITTLE = 0.05
-"""By which an interval must shrink for a cut to be worth naming."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,14 +50,7 @@ class Plan:
     power: float
     rise: float
 
-    def write(self, path: Path) -> None:
-        """Write the program; a `FileError` says why it cannot be."""
-        from grind_env.files import write_atomically
-
-        write_atomically(path, lambda temporary: temporary.write_text(self.text, encoding="utf-8"))
-
     def __str__(self) -> str:
-        """What it does, in a sentence."""
         cuts = ", ".join(f"E{feed:.0f} with picks of {pick:.3f} mm" for feed, pick in self.blocks)
         return (
             f"It grinds one part, at {cuts}, with one dress between, and goes on as the program does; at most "
@@ -79,12 +61,7 @@ class Plan:
 
 
 def plan_of(programs: Programs, job: Job) -> Plan:
-    """The program with blocks of other words in place of its first one that plunges.
-
-    Raises:
-        CalibrationError: it has no such block with plain numbers, or none of it is safe.
-        ControlError: the program is faulty.
-    """
+    """The program with blocks of other words in place of its first one that plunges."""
     first = next((event.plan for event in execute(programs, job.control) if isinstance(event, CycleStart)), None)
     block = None if first is None else _block(programs, first)
     if first is None or block is None or not first.plunges:
@@ -99,7 +76,9 @@ def plan_of(programs: Programs, job: Job) -> Plan:
         text, blocks = _text(programs, block, first, span, job.setup.machine.maximum_table_speed)
         record = grind(read(text, programs.name), hard)
         power, rise = _shares(record, job)
-        if power <= allowed[0] and rise <= allowed[1] and _as_good(record, own):
+        good, before = (float(each.parts["survival"].min()) for each in (record, own))
+        as_good = len(record.warnings) <= len(own.warnings) and good >= before - LESS_GOOD
+        if power <= allowed[0] and rise <= allowed[1] and as_good:
             return Plan(text, blocks, power, rise)
     raise CalibrationError(
         f"{programs.name}: with other words it would come to {100.0 * power:.0f} % of the power and {100.0 * rise:.0f} "
@@ -107,14 +86,7 @@ def plan_of(programs: Programs, job: Job) -> Plan:
     )
 
 
-def _as_good(record: GrindingRecord, own: GrindingRecord) -> bool:
-    """Whether a run has no more warnings than that of the program itself, and as good parts."""
-    good, before = (float(each.parts["survival"].min()) for each in (record, own))
-    return len(record.warnings) <= len(own.warnings) and good >= before - LESS_GOOD
-
-
 def _shares(record: GrindingRecord, job: Job) -> tuple[float, float]:
-    """Highest power and temperature rise of a run over what is allowed."""
     power, rise = (float(record.parts[name].max()) for name in ("peak_power", "rise"))
     return power / job.limits.power, rise / job.limits.rise
 
@@ -164,49 +136,3 @@ def _text(
     at = block.source.line - 1
     remark = "(A LOG OF THIS TELLS THE CONSTANTS OF WHEEL AND MATERIAL)"
     return "\n".join([*whole[:at], remark, *lines, *whole[at + 1 :]]) + "\n", tuple(words)
-
-
-def next_cut(programs: Programs, job: Job, fitted: Fit, residual: float) -> str | None:
-    """Which cut of a plan would tell most after a fit, and by how much intervals would shrink, in a sentence.
-
-    None where no plan can be made of the program, or no cut would tell much.
-
-    Args:
-        programs: that was logged.
-        job: as the catalogue had it.
-        fitted: what was found.
-        residual: logarithmic standard deviation of the power of a block that is not followed.
-    """
-    try:
-        plan = plan_of(programs, with_entries(job, changes_of(fitted.parameters, fitted.z)))
-    except CalibrationError:
-        return None
-    left = fitted.left
-    forward = Forward(read(plan.text, programs.name), job)
-
-    def powers(z: Floats) -> Floats:
-        return _of_blocks(forward.run(with_entries(job, changes_of(left.parameters, z))))[: len(plan.blocks)]
-
-    ends = [(powers(left.z + STEP * each), powers(left.z - STEP * each)) for each in np.eye(left.z.size)]
-    slopes = np.column_stack([np.log(high / low) / (2.0 * STEP) for high, low in ends])
-    covariance = slopes @ left.covariance @ slopes.T
-    variance = np.diag(covariance)
-    then = variance[:, None] - np.square(covariance) / (variance + residual**2 + EXACT**2)
-    best = int(np.argmin(then.mean(axis=0)))
-    before, after = (NORMAL_90 * float(np.sqrt(each.mean())) for each in (variance, then[:, best]))
-    if after > (1.0 - LITTLE) * before:
-        return None
-    feed, pick = plan.blocks[best]
-    return (
-        f"The cut that would tell most is at E{feed:.0f} with picks of {pick:.3f} mm: logged, it would narrow the 90 % "
-        f"interval of the power of such cuts from +-{100.0 * before:.1f} to +-{100.0 * after:.1f} %; --plan writes a "
-        "program with it."
-    )
-
-
-def _of_blocks(record: GrindingRecord) -> Floats:
-    """Mean power of each cycle block, W, in the order in which they were ground."""
-    strokes = record.strokes[record.strokes["groove"] == 0]
-    lines, where = np.unique(strokes["line"], return_inverse=True)
-    found: Floats = np.bincount(where, strokes["power"]) / np.bincount(where)
-    return found[np.argsort(lines)]

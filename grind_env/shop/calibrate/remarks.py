@@ -8,16 +8,11 @@ from grind_env.errors import listed
 from grind_env.process.user_catalogue import OVERRIDES
 from grind_env.shop.calibrate.alignment import SAME_FEED, Alignment
 from grind_env.shop.calibrate.fit import Fit
-from grind_env.shop.calibrate.gauge import Gauge
-from grind_env.shop.calibrate.likeness import MARGIN
 from grind_env.shop.calibrate.logs import Log
 from grind_env.shop.calibrate.observe import Observations
 from grind_env.shop.calibrate.pattern import Pattern
 from grind_env.toml import read_toml
 
-GROUND, WORTH_TELLING = 0.15, 0.1
-"""Share of the usual power of strokes above idle that is taken for grinding; how long it must be, over that of the
-program, to be told."""
 NAMED = 3
 """Runs that are named, of those that were left out."""
 
@@ -56,12 +51,6 @@ def log_remarks(log: Log, found: Alignment, seen: Observations, pattern: Pattern
             "of cycles that cross means of whole blocks are fitted, for what one stroke of them cuts a log does not "
             "tell"
         )
-    seconds = _elsewhere(log, found, seen, pattern)
-    if seconds:
-        remarks.append(
-            f"for {seconds:.0f} s the log has the power of grinding where the program is not; other work, or parts of "
-            "this one that were not known again, took no part"
-        )
     if not seen.by_stroke:
         remarks.append(
             "the log has fewer than five samples a stroke, so that means of whole runs of strokes are fitted"
@@ -69,38 +58,8 @@ def log_remarks(log: Log, found: Alignment, seen: Observations, pattern: Pattern
     return remarks
 
 
-def _elsewhere(log: Log, found: Alignment, seen: Observations, pattern: Pattern) -> float:
-    """How long, s, it is ground beside the executions of the program; 0 if not worth telling."""
-    ends = np.array([[pattern.times(run, each)[2] for run, each in enumerate(row)] for row in found.override.tolist()])
-    inside = np.isfinite(found.correlation)
-    begins = np.where(inside, found.begin, np.inf)
-    ends = np.where(inside, found.begin + ends, -np.inf)
-    part = pattern.part[pattern.firsts]
-    within = np.zeros(log.time.size, np.bool_)
-    for number in range(pattern.parts):
-        mine = part == number
-        for begin, end in zip(begins[:, mine].min(axis=1), ends[:, mine].max(axis=1), strict=True):
-            within |= (log.time >= begin - MARGIN) & (log.time <= end + MARGIN)
-    ground = log.power > np.nanmedian(seen.idle) + GROUND * np.median(seen.power)
-    seconds = float((ground & ~within).sum()) * log.interval
-    return seconds if seconds > WORTH_TELLING * float((ground & within).sum()) * log.interval else 0.0
-
-
-def gauge_remarks(gauge: Gauge, parts: int) -> list[str]:
-    """What was made of the gauge file, if so many parts are in the log."""
-    beyond = int((gauge.part > parts).sum())
-    more = [f"{beyond} rows of the gauge file are of parts that are not in the log"] if beyond else []
-    return [*gauge.remarks, *more]
-
-
 def overridden(job: Path, fitted: Fit, *, idle: bool) -> list[str]:
-    """Constants that the job itself sets, so that those of a catalogue file have no effect.
-
-    Args:
-        job: its file.
-        fitted: what was found.
-        idle: whether the power of the idling spindle was found, too.
-    """
+    """Constants that the job itself sets, so that those of a catalogue file have no effect."""
     setup = read_toml(job).get("setup", {})
     fixed = {f"{table.removesuffix('_overrides')}.{key}" for table in OVERRIDES for key in setup.get(table, {})}
     told = [each.name for each, tells in zip(fitted.parameters, fitted.told.tolist(), strict=True) if tells]

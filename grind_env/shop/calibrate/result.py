@@ -3,26 +3,23 @@
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
-
-import numpy as np
-from numpy.typing import NDArray
 
 from grind_env.errors import listed
 from grind_env.files import write_atomically
 from grind_env.machine.job import Job
-from grind_env.machine.job.entries import entries_of
+from grind_env.machine.job.entries import entries_of, with_entries
 from grind_env.presenter import html, presenter
 from grind_env.shop.calibrate.errors import CalibrationError, WorseFit
 from grind_env.shop.calibrate.fit import NORMAL_90, Fit
 from grind_env.shop.calibrate.observe import Observations
 from grind_env.shop.calibrate.parameters import Parameter
 from grind_env.shop.calibrate.sheet import Floats
-from grind_env.shop.calibrate.solver import Data
+from grind_env.shop.calibrate.solver import Data, changes_of
 from grind_env.shop.calibrate.uncertain import uncertainty_lines
-from grind_env.shop.calibrate.verdict import Judged, Verdict
+from grind_env.shop.calibrate.verdict import FitJudgement, FitVerdict
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -32,7 +29,7 @@ BARE_KEY = re.compile("[A-Za-z0-9_-]+")
 
 
 @dataclass(frozen=True, slots=True)
-class Estimate:
+class FittedConstant:
     """A constant as it was found.
 
     Attributes:
@@ -75,13 +72,9 @@ class Calibration:
         source: file of the log or table.
         program: name of the part program; empty for a table.
         job: as the catalogue had it before.
-        fitted: with the constants that were found.
-        estimates: of all that may have been fitted.
-        scales: factor of each meter whose scale is uncertain, with its interval of 90 %, by kind of measurement.
         data: the measurements.
         fit: what was found with all of them.
         label: of each measurement, such as `part 2, block 50, stroke 7`.
-        part: number of that of each measurement, from 1; the setting of a table.
         time: of each, s of the log; NaN for what was gauged.
         judged: how well it predicts each kind of measurement.
         quality: median correlation of the log with the program, no unit; NaN for a table.
@@ -91,22 +84,17 @@ class Calibration:
         meter_scale: what the power meter shows over the power, a ratio; None where it is not known.
         residual: logarithmic standard deviation, no unit, of the power of a block that is not followed.
         drift: the same, no unit, of a step of its level from part to part.
-        next_cut: what to log next, as a sentence; None where nothing would tell much.
         remarks: what was made of the files and what was left out, as sentences.
     """
 
     source: str
     program: str
     job: Job
-    fitted: Job
-    estimates: tuple[Estimate, ...]
-    scales: Mapping[str, tuple[float, float, float]]
     data: Data
     fit: Fit
     label: tuple[str, ...]
-    part: NDArray[np.int64]
     time: Floats
-    judged: Judged
+    judged: FitJudgement
     quality: float = math.nan
     idle: Idle | None = None
     by_stroke: bool = True
@@ -114,8 +102,31 @@ class Calibration:
     meter_scale: float | None = None
     residual: float = 0.0
     drift: float = 0.0
-    next_cut: str | None = None
-    remarks: tuple[str, ...] = field(default=())
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def fitted(self) -> Job:
+        """The job with the constants that were found."""
+        return with_entries(self.job, changes_of(self.fit.parameters, self.fit.z))
+
+    @property
+    def estimates(self) -> list[FittedConstant]:
+        """Value and interval of each constant that may have been fitted."""
+        fit = self.fit
+        found = zip(fit.parameters, fit.z.tolist(), fit.spread.tolist(), fit.told.tolist(), strict=True)
+        return [
+            FittedConstant(each, each.value(z), each.value(z - NORMAL_90 * s), each.value(z + NORMAL_90 * s), told, s)
+            for each, z, s, told in found
+        ]
+
+    @property
+    def scales(self) -> Mapping[str, list[float]]:
+        """Factor of each meter whose scale is uncertain, with its interval of 90 %, by kind of measurement."""
+        half = {kind: NORMAL_90 * spread for kind, spread in self.fit.scale_spreads.items()}
+        return {
+            kind: [math.exp(value + side * half[kind]) for side in (0, -1, 1)]
+            for kind, value in self.fit.scales.items()
+        }
 
     @property
     def not_told(self) -> tuple[str, ...]:
@@ -128,13 +139,29 @@ class Calibration:
         return self.idle is None and not any(each.told for each in self.estimates)
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> FitVerdict:
         """Whether the fitted model may be used, and for what."""
         return self.judged.verdict(tells_nothing=self.tells_nothing)
 
     def write(self, path: str | Path, *, force: bool = False) -> None:
-        """Write the catalogue file, as `grind calibrate -o`; errors as of `write_catalogue`."""
-        write_catalogue(self, Path(path), force=force)
+        """Write the catalogue file, as `grind calibrate -o`.
+
+        Raises:
+            WorseFit: the catalogue does so.
+            CalibrationError: nothing was found that could stand in it.
+            FileError: the folder does not exist or cannot be written to.
+        """
+        if self.tells_nothing:
+            raise CalibrationError(
+                f"{self.source} tells none of the constants beyond what the catalogue says, so that {path} was not "
+                "written; log faster, or more parts, or give what was gauged"
+            )
+        if self.judged.worse and not force:
+            raise WorseFit(
+                f"{path} was not written, because the catalogue predicts {listed(self.judged.worse)} better; log more "
+                "parts, check part and wheel of the job, or say --force"
+            )
+        write_atomically(Path(path), lambda temporary: temporary.write_text(catalogue_text(self), encoding="utf-8"))
 
     def plot(self) -> "Figure":
         """Measured over modelled values, before and after the fit, a panel for each kind of measurement.
@@ -147,35 +174,6 @@ class Calibration:
 
     def _repr_html_(self) -> str:
         return html("calibrations", self)
-
-
-def estimates_of(fitted: Fit) -> tuple[Estimate, ...]:
-    """Value and interval of each constant."""
-    return tuple(
-        Estimate(
-            parameter=each,
-            value=each.value(z),
-            low=each.value(z - NORMAL_90 * spread),
-            high=each.value(z + NORMAL_90 * spread),
-            told=told,
-            share=spread,
-        )
-        for each, z, spread, told in zip(
-            fitted.parameters, fitted.z.tolist(), fitted.spread.tolist(), fitted.told.tolist(), strict=True
-        )
-    )
-
-
-def scales_of(fitted: Fit) -> Mapping[str, tuple[float, float, float]]:
-    """Factor of each meter, and its interval."""
-    return {
-        kind: (
-            math.exp(value),
-            math.exp(value - NORMAL_90 * fitted.scale_spreads[kind]),
-            math.exp(value + NORMAL_90 * fitted.scale_spreads[kind]),
-        )
-        for kind, value in fitted.scales.items()
-    }
 
 
 def catalogue_text(found: Calibration) -> str:
@@ -206,32 +204,6 @@ def catalogue_text(found: Calibration) -> str:
     source = _string(f"calibrated from {found.source}")
     lines += ["", *uncertainty_lines(found.job, found.fit, source, found.residual, found.drift)]
     return "\n".join(lines) + "\n"
-
-
-def write_catalogue(found: Calibration, path: Path, *, force: bool = False) -> None:
-    """Write the catalogue file.
-
-    Args:
-        found: what was found.
-        path: of the file.
-        force: whether it is written, too, where the catalogue as it was predicts measurements better.
-
-    Raises:
-        WorseFit: the catalogue does so.
-        CalibrationError: nothing was found that could stand in it.
-        FileError: the folder does not exist or cannot be written to.
-    """
-    if found.tells_nothing:
-        raise CalibrationError(
-            f"{found.source} tells none of the constants beyond what the catalogue says, so that {path} was not "
-            "written; log faster, or more parts, or give what was gauged"
-        )
-    if found.judged.worse and not force:
-        raise WorseFit(
-            f"{path} was not written, because the catalogue predicts {listed(found.judged.worse)} better; log more "
-            "parts, check part and wheel of the job, or say --force"
-        )
-    write_atomically(path, lambda temporary: temporary.write_text(catalogue_text(found), encoding="utf-8"))
 
 
 def _idle_rows(job: Job, idle: Idle) -> list[str]:

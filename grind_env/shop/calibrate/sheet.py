@@ -97,7 +97,6 @@ class Sheet:
     remarks: list[str]
 
     def texts(self, column: int) -> list[str]:
-        """Return a column as texts."""
         return [row[column] for row in self.rows]
 
     def values(self, column: int) -> Floats:

@@ -1,50 +1,41 @@
 """A calibration on the screen, and as plain data."""
 
-import itertools
 import math
 from typing import Any
 
-from rich.box import SIMPLE
 from rich.console import Console
-from rich.table import Column, Table
 
-from grind_env.shop.calibrate.result import Calibration, Estimate
+from grind_env.shop.calibrate.result import Calibration
 from grind_env.shop.calibrate.solver import ABSOLUTE
+from grind_env.table import Column, Table, table_of
 
-HEADINGS = ("constant", "was", "is", "90 %", "unit", "spread left %")
+COLUMNS = (
+    Column("constant", lambda each: f"{each.parameter.entry} {each.parameter.key}"),
+    Column("was", "parameter.prior", ".4g", right=True),
+    Column("is", "value", ".4g", right=True),
+    Column("90 %", lambda each: f"{each.low:.3g} to {each.high:.3g}", right=True),
+    Column("unit", "parameter.unit"),
+    Column("spread\nleft", "share", ".0f", "%", right=True, factor=100.0),
+)
+"""Of an `Estimate`."""
 
 
-def told_rows(found: Calibration) -> list[tuple[str, ...]]:
-    """A row below `HEADINGS` for each constant that the measurements tell."""
-    return [_row(each) for each in found.estimates if each.told]
+def told_table(found: Calibration) -> Table:
+    """Return a row for each constant that the measurements tell."""
+    return table_of(COLUMNS, [each for each in found.estimates if each.told], f"Calibrated from {found.source}")
 
 
 def said_sentences(found: Calibration) -> list[str]:
     """What is to be said below the table."""
-    next_cut = [] if found.next_cut is None else [found.next_cut]
-    return [*meter_sentences(found), *kept_sentences(found), *error_sentences(found), *next_cut]
+    return [*meter_sentences(found), *kept_sentences(found), *error_sentences(found)]
 
 
 def show(found: Calibration, console: Console) -> None:
     """Print what was found, how well it predicts, and what was made of the files."""
-    table = Table(
-        *(
-            Column(each.replace("spread ", "spread\n"), justify="right" if number else "left", no_wrap=True)
-            for number, each in enumerate(HEADINGS)
-        ),
-        box=SIMPLE,
-        pad_edge=False,
-        padding=(0, 1, 0, 0),
-        title=f"Calibrated from {found.source}",
-    )
-    told = [each for each in found.estimates if each.told]
-    for entry, constants in itertools.groupby(told, lambda each: f"{each.parameter.kind} {each.parameter.entry}"):
-        table.add_row(entry, style="dim")
-        for each in constants:
-            table.add_row(f" {each.parameter.key}", *_row(each)[1:])
     console.print(found.verdict.headline, style="bold")
-    if table.row_count:
-        console.print(table)
+    told = told_table(found)
+    if told.rows:
+        told.print(console)
     for sentence in said_sentences(found):
         console.print(sentence)
     for remark in found.remarks:
@@ -119,23 +110,10 @@ def as_data(found: Calibration) -> dict[str, Any]:
         "residual": found.residual,
         "drift": found.drift,
         "meter_scale": found.meter_scale,
-        "next_cut": found.next_cut,
         "correlation": None if math.isnan(found.quality) else found.quality,
         "by_stroke": found.by_stroke,
         "remarks": list(found.remarks),
     }
-
-
-def _row(each: Estimate) -> tuple[str, ...]:
-    parameter = each.parameter
-    return (
-        f"{parameter.entry} {parameter.key}",
-        f"{parameter.prior:.4g}",
-        f"{each.value:.4g}",
-        f"{each.low:.3g} to {each.high:.3g}",
-        parameter.unit,
-        f"{100.0 * each.share:.0f}",
-    )
 
 
 def _error(kind: str, error: float) -> str:

@@ -71,7 +71,6 @@ class Data:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """That there are, in their order."""
         return tuple(dict.fromkeys(self.kind.tolist()))
 
     @property

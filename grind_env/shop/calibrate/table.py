@@ -23,12 +23,12 @@ from grind_env.plants.names import MODEL
 from grind_env.process.catalogue import Catalogue
 from grind_env.shop.calibrate.columns import Map, find_columns, read_map
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.fit import Fit, Problem, fit_and_judge
+from grind_env.shop.calibrate.fit import Fit, FitProblem, fit_and_judge
 from grind_env.shop.calibrate.parameters import chosen_parameters
 from grind_env.shop.calibrate.remarks import overridden
-from grind_env.shop.calibrate.result import Calibration, estimates_of, scales_of
+from grind_env.shop.calibrate.result import Calibration
 from grind_env.shop.calibrate.sheet import MICROMETRES, MILLIMETRES, WATTS, Floats, read_sheet
-from grind_env.shop.calibrate.solver import Changes, Data, changes_of
+from grind_env.shop.calibrate.solver import Changes, Data
 from grind_env.shop.calibrate.uncertain import missed
 from grind_env.validation.rig import SHARP, Rig, SetUp
 
@@ -106,19 +106,15 @@ def calibrate_table(
         return np.array([found[rows[k]][name] for k, name in zip(of_row.tolist(), kind.tolist(), strict=True)])
 
     told("fitting")
-    problem = Problem(parameters, dict.fromkeys(free, FREE), data, predict)
+    problem = FitProblem(parameters, dict.fromkeys(free, FREE), data, predict)
     fitted, judged = fit_and_judge(problem, told)
     return Calibration(
         source=table.name,
         program="",
         job=settings,
-        fitted=with_entries(settings, changes_of(fitted.parameters, fitted.z)),
-        estimates=estimates_of(fitted),
-        scales=scales_of(fitted),
         data=data,
         fit=fitted,
         label=tuple(f"setting {k + 1}" for k in of_row.tolist()),
-        part=data.part,
         time=np.full(value.size, np.nan),
         judged=judged,
         residual=_missed(fitted, data),
@@ -177,7 +173,6 @@ def _row(job: Job, values: Mapping[str, Floats], k: int) -> _Row:
 
 
 def _free(said: Map, measured: list[str]) -> list[str]:
-    """The responses whose scale is not known."""
     value = said.value("table", "free_scale")
     if value is None:
         return []
@@ -189,7 +184,6 @@ def _free(said: Map, measured: list[str]) -> list[str]:
 
 
 def _ground(job: Job, row: _Row) -> Mapping[str, float]:
-    """Return what a setting shows."""
     names = {kind: "default" if kind == "machine" else entry.name for kind, entry in entries_of(job).items()}
     only: dict[str, Any] = {f"{kind}s": {names[kind]: entry} for kind, entry in entries_of(job).items()}
     del names["machine"]  # the rig takes the default one

@@ -22,11 +22,6 @@ def missed(fitted: Fit, data: Data, block: Numbers) -> tuple[float, float]:
     """Logarithmic standard deviation of the power of blocks that the model does not follow, and of a step of its level.
 
     By parts that are predicted from all others, if there are several; the steps are those from part to part.
-
-    Args:
-        fitted: what was found.
-        data: the measurements.
-        block: number of that of each measurement, none of which is of two parts; 0 of what is no power.
     """
     predicted = np.where(np.isfinite(fitted.held_out), fitted.held_out, fitted.predicted)
     rest = np.where(fitted.used, data.value - predicted, np.nan)
@@ -51,15 +46,7 @@ def _levels(rest: Floats, value: Floats, error: Floats, group: Numbers) -> Float
 
 
 def uncertainty_lines(job: Job, fitted: Fit, source: str, residual: float, drift: float) -> list[str]:
-    """The table as TOML.
-
-    Args:
-        job: as the catalogue had it.
-        fitted: what was found; what was not fitted is as uncertain as the catalogue.
-        source: from where, quoted as TOML.
-        residual: as of `missed`, like the next one.
-        drift: see there.
-    """
+    """The table as TOML."""
     left = fitted.left
     names = [each.name for each in left.parameters]
     others = [each for each in chosen_parameters(job, None) if each.name not in names]

@@ -50,7 +50,7 @@ Errors: TypeAlias = Mapping[str, tuple[int, float, float]]
 
 
 @dataclass(frozen=True, slots=True)
-class Judged:
+class FitJudgement:
     """How well a fit predicts each kind of measurement, beside the catalogue.
 
     Attributes:
@@ -65,12 +65,12 @@ class Judged:
     worse: tuple[str, ...]
     kept: tuple[str, ...] = ()
 
-    def verdict(self, *, tells_nothing: bool) -> "Verdict":
+    def verdict(self, *, tells_nothing: bool) -> "FitVerdict":
         """Return whether the model may be used, and for what; `tells_nothing` of a fit that found no constant."""
         if self.worse:
-            return Verdict("bad", f"Do not use it: the catalogue predicts {listed(self.worse)} better.")
+            return FitVerdict("bad", f"Do not use it: the catalogue predicts {listed(self.worse)} better.")
         if tells_nothing:
-            return Verdict("bad", "Do not use it: the measurements tell nothing beyond the catalogue.")
+            return FitVerdict("bad", "Do not use it: the measurements tell nothing beyond the catalogue.")
         seen = {purpose: {*kinds} & {*self.errors} for purpose, kinds in PURPOSES.items()}
         uses = tuple(purpose for purpose, kinds in seen.items() if kinds - {*self.kept})
         unseen = [purpose for purpose, kinds in seen.items() if not kinds]
@@ -78,11 +78,11 @@ class Judged:
         more += [f"for {kind} it keeps the constants of the catalogue, which predict it better" for kind in self.kept]
         care = "" if self.held_out else ", with care since nothing could be held out as a test,"
         headline = "; ".join([f"Use it{care} for {listed(uses)}", *more]) + "."
-        return Verdict("good" if self.held_out else "poor", headline, uses)
+        return FitVerdict("good" if self.held_out else "poor", headline, uses)
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class FitVerdict:
     """Whether a model may be used.
 
     Attributes:
@@ -96,16 +96,8 @@ class Verdict:
     uses: tuple[str, ...] = ()
 
 
-def judge(data: Data, chosen: NDArray[np.bool_], nominal: Floats, predicted: Floats, held_out: Floats) -> Judged:
-    """Judge a fit by the chosen measurements.
-
-    Args:
-        data: the measurements.
-        chosen: which of them.
-        nominal: what the catalogue predicts of each.
-        predicted: what the fit does.
-        held_out: what a fit without its part does; NaN where there is one alone.
-    """
+def judge(data: Data, chosen: NDArray[np.bool_], nominal: Floats, predicted: Floats, held_out: Floats) -> FitJudgement:
+    """Judge a fit by the chosen measurements."""
     errors, without, worse = dict[str, tuple[int, float, float]](), dict[str, tuple[int, float, float]](), []
     for kind in data.kinds:
         mine = chosen & (data.kind == kind) & np.isfinite(data.value)
@@ -119,7 +111,7 @@ def judge(data: Data, chosen: NDArray[np.bool_], nominal: Floats, predicted: Flo
                 found[kind] = int(mine.sum()), _usual(before), _usual(misses)
         if _is_worse(kind, data, mine, before, test if is_held_out else after):
             worse.append(kind)
-    return Judged(errors, without or None, tuple(worse))
+    return FitJudgement(errors, without or None, tuple(worse))
 
 
 def _is_worse(kind: str, data: Data, mine: NDArray[np.bool_], before: Floats, after: Floats) -> bool:
@@ -152,5 +144,4 @@ def _misses(data: Data, mine: NDArray[np.bool_], predicted: Floats) -> Floats:
 
 
 def _usual(value: Floats) -> float:
-    """Return the root mean square."""
     return max(float(np.sqrt(np.mean(np.square(value)))), 1e-150)

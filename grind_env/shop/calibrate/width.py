@@ -62,11 +62,6 @@ def best_width(plain: Linear, wide: Linear, data: Data) -> tuple[float, float]:
     """Return the width that predicts best, a share of the full one.
 
     With the mean square of what it misses on parts that are left out in turn, over that without a free term.
-
-    Args:
-        plain: a fit without the free term.
-        wide: one with all of it.
-        data: the measurements.
     """
     if np.unique(data.part[plain.used & (data.kind == "power")]).size < ENOUGH_PARTS:
         return 0.0, 1.0

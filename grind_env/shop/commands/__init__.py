@@ -4,12 +4,11 @@ import typer
 
 from grind_env.shop.commands.advise import advise
 from grind_env.shop.commands.calibrate import calibrate
-from grind_env.shop.commands.doctor import doctor
+from grind_env.shop.commands.doctor import doctor, warm_up
 from grind_env.shop.commands.optimise import optimise
 from grind_env.shop.commands.report import report
 from grind_env.shop.commands.start import catalogue, init, job
 from grind_env.shop.commands.sweep import sweep
-from grind_env.shop.commands.warm_up import warm_up
 
 
 def register(app: typer.Typer) -> None:

@@ -15,52 +15,42 @@ def advise(
     job: JobFile = None,
     policy: Annotated[
         str | None,
-        typer.Option(
-            help="By name, a constant such as E12D0, or a .safetensors file; the default adviser if left out."
-        ),
+        typer.Option(help="A name, E12D0, or a .safetensors file."),
         FILE,
     ] = None,
     other_part: OtherPart = False,
     parts: Annotated[int, typer.Option(help="Parts of the batch.")] = BATCH,
     variables: FirstVariables = None,
-    by: Annotated[str, typer.Option(help="block or part: what a row of readings is of.")] = "block",
+    by: Annotated[str, typer.Option(help="Rows are of a block or a part.")] = "block",
     measurements: Annotated[Path | None, typer.Option(help="CSV with a row for each block or part."), FILE] = None,
     follow: Annotated[bool, typer.Option("--follow", help="Wait for further rows of that file.")] = False,
     plant: Plant = None,
     state: Annotated[
         Path | None,
-        typer.Option(help="State; PROGRAM with .advise.json if not given. The log is the .csv file of its name."),
+        typer.Option(help="State; usually PROGRAM with .advise.json."),
         Writes(usual=".advise.json", own=STATE, always=True, beside={".csv": LOG}),
     ] = None,
     write: Annotated[
         Path | None,
-        typer.Option(help="Write E and D as #101=..., #102=... into this file before each block."),
+        typer.Option(help="Write E and D as #101=... into this file."),
         Writes(own=VALUES, always=True, called=True),
     ] = None,
-    step: Annotated[float, typer.Option(help="Most that E rises from block to block of a kind, as a factor.")] = 1.25,
+    step: Annotated[float, typer.Option(help="Factor by which E rises at most.")] = 1.25,
     bounds: Annotated[
-        tuple[float, float] | None, typer.Option(metavar="LOW HIGH", help="Lowest and highest E to advise, m/min.")
+        tuple[float, float] | None, typer.Option(metavar="LOW HIGH", help="Lowest and highest E, m/min.")
     ] = None,
-    shadow: Annotated[
-        bool, typer.Option("--shadow", help="Look on while others decide, and compare forecasts with readings.")
-    ] = False,
-    restart: Annotated[bool, typer.Option("--restart", help="Forget what the state has kept, and begin anew.")] = False,
-    why: Annotated[bool, typer.Option("--why", help="Say what is behind each piece of advice.")] = False,
+    shadow: Annotated[bool, typer.Option("--shadow", help="Look on, and compare forecasts with readings.")] = False,
+    restart: Annotated[bool, typer.Option("--restart", help="Forget the state, and begin anew.")] = False,
+    why: Annotated[bool, typer.Option("--why", help="Say what is behind the advice.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print advice as JSON objects, one a line.")] = False,
 ) -> None:
     """Advise at the machine: E and D of the next block from readings of the blocks before, one line a block.
 
-    Readings are typed in, or come as JSON lines on standard input, or as rows of a CSV. All may be missing:
-    mean_power, first_power, peak_power (W above idle); of a finished part size_error, Ra, Ra_before (um), burn (1 or
-    0), diameter (mm), new_lot, new_wheel (1 or 0); E and D where they were not the advised ones.
+    Readings are typed in, or come as JSON lines or rows of a CSV. All may be missing: mean_power, first_power,
+    peak_power (W above idle); of a finished part size_error, Ra, Ra_before (um), burn (1 or 0), diameter (mm), new_lot,
+    new_wheel (1 or 0); E and D where they were not the advised ones.
 
-    A rule without a model decides: E rises step by step as far as power, size, Ra and burn allow, and the wheel is
-    dressed when that pays. The model leads while its forecasts hold on this machine. A session goes on where it was
-    stopped; a reading that cannot be, such as 2.6 W for 2.6 kW, is refused.
-
-    With --plant the whole session is rehearsed on a simulated machine, beside the program as it is.
-
-    Examples: grind advise plate.nc --parts 30, grind advise plate.nc --plant public:3
+    A session goes on where it was stopped. With --plant it is rehearsed on a simulated machine.
     """
     from grind_env.control.options import variables_of
     from grind_env.shop.advise.command import AdviceRequest, open_session, rehearse

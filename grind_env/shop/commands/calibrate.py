@@ -43,9 +43,8 @@ def calibrate(
     """Fit the process model to a log of the spindle's power, or to a table of settings.
 
     The first line says whether the model may be used, and for what. A model that predicts parts left out in turn worse
-    than the catalogue is not written without --force (exit status 3).
-
-    A job takes up what is written by [catalogue] files = ["shop.toml"].
+    than the catalogue is not written without --force (exit status 3). A job takes up what is written by [catalogue]
+    files = ["shop.toml"].
 
     A log has columns of time and power, a gauge file a row for every part: size (stock left), Ra, burn (yes or no),
     diameter of the wheel. Cells may be empty. A table has a row for each setting of a freshly dressed wheel.

@@ -1,4 +1,4 @@
-"""What is installed, and how fast it is."""
+"""What is installed, how fast it is, and compilation ahead of time."""
 
 from typing import Annotated
 
@@ -17,16 +17,38 @@ def doctor(
     """
     import json
 
-    from rich.table import Table
-
-    from grind_env.errors import printable
     from grind_env.shop.doctor import findings
+    from grind_env.table import Column, table_of
 
     found = findings()
     if as_json:
         print(json.dumps([each._asdict() for each in found]))
         return
-    table = Table("what", "found", "to do", show_header=True)
-    for each in found:
-        table.add_row(*map(printable, each))
-    table_console().print(table)
+    columns = (Column("what"), Column("found", wrap=True), Column("to do", wrap=True))
+    table_of(columns, found).print(table_console())
+
+
+def warm_up() -> None:
+    """Compile what `grind run`, `grind optimise` and the environments need, so that nobody waits for it later.
+
+    It runs every example, steps every environment and searches for a second, once for the machine of the catalogue
+    and once for one that is calibrated, whose forces may follow depth, speed and volume in another way. What is
+    compiled is kept in the user's cache, or below NUMBA_CACHE_DIR where that is set, for this kind of processor and
+    this version; a second call only loads it. Policies and networks compile a few kernels more when they are first
+    judged.
+
+    A line for each of these things: seconds, and kernels that are new.
+    """
+    from rich.console import Console
+    from rich.progress import track
+
+    from grind_env.kernel.cache import cache_folder
+    from grind_env.shop.warm_up import kernels, uses, warm_up
+
+    every, console = uses(), Console(stderr=True)
+    shown = track(
+        warm_up(every), "compiling", total=len(every), console=console, transient=True, disable=not console.is_terminal
+    )
+    for name, seconds, new, left_out in shown:
+        print(f"{name:40} {left_out or f'{seconds:4.1f} s {new:3} new'}", flush=True)
+    print(f"{kernels()} kernels in {cache_folder()}")

@@ -30,26 +30,20 @@ def optimise(
     vary: Annotated[
         str | None,
         typer.Option(
-            help="E, D, J, L, lead, depth, passes, interval (between dresses); if not given, E and D that are there, "
-            "and interval."
+            help="E, D, J, L, lead, depth, passes, interval; usually E, D, interval, as far as they are there."
         ),
     ] = None,
-    bounds: Annotated[
-        list[str] | None, typer.Option(help="As E=5000..25000,interval=1..8, in units of the program.")
-    ] = None,
+    bounds: Annotated[list[str] | None, typer.Option(help="Ranges: E=5000..25000,interval=1..8.")] = None,
     margin: Annotated[
-        list[str] | None, typer.Option(help="Share of a limit that parts must keep: power=.85,temp=.8,Ra=.85,size=.7.")
+        list[str] | None, typer.Option(help="Share of limits to keep: power=.85,temp=.8,size=.7.")
     ] = None,
-    confidence: Annotated[
-        float, typer.Option(help="Probability with which a part keeps each limit, and with which interval ends hold.")
-    ] = 0.95,
+    confidence: Annotated[float, typer.Option(help="Probability of keeping limits.")] = 0.95,
     untried: Untried = False,
     keep: Annotated[list[str] | None, typer.Option(help="Cycle blocks that stay as they are: N80.")] = None,
-    within: Annotated[list[str] | None, typer.Option(help="Mean of a part at most: seconds=75,cost=2.5.")] = None,
-    objective: Annotated[str, typer.Option("--for", help="What is to become less: cost or time.")] = "cost",
-    unroll: Annotated[bool, typer.Option("--unroll", help="Write M98 calls out, each with its own words.")] = False,
+    within: Annotated[list[str] | None, typer.Option(help="Highest mean of a part: seconds=75,cost=2.5.")] = None,
+    objective: Annotated[str, typer.Option("--for", help="Minimise cost or time.")] = "cost",
     parts: Runs = 50,
-    budget: Annotated[str, typer.Option(help="Time, as 60s or 2min, or programs to try, as '2000 programs'.")] = "60s",
+    budget: Annotated[str, typer.Option(help="60s, 2min or '2000 programs'.")] = "60s",
     seed: Seed = 1,
     variables: FirstVariables = None,
     plant: Plant = None,
@@ -64,12 +58,9 @@ def optimise(
 ) -> None:
     """Optimise a part program: search E and D (or J, L and dress settings) for a lower cost per part within the limits.
 
-    The new program is written only if it is significantly cheaper, keeps every limit with --confidence, and keeps the
-    rule on risk: on 95 of 100 machines a part costs at most 1.05 times what it costs with the program as it is, 1.2
-    times without a calibration.
-
-    Exit status 3: no better program was found, or the model scraps the parts of the program as it is. 4: no program
-    keeps the limits; -o then writes a cheaper one that comes nearer.
+    The new program is written only if it is significantly cheaper, keeps the limits, and keeps the rule on risk: on 95
+    of 100 machines a part costs at most 1.05 times what it costs with the program as it is, 1.2 times without a
+    calibration. Exit status 3: nothing better, or the model scraps the program as it is; 4: none keeps the limits.
     """
     from grind_env.control.options import variables_of
     from grind_env.machine.job.file import job_beside, load_job
@@ -95,7 +86,6 @@ def optimise(
         keep=[texts.label(each) for each in texts.listed(keep or ())],
         within=texts.named("--within", within or (), texts.number),
         objective=objective,
-        unroll=unroll,
         parts=parts,
         budget=seconds,
         programs=programs,

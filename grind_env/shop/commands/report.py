@@ -29,7 +29,7 @@ def report(
         typer.Option(
             "--output",
             "-o",
-            help="The .html file; if not given, PROGRAM with .html, where nothing but such a report is replaced.",
+            help="The .html file; usually PROGRAM with .html.",
         ),
         Writes(usual=SUFFIXES[0], own=PAGE),
     ] = None,

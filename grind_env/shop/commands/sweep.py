@@ -18,19 +18,15 @@ NOTHING_BETTER = 3
 def sweep(
     program: ProgramFile,
     job: JobFile = None,
-    speed: Annotated[
-        str | None, typer.Option("--E", help="As 8000..24000, mm/min, of the first block; others keep their ratio.")
-    ] = None,
-    every: Annotated[
-        str | None, typer.Option("--dress-every", help="As 1..20: D on every n-th part only, instead of on each.")
-    ] = None,
+    speed: Annotated[str | None, typer.Option("--E", help="As 8000..24000, mm/min, of the first block.")] = None,
+    every: Annotated[str | None, typer.Option("--dress-every", help="As 1..20: a dress on every n-th part.")] = None,
     lead: Annotated[str | None, typer.Option(help="Of the dress, as .05..0.2, mm a revolution.")] = None,
     depth: Annotated[str | None, typer.Option(help="Of the dress, as .005..0.03, mm a pass.")] = None,
     parts: Runs = 50,
     seed: Seed = 1,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="Write the program with the words of the cheapest point here."),
+        typer.Option("--output", "-o", help="Write the program of the cheapest point here."),
         Writes(),
     ] = None,
     variables: FirstVariables = None,
@@ -40,13 +36,11 @@ def sweep(
 ) -> None:
     """Show what a part costs, and how near its limits are, over E and dress interval, then over dress lead and depth.
 
-    Every point is ground on the same lots and machines. Without any range E is swept from half to twice its value, and
-    dress intervals from 1 to 20; of more than nine intervals some are left out.
+    Without a range E goes from half to twice its value, and dress intervals from 1 to 20. The last column names the
+    worst limit that 95 of 100 parts do not keep, or the rule on risk: on 95 of 100 machines a part costs at most 1.05
+    times what it costs with the program as it is, 1.2 times without a calibration.
 
-    The last column names the worst limit that 95 of 100 parts do not keep, or the rule on risk: on 95 of 100 machines a
-    part costs at most 1.05 times what it costs with the program as it is, 1.2 times without a calibration.
-
-    Exit status 3: with -o no point costs less, or the model scraps the parts of the program as it is.
+    Exit status 3: with -o no point costs less, or the model scraps the program as it is.
     """
     from grind_env.control.options import variables_of
     from grind_env.render.figures import prepare_figure, write_figure

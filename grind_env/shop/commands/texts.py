@@ -59,7 +59,6 @@ def budget(text: str) -> tuple[float, int | None]:
 
 
 def _matched(pattern: str, text: str, wrong: str) -> tuple[str, ...]:
-    """The groups of the pattern of a whole text."""
     match = re.fullmatch(pattern, text)
     if match is None:
         raise WishError(wrong)

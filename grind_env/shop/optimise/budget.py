@@ -44,7 +44,6 @@ class Budget:
 
     @property
     def compared(self) -> float:
-        """Programs that are compared at most."""
         return self.programs / 4
 
     def keep(self, seconds: float) -> None:

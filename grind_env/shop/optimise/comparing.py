@@ -28,13 +28,6 @@ def compared(
     what is asked, and steps towards the best of them, are ground on many more; from the best one there it goes on as
     long as a step is better. What is cheapest is judged first, then what is cheapest among those that come to less of
     what is asked, and then what the search had found, if there was no time to grind it on so many.
-
-    Args:
-        variation: what was searched.
-        search: what the search has tried.
-        tried: what each program came to.
-        progress: is told of each program.
-        label: of what is being done.
     """
     if not variation.base.simulation.compiled:
         return _step_by_step(variation, search.ranked)

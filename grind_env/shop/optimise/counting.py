@@ -23,10 +23,6 @@ _COMMENT = re.compile(r"\([^()]*\)")
 _LINE_END = re.compile(r"\r\n|\r|\n")
 
 
-class CountingError(GrindError):
-    """A dress interval that cannot be written into a program."""
-
-
 class Counting(NamedTuple):
     """How a dress interval is written.
 
@@ -55,7 +51,6 @@ class Counting(NamedTuple):
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """Those of the program."""
         every, due, count = self.interval.every, f"#{self.due}", f"#{self.counter}"
         return (
             f"(DRESS {self.interval}: {count} COUNTS, {due} IS 1 WHERE IT IS DUE)".upper(),
@@ -73,23 +68,13 @@ def counting_of(
     blocks: Sequence[SourceText],
     taken: Collection[int] = (),
 ) -> Counting | None:
-    """How a dress interval is written; None where every run dresses, and nothing has to be counted.
-
-    Args:
-        interval: what is counted.
-        programs: the program.
-        blocks: that dress, as they stand in its file.
-        taken: numbers of variables that are used from outside.
-
-    Raises:
-        CountingError: there is no free variable.
-    """
+    """How a dress interval is written; None where every run dresses, and nothing has to be counted."""
     if interval.every == 1:
         return None
     used = {int(number) for program in programs for block in program.blocks for number in _NUMBER.findall(block.text)}
     free = [number for number in KEPT if number not in used and number not in taken][:2]
     if len(free) < 2:
-        raise CountingError(f"{programs.name} uses all variables of #500 to #999, and none is left to count dresses by")
+        raise GrindError(f"{programs.name} uses all variables of #500 to #999, and none is left to count dresses by")
     return Counting(interval, free[1], free[0], _places(interval, programs, blocks))
 
 

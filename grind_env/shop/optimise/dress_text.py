@@ -19,8 +19,8 @@ from grind_env.errors import GrindError
 from grind_env.machine.axes import plunge_axis
 from grind_env.machine.dress.program import STEP, DressProgramError, DressRun, run_dress
 from grind_env.shop.optimise.editing import (
-    Change,
     ProgramText,
+    WordEdit,
     comment_edit,
     like,
     number_text,
@@ -63,11 +63,7 @@ class DressText:
     unit: Decimal
 
     def own(self, name: str) -> Decimal:
-        """What it says, in its own units.
-
-        Raises:
-            DressTextError: its infeeds differ, so that no one number says its depth.
-        """
+        """What it says, in its own units."""
         plan = self.run.plan
         if name == "passes":
             return Decimal(plan.passes)
@@ -92,11 +88,7 @@ class DressText:
         return value * len(self.infeeds) / self.run.plan.passes if name == "depth" else value
 
     def writable(self, name: str, levels: Sequence[Decimal]) -> tuple[Decimal, ...]:
-        """Those of some values that the program can be made to say.
-
-        Raises:
-            DressTextError: it cannot be changed so at all.
-        """
+        """Those of some values that the program can be made to say."""
         if name == "passes":
             return tuple(level for level in levels if self._says(name, level))
         other = next((level for level in levels if level != self.own(name)), None)
@@ -104,12 +96,8 @@ class DressText:
             raise DressTextError("other numbers in its words do not change it alone; write its passes out one by one")
         return tuple(levels)
 
-    def changes(self, name: str, level: Decimal) -> list[Change]:
-        """Those that let it say a lead or a depth.
-
-        Raises:
-            DressTextError: a depth that cannot be written by other numbers.
-        """
+    def changes(self, name: str, level: Decimal) -> list[WordEdit]:
+        """Those that let it say a lead or a depth."""
         if name == "lead":
             return [other_number(source, word, like(level, number_text(source, word))) for source, word in self.feeds]
         for absolute in (False, True):
@@ -119,15 +107,7 @@ class DressText:
         raise DressTextError(f"an infeed of {level:f} cannot be written into O{self.number}")
 
     def with_passes(self, text: ProgramText, passes: Decimal) -> ProgramText:
-        """The text with fewer passes, the last ones left out, or with more of them, the last two once again.
-
-        Args:
-            text: of the file, whose lines are those of this one.
-            passes: how many.
-
-        Raises:
-            DressTextError: they cannot be so written.
-        """
+        """The text with fewer passes, the last ones left out, or with more of them, the last two once again."""
         ends = [self.run.motions[k].line for k in self.run.strokes]
         count, own, lines = int(passes), len(ends), text.lines
         if len(set(ends)) < own:
@@ -149,7 +129,7 @@ class DressText:
         first_pass = self.run.motions[self.run.strokes[0]].line
         return min([first_pass, *(source.line for source, *_ in self.infeeds)])
 
-    def _deeper(self, level: Decimal, *, absolute: bool) -> list[Change]:
+    def _deeper(self, level: Decimal, *, absolute: bool) -> list[WordEdit]:
         """Infeed words as increments, or as coordinates, of which each is shifted by all infeeds before."""
         changes, shift = [], Decimal(0)
         for source, word, way in self.infeeds:
@@ -198,17 +178,7 @@ def _goes_on(run: DressRun) -> bool:
 
 
 def dress_text(simulation: JobSimulation, text: ProgramText, number: int, run: DressRun) -> DressText:
-    """A dress program as it is written.
-
-    Args:
-        simulation: of the program that it belongs to.
-        text: of the file.
-        number: its O number.
-        run: one execution.
-
-    Raises:
-        DressTextError: it stands in another file, or numbers of its passes are no plain numbers.
-    """
+    """A dress program as it is written."""
     programs = simulation.programs
     program = programs.find(number)
     if program is None or program.place.file != programs.name:
@@ -235,7 +205,6 @@ def dress_text(simulation: JobSimulation, text: ProgramText, number: int, run: D
 
 
 def _feed_word(sources: Sequence[SourceText], line: int) -> tuple[SourceText, Word]:
-    """The F word in force in a line."""
     for source in reversed([each for each in sources if each.line <= line]):
         word = word_of(source, "F")
         if word is not None:
@@ -244,7 +213,6 @@ def _feed_word(sources: Sequence[SourceText], line: int) -> tuple[SourceText, Wo
 
 
 def _plain(sources: Sequence[SourceText], line: int, letter: str) -> tuple[SourceText, Word]:
-    """The word of a line with a letter."""
     for source in sources_in(sources, line):
         word = word_of(source, letter)
         if word is not None and not word.expression:

@@ -31,7 +31,7 @@ class Edit(NamedTuple):
     text: str
 
 
-class Change(NamedTuple):
+class WordEdit(NamedTuple):
     """An edit of a block, and what a comment behind it says of it."""
 
     source: SourceText
@@ -59,7 +59,6 @@ class ProgramText:
         return "".join(self.lines)
 
     def bytes(self) -> bytes:
-        """The file."""
         return (self.mark + self.text).encode(self.encoding)
 
     def edited(self, edits: Iterable[Edit]) -> "ProgramText":
@@ -70,7 +69,7 @@ class ProgramText:
             lines[line - 1] = old[: column - 1] + text + old[column - 1 + length :]
         return ProgramText(self.encoding, self.mark, tuple(lines))
 
-    def changed(self, changes: Iterable[Change], besides: Iterable[Edit] = ()) -> "ProgramText":
+    def changed(self, changes: Iterable[WordEdit], besides: Iterable[Edit] = ()) -> "ProgramText":
         """The text with blocks changed and a comment at the end of each of them, and with other edits."""
         said: dict[SourceText, list[str]] = {}
         edits: list[Edit] = []
@@ -101,22 +100,23 @@ def number_text(source: SourceText, word: Word) -> str:
     return _match(source, word)[2]
 
 
-def other_number(source: SourceText, word: Word, number: str) -> Change:
+def other_number(source: SourceText, word: Word, number: str) -> WordEdit:
     """Another number in a word; its letter and the blanks around it stay."""
     match = _match(source, word)
     edit = Edit(source.line, source.column + match.start(2), len(match[2]), number)
-    return Change(source, edit, f"{word.letter}{match[2]} TO {word.letter}{number}")
+    return WordEdit(source, edit, f"{word.letter}{match[2]} TO {word.letter}{number}")
 
 
-def added_word(source: SourceText, letter: str, number: str) -> Change:
+def added_word(source: SourceText, letter: str, number: str) -> WordEdit:
     """A word behind the last one of a block, in the case and with the blanks of that block."""
     last = max(read_block(source).words, key=lambda word: word.column)
     letter_ends = last.column - source.column + 1
     end = letter_ends + len(last.expression.rstrip()) if last.expression else _match(source, last).end()
     before = source.text[:end]
     blank = " " if _BLANKS.search(before) else ""
-    edit = Edit(source.line, source.column + end, 0, f"{blank}{_cased(letter, before)}{number}")
-    return Change(source, edit, f"{letter}{number} ADDED")
+    cased = letter.lower() if before == before.lower() else letter
+    edit = Edit(source.line, source.column + end, 0, f"{blank}{cased}{number}")
+    return WordEdit(source, edit, f"{letter}{number} ADDED")
 
 
 def value_text(source: SourceText) -> str | None:
@@ -125,12 +125,12 @@ def value_text(source: SourceText) -> str | None:
     return match[2] if match else None
 
 
-def other_value(source: SourceText, number: str) -> Change:
+def other_value(source: SourceText, number: str) -> WordEdit:
     """Another number in a block that assigns one to a variable."""
     match = _ASSIGNMENT.fullmatch(source.text)
     assert match is not None
     edit = Edit(source.line, source.column + match.start(2), len(match[2]), number)
-    return Change(source, edit, f"#{match[1]}={match[2]} TO #{match[1]}={number}")
+    return WordEdit(source, edit, f"#{match[1]}={match[2]} TO #{match[1]}={number}")
 
 
 def comment_edit(source: SourceText, text: str) -> Edit:
@@ -139,12 +139,7 @@ def comment_edit(source: SourceText, text: str) -> Edit:
 
 
 def like(value: Decimal, written: str) -> str:
-    """A number in the form of another one: its sign, its decimal point, its zero before the point.
-
-    Args:
-        value: at least 0.
-        written: the other number as it stands in the program.
-    """
+    """A number in the form of another one: its sign, its decimal point, its zero before the point."""
     sign, old = ("-" if "-" in written else "+" if "+" in written else ""), written.strip("+- \t")
     digits = f"{value.normalize():f}"
     if "." in old and "." not in digits:
@@ -163,7 +158,3 @@ def _match(source: SourceText, word: Word) -> re.Match[str]:
     match = _NUMBER.match(source.text, word.column - source.column)
     assert match is not None  # the word has been read as one with a number
     return match
-
-
-def _cased(letter: str, before: str) -> str:
-    return letter.lower() if before == before.lower() else letter

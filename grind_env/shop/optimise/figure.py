@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from grind_env.render.curves import BLUE, GREEN, GREY
 from grind_env.render.figures import new_figure
-from grind_env.render.graphs import Graph, Rule, Series, draw_graph
+from grind_env.render.graphs import Graph, RuleLine, Series, draw_graph
 from grind_env.shop.optimise.outcome import Optimised
 
 if TYPE_CHECKING:
@@ -12,11 +12,7 @@ if TYPE_CHECKING:
 
 
 def draw_optimised(found: Optimised) -> "Figure":
-    """Draw `trade`.
-
-    Raises:
-        MissingExtra: matplotlib is not installed.
-    """
+    """Draw `trade`."""
     figure = new_figure(6.4, 4.6)
     figure.suptitle(f"{found.program}: cost over time, batches of {found.parts} runs").set_parse_math(False)
     draw_graph(figure.subplots(), trade(found))
@@ -42,7 +38,7 @@ def trade(found: Optimised) -> Graph:
             Series(name=after, x=[chosen.seconds], y=[chosen.cost], color=GREEN, mark="*", size=13.0),
         ),
         rules=tuple(
-            Rule("x" if wish.name == "seconds" else "y", wish.most, f"asked: {wish.most:g} {wish.unit}")
+            RuleLine("x" if wish.name == "seconds" else "y", wish.most, f"asked: {wish.most:g} {wish.unit}")
             for wish in found.wishes
         ),
     )

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from grind_env.control import read, read_file
+from grind_env.control import read_file
 from grind_env.errors import GrindError
 from grind_env.files import read_bytes
 from grind_env.machine.job import Job
@@ -22,7 +22,7 @@ from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.freed import freed_of, without
 from grind_env.shop.optimise.judgement import (
     QUANTITIES,
-    Judgement,
+    ProgramJudge,
     limits_of,
     not_freed,
     on_machines,
@@ -34,7 +34,6 @@ from grind_env.shop.optimise.judgement import (
 )
 from grind_env.shop.optimise.outcome import Optimised, Trade, Verdict, cheapest_by_time
 from grind_env.shop.optimise.search import Point
-from grind_env.shop.optimise.unrolling import unrolled
 from grind_env.shop.optimise.variation import LOTS, Progress, Variation, one_run, variation_of
 from grind_env.shop.trials import SAME, LotUse, Trials, lots_said
 from grind_env.shop.wishes import LIMITS, Wishes
@@ -52,7 +51,6 @@ def find_words(
     seconds: float = math.inf,
     programs: int | None = None,
     seed: int = 1,
-    unroll: bool = False,
     variables: Mapping[int, float] = {},
     plant: str | None = None,
     progress: Progress = lambda label, count: None,
@@ -63,21 +61,6 @@ def find_words(
     all programs, and machines of their own, drawn from what is not known of that of the job. The result is the same
     for the same seed unless the time ends the search.
 
-    Args:
-        program: file of the part program.
-        job: its job file, or a job as `load_job` returns it, on whose own machine then is searched; the program's name
-            with `.toml` if not given.
-        wishes: what is varied between which bounds, and margins of the limits.
-        parts: how often the program is run before the wheel is handed over; the wheel carries over.
-        seconds: for search and judgement.
-        programs: that are tried, in place of a time.
-        seed: of lots and search.
-        unroll: whether M98 calls of cycle blocks are written out, each with words of its own.
-        variables: values that `#` variables have before the first part.
-        plant: name of the machine on which the result is judged, in place of that of the job; the search is on the
-            model.
-        progress: called with what is being done and by how many programs it has come on.
-
     Raises:
         CondemnedError: the model scraps the program as it is.
         GrindError: the program cannot be run, there is nothing to vary in it, or there is no time for one trial.
@@ -85,9 +68,6 @@ def find_words(
     path = Path(program)
     budget = Budget(seconds) if programs is None else Budget(programs=programs)
     held, text = read_file(path), text_of(read_bytes(path))
-    if unroll:
-        text = unrolled(held, text)
-        held = read(text.text, held.name, held.folder)
     try:
         planned, machine, name = _jobs(path, job, plant)
         planned = replace(planned, variables=variables)
@@ -132,7 +112,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
     if machine is not None:
         promised = judgement.trials.of_one(getattr(chosen.new, objective)[0])
         variation = variation.on(machine)
-        judgement = Judgement(variation, len(judgement.trials.seeds))
+        judgement = ProgramJudge(variation, len(judgement.trials.seeds))
         chosen = judgement.judge(chosen.point)
         kept = chosen.keeps(variation)
     point, new, wishes, change = chosen
@@ -192,7 +172,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
     )
 
 
-def _judgement(variation: Variation) -> Judgement:
+def _judgement(variation: Variation) -> ProgramJudge:
     """Judge the program as it is; one that the control executes on as many lots as its share of the time allows.
 
     Raises:
@@ -200,11 +180,11 @@ def _judgement(variation: Variation) -> Judgement:
     """
     lots: int | None = None
     if not variation.base.simulation.compiled:
-        judgement = Judgement(variation, LEAST_JUDGED)
+        judgement = ProgramJudge(variation, LEAST_JUDGED)
         time = 0.5 * MOST_JUDGING * variation.budget.seconds * LEAST_JUDGED
         most = time / judgement.seconds if judgement.seconds else LOTS[LotUse.JUDGEMENT]
         lots = int(min(max(most, LEAST_JUDGED), LOTS[LotUse.JUDGEMENT])) if np.isfinite(time) else FEW_JUDGED
-    judgement = Judgement(variation, lots)
+    judgement = ProgramJudge(variation, lots)
     require_good(variation.fleet, judgement.old, untried=variation.wishes.untried)
     return judgement
 

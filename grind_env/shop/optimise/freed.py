@@ -11,7 +11,7 @@ from grind_env.policies.statistics import Interval
 from grind_env.process.cost import NO_LIMIT
 from grind_env.shop.optimise.budget import Budget
 from grind_env.shop.optimise.comparing import front
-from grind_env.shop.optimise.judgement import Freed, Judgement, paired
+from grind_env.shop.optimise.judgement import Freed, ProgramJudge, paired
 from grind_env.shop.optimise.outcome import Trade
 from grind_env.shop.optimise.search import GENERATIONS, Point
 from grind_env.shop.optimise.variation import Progress, Variation
@@ -28,7 +28,7 @@ FREE = {"temp": ("rise_allowance", 2000.0), "Ra": ("roughness_limit", NO_LIMIT),
 
 
 def freed_of(
-    variation: Variation, judgement: Judgement, best: Point, found: Mapping[Point, Trade], progress: Progress
+    variation: Variation, judgement: ProgramJudge, best: Point, found: Mapping[Point, Trade], progress: Progress
 ) -> dict[str, Freed]:
     """The best words without each limit: what they save on unseen lots, and how far they are beyond it.
 
@@ -56,7 +56,7 @@ def freed_of(
         tried: dict[Point, Trade] = {}
         search = other.search(other.trials(LotUse.SEARCH), f"without the limit of {name}", progress, tried)
         search.run(best, variation.seed, GENERATIONS // FEWER)
-        judged = Judgement(other)
+        judged = ProgramJudge(other)
         point = next((each for each in front(tried, quantity) if judged.keeps_all(each)), best)
         saves = getattr(new, quantity)[0] - getattr(judged.measured(point), quantity)[0]
         words[name] = Freed(paired(saves), float(judgement.measured(point).ratios[0, k]))

@@ -11,13 +11,12 @@ from grind_env.policies.statistics import Interval, percentile_interval, resampl
 from grind_env.process.cost import NO_LIMIT, Limits
 from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.machines import Fleet
-from grind_env.shop.optimise.outcome import LimitUse, Quantity, Verdict, WishUse, WordChange
+from grind_env.shop.optimise.outcome import LimitUse, PartMean, Verdict, WishUse, WordChange
 from grind_env.shop.optimise.search import Point
 from grind_env.shop.optimise.spots import Spot
-from grind_env.shop.optimise.variables import Choices, Variable
+from grind_env.shop.optimise.variables import SearchSpace, SearchVariable
 from grind_env.shop.optimise.variation import Variation
-from grind_env.shop.risk import most_risk
-from grind_env.shop.trials import LotUse, Measures, Trials
+from grind_env.shop.trials import LotUse, Measures, Trials, most_risk
 from grind_env.shop.wishes import INTERVAL, LIMITS, Wishes
 
 WORTH_NAMING = 0.01
@@ -40,13 +39,13 @@ UNITS = {"power": "kW", "temp": "K", "Ra": "um", "size": "um"}
 LEAST = {"passes": 1}
 
 
-class Judged(NamedTuple):
+class JudgedProgram(NamedTuple):
     """Words of a program on the lots of the judgement."""
 
     point: Point
     new: Measures
     wishes: tuple[WishUse, ...]
-    change: "Change"
+    change: "CostChange"
 
     def keeps(self, variation: Variation) -> bool:
         """Whether they keep limits and wishes, and are better or at least what was asked for."""
@@ -54,7 +53,7 @@ class Judged(NamedTuple):
         return asked and (self.change.is_better or any(each.before > each.most for each in self.wishes))
 
 
-class Judgement:
+class ProgramJudge:
     """Programs on lots and machines that the search has not seen, each ground with the program as it is, too."""
 
     def __init__(self, variation: Variation, lots: int | None = None) -> None:
@@ -64,27 +63,26 @@ class Judgement:
         self.old = self.trials.measure(self.trials.own[None], between=budget.require_first)
         self.seconds = budget.spent - began
         """That a program takes."""
-        self.judged: list[Judged] = []
+        self.judged: list[JudgedProgram] = []
 
     def measured(self, point: Point) -> Measures:
-        """Return what a program comes to."""
         return self.variation.measure(self.trials, [point])
 
     def keeps_all(self, point: Point) -> bool:
         """Return whether a program keeps all that is asked."""
         return not (self.variation.shares(self.trials, self.measured(point), self.old) > 1.0).any()
 
-    def judge(self, point: Point) -> Judged:
+    def judge(self, point: Point) -> JudgedProgram:
         """Return what words come to, beside the program as it is."""
         variation, new = self.variation, self.measured(point)
         quantity = variation.wishes.quantity
         difference = getattr(new, quantity)[0] - getattr(self.old, quantity)[0]
         risk = float(variation.risk(self.trials, new, self.old)[0])
-        change = Change(self.trials.of_one(difference), paired(difference), risk, most_risk(variation.job))
-        self.judged.append(Judged(point, new, wishes_kept(variation.wishes, self.old, new), change))
+        change = CostChange(self.trials.of_one(difference), paired(difference), risk, most_risk(variation.job))
+        self.judged.append(JudgedProgram(point, new, wishes_kept(variation.wishes, self.old, new), change))
         return self.judged[-1]
 
-    def best_of(self, points: Sequence[Point]) -> Judged:
+    def best_of(self, points: Sequence[Point]) -> JudgedProgram:
         """Return the first of some programs that keeps limits and wishes and is better, else the very first.
 
         The first one is judged whatever the time, for which it was kept; others as long as there is some.
@@ -100,7 +98,7 @@ class Judgement:
         return self.judged[0]
 
 
-class Change(NamedTuple):
+class CostChange(NamedTuple):
     """How what is to become less of a part changes with other words."""
 
     one: Interval
@@ -110,7 +108,7 @@ class Change(NamedTuple):
     risk: float
     """As of `Variation.risk`."""
     most_risk: float
-    """As of `risk.most_risk`."""
+    """As of `trials.most_risk`."""
 
     @property
     def is_better(self) -> bool:
@@ -121,7 +119,7 @@ class Change(NamedTuple):
 def verdict_of(
     feasible: bool,
     unit: str,
-    change: Change,
+    change: CostChange,
     limits: tuple[LimitUse, ...],
     beyond: Array,
     wishes: tuple[WishUse, ...],
@@ -210,7 +208,7 @@ def paired(difference: Array) -> Interval:
 
 def quantities_of(
     judged: Trials, once: Trials, once_after: Trials, old: Measures, new: Measures
-) -> tuple[Quantity, ...]:
+) -> tuple[PartMean, ...]:
     """What a part comes to before and after, on the lots that were judged and with one run on the expected lot."""
     scales = {name: 100.0 if unit == "%" else 1.0 for name, unit in QUANTITIES.items()}
     before, after = (
@@ -219,7 +217,7 @@ def quantities_of(
     shown = [judged.each_of_one(each) for each in (before, after, after - before)]
     expected = [_shown(each) for each in (once, once_after)]
     return tuple(
-        Quantity(
+        PartMean(
             name=name,
             unit=unit,
             before=shown[0][k],
@@ -311,18 +309,10 @@ def not_freed(names: Sequence[str]) -> list[str]:
 
 
 def passed_over(judged: int, kept: bool, untold: int) -> list[str]:
-    """Remarks if programs that ranked first were not good on unseen lots, and if there was no time to judge others.
-
-    Args:
-        judged: how many were.
-        kept: whether the last one was good.
-        untold: how many were not judged and might be better than the program as it is.
-    """
-    said = []
-    if judged > 1 and kept:
-        said.append(f"{judged - 1} that ranked before it did not keep limits and wishes on unseen lots")
-    if judged > 1 and not kept:
-        said.append(f"{judged - 1} that ranked next did not keep limits and wishes on unseen lots either")
+    """Remarks if programs that ranked first were not good on unseen lots, and if there was no time to judge others."""
+    ranked, end = ("before it", "") if kept else ("next", " either")
+    missed = f"{judged - 1} that ranked {ranked} did not keep limits and wishes on unseen lots{end}"
+    said = [missed] if judged > 1 else []
     if untold and not kept:
         said.append(f"the budget ended before {untold} more programs were judged, which may be better: raise --budget")
     return said
@@ -339,14 +329,14 @@ def undressed(before: Trials, after: Trials, runs: int) -> list[str]:
     return []
 
 
-def _bound(variable: Variable, number: int) -> str:
+def _bound(variable: SearchVariable, number: int) -> str:
     """Which end of what was tried a value is; empty for none, and for the least that there can be."""
     if number == len(variable.levels) - 1:
         return "highest"
     return "lowest" if number == 0 and variable.levels[0] > LEAST.get(variable.name, 0) else ""
 
 
-def words_of(choices: Choices, point: Point) -> tuple[WordChange, ...]:
+def words_of(choices: SearchSpace, point: Point) -> tuple[WordChange, ...]:
     """A point of the search as changes of words, and of the dress interval where it was searched."""
     words = [_word_of(each, number) for each, number in zip(choices.variables, point, strict=False)]
     intervals, number = choices.intervals, point[-1]
@@ -364,7 +354,7 @@ def words_of(choices: Choices, point: Point) -> tuple[WordChange, ...]:
     return tuple(words)
 
 
-def _word_of(variable: Variable, number: int) -> WordChange:
+def _word_of(variable: SearchVariable, number: int) -> WordChange:
     """A variable at the value of a number, as a change of its word."""
     inch = variable.unit != 1
     units = {"E": ("mm/min", "in/min"), "J": ("mm", "in"), "lead": ("mm/min", "in/min"), "depth": ("mm", "in")}

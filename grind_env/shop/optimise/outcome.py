@@ -55,7 +55,7 @@ class WordChange:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Quantity:
+class PartMean:
     """A mean over parts, lots and machines, before and after, each with the interval in which that of one machine lies.
 
     Attributes:
@@ -206,7 +206,7 @@ class Optimised:
     verdict: Verdict
     reason: str
     words: tuple[WordChange, ...]
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[PartMean, ...]
     limits: tuple[LimitUse, ...]
     wishes: tuple[WishUse, ...]
     objective: str
@@ -233,7 +233,7 @@ class Optimised:
         found = self.quantity(self.objective).after
         return self.promised is None or (found.high >= self.promised.low and found.low <= self.promised.high)
 
-    def quantity(self, name: str) -> Quantity:
+    def quantity(self, name: str) -> PartMean:
         """One of the quantities."""
         return next(each for each in self.quantities if each.name == name)
 

@@ -59,7 +59,6 @@ class Search:
 
     @property
     def ranked(self) -> list[Point]:
-        """All points, the cheapest first."""
         return sorted(self.costs, key=lambda point: (self.costs[point], point))
 
     def costs_of(self, points: Sequence[Point]) -> Array:
@@ -76,17 +75,7 @@ class Search:
         return np.array([self.costs[point] for point in points])
 
     def run(self, start: Point, seed: int, generations: int = GENERATIONS, grid: Sequence[Point] = ()) -> Point:
-        """The cheapest point found.
-
-        Args:
-            start: is evaluated first, whatever the time.
-            seed: of the evolution.
-            generations: of it, at most; the best point known before is one of the first.
-            grid: points that are evaluated before.
-
-        Raises:
-            TimeUp: before the start itself was evaluated.
-        """
+        """The cheapest point found."""
         self.costs_of([start])
         if all(count == 1 for count in self.counts):
             return start

@@ -10,7 +10,7 @@ from grind_env.control.source import SourceText
 from grind_env.control.variables import LOCALS
 from grind_env.control.words import Word
 from grind_env.errors import listed
-from grind_env.shop.optimise.editing import Change, added_word, other_number, other_value, value_text, word_of
+from grind_env.shop.optimise.editing import WordEdit, added_word, other_number, other_value, value_text, word_of
 
 _COMMENT = re.compile(r"\([^()]*\)")
 _READ = re.compile(r"[-+]?\[?[-+]?#([0-9]+)\]?")
@@ -37,7 +37,7 @@ class Spot(NamedTuple):
         """The variable and the line that assigns it, as tables show them."""
         return f"#{self.variable}, line {self.source.line}"
 
-    def change(self, number: str) -> Change:
+    def change(self, number: str) -> WordEdit:
         """Another number there, or what stands for one."""
         if self.variable is not None:
             return other_value(self.source, number)
@@ -52,12 +52,7 @@ def variable_of(word: Word | None) -> int | None:
 
 
 class Assignments:
-    """The variables of a program, and where they are assigned and read.
-
-    Args:
-        programs: the program.
-        given: numbers of the variables that have a value before it.
-    """
+    """The variables of a program, and where they are assigned and read."""
 
     def __init__(self, programs: Programs, given: Collection[int]) -> None:
         self.file, self.given = programs.name, given
@@ -95,11 +90,6 @@ class Assignments:
 
     def spot(self, variable: int, letter: str, readers: Sequence[SourceText]) -> Spot | str:
         """The one number that some blocks read of a variable.
-
-        Args:
-            variable: its number.
-            letter: of the words that read it.
-            readers: the blocks, whose `place` is the same.
 
         Returns:
             Where it stands, or what else to do so that there is one.

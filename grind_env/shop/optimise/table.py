@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from grind_env.errors import printable
 from grind_env.policies.statistics import Interval
 from grind_env.process.cost import NO_LIMIT
-from grind_env.shop.optimise.outcome import LimitUse, Optimised, Quantity, Verdict
+from grind_env.shop.optimise.outcome import LimitUse, Optimised, PartMean, Verdict
 from grind_env.shop.trials import lots_said
 from grind_env.table import Cell, Column, Kind, Table, table_of
 
@@ -82,15 +82,15 @@ def sentences(found: Optimised) -> list[str]:
 
 def as_data(found: Optimised) -> dict[str, Any]:
     """All of it in JSON types."""
+    same = (
+        *("program", "job", "calibration", "confidence", "reason", "objective", "parts", "lots", "seed"),
+        *("evaluations", "judged", "ended_early"),
+    )
     return {
-        "program": found.program,
-        "job": found.job,
+        **{name: getattr(found, name) for name in same},
         **({"plant": found.plant} if found.plant else {}),
         **({"promised": found.promised._asdict()} if found.promised is not None else {}),
-        "calibration": found.calibration,
-        "confidence": found.confidence,
         "verdict": found.verdict.name.lower(),
-        "reason": found.reason,
         "words": [asdict(each) | {"changed": each.changed} for each in found.words],
         "quantities": [
             asdict(each) | {name: getattr(each, name)._asdict() for name in ("before", "after", "difference")}
@@ -100,17 +100,10 @@ def as_data(found: Optimised) -> dict[str, Any]:
             asdict(each) | {"kept": each.kept, "price": None if each.price is None else each.price._asdict()}
             for each in found.limits
         ],
-        "objective": found.objective,
         "wishes": [each._asdict() | {"kept": each.kept} for each in found.wishes],
         "cheapest": [each._asdict() for each in found.cheapest],
         "chosen": dict(zip(("before", "after"), (each._asdict() for each in found.chosen), strict=True)),
         "remarks": list(found.remarks),
-        "parts": found.parts,
-        "lots": found.lots,
-        "seed": found.seed,
-        "evaluations": found.evaluations,
-        "judged": found.judged,
-        "ended_early": found.ended_early,
         "text": found.after,
     }
 
@@ -143,7 +136,7 @@ def quantity_table(found: Optimised, after: str = "after", *, whole: bool = Fals
     return table_of(headings, rows, left=1)
 
 
-def shown_quantities(found: Optimised) -> list[tuple[str, Quantity]]:
+def shown_quantities(found: Optimised) -> list[tuple[str, PartMean]]:
     """Return the quantities with their names; the highest temperature only where it is not that of the last stage."""
     shown = {NAMES[each.name]: each for each in found.quantities}
     rise, highest = shown.get(NAMES["rise"]), shown.get(NAMES["highest_rise"])
@@ -160,7 +153,7 @@ def covered(found: Optimised) -> str:
     return f"{100.0 * (2.0 * found.confidence - 1.0):g} %"
 
 
-def decimals(quantity: Quantity) -> int:
+def decimals(quantity: PartMean) -> int:
     """Decimals of a quantity: fewer of one with many integer digits."""
     largest = max(abs(value) for value in (*quantity.before, *quantity.after, *quantity.expected))
     return max(min(DIGITS[quantity.name], 4 - len(f"{largest:.0f}")), 0)

@@ -1,7 +1,7 @@
 """What can be varied in a program: words of its cycle blocks, and what its dress programs say, with legal values."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from typing import NamedTuple
@@ -61,7 +61,7 @@ ONE = Decimal(1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Variable:
+class SearchVariable:
     """Something that a search may change.
 
     Attributes:
@@ -82,7 +82,7 @@ class Variable:
     levels: tuple[Decimal, ...]
     unit: Decimal
     at: Spot | DressText
-    twins: tuple["Variable", ...] = ()
+    twins: tuple["SearchVariable", ...] = ()
 
     @property
     def places(self) -> str:
@@ -91,7 +91,6 @@ class Variable:
 
     @property
     def column(self) -> int:
-        """Of a table of settings."""
         return COLUMNS[self.name]
 
     def setting(self, level: Decimal) -> float:
@@ -103,7 +102,6 @@ class Variable:
 
     @property
     def settings(self) -> NDArray[np.float64]:
-        """All values in these units."""
         return np.array([self.setting(level) for level in self.levels])
 
     @property
@@ -112,11 +110,10 @@ class Variable:
         return self.nearest(self.own)
 
     def nearest(self, value: Decimal) -> int:
-        """Number of the value nearest to another one."""
         return min(range(len(self.levels)), key=lambda k: abs(self.levels[k] - value))
 
 
-class Choices(NamedTuple):
+class SearchSpace(NamedTuple):
     """What can be varied, and sentences on what cannot.
 
     Attributes:
@@ -125,26 +122,15 @@ class Choices(NamedTuple):
         remarks: the sentences.
     """
 
-    variables: tuple[Variable, ...]
+    variables: tuple[SearchVariable, ...]
     intervals: tuple[DressInterval, ...]
     remarks: tuple[str, ...]
 
 
 def choices_of(
     simulation: JobSimulation, text: ProgramText, wishes: Wishes, runs: int, *, of_all: bool = False
-) -> Choices:
-    """What can be varied in a program.
-
-    Args:
-        simulation: of one run.
-        text: of its file.
-        wishes: what is asked for.
-        runs: how often it is run.
-        of_all: whether the simulation is of all runs, for these are not alike.
-
-    Raises:
-        WishError: a block is to be kept that is none, or nothing can be varied.
-    """
+) -> SearchSpace:
+    """What can be varied in a program."""
     blocks, remarks = simulation.blocks, []
     labels = {block.block.place.block for block in blocks}
     for label in sorted(wishes.kept - labels):
@@ -155,7 +141,7 @@ def choices_of(
         names = tuple(name for name in names if name not in IN_SCRIPTS)
         remarks.append(f"E and D alone are varied, and few programs can be tried: {simulation.why}")
     assignments = Assignments(simulation.programs, simulation.job.variables)
-    found: list[Variable] = []
+    found: list[SearchVariable] = []
     for name in names:
         if name in ("E", "D", "J", "L"):
             found += _words(name, simulation, wishes, assignments, remarks)
@@ -169,7 +155,7 @@ def choices_of(
         dressing = [each for each in found if each.name == "D"]
         parts = simulation.parts // runs if of_all else simulation.parts
         # blocks are counted before each that dresses: not where a jump may lead past the counting
-        counted = not (of_all or any(map(jumps, _sources(simulation.programs))))
+        counted = not (of_all or any(jumps(block) for program in simulation.programs for block in program.blocks))
         intervals = _intervals(dressing, wishes, runs, parts, counted=counted)
     several = intervals[-1].every > 1
     varied = [each for each in found if each.levels != (each.own,) or (each.name == "D" and several)]
@@ -177,11 +163,11 @@ def choices_of(
         lacks = f"; it has no word {' or '.join(names)} in a {codes_said('or')}; --vary adds words that a block lacks"
         why = f": {remarks[0]}" if remarks else lacks
         raise WishError(f"{simulation.programs.name} has nothing to vary{why}")
-    return Choices(tuple(varied), intervals, tuple(dict.fromkeys(remarks)))
+    return SearchSpace(tuple(varied), intervals, tuple(dict.fromkeys(remarks)))
 
 
 def _intervals(
-    dressing: Sequence[Variable], wishes: Wishes, runs: int, parts: int, *, counted: bool
+    dressing: Sequence[SearchVariable], wishes: Wishes, runs: int, parts: int, *, counted: bool
 ) -> tuple[DressInterval, ...]:
     """How often the blocks with some D words may dress."""
     low, high = whole_ends_of("--bounds", INTERVAL, wishes.bounds.get(INTERVAL, (1, max(min(LONGEST, runs), 1))))
@@ -194,14 +180,9 @@ def _intervals(
     return intervals_between(low, high, blocks=blocks, parts=parts)
 
 
-def _sources(programs: Programs) -> Iterator[SourceText]:
-    """All blocks of a file."""
-    return (block for program in programs for block in program.blocks)
-
-
 def _words(
     name: str, simulation: JobSimulation, wishes: Wishes, assignments: Assignments, remarks: list[str]
-) -> Iterator[Variable]:
+) -> Iterator[SearchVariable]:
     """The words of cycle blocks; one word holds for all runs of its block, and for blocks that take it over.
 
     The number of a variable that words read holds for all of them.
@@ -231,14 +212,16 @@ def _words(
         if usable:
             blocks.setdefault(place, []).append(number)
             if not isinstance(at, Spot):
-                form = _form(name, outline) if word is None else number_text(source, word)
+                sign = "-" if name == "J" and outline.plan.depth_target < outline.plan.plunge_start else ""
+                new = f"{sign}." if name in INHERITED else ""  # what the number of a new word looks like
+                form = new if word is None else number_text(source, word)
                 at = Spot(source, letter, form, word is None)
             spots[place] = at, number
     for place, (spot, number) in spots.items():
         outline = simulation.blocks[number]
         unit = MILLIMETRES_PER_INCH if outline.inch and name in ("E", "J") else MILLIMETRE
         own = _own(name, outline, spot, unit)
-        yield Variable(
+        yield SearchVariable(
             name=name,
             place=_place(outline, simulation.blocks) if spot.variable is None else spot.place,
             blocks=tuple(blocks[place]),
@@ -313,13 +296,6 @@ def _usable(
     return True
 
 
-def _form(name: str, outline: BlockOutline) -> str:
-    """What the number of a new word is to look like."""
-    plan = outline.plan
-    sign = "-" if name == "J" and plan.depth_target < plan.plunge_start else ""
-    return f"{sign}." if name in INHERITED else ""
-
-
 def _own(name: str, outline: BlockOutline, spot: Spot, unit: Decimal) -> Decimal:
     if not spot.missing:
         return abs(Decimal("".join(spot.form.split())))
@@ -330,7 +306,7 @@ def _own(name: str, outline: BlockOutline, spot: Spot, unit: Decimal) -> Decimal
 
 def _dresses(
     name: str, simulation: JobSimulation, text: ProgramText, wishes: Wishes, remarks: list[str]
-) -> Iterator[Variable]:
+) -> Iterator[SearchVariable]:
     """Lead, depth or passes of the dress programs."""
     programs: dict[int, list[int]] = {}
     for number, outline in enumerate(simulation.blocks):
@@ -349,7 +325,9 @@ def _dresses(
             remarks.append(f"{name} of O{program} is kept as it is: {error}")
             continue
         unit = MILLIMETRE if name == "passes" else at.unit
-        yield Variable(name=name, place=f"O{program}", blocks=tuple(blocks), own=own, levels=levels, unit=unit, at=at)
+        yield SearchVariable(
+            name=name, place=f"O{program}", blocks=tuple(blocks), own=own, levels=levels, unit=unit, at=at
+        )
 
 
 def _levels(
@@ -413,3 +391,36 @@ def _label(outline: BlockOutline) -> str:
     place = outline.block.place
     labelled = outline.block.source.text.lstrip("/").lstrip().upper().startswith("N")
     return f"N{place.block}" if labelled else f"line {place.line}"
+
+
+def together(variables: Iterable[SearchVariable], simulation: JobSimulation) -> tuple[SearchVariable, ...]:
+    """The variables, those of the same word in blocks of different parts that are alike made one.
+
+    Blocks are alike that are the same place in the order of their part, make the same strokes to the same depth, say
+    the same, and grind a part of which the same is asked.
+    """
+    kinds = _kinds(simulation)
+    found: dict[tuple[object, ...], SearchVariable] = {}
+    for each in variables:
+        # a dress program is one of its own, whatever blocks it dresses in
+        place = "" if isinstance(each.at, Spot) else each.place
+        alike = place, each.name, each.own, each.unit, each.levels, frozenset(kinds[number] for number in each.blocks)
+        first = found.get(alike)
+        found[alike] = (
+            each if first is None else replace(first, blocks=(*first.blocks, *each.blocks), twins=(*first.twins, each))
+        )
+    return tuple(found.values())
+
+
+def _kinds(simulation: JobSimulation) -> list[tuple[object, ...]]:
+    """Of each block: its number within its part, its strokes, and the part wherever it lies."""
+    count: dict[int, int] = {}
+    kinds: list[tuple[object, ...]] = []
+    for block in simulation.blocks:
+        number = count[block.part] = count.get(block.part, 0) + 1
+        plan, job = block.plan, simulation.job.of_part(block.part + 1)
+        depth = round(abs(plan.depth_target - plan.plunge_start), 6)
+        strokes = plan.code, round(abs(plan.primary - plan.secondary), 6), depth, round(block.depth, 6), plan.spark_out
+        said = plan.feed, plan.dresses, plan.primary_pick, plan.secondary_pick
+        kinds.append((number, strokes, said, replace(job.part, start=0.0, across=0.0, surface=0.0)))
+    return kinds

@@ -16,16 +16,14 @@ from grind_env.machine.job import Job
 from grind_env.machine.script.repetition import FEW, is_straight
 from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.machines import Fleet, compile_all, fleet_of
-from grind_env.shop.optimise.alike import together
 from grind_env.shop.optimise.budget import Budget
 from grind_env.shop.optimise.counting import Counting, counting_of
 from grind_env.shop.optimise.editing import ProgramText, like
 from grind_env.shop.optimise.outcome import Trade
 from grind_env.shop.optimise.search import Point, Search
 from grind_env.shop.optimise.spots import Spot
-from grind_env.shop.optimise.variables import COLUMNS, INHERITED, Choices, Variable, choices_of
-from grind_env.shop.risk import most_risk, risk
-from grind_env.shop.trials import CORES, Between, LotUse, Measures, Trials, lots_of, nothing, trials_of
+from grind_env.shop.optimise.variables import COLUMNS, INHERITED, SearchSpace, SearchVariable, choices_of, together
+from grind_env.shop.trials import CORES, Between, LotUse, Measures, Trials, lots_of, most_risk, nothing, risk, trials_of
 from grind_env.shop.wishes import LIMITS, WishError, Wishes
 
 INFEASIBLE = 1e9
@@ -92,7 +90,7 @@ class Variation(NamedTuple):
     runs: int
     seed: int
     wishes: Wishes
-    choices: Choices
+    choices: SearchSpace
     ranges: ScriptRanges
     margins: Array
     once: Trials
@@ -136,12 +134,10 @@ class Variation(NamedTuple):
 
     @property
     def besides(self) -> bool:
-        """Whether others than E and D are varied."""
         return any(each.name not in ("E", "D") for each in self.choices.variables)
 
     @property
     def counts(self) -> list[int]:
-        """How many values each coordinate of a point has."""
         return [*(len(each.levels) for each in self.choices.variables), len(self.choices.intervals)]
 
     @property
@@ -165,7 +161,6 @@ class Variation(NamedTuple):
         return [way for way in dict.fromkeys(ways) if way not in (start, point)]
 
     def interval(self, point: Point) -> DressInterval:
-        """How often the wheel is dressed at a point."""
         return self.choices.intervals[point[-1]]
 
     def settings(self, own: Array, points: NDArray[np.int64]) -> Array:
@@ -182,15 +177,13 @@ class Variation(NamedTuple):
             executions[k] *= due | ~varied
         return table
 
-    def _everywhere(self, variable: Variable) -> NDArray[np.int64]:
-        """Its blocks in all runs."""
+    def _everywhere(self, variable: SearchVariable) -> NDArray[np.int64]:
         blocks = np.array(variable.blocks)
         if not self.base.alike:
             return blocks
         return np.asarray(np.add.outer(np.arange(self.runs) * len(self.base.blocks), blocks).ravel())
 
     def measure(self, trials: Trials, points: list[Point], between: Between = nothing) -> Measures:
-        """What programs with other words come to."""
         return trials.measure(self.settings(trials.own, np.array(points)), besides=self.besides, between=between)
 
     def counting(self, point: Point) -> Counting | None:
@@ -203,11 +196,7 @@ class Variation(NamedTuple):
         return counting_of(self.interval(point), self.programs, spots, self.job.variables)
 
     def with_words(self, point: Point) -> ProgramText:
-        """The text with the words of a point, a comment at each block that has changed; all else stays.
-
-        Raises:
-            GrindError: the text cannot be made to say it.
-        """
+        """The text with the words of a point, a comment at each block that has changed; all else stays."""
         chosen = [
             (twin, each.levels[number])
             for each, number in zip(self.choices.variables, point, strict=False)
@@ -235,7 +224,6 @@ class Variation(NamedTuple):
         return text
 
     def read(self, point: Point) -> Programs:
-        """The program with the words of a point."""
         return read(self.with_words(point).text, self.programs.name, self.programs.folder)
 
     def shares(self, trials: Trials, found: Measures, old: Measures) -> Array:
@@ -249,7 +237,7 @@ class Variation(NamedTuple):
         )
 
     def risk(self, trials: Trials, found: Measures, old: Measures) -> Array:
-        """As of `shop.risk`; 0 where the program as it is misses a wish, for which more may be paid."""
+        """As of `trials.risk`; 0 where the program as it is misses a wish, for which more may be paid."""
         if any(getattr(old, name).mean() > most for name, most in self.wishes.within.items()):
             return np.zeros(len(found.cost))
         return risk(trials, found, old, self.wishes.quantity)
@@ -323,30 +311,24 @@ def variation_of(
     """What is to be searched; where there is not even time to look at the batch, `TimeUp` ends it.
 
     The clock of the budget begins when all that the search needs is compiled.
-
-    Raises:
-        GrindError: as `optimise`.
     """
     once = one_run(programs, job)
     compile_all(once)
     budget = Budget() if budget is None else replace(budget, began=Budget().began)
-    choices = _choices(once.simulation, text, wishes, runs)
     margins = np.array([wishes.margin(name) for name in LIMITS])
-    ranges = _ranges(choices)
-    base = _base(programs, job, runs, seed, ranges, budget.require_first)
-    seen = once.simulation
-    if not base.alike:
-        seen = base.as_written(programs)
+    choices = _choices(once.simulation, text, wishes, runs)
+    base = _base(programs, job, runs, seed, _ranges(choices), budget.require_first)
+    seen, of_all = (once.simulation, False) if base.alike else (base.as_written(programs), True)
+    if of_all:
         choices = _choices(seen, text, wishes, runs, of_all=True)
-        ranges = _ranges(choices)
-        base = _base(programs, job, runs, seed, ranges, budget.require_first)
-    why = base.simulation.why
+        base = _base(programs, job, runs, seed, _ranges(choices), budget.require_first)
+    why, ranges = base.simulation.why, _ranges(choices)
     if why is not None and any(ranges):
         others = replace(wishes, words=tuple(name for name in wishes.words if name not in ("J", "L")))
         remark = f"J and L are kept as they are: {why}"
         if not others.words:
             raise WishError(remark)
-        choices = _choices(seen, text, others, runs, of_all=not base.alike)
+        choices = _choices(seen, text, others, runs, of_all=of_all)
         choices, ranges = choices._replace(remarks=(*choices.remarks, remark)), ScriptRanges()
         base = _base(programs, job, runs, seed, ranges, budget.require_first)
     fleet = fleet_of(base, seed, untried=wishes.untried, is_up=lambda: budget.spent > LOOKING * budget.seconds)
@@ -355,7 +337,7 @@ def variation_of(
 
 def _choices(
     simulation: JobSimulation, text: ProgramText, wishes: Wishes, runs: int, *, of_all: bool = False
-) -> Choices:
+) -> SearchSpace:
     """What can be varied; what parts that are alike say is one value, unless that is not wished."""
     choices = choices_of(simulation, text, wishes, runs, of_all=of_all)
     return choices if wishes.free else choices._replace(variables=together(choices.variables, simulation))
@@ -375,7 +357,7 @@ def _base(
     )
 
 
-def _ranges(choices: Choices) -> ScriptRanges:
+def _ranges(choices: SearchSpace) -> ScriptRanges:
     picks = [value for each in choices.variables if each.name == "J" for value in each.settings.tolist()]
     spark_outs = [int(value) for each in choices.variables if each.name == "L" for value in each.settings.tolist()]
     return ScriptRanges(

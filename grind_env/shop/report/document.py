@@ -2,22 +2,20 @@
 
 Each function takes plain texts and gives markup in which they are escaped; only such markup goes into a page::
 
-    page("Sweep of plate.nc", [Section("Cost", [table(("E", "$"), rows), figure(graph, "cost over E")])])
-
-Figures are drawn by the page, as SVG.
+    page("Sweep of plate.nc", [Section("Cost", [table(table_of(("E", "$"), rows)), figure(graph, "cost over E")])])
 """
 
 import functools
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from grind_env import __version__
 from grind_env.errors import printable
 from grind_env.extras import needing
 from grind_env.files import FileError, check_target, write_atomically
-from grind_env.table import Cell
+from grind_env.table import Kind, Table
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -29,58 +27,43 @@ if TYPE_CHECKING:
 TEMPLATES = Path(__file__).with_name("templates")
 SUFFIXES = (".html", ".htm")
 GENERATOR = f"grind_env {__version__}"
-
-Level = Literal["good", "poor", "bad", ""]
-"""What a verdict, a cell or a note says of its matter; "" for neither good nor bad."""
-
-
-class Drawing(NamedTuple):
-    """A figure, which the page draws."""
-
-    content: "Picture | Graph"
-    caption: str
-
-
-Part: TypeAlias = "Markup | Drawing"
-"""Of a section."""
+MOST_LINES, LONGEST_LINE = 400, 1000
+"""Lines of a listing, and characters of a line."""
 
 
 class Section(NamedTuple):
     """A heading, and what stands below it: by the functions of this module."""
 
     title: str
-    body: "Sequence[Part]"
+    body: "Sequence[Markup]"
 
 
 class Note(NamedTuple):
     """A remark below a line of a listing."""
 
     text: str
-    kind: Level = ""
+    kind: Kind = ""
 
 
-class Line(NamedTuple):
-    """A line of a listing."""
-
-    number: str
-    text: str
-    notes: Sequence[Note] = ()
-
-
-def verdict(level: Level, headline: str, lines: Sequence[str] = ()) -> "Markup":
+def verdict(level: Kind, headline: str, lines: Sequence[str] = ()) -> "Markup":
     """A sentence that sums up, and what is to be said to it."""
     return _block("verdict", level, printable(headline), [printable(line) for line in lines])
 
 
-def table(headings: Sequence[str], rows: Iterable[Sequence[str | Cell]], caption: str = "", left: int = 1) -> "Markup":
-    """A table; its first `left` columns are text, the others numbers."""
-    cells = [[_cell(cell) for cell in row] for row in rows]
-    return _block("table", [printable(heading) for heading in headings], cells, printable(caption), left)
+def table(content: Table, caption: str = "") -> "Markup":
+    """A table."""
+    return _block("table", _markup(content.html(_attributes)), printable(caption))
 
 
-def figure(content: "Picture | Graph", caption: str = "") -> Drawing:
-    """A figure as wide as the page, of any texts."""
-    return Drawing(content, printable(caption))
+def figure(content: "Picture | Graph", caption: str = "") -> "Markup":
+    """A figure as wide as the page, of any texts, drawn as SVG.
+
+    Raises:
+        MissingExtra: as of `page`.
+    """
+    from grind_env.shop.report.static import drawn
+
+    return _block("figure", _markup(drawn(content)), printable(caption))
 
 
 def items(lines: Sequence[str]) -> "Markup":
@@ -93,19 +76,18 @@ def paragraph(text: str) -> "Markup":
     return _block("paragraph", printable(text))
 
 
-def listing(lines: Sequence[Line]) -> "Markup":
-    """Numbered lines of a program or a file, with remarks."""
-    return _block(
-        "listing",
-        [
-            Line(
-                printable(line.number),
-                printable(line.text),
-                [Note(printable(note.text), note.kind) for note in line.notes],
-            )
-            for line in lines
-        ],
-    )
+def listing(texts: Sequence[str], notes: Mapping[int, Sequence[Note]] = {}, *, numbered: bool = True) -> "list[Markup]":
+    """Lines of a program or a file, with remarks by their number from 1; of very many lines the first."""
+    lines = [
+        (
+            str(number) if numbered else "",
+            printable(text[:LONGEST_LINE] + "…" * (len(text) > LONGEST_LINE)),
+            [Note(printable(note.text), note.kind) for note in notes.get(number, ())],
+        )
+        for number, text in enumerate(texts[:MOST_LINES], 1)
+    ]
+    hidden = len(texts) - len(lines)
+    return [_block("listing", lines), *([paragraph(f"{hidden} more lines are not shown.")] if hidden else [])]
 
 
 def page(title: str, sections: Sequence[Section], facts: Mapping[str, str] | None = None) -> str:
@@ -113,25 +95,18 @@ def page(title: str, sections: Sequence[Section], facts: Mapping[str, str] | Non
 
     Its security policy forbids it to load anything and to run any script.
 
-    Args:
-        title: of it.
-        sections: from above.
-        facts: by their names.
-
     Raises:
         MissingExtra: Jinja2 or matplotlib is not installed.
     """
-    markup = _markup()
-    shown = [Section(printable(each.title), [_drawn(part) for part in each.body]) for each in sections]
     return (
         _environment()
         .get_template("page.html")
         .render(
             title=printable(title),
             facts={printable(name): printable(value) for name, value in (facts or {}).items()},
-            sections=shown,
+            sections=[Section(printable(each.title), each.body) for each in sections],
             generator=GENERATOR,
-            style=markup((TEMPLATES / "page.css").read_text("utf-8")),
+            style=_markup((TEMPLATES / "page.css").read_text("utf-8")),
         )
     )
 
@@ -164,24 +139,14 @@ def _check_suffix(path: Path) -> None:
         raise FileError(f"{path}: a page is written as {' or '.join(SUFFIXES)}; name such a file")
 
 
-def _cell(cell: str | Cell) -> Cell:
-    made = Cell(cell) if isinstance(cell, str) else cell
-    return made._replace(text=printable(made.text))
+def _attributes(right: bool, kind: Kind) -> str:
+    names = " ".join(filter(None, (kind, "number" if right else "")))
+    return f' class="{names}"' if names else ""
 
 
 def _block(name: str, *arguments: Any) -> "Markup":
     block: Markup = getattr(_environment().get_template("blocks.html").module, name)(*arguments)
     return block
-
-
-def _drawn(part: Part) -> "Markup":
-    if not isinstance(part, Drawing):
-        return part
-    from markupsafe import Markup
-
-    from grind_env.shop.report.static import drawn
-
-    return _block("figure", Markup(drawn(part.content)), part.caption)
 
 
 @functools.cache
@@ -198,8 +163,8 @@ def _environment() -> "Environment":
     )
 
 
-def _markup() -> "type[Markup]":
+def _markup(text: str) -> "Markup":
     _environment()
     from markupsafe import Markup
 
-    return Markup
+    return Markup(text)

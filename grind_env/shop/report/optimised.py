@@ -23,10 +23,8 @@ from grind_env.shop.optimise.table import (
     word_table,
 )
 from grind_env.shop.report.document import (
-    Level,
-    Line,
+    LONGEST_LINE,
     Note,
-    Part,
     Section,
     figure,
     items,
@@ -37,13 +35,13 @@ from grind_env.shop.report.document import (
     verdict,
 )
 from grind_env.shop.report.foundations import foundations, revisions
-from grind_env.shop.report.run import LONGEST_LINE, MOST_LINES
 from grind_env.shop.trials import lots_said
+from grind_env.table import Kind
 
 if TYPE_CHECKING:
     from markupsafe import Markup
 
-LEVELS: Mapping[Verdict, Level] = {
+LEVELS: Mapping[Verdict, Kind] = {
     Verdict.BETTER: "good",
     Verdict.NEARER: "poor",
     Verdict.NOT_BETTER: "poor",
@@ -58,21 +56,12 @@ TRADE = (
 
 
 def optimised_report(found: Optimised, job: Job, files: Mapping[str, Path]) -> str:
-    """The page of an optimisation, HTML.
-
-    Args:
-        found: what it has come to, better or not.
-        job: of the program.
-        files: by what they are, such as program and job; the page states their revisions.
-
-    Raises:
-        MissingExtra: as of `page`.
-    """
+    """The page of an optimisation, HTML."""
     after = "after" if found.verdict.is_written else "best one tried"
     sections = [
         Section("Verdict", [paragraph(f"{heading(found)}."), _verdict(found)]),
         Section("Before and after", [_quantities(found, after)]),
-        Section("Words", [_words(found, after)]),
+        Section("Words", [table(word_table(found, after))]),
         Section("Limits", _limits(found, after)),
         Section("Cost over time", [figure(trade(found), TRADE)]),
         Section("Program", _program(found)),
@@ -103,20 +92,14 @@ def _quantities(found: Optimised, after: str) -> "Markup":
         f"which one machine lies with {covered(found)}; the change is of the same ones. The columns of grind run are "
         "of the expected lot."
     )
-    shown = quantity_table(found, after, whole=True)
-    return table(shown.headings, shown.rows, caption)
+    return table(quantity_table(found, after, whole=True), caption)
 
 
-def _words(found: Optimised, after: str) -> "Markup":
-    shown = word_table(found, after)
-    return table(shown.headings, shown.rows, left=2)
-
-
-def _limits(found: Optimised, after: str) -> "list[Part]":
+def _limits(found: Optimised, after: str) -> "list[Markup]":
     limits = [each for each in found.limits if each.limit > 0.0]
     if not limits:
         return [paragraph("The job has no limits.")]
-    shown, stay = limit_table(found, after), parts_said(found.confidence)
+    stay = parts_said(found.confidence)
     caption = (
         f"Shares are those of the limit below which {stay} stay. The last column is how much the best words without "
         "the limit change the cost; a limit binds if, beyond chance, they save more than "
@@ -125,7 +108,7 @@ def _limits(found: Optimised, after: str) -> "list[Part]":
     shares = (
         f"Share of each limit below which {stay} stay, before (ring) and {after} (square); strokes are what is asked."
     )
-    return [table(shown.headings, shown.rows, caption), figure(_shares(limits, after), shares)]
+    return [table(limit_table(found, after), caption), figure(_shares(limits, after), shares)]
 
 
 def _shares(limits: list[LimitUse], after: str) -> Graph:
@@ -149,39 +132,26 @@ def _shares(limits: list[LimitUse], after: str) -> Graph:
 def _program(found: Optimised) -> "list[Markup]":
     """The new text, with what its changed lines were."""
     old, new = found.before.splitlines(), found.after.splitlines()
-    notes: dict[int, Note] = {}
+    notes: dict[int, list[Note]] = {}
     for kind, first, last, start, end in SequenceMatcher(None, old, new, autojunk=False).get_opcodes():
         if kind in ("replace", "insert"):
             for place in range(start, end):
                 was = first + place - start
-                notes[place] = Note(f"was: {_cut(old[was])}" if was < last else "new")
-    lines = [
-        Line(str(place + 1), _cut(text), [notes[place]] if place in notes else [])
-        for place, text in enumerate(new[:MOST_LINES])
-    ]
+                notes[place + 1] = [Note(f"was: {old[was][:LONGEST_LINE]}" if was < last else "new")]
     state = "The new program:" if found.verdict.is_written else "The program, which stays as it is:"
-    hidden = len(new) - len(lines)
-    return [paragraph(state), listing(lines), *([paragraph(f"{hidden} more lines are not shown.")] if hidden else [])]
+    return [paragraph(state), *listing(new, notes)]
 
 
 def _rests_on(found: Optimised) -> list[str]:
+    known = f"its numbers are as uncertain as the calibration says ({found.calibration})."
+    if found.plant:
+        known = "it is known here, and all that is open are its lots."
+    elif found.calibration is None:
+        known = "nothing was calibrated, so that its numbers are as uncertain as those of the catalogue."
     tables, ground = "[lots]" if found.lots > 1 else "[[parts]]", lots_said(found.lots, "unseen lots")
     return [
         f"The job is {found.job}. How its lots and parts differ is what its {tables} says.",
         f"Both programs are ground on {ground}, the same for both, in batches of {found.parts} runs, in which the "
         "wheel carries over.",
-        f"Intervals are what one machine comes to with {covered(found)}: " + _known(found),
+        f"Intervals are what one machine comes to with {covered(found)}: {known}",
     ]
-
-
-def _known(found: Optimised) -> str:
-    """What intervals contain."""
-    if found.plant:
-        return "it is known here, and all that is open are its lots."
-    if found.calibration is None:
-        return "nothing was calibrated, so that its numbers are as uncertain as those of the catalogue."
-    return f"its numbers are as uncertain as the calibration says ({found.calibration})."
-
-
-def _cut(text: str) -> str:
-    return text[:LONGEST_LINE] + "…" * (len(text) > LONGEST_LINE)

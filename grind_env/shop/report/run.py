@@ -2,26 +2,24 @@
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from grind_env.control import Programs
+from grind_env.control.source import lines_of
 from grind_env.machine.dress.mounting import first_diameter
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.cost import NO_LIMIT, SCRAP_BELOW
-from grind_env.render.comparison import MEANING, compared_blocks, sharpening_texts
-from grind_env.render.curves import picture
+from grind_env.render.comparison import HEADINGS as COMPARED
+from grind_env.render.comparison import MEANING, between, blocks_named, compared_blocks, same_words, sharpening_texts
+from grind_env.render.curves import Span, picture, spans, sparks_out
 from grind_env.render.tables import SCALES, STATION, faults, part_table, totals
-from grind_env.shop.report.assumptions import assumptions
-from grind_env.shop.report.blocks import HEADINGS, BlockRow, block_rows, program_lines
 from grind_env.shop.report.document import (
-    Level,
-    Line,
     Note,
     Section,
     figure,
@@ -32,38 +30,57 @@ from grind_env.shop.report.document import (
     table,
     verdict,
 )
-from grind_env.shop.report.foundations import foundations, revisions
+from grind_env.shop.report.foundations import assumptions, foundations, revisions
 from grind_env.shop.report.own import TITLE
-from grind_env.table import Cell
+from grind_env.table import Cell, Kind, table_of
 
 if TYPE_CHECKING:
     from markupsafe import Markup
 
 MOST_ROWS = 30
 """Of a table; of more the first and the last are shown."""
-MOST_LINES = 400
-"""Of the program."""
 LONGEST_LINE = 200
-"""Characters of a line of the program."""
+"""Characters of a block in a table."""
 SAFE = 0.95
 """Parts that are good with less than this probability are at risk."""
 NARROW = 0.1
 """Share of a limit that is left: less is narrow."""
 
-Cells = Sequence[str | Cell]
-"""A row of a table."""
+HEADINGS = (
+    "block",
+    "words",
+    "runs",
+    "strokes",
+    "spark-out",
+    "time, s",
+    "depth, µm",
+    "deepest cut, µm",
+    "power, kW",
+    "torque, %",
+    "temp., K",
+    "burn ratio",
+    "Ra left, µm",
+    "wear flats, %",
+    "dresses",
+)
+"""Of the blocks."""
 
 _WARNING = re.compile(r"^(?P<file>[^\n]*?):(?P<line>\d+): (?P<text>.*)$", re.DOTALL)
 
 
+class BlockSummary(NamedTuple):
+    """All executions of a block, or of blocks of the same words."""
+
+    line: int
+    """Number of that of the first of them."""
+    cells: tuple[str, ...]
+    """Texts under `HEADINGS`."""
+    summary: str
+    """The same as a remark in the program."""
+
+
 def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequence[Path] = ()) -> str:
     """The page of a run, HTML.
-
-    Args:
-        record: of `machine.grind`.
-        programs: the program.
-        job: of the run.
-        files: program and job, whose revisions the page states.
 
     Raises:
         MissingExtra: as of `page`.
@@ -77,7 +94,9 @@ def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequ
         Section("Verdict", [_verdict(record, job)]),
         Section("Margin to the limits", [_margins(record, job)]),
         Section("Blocks", [_blocks(blocks)]),
-        Section("Comparison", [_compared(record)]),
+        Section(
+            "Comparison", [table(table_of(COMPARED, compared_blocks(record), left=1).shortened(MOST_ROWS), MEANING)]
+        ),
         Section("Run", [figure(shown, caption)]),
         Section("Parts", _parts(record, job)),
         Section("Dresses and wheel", _dresses(record, job)),
@@ -95,7 +114,7 @@ def _verdict(record: GrindingRecord, job: Job) -> "Markup":
     scrap, risky = int((survival < SCRAP_BELOW).sum()), int((survival < SAFE).sum())
     unjudged = sum(map(bool, record.unjudged))
     count = survival.size
-    level: Level = "bad" if scrap else "poor" if risky else "good"
+    level: Kind = "bad" if scrap else "poor" if risky else "good"
     whole = "the part" if count == 1 else f"all {count} parts"
     headline = {
         "bad": f"{scrap} of {count} parts are more likely scrap than good." if count > 1 else "The part is scrap.",
@@ -111,7 +130,6 @@ def _verdict(record: GrindingRecord, job: Job) -> "Markup":
 
 
 def _margins(record: GrindingRecord, job: Job) -> "Markup":
-    """The worst part by each limit."""
     parts, wheel = record.parts, job.setup.wheel
     limits = np.array([job.of_part(number).limits for number in parts["part"].tolist()])
     rise, power, roughness, size = limits.T
@@ -127,10 +145,12 @@ def _margins(record: GrindingRecord, job: Job) -> "Markup":
     used = first_diameter(job) - record.strokes["ds"]
     least = first_diameter(job) - wheel.minimum_diameter
     rows.append(_margin("wheel used up, mm of diameter", used, record.strokes["part"].tolist(), least, ".3f"))
-    return table(("limit", "worst", "limit is", "left, %", "in part"), rows)
+    return table(table_of(("limit", "worst", "limit is", "left, %", "in part"), rows, left=1))
 
 
-def _margin(name: str, values: np.ndarray, parts: Sequence[object], limits: np.ndarray | float, form: str) -> Cells:
+def _margin(
+    name: str, values: np.ndarray, parts: Sequence[object], limits: np.ndarray | float, form: str
+) -> Sequence[str | Cell]:
     """The row of a limit, or of one for each part: of the part that has the smallest share of its own left."""
     every = np.broadcast_to(limits, values.shape)
     shares = np.divide(values, every, out=np.full(values.shape, -math.inf), where=every > NO_LIMIT)
@@ -139,33 +159,61 @@ def _margin(name: str, values: np.ndarray, parts: Sequence[object], limits: np.n
     if limit <= NO_LIMIT:
         return [name, f"{value:{form}}", "none", "–", str(parts[worst])]
     left = 1.0 - value / limit
-    kind: Level = "bad" if left < 0.0 else "poor" if left < NARROW else "good"
+    kind: Kind = "bad" if left < 0.0 else "poor" if left < NARROW else "good"
     return [name, f"{value:{form}}", f"{limit:{form}}", Cell(f"{100.0 * left:.0f}", kind), str(parts[worst])]
 
 
-def _blocks(blocks: Sequence[BlockRow]) -> "Markup":
-    rows: list[Cells] = [(row.cells[0], Cell(row.cells[1][:LONGEST_LINE], "code"), *row.cells[2:]) for row in blocks]
+def block_rows(record: GrindingRecord) -> list[BlockSummary]:
+    """The blocks that have ground, in the order in which they first did; those of the same words in one row."""
+    every, sparks = spans(record), sparks_out(record)
+    return [_block(record, words, [every[k] for k in found], sparks) for words, found in same_words(record).items()]
+
+
+def _block(record: GrindingRecord, text: str, found: Sequence[Span], sparks: np.ndarray) -> BlockSummary:
+    strokes = record.strokes
+    chosen = np.concatenate([np.arange(span.first, span.after) for span in found])
+    rows, lasts = strokes[chosen], strokes[[span.after - 1 for span in found]]
+    lines = strokes["line"][[span.first for span in found]].tolist()
+    dresses = sum(
+        int(((record.dresses["after"] > span.first) & (record.dresses["after"] <= span.after)).sum()) for span in found
+    )
+    runs = len(found)
+    cells = (
+        blocks_named(record, lines),
+        text,
+        str(runs),
+        f"{rows.size / runs:.0f}",
+        f"{sparks[chosen].sum() / runs:.0f}",
+        f"{rows['seconds'].sum() / runs:.1f}",
+        between(1000.0 * rows["Z"], "{:.0f}"),
+        f"{1000.0 * rows['ae'].max():.1f}",
+        f"{0.001 * rows['power'].max():.2f}",
+        f"{100.0 * rows['torque'].max():.0f}",
+        f"{rows['T'].max():.0f}",
+        f"{rows['Br'].max():.2f}",
+        between(lasts["Ra"], "{:.2f}"),
+        between(100.0 * rows["A"], "{:.2f}"),
+        str(dresses),
+    )
+    summary = (
+        f"{cells[3]} stroke{'s' * (cells[3] != '1')}, {cells[5]} s, up to {cells[8]} kW and {cells[10]} K, "
+        f"Ra {cells[12]} µm"
+        f"{f', {dresses} dresses' if dresses > 1 else ', 1 dress' if dresses else ''}"
+    )
+    return BlockSummary(lines[0], cells, summary)
+
+
+def _blocks(blocks: Sequence[BlockSummary]) -> "Markup":
+    rows = [(row.cells[0], Cell(row.cells[1][:LONGEST_LINE], "code"), *row.cells[2:]) for row in blocks]
     caption = "Strokes, spark-out and time are those of one run of the block; the rest is the extreme of all of them."
-    return table(HEADINGS, _shortened(rows, len(HEADINGS)), caption, left=2)
-
-
-def _compared(record: GrindingRecord) -> "Markup":
-    headings = ("block", "Q'w, mm³/mm/s", "V'w, mm³/mm", "speed ratio vs/vw", "aggressiveness", "ec, J/mm³")
-    return table(headings, _shortened(compared_blocks(record), len(headings)), MEANING)
+    return table(table_of(HEADINGS, rows, left=2).shortened(MOST_ROWS), caption)
 
 
 def _parts(record: GrindingRecord, job: Job) -> "list[Markup]":
     found = part_table(record, job)
-    rows = [
-        [
-            Cell(text, "bad" if field in row.red else "")
-            for field, text in zip(found.fields, (row.number, *row.texts), strict=True)
-        ]
-        for row in found.rows
-    ]
-    headings = [heading.replace("\n", " ") for heading in found.headings]
-    whole = table(headings, _shortened(rows, len(headings)), "Successive parts that are alike share a row.", left=1)
-    if len(rows) <= MOST_ROWS:
+    every = table_of(found.headings, [row.cells(found.fields) for row in found.rows], left=1)
+    whole = table(every.shortened(MOST_ROWS), "Successive parts that are alike share a row.")
+    if len(every.rows) <= MOST_ROWS:
         return [whole]
     shown = [name for name in found.fields[1:] if name != STATION]
     values = {name: record.parts[name] * SCALES.get(name, 1) for name in shown}
@@ -174,8 +222,8 @@ def _parts(record: GrindingRecord, job: Job) -> "list[Markup]":
         ["mean", *(_number(value.mean()) for value in values.values())],
         ["highest", *(_number(value.max()) for value in values.values())],
     ]
-    of_all = [heading for heading in headings[1:] if heading != STATION]
-    return [table(["of all parts", *of_all], bands), whole]
+    of_all = [heading for heading in every.headings[1:] if heading != STATION]
+    return [table(table_of(["of all parts", *of_all], bands, left=1)), whole]
 
 
 def _number(value: float) -> str:
@@ -226,68 +274,49 @@ def _dresses(record: GrindingRecord, job: Job) -> "list[Markup]":
         f"The wheel ends with {last:.3f} mm of diameter and is changed below {wheel.minimum_diameter:g} mm. "
         f"A dress takes {per_dress:.3f} mm of it: {lasting}"
     )
-    return [paragraph(text), table(headings, _shortened(rows, len(headings)), left=3)]
+    return [paragraph(text), table(table_of(headings, rows, left=3).shortened(MOST_ROWS))]
 
 
 def _cost(record: GrindingRecord) -> "Markup":
     parts = record.parts
     names = {"time": "time_cost", "wheel": "wheel_cost", "dresser": "dress_cost", "expected scrap": "scrap_cost"}
     whole = float(parts["total_cost"].sum())
+    costs = {name: float(parts[field].sum()) for name, field in {**names, "all": "total_cost"}.items()}
     rows = [
-        [name, *_amounts(float(parts[field].sum()), whole, parts.size)]
-        for name, field in {**names, "all": "total_cost"}.items()
+        (name, f"{cost:.2f}", f"{cost / parts.size:.3f}", f"{100.0 * cost / whole:.0f}" if whole > 0.0 else "–")
+        for name, cost in costs.items()
     ]
     good = float(parts["survival"].sum())
     caption = f"{record.cost_per_good_part:.2f} $ per good part." if good > 0.0 else "No good part is expected."
-    return table(("cost", "of the run, $", "a part, $", "share, %"), rows, caption)
-
-
-def _amounts(cost: float, whole: float, count: int) -> tuple[str, str, str]:
-    return f"{cost:.2f}", f"{cost / count:.3f}", f"{100.0 * cost / whole:.0f}" if whole > 0.0 else "–"
+    return table(table_of(("cost", "of the run, $", "a part, $", "share, %"), rows, left=1), caption)
 
 
 def _warnings(record: GrindingRecord, programs: Programs) -> "Markup":
     if not record.warnings:
         return paragraph("None.")
-    texts, found = program_lines(programs), dict[str, list[int]]()
+    texts, found = lines_of(programs.main.blocks.text), dict[str, list[int]]()
     for warning in record.warnings:
         match = _WARNING.match(warning)
         line = int(match["line"]) if match and match["file"] == programs.name else 0
         found.setdefault(match["text"] if match and line else warning, []).append(line)
-    rows: list[Cells] = []
+    rows = []
     for text, lines in found.items():
         line = lines[0]
         more = f" and {len(lines) - 1} more" if len(lines) > 1 else ""
         block = texts[line - 1].strip()[:LONGEST_LINE] if 0 < line <= len(texts) else ""
-        rows.append([f"{line}{more}" if line else "–", Cell(block, "code"), text])
-    return table(("line", "block", "warning"), _shortened(rows, 3), left=3)
+        rows.append((f"{line}{more}" if line else "–", Cell(block, "code"), text))
+    return table(table_of(("line", "block", "warning"), rows).shortened(MOST_ROWS))
 
 
-def _program(record: GrindingRecord, programs: Programs, blocks: Sequence[BlockRow]) -> "list[Markup]":
-    texts = program_lines(programs)
+def _program(record: GrindingRecord, programs: Programs, blocks: Sequence[BlockSummary]) -> "list[Markup]":
     notes: dict[int, list[Note]] = {}
     for row in blocks:
         notes.setdefault(row.line, []).append(Note(row.summary))
     for warning in record.warnings:
         if (match := _WARNING.match(warning)) and match["file"] == programs.name:
             notes.setdefault(int(match["line"]), []).append(Note(match["text"], "poor"))
-    lines = [
-        Line(str(number), text[:LONGEST_LINE] + "…" * (len(text) > LONGEST_LINE), notes.get(number, ()))
-        for number, text in enumerate(texts[:MOST_LINES], 1)
-    ]
-    hidden = len(texts) - len(lines)
-    return [listing(lines), *([paragraph(f"{hidden} more lines are not shown.")] if hidden else [])]
+    return listing(lines_of(programs.main.blocks.text), notes)
 
 
 def _range(first: int, last: int) -> str:
     return str(first) if first == last else f"{first} to {last}"
-
-
-def _shortened(rows: Iterable[Cells], width: int) -> list[Cells]:
-    """Rows of a table, of very many the first and the last with a remark between them."""
-    every = list(rows)
-    left_out = len(every) - MOST_ROWS
-    if left_out <= 1:
-        return every
-    remark = [f"… {left_out} more …", *[""] * (width - 1)]
-    return [*every[: MOST_ROWS // 2], remark, *every[len(every) - MOST_ROWS // 2 :]]

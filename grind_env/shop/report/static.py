@@ -43,11 +43,7 @@ _LEFT_OUT = re.compile(
 
 
 def drawn(shown: Picture | Graph) -> str:
-    """The <svg> element of a figure, in which texts are escaped.
-
-    Raises:
-        MissingExtra: matplotlib is not installed.
-    """
+    """The <svg> element of a figure, in which texts are escaped."""
     figure = new_figure(WIDTH, EDGES + PANEL * len(shown.curves) if isinstance(shown, Picture) else shown.height / DPI)
     from matplotlib import rc_context
 

@@ -21,12 +21,7 @@ class ExistsError(GrindError):
 
 
 def start_folder(folder: Path) -> list[Path]:
-    """Write the files into a folder, which is made if need be; returns them, the program first.
-
-    Raises:
-        ExistsError: one of the files exists.
-        FileError: the folder cannot be made, or a file cannot be written; nothing new is left behind.
-    """
+    """Write the files into a folder, which is made if need be; returns them, the program first."""
     example = example_values()
     job = {**example, "setup": {**example["setup"], **OWN}, "catalogue": {"files": [CATALOGUE]}}
     texts = {PROGRAM: read_text(EXAMPLES / f"{EXAMPLE}.nc"), JOB: job_template(job)}
@@ -52,12 +47,6 @@ def start_folder(folder: Path) -> list[Path]:
 
 
 def _require_new(folder: Path, names: Iterable[str]) -> list[Path]:
-    """The files of some names in a folder that is there or can be made.
-
-    Raises:
-        ExistsError: one of them is there already.
-        FileError: what would be the folder, or one in which it lies, is a file.
-    """
     place = next((each for each in (folder, *folder.parents) if _is_there(each)), folder)
     if _is_there(place) and not place.is_dir():
         raise FileError(f"{shown(folder)} cannot be made: {shown(place)} is no folder; name another one")

@@ -37,12 +37,7 @@ def machine_of(job: Job) -> Job:
 
 
 def sample_log(programs: Programs, job: Job) -> str:
-    """A log of some parts with pauses between them: CSV, a row every `STEP`, time in s and power in W.
-
-    Args:
-        programs: what is ground.
-        job: of it, as the catalogue has it.
-    """
+    """A log of some parts with pauses between them: CSV, a row every `STEP`, time in s and power in W."""
     truth = machine_of(job)
     pattern = pattern_of(programs, truth)
     powers = Forward(programs, truth, PARTS).run(truth).strokes["power"].reshape(PARTS, -1)

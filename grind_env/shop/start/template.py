@@ -28,11 +28,7 @@ REPEATED = (STAGES, STATIONS)
 
 
 def job_template(given: Values | None = None) -> str:
-    """The text of a job file that `load_job` reads.
-
-    Args:
-        given: values; those of the example program if None.
-    """
+    """The text of a job file that `load_job` reads."""
     values = example_values() if given is None else given
     blocks = [HEAD]
     for table, listed in groupby(job_rows(), key=lambda row: row.table):

@@ -46,7 +46,7 @@ AXES = {
 }
 
 
-class Panel(NamedTuple):
+class SweepPanel(NamedTuple):
     """Costs over a setting, and limits below them.
 
     Attributes:
@@ -61,11 +61,7 @@ class Panel(NamedTuple):
 
 
 def draw_sweep(found: Sweep) -> "Figure":
-    """Draw a sweep.
-
-    Raises:
-        MissingExtra: matplotlib is not installed.
-    """
+    """Draw a sweep."""
     panels = _panels(found)
     figure = new_figure(5.4 * max(len(panels), 1), 7.4)
     from matplotlib.ticker import MaxNLocator
@@ -84,25 +80,25 @@ def draw_sweep(found: Sweep) -> "Figure":
     return figure
 
 
-def _panels(found: Sweep) -> list[Panel]:
-    panels, speeds, intervals = list[Panel](), found.speeds, found.intervals
+def _panels(found: Sweep) -> list[SweepPanel]:
+    panels, speeds, intervals = list[SweepPanel](), found.speeds, found.intervals
     if len(intervals) > 1:
-        panels.append(Panel("every", {"with the best E of each": intervals}, intervals))
+        panels.append(SweepPanel("every", {"with the best E of each": intervals}, intervals))
     if len({point.E for point in speeds}) > 1:
         best, known = cheapest(speeds).every, [point.every for point in intervals]
         shown = sorted({known[0], known[-1], best, *known[:: max(len(known) // 4, 1)]})
         names = {every: f"dress {DressInterval(every, found.counted)}" if every else "D as it is" for every in shown}
         lines = {name: [point for point in speeds if point.every == every] for every, name in names.items()}
-        panels.append(Panel("E", lines, lines[names[best]]))
+        panels.append(SweepPanel("E", lines, lines[names[best]]))
     if found.dresses:
         several = [name for name in ("lead", "depth") if len({getattr(each, name) for each in found.dresses}) > 1]
         name = (*several, "depth")[0]
         lines = {} if len(several) > 1 else {"cost": [*found.dresses]}
-        panels.append(Panel(name, lines, best_of_each(found.dresses, name)))
+        panels.append(SweepPanel(name, lines, best_of_each(found.dresses, name)))
     return panels
 
 
-def _costs(axes: "Axes", panel: Panel, found: Sweep) -> None:
+def _costs(axes: "Axes", panel: SweepPanel, found: Sweep) -> None:
     """Costs, the best line with its intervals as a band; hollow where a limit is passed."""
     points = [point for row in panel.lines.values() for point in row]
     best, others = cheapest(points), iter(LINES)
@@ -149,7 +145,7 @@ def _map(axes: "Axes", points: Sequence[SweepPoint]) -> None:
     axes.figure.colorbar(image, ax=axes, extend="max")
 
 
-def _limits(axes: "Axes", panel: Panel, found: Sweep) -> None:
+def _limits(axes: "Axes", panel: SweepPanel, found: Sweep) -> None:
     """What 95 of 100 parts keep of each limit, and what is risked of what may be."""
     for name, (color, dash, mark) in LOOKS.items():
         values = [100.0 * point.of_limits[name] for point in panel.row]

@@ -20,8 +20,7 @@ from grind_env.policies.statistics import Interval
 from grind_env.presenter import html, presenter
 from grind_env.shop.dress_interval import LONGEST, DressInterval
 from grind_env.shop.machines import Fleet, fleet_of, require_good
-from grind_env.shop.risk import most_risk, risk
-from grind_env.shop.trials import LotUse, Measures, Trials, lots_of, trials_of
+from grind_env.shop.trials import LotUse, Measures, Trials, lots_of, most_risk, risk, trials_of
 from grind_env.shop.wishes import LIMITS
 
 if TYPE_CHECKING:
@@ -46,7 +45,7 @@ class SweepError(GrindError):
     """A sweep over something that a program does not have."""
 
 
-class Ranges(NamedTuple):
+class SweepRanges(NamedTuple):
     """What is swept, from a lowest to a highest value; what is not given stays as it is in the program."""
 
     E: tuple[float, float] | None = None
@@ -77,7 +76,7 @@ class SweepPoint:
         size_error: um.
         scrap: share of the parts.
         shares: of the limits power, temp, Ra and size, the shares that 95 of 100 parts keep, on whatever machine.
-        risk: as of `shop.risk`, as a share of what may be risked.
+        risk: as of `trials.risk`, as a share of what may be risked.
     """
 
     E: float
@@ -169,9 +168,13 @@ class Sweep:
         points = self.intervals
         best = cheapest(points)
         most, first, last = (1.0 + VALLEY) * best.cost.value, points.index(best), points.index(best)
-        while first > 0 and _near(points[first - 1], best, most):
+
+        def near(point: SweepPoint) -> bool:
+            return point.cost.value <= most and (point.keeps_limits or not best.keeps_limits)
+
+        while first > 0 and near(points[first - 1]):
             first -= 1
-        while last + 1 < len(points) and _near(points[last + 1], best, most):
+        while last + 1 < len(points) and near(points[last + 1]):
             last += 1
         return points[first].every, points[last].every
 
@@ -192,10 +195,6 @@ def _cost(point: SweepPoint) -> float:
     return point.cost.value
 
 
-def _near(point: SweepPoint, best: SweepPoint, most: float) -> bool:
-    return point.cost.value <= most and (point.keeps_limits or not best.keeps_limits)
-
-
 def cheapest(points: Sequence[SweepPoint]) -> SweepPoint:
     """The cheapest of some points, of those that keep the limits if one does."""
     return min([point for point in points if point.keeps_limits] or points, key=_cost)
@@ -210,7 +209,7 @@ def best_of_each(points: Sequence[SweepPoint], name: str) -> tuple[SweepPoint, .
 def sweep(
     program: str | Path,
     job: str | Path | Job | None = None,
-    ranges: Ranges | None = None,
+    ranges: SweepRanges | None = None,
     *,
     parts: int = 50,
     seed: int = 1,
@@ -218,17 +217,7 @@ def sweep(
     untried: bool = False,
     progress: Callable[[str, int], object] = lambda label, count: None,
 ) -> Sweep:
-    """Grind a program with a grid of settings, every one on the same lots and the same machines.
-
-    Args:
-        program: file of the part program.
-        job: its job file, or what `load_job` returned; the program's name with `.toml` if not given.
-        ranges: what is swept; E and dress intervals from 1 to 20 if nothing is said.
-        parts: how often the program is run; the wheel carries over.
-        seed: of the lots.
-        variables: values that `#` variables have before the first part.
-        untried: whether nothing is known of how the program grinds on the machine.
-        progress: called with what is being done and by how many points it has come on.
+    """Grind a program with a grid of settings, as `shop.calls.sweep`: every one on the same lots and machines.
 
     Raises:
         CondemnedError: the model scraps the program as it is.
@@ -242,7 +231,7 @@ def sweep(
     if ranges is None or not any(ranges):
         own_E = float(study.own[0, E])
         every = (1, min(LONGEST, parts)) if study.executions.any() else None
-        ranges = Ranges(E=(0.5 * own_E, min(2.0 * own_E, FASTEST)), every=every)
+        ranges = SweepRanges(E=(0.5 * own_E, min(2.0 * own_E, FASTEST)), every=every)
     study.refuse(ranges)
     (own,) = study.points("the program as it is", [Setting()])
     speeds, dresses = list[SweepPoint](), list[SweepPoint]()
@@ -300,7 +289,7 @@ class _Study:
         self.executions = _executions(trials)
         self.as_it_is = trials.measure(self.own[None])
 
-    def refuse(self, ranges: Ranges) -> None:
+    def refuse(self, ranges: SweepRanges) -> None:
         """Refuse ranges of what the program does not have."""
         simulation = self.trials.simulation
         name, most = simulation.programs.name, simulation.job.setup.machine.maximum_table_speed

@@ -20,10 +20,6 @@ def _where(name: str, form: str) -> Callable[[SweepPoint], str]:
     return lambda point: f"{getattr(point, name):{form}}" if getattr(point, name) else ""
 
 
-def _highest(point: SweepPoint) -> str:
-    return f"{point.highest_rise:.0f}" if point.highest_rise != point.rise else ""
-
-
 def _limits(point: SweepPoint) -> str:
     share = max(point.of_limits.values())
     return "kept" if point.keeps_limits else f"{point.worst_limit} {100.0 * share:.0f} %"
@@ -39,7 +35,12 @@ COLUMNS = {
     "Ra": Column("Ra", "Ra", ".2f", "µm", right=True),
     "power": Column("power", "power", ".2f", "kW", right=True),
     "rise": Column("temp.", "rise", ".0f", "K", right=True),
-    "highest_rise": Column("highest\ntemp.", _highest, unit="K", right=True),
+    "highest_rise": Column(
+        "highest\ntemp.",
+        lambda point: f"{point.highest_rise:.0f}" if point.highest_rise != point.rise else "",
+        unit="K",
+        right=True,
+    ),
     "size_error": Column("size", "size_error", ".1f", "µm", right=True),
     "scrap": Column("scrap", "scrap", ".1f", "%", right=True, factor=100.0),
     "limits": Column("limits", _limits, right=True),
@@ -106,14 +107,10 @@ def sentences(found: Sweep) -> list[str]:
 
 def as_data(found: Sweep) -> dict[str, Any]:
     """All of it in JSON types."""
+    same = "program", "parts", "lots", "calibration", "most_risk", "counted"
     return {
-        "program": found.program,
-        "parts": found.parts,
-        "lots": found.lots,
+        **{name: getattr(found, name) for name in same},
         **({"plant": found.plant} if found.plant else {}),
-        "calibration": found.calibration,
-        "most_risk": found.most_risk,
-        "counted": found.counted,
         "own": _data(found.own),
         "speeds": [_data(point) for point in found.speeds],
         "dresses": [_data(point) for point in found.dresses],

@@ -13,11 +13,10 @@ from grind_env.machine.job import Job
 from grind_env.machine.job.file import job_of
 from grind_env.machine.script.settings import E
 from grind_env.shop.optimise.editing import text_of
-from grind_env.shop.optimise.variables import STEPS, Variable
+from grind_env.shop.optimise.variables import STEPS, SearchVariable
 from grind_env.shop.optimise.variation import Variation, variation_of
-from grind_env.shop.risk import most_risk, risk
 from grind_env.shop.sweep.study import Sweep, SweepError, SweepPoint, swept_on
-from grind_env.shop.trials import Trials
+from grind_env.shop.trials import Trials, most_risk, risk
 from grind_env.shop.wishes import INTERVAL, wishes_of
 
 EXACT = {"E": (Decimal(1), Decimal(".0001")), "lead": STEPS["lead"], "depth": STEPS["depth"]}
@@ -52,20 +51,7 @@ def recommended(
     variables: Mapping[int, float] = {},
     untried: bool = False,
 ) -> Recommended:
-    """Write the best point into its program, and grind it so.
-
-    Args:
-        found: the sweep.
-        program: file of its program.
-        job: as of the sweep, like all that follows.
-        seed: of its lots.
-        variables: values that `#` variables have before the first part.
-        untried: whether nothing is known of how the program grinds on the machine.
-
-    Raises:
-        SweepError: no point that keeps the limits is cheaper than the program as it is, or its text cannot say it.
-        GrindError: the program has no words that could say it.
-    """
+    """Write the best point into its program, and grind it so."""
     best, path = found.best, Path(program)
     if best == found.own or not best.keeps_limits:
         raise SweepError(f"{path.name}: no point of the sweep keeps the limits and costs less than it does as it is")
@@ -106,7 +92,7 @@ def _set(variation: Variation, best: SweepPoint, own: SweepPoint) -> Variation:
     dressed = any(each.name == "D" and each.own for each in variables)
     first = next((each for each in variables if each.name == "D"), None)
 
-    def level(each: Variable) -> Decimal:
+    def level(each: SearchVariable) -> Decimal:
         if each.name == "D":
             return max(each.own, Decimal(1)) if each.own or (each is first and not dressed) else each.own
         values = {"E": float(each.own) * best.E / own.E, "lead": 60.0 * best.lead * turns, "depth": best.depth}
