@@ -5,9 +5,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 MOST_LINES = {
-    ("grind_env/*.py", "agents/*.py"): 73_950,
-    ("tests/*.py",): 58_360,
-    ("docs/tools/*", ".ci/*"): 1_750,
+    ("grind_env/*.py", "agents/*.py"): 69_650,
+    ("tests/*.py",): 57_400,
+    ("docs/tools/*", ".ci/*"): 1_730,
 }
 
 
