@@ -5,7 +5,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 MOST_LINES = {
-    ("grind_env/*.py", "agents/*.py"): 69_650,
+    ("grind_env/*.py", "agents/*.py"): 69_500,
     ("tests/*.py",): 57_400,
     ("docs/tools/*", ".ci/*"): 1_730,
 }

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from itertools import product, repeat
 
-from agents.plants.floor import ModelFreeAdviser
 from agents.plants.machines import PARTS, StudyMachine
 from grind_env.envs.job.loading import load_simulation
 from grind_env.envs.job.outline import JobChoice
@@ -23,7 +22,7 @@ def advise_on(machine: StudyMachine, episodes: int) -> dict[str, list[BatchResul
     alone = policy.model
     deciders: dict[str, Callable[[], Decide]] = {
         "program": lambda: as_programmed(simulation),
-        "floor": lambda: ModelFreeAdviser(model),
+        "floor": lambda: advised(Adviser(model, AdviserPolicy(None))),
         "trusting": lambda: advised(Adviser(model, alone)),
         "adviser": lambda: advised(Adviser(model, policy)),
     }

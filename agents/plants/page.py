@@ -4,15 +4,18 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from agents.benchmark.figures import write_figure
-from agents.plants.asked import programs_of
 from agents.plants.figure import plants_figure
-from agents.plants.machines import FAMILY_NAMES, PROGRAMS, StudyMachine, machines
+from agents.plants.log import DRESSED, FEEDS
+from agents.plants.machines import FAMILY_NAMES, PROGRAMS, StudyMachine, StudyProgram, machines
 from agents.plants.study import HOURS, QUESTIONS, Found, PlantsTrial, answer, code
+from agents.plants.variants import batch
 from agents.plants.verdicts import COLUMNS, family_rows, promises
 from agents.provenance import commit
 from agents.study import Study, StudyOptions
 from agents.tables import csv_of, csv_rows
 from grind_env.errors import GrindError, did_you_mean, quoted
+from grind_env.files import is_file
+from grind_env.machine.job.file import job_beside, load_job
 from grind_env.policies.tuned import write_whole
 from grind_env.table import Column, table_of
 
@@ -116,3 +119,28 @@ def page(found: Mapping[PlantsTrial, Found], *, drawn: bool) -> str:
         parts += [f"## {question}", listed.markdown()]
     parts += ["## What is asked", table_of(ASKED, promises(found)).markdown()]
     return "\n\n".join(parts) + "\n"
+
+
+def programs_of(names: Sequence[str] | None, job: str | None) -> list[StudyProgram]:
+    """Return programs by their names or files; those of the study if there are none."""
+    names = list(dict.fromkeys(names or PROGRAMS))
+    files = [name for name in names if name not in PROGRAMS]
+    if job is not None and len(files) != 1:
+        raise GrindError(f"--job is of one --program that is a file, and {len(files) or 'none'} of them are named")
+    programs = [PROGRAMS[name] if name in PROGRAMS else _of_file(name, job) for name in names]
+    if len({each.name for each in programs}) < len(programs):
+        raise GrindError("--program: two programs have the same name; rename one, for what is kept goes by it")
+    return programs
+
+
+def _of_file(name: str, job: str | None) -> StudyProgram:
+    path = Path(name)
+    if not is_file(path):
+        raise GrindError(
+            f"--program is {quoted(name)}{did_you_mean(name, PROGRAMS)}: choose {', '.join(PROGRAMS)}, or name a file"
+        )
+    program = StudyProgram(path.stem, path.resolve(), (job_beside(path) if job is None else Path(job)).resolve())
+    if load_job(program.job).uncertainty is not None:
+        raise GrindError(f"{program.job.name} is calibrated, and the study does that itself: name a job that is not")
+    batch(program, FEEDS, DRESSED)
+    return program

@@ -13,13 +13,11 @@ import tomllib
 from agents.cells import imported
 from agents.plants import study
 from agents.plants.advising import plans
-from agents.plants.asked import programs_of
 from agents.plants.figure import MOST, plants_figure
-from agents.plants.floor import Law, strokes_of
 from agents.plants.log import over_the_part
 from agents.plants.machines import FAMILY_NAMES, PROGRAMS, StudyMachine, StudyProgram, machines
 from agents.plants.optimising import real
-from agents.plants.page import page, write
+from agents.plants.page import page, programs_of, write
 from agents.plants.regression import MeanCuts, fitted, predicted
 from agents.plants.study import PlantsTrial
 from agents.plants.variants import batch, scaled, with_catalogue
@@ -76,20 +74,6 @@ def test_the_regression_finds_a_power_law() -> None:
     power = cuts.b * 300.0 * cuts.a**0.7 * cuts.v**0.5 * (cuts.V + 10.0) ** 0.1
     np.testing.assert_allclose(fitted(cuts, power)[1:], [0.7, 0.5, 0.1], atol=0.01)
     np.testing.assert_allclose(predicted(fitted(cuts, power), cuts), power, rtol=0.02)
-
-
-def test_the_adviser_without_a_model_learns_a_power_law() -> None:
-    law, rng = Law(), np.random.default_rng(2)
-    for _ in range(200):
-        speed, volume = rng.uniform(5000, 25000), rng.uniform(0, 500)
-        law.learn(speed, volume, 2.0 * speed**0.6 * (volume + 10.0) ** 0.2)
-    assert law.speed(2.0 * 12000**0.6 * 110**0.2, 100.0) == pytest.approx(12000, rel=0.01)
-
-
-def test_strokes_are_those_of_the_program() -> None:
-    strokes = grind(read_file(PLATE.program.path), PLATE.job()).strokes
-    _, counts = np.unique(strokes["line"], return_counts=True)
-    np.testing.assert_array_equal(strokes_of(PLATE.simulation(2)), [*counts, *counts])
 
 
 @pytest.mark.nightly

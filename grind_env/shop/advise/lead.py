@@ -57,19 +57,14 @@ class AdviserPolicy:
             self.model.begin(simulation, episodes)
         self.first: NDArray[np.float32] | None = None
         self.unused = PowerLaw(episodes)
-        self.leads, self.held, self.needed = (
-            np.zeros(episodes, bool),
-            np.zeros(episodes),
-            np.full(episodes, float(PROVED)),
-        )
-        self.sized, self.gauged = np.zeros((2, episodes))
+        self.leads, self.needed = np.zeros(episodes, bool), np.full(episodes, float(PROVED))
+        self.held, self.sized, self.gauged = np.zeros((3, episodes))
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
         """Learn from the last block, then decide on the coming one."""
-        number = self.number
-        self.number = number + 1
+        number, self.number = self.number, self.number + 1
         seen = self.simulation.read(observation)
-        forecast = self.compare(observation)
+        forecast = self._forecast(observation)
         burn = np.zeros(len(self.rules)) if self.watch is None else self.watch.burn_per_watt
         choices = []
         for n, rule in enumerate(self.rules):
@@ -92,11 +87,16 @@ class AdviserPolicy:
             rule.reason = "dress: it pays, by the model" if D else why if bound < forecast.speeds[n] else "by the model"
         return Decision(nearest_speed(self.simulation.task, speeds), executions)
 
-    def compare(self, observation: NDArray[np.float32]) -> Decision | None:
+    def compare(self, observation: NDArray[np.float32]) -> None:
+        """Compare what was read of the last block with its forecast."""
+        if self.watch is not None:
+            self.watch.update(observation, self.unused)
+
+    def _forecast(self, observation: NDArray[np.float32]) -> Decision | None:
         """Let the model follow, and return what it would do; None without one, or before anything was read."""
+        self.compare(observation)
         if self.watch is None or self.model is None:
             return None
-        self.watch.update(observation, self.unused)
         if self.first is None:
             self.first = observation.copy()  # the first word does not wait for a model that does not lead
             return None
@@ -116,10 +116,8 @@ class AdviserPolicy:
         if self.leads[machine]:
             return [f"the model leads: its forecasts have held on the last {self.held[machine]:.0f} blocks"]
         off = self.watch.said(machine) or [f"its forecasts have held on {self.held[machine]:.0f} blocks"]
-        return [
-            f"the rule leads until the model is proved right on {self.needed[machine]:.0f} blocks in a row: {off[0]}",
-            *off[1:],
-        ]
+        until = f"the rule leads until the model is proved right on {self.needed[machine]:.0f} blocks in a row"
+        return [f"{until}: {off[0]}", *off[1:]]
 
     def _told(self, number: int, n: int, seen: dict[str, float]) -> BlockReadings:
         """Return what an observation says of the last block; Ra is that of the part before."""

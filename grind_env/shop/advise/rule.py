@@ -167,10 +167,9 @@ class Rule:
         left = self.simulation.parts - self.simulation.blocks[number].part
         longer = self.parts > 0 and stay > self.taken / self.parts and (stay - fresh) * left > self.dressing
         self.slows = longer = longer or over
-        dull = worn > self.volumes[self.kind_of[number]]
-        duller = 100.0 * np.expm1(
-            self.power.found[self.kind_of[number], 2] * np.log((worn + WORN_IN) / (new + WORN_IN))
-        )
+        k = self.kind_of[number]
+        dull = worn > self.volumes[k]
+        duller = 100.0 * np.expm1(self.power.found[k, 2] * np.log((worn + WORN_IN) / (new + WORN_IN)))
         self.why = f"power {duller:+.0f} % since the last dress"
         if not longer:
             self.why = "the wheel would come near burning" if hot else f"{worn:.0f} mm3/mm since the last dress"

@@ -9,3 +9,5 @@ class CalibrationError(GrindError):
 
 class WorseFit(CalibrationError):
     """A fit that predicts what took no part worse than the catalogue does."""
+
+    status = 3

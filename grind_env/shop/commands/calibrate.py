@@ -1,7 +1,6 @@
 """Constants of the process from a log."""
 
 import json
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -54,7 +53,6 @@ def calibrate(
     from rich.console import Console
 
     from grind_env.shop import calls
-    from grind_env.shop.calibrate.errors import WorseFit
     from grind_env.shop.calibrate.show import as_data, show
     from grind_env.shop.report.calibrated import calibrated_report
     from grind_env.shop.report.document import write_page
@@ -78,11 +76,8 @@ def calibrate(
         named = {"log" if program else "table": log, "program": program, "gauge file": gauge, "job": job}
         files = {name: path for name, path in named.items() if path is not None}
         write_page(report, calibrated_report(found, files))
-    try:
-        if output is not None:
-            found.write(output, force=force)
-    except WorseFit as error:
-        print(error, file=sys.stderr)
+    if output is not None:
+        found.write(output, force=force)
     if found.verdict.level == "bad" and not force:
         raise typer.Exit(NOT_TO_USE)
 
