@@ -72,7 +72,7 @@ def test_a_program_that_the_control_executes_has_no_forecasts_for_a_shadow(grind
     ("place", "said"),
     [
         ("d", "is a folder; name a file"),
-        ("/dev/full", "cannot be written: No space left on device"),
+        ("/dev/full", "is a device, a pipe or the output of this command; name a file"),
         ("no/such/v.nc", "there is no folder no/such; make it first"),
         ("x" * 300 + ".nc", "cannot be written: File name too long; name another file"),
         ("plate_g82.nc", "would be lost; name another file with --write"),

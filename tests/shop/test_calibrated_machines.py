@@ -22,6 +22,7 @@ from grind_env.shop.calibrate.plan import plan_of
 from grind_env.shop.calibrate.result import catalogue_text
 from grind_env.shop.calibrate.solver import Data, Solver
 from grind_env.shop.calibrate.verdict import FitJudgement
+from grind_env.shop.calls import plan
 from tests.examples import nightly
 from tests.shop.blemished import Style, write_log
 from tests.shop.coverage import EXAMPLES
@@ -227,7 +228,7 @@ def test_no_plan_of_a_program_whose_cycle_does_not_plunge(program):
 
 def test_a_plan_of_a_program_with_bytes_that_are_no_utf8_is_written(tmp_path):
     program = FOUND / "programs_from_elsewhere" / "fuehrungsleiste.nc"
-    plan_of(read_file(program), load_job(program.with_suffix(".toml"))).write(tmp_path / "plan.nc")
+    plan(program, program.with_suffix(".toml"), tmp_path / "plan.nc")
     record = grind(read_file(tmp_path / "plan.nc"), load_job(program.with_suffix(".toml")))
     assert not record.warnings
     assert record.parts["survival"].min() > 0.95
