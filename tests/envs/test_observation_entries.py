@@ -53,7 +53,7 @@ def contexts(env_id: str) -> list[Any]:
     return [None, *({**a, **b} for a, b in zip(ends, stocks, strict=True))]
 
 
-@pytest.mark.parametrize(("env_id", "arguments"), cases())
+@pytest.mark.parametrize(("env_id", "arguments"), list(cases()))
 def test_no_measured_entry_is_constant(env_id: str, arguments: dict[str, Any]) -> None:
     env: Any = gym.make(env_id, observation="measured", show_block=False, **arguments).unwrapped
     env.action_space.seed(0)
@@ -72,7 +72,7 @@ def test_no_measured_entry_is_constant(env_id: str, arguments: dict[str, Any]) -
     assert [name for name, each in zip(names, spread, strict=True) if each == 0.0] == []
 
 
-@pytest.mark.parametrize(("env_id", "arguments"), cases())
+@pytest.mark.parametrize(("env_id", "arguments"), list(cases()))
 def test_the_measured_observation_begins_the_full_one(env_id: str, arguments: dict[str, Any]) -> None:
     measured, full = (gym.make(env_id, observation=each, **arguments).unwrapped for each in ("measured", "full"))
     short, long = measured.observation_info(), full.observation_info()
