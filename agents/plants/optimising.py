@@ -66,7 +66,7 @@ def uncalibrated(program: StudyProgram, seconds: float) -> Optimised:
 
 
 def _searched(machine: StudyMachine, job: Path | Job, truth: Job, seconds: float) -> dict[str, float]:
-    """What is found; of a program that the model condemns that it stays as it is."""
+    """Return what is found; a program that the model condemns stays as it is."""
     try:
         found = find_words(machine.program.path, job, parts=PARTS, seconds=seconds)
     except CondemnedError:

@@ -129,7 +129,7 @@ def programs_of(names: Sequence[str] | None, job: str | None) -> list[StudyProgr
         raise GrindError(f"--job is of one --program that is a file, and {len(files) or 'none'} of them are named")
     programs = [PROGRAMS[name] if name in PROGRAMS else _of_file(name, job) for name in names]
     if len({each.name for each in programs}) < len(programs):
-        raise GrindError("--program: two programs have the same name; rename one, for what is kept goes by it")
+        raise GrindError("--program: two programs have the same name, by which results are cached: rename one")
     return programs
 
 

@@ -60,7 +60,7 @@ def check_variables(variables: object) -> list[str]:
 
 
 def is_full(shown: object, name: str = "observation") -> bool:
-    """Whether what is hidden is asked for, too."""
+    """Say whether the hidden state is asked for, too."""
     if not isinstance(shown, str) or shown not in SHOWN:
         raise TaskError(f"{name} is {shown!r}, but must be one of {', '.join(SHOWN)}")
     return shown == "full"

@@ -238,7 +238,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
         return self.simulation.view(self.episodes, 0, self.blocks, self.outcomes)
 
     def render(self) -> Any:
-        """What the last step has led to: a picture, uint8 of shape (540, 960, 3), or text; None for a human."""
+        """Show the state after the last step: a picture, uint8 of shape (540, 960, 3), or text; None for a human."""
         view = self.view()
         if self.render_mode is None:
             gym.logger.warn("render() shows nothing: make the env with render_mode='rgb_array', 'human' or 'ansi'")

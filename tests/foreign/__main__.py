@@ -5,6 +5,7 @@ Costs are $ a part in the mean of 8 shifts of 30 parts, of programs in 8 lots of
 
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -41,7 +42,7 @@ def row(shop: Shop, folder: Path) -> list[str]:
     """Return the row of a machine."""
     job = shop.write(folder)
     depths = depths_of(folder / "one.nc", job)
-    fixed = min(shifts(shop, lambda seed, plan=plan: shift(shop, depths, plan, seed)).each for plan in plans(shop))  # type: ignore[misc]
+    fixed = min(shifts(shop, partial(shift, shop, depths, plan)).each for plan in plans(shop))
     ruled = shifts(shop, lambda seed: shift(shop, depths, PowerLaw(shop, volumes_of(shop)), seed))
     advised = shifts(shop, lambda seed: advised_shift(shop, folder, job, seed))
     found = [ground_cost(shop, folder / "lot.nc", job), fixed, ruled.each, advised.each]

@@ -4,22 +4,29 @@ from pathlib import Path
 
 import pytest
 
-from tests.foreign.shop import SHOPS, Shop
+from tests.foreign.shop import FLATS, SHOPS, WERNER, Shop
 from tests.foreign.tools import calibrated, optimised
 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("shop", SHOPS.values(), ids=SHOPS)
 def test_a_program_is_never_dearer_on_a_machine_that_is_not_the_model(shop: Shop, tmp_path: Path) -> None:
-    """Not calibrated, and with a fit that is forced, however wrong it is."""
+    """Not calibrated, where the promise holds as well, and with a fit that is forced, however wrong it is."""
     job = shop.write(tmp_path)
+    found = optimised(shop, tmp_path, job)
+    assert found is not None and found.after <= found.before
+    assert found.low <= found.after <= found.high
     fitted = calibrated(tmp_path, job, "--force")
     assert fitted is not None
-    for each in (job, fitted):
-        if (found := optimised(shop, tmp_path, each)) is not None:
-            assert found.after <= found.before
-            # 48 parts tell the mean to a hundredth
-            assert found.after <= 1.01 * found.high
-            if shop.name == "flats" and each == fitted and found.after < 0.99 * found.low:
-                pytest.xfail("the fit promises 1.2 % more than a part costs")
-            assert found.after >= 0.99 * found.low
+    again = optimised(shop, tmp_path, fitted)
+    assert again is None or again.after <= again.before
+
+
+@pytest.mark.nightly
+@pytest.mark.xfail(strict=True, reason="calibrated promises are .006 $ too low on Werner and .02 $ too high on flats")
+@pytest.mark.parametrize("shop", [WERNER, FLATS], ids=["Werner", "flats"])
+def test_the_truth_lies_in_what_a_calibrated_search_promises(shop: Shop, tmp_path: Path) -> None:
+    fitted = calibrated(tmp_path, shop.write(tmp_path))
+    assert fitted is not None
+    found = optimised(shop, tmp_path, fitted)
+    assert found is not None and found.low <= found.after <= found.high

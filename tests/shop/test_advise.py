@@ -98,7 +98,8 @@ def test_a_program_that_the_control_executes_is_advised_on_without_belief(tmp_pa
     program.with_suffix(".toml").write_bytes(PLATE.with_suffix(".toml").read_bytes())
     problem = batch(program, 3)
     simulation: Any = problem.simulation()
-    assert policy_for(None, simulation).model is None  # type: ignore[attr-defined]
+    default: Any = policy_for(None, simulation)
+    assert default.model is None
     adviser = Adviser(simulation, Handbook())
     for number, (observation, speed, executions) in enumerate(played(problem, Handbook(), SEED)):
         if number:
@@ -139,7 +140,6 @@ def test_idle_power_is_not_there_for_grinding(tmp_path: Path) -> None:
     (tmp_path / "p.nc").write_bytes(PLATE.read_bytes())
     (tmp_path / "p.toml").write_text(job + "\n[setup.machine_overrides]\npower_limit = 2400\nidle_power = 600\n")
     simulation: Any = find_problem(str(tmp_path / "p.nc"), None, 2).simulation()
-    adviser = Adviser(simulation, policy_for(None, simulation))
-    for peak in (900.0, 900.0):
-        adviser.take(readings_of({"peak_power": peak}, "here"))
-    assert adviser.policy.rules[0].rows[0].power == 1800.0  # type: ignore[attr-defined]
+    policy: Any = policy_for(None, simulation)
+    Adviser(simulation, policy)
+    assert policy.rules[0].rows[0].power == 1800.0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from grind_env.shop.advise.adviser import policy_for
-from grind_env.shop.advise.lead import PROVED
+from grind_env.shop.advise.lead import PROVED, AdviserPolicy
 from grind_env.shop.advise.readings import readings_of
 from tests.examples import few
 from tests.foreign.shop import SHOPS, PowerLaw, cost, depths_of, plans, shift, volumes_of
@@ -57,13 +57,15 @@ def test_burns_slow_the_table_until_they_stop_and_no_burn_leaves_more_room() -> 
     rough = [E for E, _ in burnt[::2]]
     assert all(b < a for a, b in pairwise(rough)) and rough[-1] < 0.25 * rough[0]
     assert all(D >= 1 for _, D in burnt[2::2])
-    hot = {"peak_power": 6200.0}
-    silent, cool = (advice_of(*[hot, finished | more] * 5) for more in ({}, {"burn": 0}))
-    assert cool[-1][0] >= silent[-1][0]
+    parts = [ROUGHING, finished, {"peak_power": 7400.0}]
+    silent, cool = (advisers([*parts, finished | more])[0].policy for more in ({}, {"burn": 0}))
+    assert isinstance(silent, AdviserPolicy) and isinstance(cool, AdviserPolicy)
+    assert cool.rules[0].allowed[0] > 1.1 * silent.rules[0].allowed[0]
 
 
 def test_the_model_leads_when_its_forecasts_have_held_and_not_before() -> None:
-    policy: Any = policy_for(None, batch(PLATE, 12).simulation())  # type: ignore[arg-type]
+    simulation: Any = batch(PLATE, 12).simulation()
+    policy: Any = policy_for(None, simulation)
     stepped = list[int]()
     act = policy.model.act
     policy.model.act = lambda *given: stepped.append(1) or act(*given)

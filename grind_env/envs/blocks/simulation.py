@@ -280,7 +280,7 @@ class BlockSimulation:
         return view_of(self.task, episodes, i, blocks, outcomes, self.text(blocks[-1]) if blocks else "")
 
     def _lines(self, block: CycleBlock) -> list[str]:
-        """What stands in a program for a block."""
+        """Write a block as part of a program."""
         first = min(block.surface + block.kind.pick, block.surface + block.stock)
         return [*approach(self.task, first), self.text(block), "G80"]
 

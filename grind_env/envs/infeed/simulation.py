@@ -39,7 +39,7 @@ class InfeedSimulation(BlockSimulation):
         return block._replace(stroke=(found.travel, found.dwell))
 
     def text(self, block: CycleBlock) -> str:
-        """As `Simulation.text`, a line each: G81 or G81.1, infeeds and dwells, of which some ask for a dress, G80."""
+        """Write a line each: G81 or G81.1, infeeds and dwells, some of which ask for a dress, and G80."""
         task, kind, machine, overrun = self.task, block.kind, self.task.machine, self.task.setup.overrun
         row = KindRow(*map(float, kind_row(task, kind)))
         requests, rate, dwell = float(block.executions), task.infeed / 60.0, machine.reversal_dwell
