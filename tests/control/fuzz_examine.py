@@ -4,7 +4,7 @@ import itertools
 import math
 import traceback
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from grind_env.control import (
@@ -72,39 +72,6 @@ def examine(case: Case, seed: int = 0) -> tuple[str, Finding | None]:
     if broken is not None:
         return "broken promise", Finding(broken.split(":")[0], seed, case, broken)
     return errors[0].name if errors else "done", None
-
-
-def smallest(finding: Finding) -> Finding:
-    """The finding with as few blocks, words, settings and actions as still show it."""
-    if finding.signature == "slow":
-        return finding
-    best = _shortened(finding, "\n")
-    best = _shortened(best, " ")
-    for name in best.case.settings.keys() - {"block_budget"}:
-        settings = {key: value for key, value in best.case.settings.items() if key != name}
-        best = _if_still(best, replace(best.case, settings=settings))
-    for action in best.case.actions:
-        actions = tuple(other for other in best.case.actions if other != action)
-        best = _if_still(best, replace(best.case, actions=actions))
-    return best
-
-
-def _shortened(best: Finding, separator: str) -> Finding:
-    size = max(best.case.text.count(separator) // 2, 1)
-    while size:
-        start = 0
-        while start < len(parts := best.case.text.split(separator)):
-            fewer = separator.join(parts[:start] + parts[start + size :])
-            shorter = _if_still(best, replace(best.case, text=fewer))
-            start += size if shorter is best else 0
-            best = shorter
-        size //= 2
-    return best
-
-
-def _if_still(finding: Finding, smaller: Case) -> Finding:
-    found = examine(smaller, finding.seed)[1]
-    return found if found is not None and found.signature == finding.signature else finding
 
 
 def _control(case: Case) -> Control:

@@ -242,26 +242,6 @@ def test_the_third_axis_follows_along_the_line(plane: str) -> None:
     ]
 
 
-@pytest.mark.parametrize(
-    ("text", "name", "line"),
-    [
-        ("G41 G02 Z10 X10 R20 F100", "block-format", 1),
-        ("G41 G01 Z10 F100\nZ30\nG17 X10\nG40 Z0", "block-format", 3),
-        ("G41 G01 Z10 F100\nG03 Z11 X1 I1 K0\nG01 X9", "circular-departure-too-small", 2),
-        ("G41 G01 Z10 F100\nZ30\nX1\nZ0\nG40 X9", "backwards-motion", 4),
-        ("G41 G01 Z10 F100\nG82 Y9 J0 Z12 K1 E100\nM30", "compensation", 2),
-        ("G41 G01 Z10 F100\nZ30\nG77 X1 I1 D0", "compensation", 3),
-        ("G41 G01 Z10 F100\nZ30\nG40 G77 X-5 I1 D0", "compensation", 3),
-        ("G41 G01 Z10 F100\nZ30\nG40 G82 Y9 J0 Z12 K1 E100", "compensation", 3),
-        ("G81 X9 I0 E100\nG41 G01 Z10 F100\nG40 Z20", "axis-conflict", 2),
-        ("G41 G01 Z10 F100\nZ30\nM08\nM08\nM08\nG40 G02 Z40 X10 R20", "block-format", 6),
-    ],
-)
-def test_refusals(text: str, name: str, line: int) -> None:
-    error = refusal(text, radius=2.0)
-    assert (error.name, error.line) == (name, line)
-
-
 def test_a_fault_of_another_block_names_where_that_one_stands(tmp_path: Path) -> None:
     short = "the line of 1.0000 mm in {} is too short for a radius of 2.0000 mm"
     lines = refusal("G41 G01 Z10 F100\nZ30\nX1\nZ0\nG40 X9", radius=2.0)

@@ -11,7 +11,6 @@ from grind_env.control.rules import motion_time
 from tests.control.harness import COMMON, cycles, run
 from tests.examples import examples
 
-microns = st.integers(1, 60)
 alphabet = st.sampled_from(list("GXYZIJKFEPDLMNOQRST0123456789.-+ ();/%\n[#é\x00")) | st.characters()
 
 
@@ -26,11 +25,6 @@ def test_no_text_raises_anything_but_a_control_error(text: str) -> None:
         assert all(isinstance(error, ControlError) for error in report.errors)
 
 
-VOCABULARY = """
-    G00 G01 G02 G03 G04 G17 G18 G19 G70 G71 G80 G81 G82 G83 G81.1 G90 G91 G94 G95 X1. X-30. Y-.02 Y5. Z2. Z10.
-    I3. J-.01 K5. K-1. R4. Q-.01 L2 F60. E6000. S100. P9100 D2 M98 M99 M30 M902
-"""
-WORDS = st.sampled_from(VOCABULARY.split())
 BRIEF = Control(block_budget=500)
 
 

@@ -40,31 +40,6 @@ def test_g10_radius_or_diameter(mode: str, word: str, x: float) -> None:
     assert ends(f"{mode} G10 L2 P1 {word} X5.\nG07 G00 X0.")[0][0] == x
 
 
-@pytest.mark.parametrize(
-    ("block", "name", "column"),
-    [
-        ("G10 P1 X1.", "missing-parameter", 1),
-        ("G10 L2 X1.", "missing-parameter", 1),
-        ("G10 L3 P1 X1.", "not-supported", 5),
-        ("G10 L2 P0 X1.", "out-of-range", 8),
-        ("G10 L2 P10 X1.", "out-of-range", 8),
-        ("G10 L2 X1. P1", "block-format", 12),
-        ("G10 L2 P1 X1. O1", "block-format", 15),
-        ("G10 L2 P1 R1.", "block-format", 11),
-        ("G92", "missing-parameter", 1),
-        ("G92 R1.", "block-format", 5),
-        ("G92.1 X1.", "block-format", 7),
-        ("G28", "missing-parameter", 1),
-        ("G29 X1.", "missing-parameter", 1),
-        ("G30 P5 X1.", "out-of-range", 5),
-        ("G28 P1 X1.", "block-format", 5),
-    ],
-)
-def test_refusals(block: str, name: str, column: int) -> None:
-    error = refusal(block)
-    assert (error.name, error.column) == (name, column)
-
-
 def test_g92_gives_the_present_position_new_coordinates() -> None:
     assert ends("G00 X10. Z5.\nG92 X0 Z1.\nX1. Z1.\nG91 X1.\nG92.1\nG90 X1.") == [
         (10.0, 0.0, 5.0),

@@ -7,7 +7,7 @@ import pytest
 from grind_env.control import ControlError, Event, Execution
 from tests.control import fuzz_examine
 from tests.control.fuzz_cases import Case
-from tests.control.fuzz_examine import Finding, examine, smallest
+from tests.control.fuzz_examine import Finding, examine
 from tests.soak.texts import attempt
 
 PROGRAMS = 1500
@@ -70,11 +70,8 @@ PROMISES = [
 
 
 @pytest.mark.parametrize("how", PROMISES)
-def test_broken_promises_are_seen_and_made_small(how: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    finding = smallest(found(monkeypatch, how))
-    assert finding.signature == how
-    assert "Z1." in finding.case.text and len(finding.case.text) < len("G01 X3. F100.\nZ1.") + 2
-    assert finding.case.settings == {}
+def test_broken_promises_are_seen(how: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert found(monkeypatch, how).signature == how
 
 
 def test_crashes_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:

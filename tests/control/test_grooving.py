@@ -196,16 +196,6 @@ def test_no_groove_beside_reciprocation() -> None:
 @pytest.mark.parametrize(
     ("text", "name", "word", "words"),
     [
-        ("N7 G77 I2 D0", "missing-parameter", "G77", "lacks X, the bottom"),
-        ("N7 G77 X20 D0", "missing-parameter", "G77", "lacks I, the infeed"),
-        ("N7 G77 X20 I0 D0", "out-of-range", "I0", "I0 counts as 0"),
-        ("N7 G77 X20 I.0004 D0", "out-of-range", "I.0004", "I.0004 counts as 0"),
-        ("N7 G77 X20 I2", "missing-parameter", "G77", "give D0 for none"),
-        ("N7 G77 X25 I2 D0", "no-depth", "X25", "X25 leaves the groove no depth"),
-        ("N7 G91 G77 X0 I2 D0", "no-depth", "X0", "no depth"),
-        ("N7 G77 X20 I.5 D0", "groove-retract", "I.5", "retract of 0.5 mm leaves nothing"),
-        ("N7 G77 X20 I-.3 D0", "groove-retract", "I-.3", "a step of 0.3 mm"),
-        ("N7 G77 X20 I9. D0 Z-12", "missing-parameter", "G77", "lacks K, the spacing of the grooves up to Z-12"),
         ("N7 G77 X20 I2 D0 Z-12 K0", "out-of-range", "K0", "K0 counts as 0"),
         ("N7 G76 Z-12 K2 D0 X12", "missing-parameter", "G76", "lacks I, the spacing of the grooves up to X12"),
         ("N7 G76 Z-12 I2 D0", "missing-parameter", "G76", "lacks K, the infeed of each step"),
@@ -213,8 +203,6 @@ def test_no_groove_beside_reciprocation() -> None:
         ("N7 G17 G76 X20 I2 D0 K3", "block-format", "K3", "where X infeeds and Y spaces"),
         ("N7 G77 X20 I2 D0 P3", "block-format", "P3", "no meaning"),
         ("N7 G77 X20 I2 D1234567.", "number-format", "D", "integer digits"),
-        ("N7 G41 G77 X20 I2 D0", "compensation", "G77", "under G41; program G40 before"),
-        ("N7 G42 G76 Z-20 K2 D0", "compensation", "G76", "under G42; program G40 before"),
     ],
 )
 def test_refusals(text: str, name: str, word: str, words: str) -> None:

@@ -21,7 +21,7 @@ from grind_env.control import (
     execute,
     read,
 )
-from tests.control.harness import COMMON, DRESS, PARKED, motions, refusal, run, story
+from tests.control.harness import COMMON, DRESS, PARKED, motions, run, story
 
 MAIN = "G00 X0\nG01 X10. F600.\nZ10.\nX20.\nM30\n"
 AWAY = "O7\nG00 Y5.\nG01 Y6. F60.\nM99\n"
@@ -131,16 +131,6 @@ def test_interrupts_wait_for_the_reversal_point() -> None:
     kinds = [type(e).__name__ for e in events if isinstance(e, Stroke | InterruptStart | InterruptEnd)]
     assert kinds == ["Stroke", "InterruptStart", "InterruptEnd", "Stroke", "Stroke"]
     assert story(events) == "X230 y-0.01 X-30 y-0.02 X230"
-
-
-def test_interrupts_that_cannot_run() -> None:
-    assert refusal(MAIN, interrupts=(Interrupt(8, at=0.1),)).name == "program-not-found"
-    assert refusal(MAIN + "O7\nG00 Y1.\nM30", interrupts=(Interrupt(7, at=0.1),)).name == "interrupt-program"
-    for wrong in ({"kind": 3}, {"at": -1.0}):
-        with pytest.raises(ControlError):
-            Interrupt(7, **wrong)
-    with pytest.raises(ControlError):
-        Control(interrupts=(Interrupt(7, at=2.0), Interrupt(7, at=1.0)))
 
 
 def test_an_interrupt_is_latched_while_another_runs() -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from grind_env.control import Arc, Control, Line, Motion, Rapid, Spindle, Switch, execute, read
 from grind_env.control.modal_state import Modes
-from tests.control.harness import ends, motions, refusal, run
+from tests.control.harness import ends, motions, run
 
 POWER_UP = {
     "motion": "G00",
@@ -63,15 +63,6 @@ def test_the_end_of_the_program_restores_the_modes(end: str) -> None:
     assert modes_after("G19 G91 G70 G08 G39.1 G55 G41 G01 F9. S100")._asdict() != POWER_UP
     list(execution)
     assert execution.modes._asdict() == POWER_UP
-
-
-def test_codes_of_the_control_are_executed_or_named() -> None:
-    for code in ("G84", "G85", "G86", "G33", "G34", "G20"):
-        assert refusal(code).name == "not-supported"
-    for code in ("G05", "G60", "G87.2", "G100"):
-        assert refusal(code).name == "unknown-word"
-    for codes in GROUPS:
-        assert all(run(code, radii={33: 100.0}) for code in codes)
 
 
 def test_g02_turns_clockwise_in_the_default_plane() -> None:
@@ -131,10 +122,6 @@ def test_the_surface_speed_of_g96_is_told() -> None:
 
 def test_labels_may_repeat() -> None:
     assert ends("N10 G00 X1.\nN10 X2.\nN5 X3.") == [(1.0, 0.0, 0.0), (2.0, 0.0, 0.0), (3.0, 0.0, 0.0)]
-
-
-def test_a_slash_in_a_comment_is_a_character() -> None:
-    assert ends("(A/B) G00 X1. (/)", block_delete=True) == [(1.0, 0.0, 0.0)]
 
 
 def test_words_left_of_the_motion_code_belong_to_it() -> None:

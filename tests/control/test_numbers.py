@@ -163,49 +163,12 @@ def test_integers(word: str, value: int) -> None:
     assert numbers.integer(*read_word(word), 0, 9999) == value
 
 
-def test_what_is_no_integer() -> None:
-    for word, name in (("D1.5", "number-format"), ("D-1", "out-of-range"), ("D10000", "out-of-range")):
-        with pytest.raises(ControlError) as caught:
-            numbers.integer(*read_word(word), 0, 9999)
-        assert caught.value.name == name
-
-
 @pytest.mark.parametrize(
     ("word", "radius", "length_entry"),
     [("T1", 1, 1), ("T01", 1, 1), ("T33", 33, 33), ("T105", 1, 5), ("T0105", 1, 5), ("T3307", 33, 7), ("T0000", 0, 0)],
 )
 def test_tool_numbers(word: str, radius: int, length_entry: int) -> None:
     assert numbers.tool_numbers(*read_word(word)) == (radius, length_entry)
-
-
-@pytest.mark.parametrize(
-    ("word", "name"), [("T00105", "number-format"), ("T1.5", "number-format"), ("T-1", "out-of-range")]
-)
-def test_what_is_no_tool_number(word: str, name: str) -> None:
-    with pytest.raises(ControlError) as caught:
-        numbers.tool_numbers(*read_word(word))
-    assert caught.value.name == name
-
-
-@pytest.mark.parametrize(
-    "settings",
-    [
-        {"zero_suppression": "both"},
-        {"excess_decimals": "ceil"},
-        {"metric": (0, 3)},
-        {"metric": (10, 3)},
-        {"inch": (4, -1)},
-        {"inch": (4, 10)},
-        {"inch": (4,)},
-        {"metric": (5.0, 3)},
-        {"metric": "53"},
-    ],
-)
-def test_formats_are_checked(settings: dict[str, object]) -> None:
-    (name,) = settings
-    with pytest.raises(ControlError, match=f"^{name} is .*; it must be") as caught:
-        NumberFormat(**settings)
-    assert caught.value.name == "setting"
 
 
 def test_an_unevaluated_expression_is_no_zero() -> None:

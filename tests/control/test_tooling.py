@@ -40,8 +40,3 @@ def test_later_infeeds_follow_the_smaller_wheel() -> None:
     depths = [pick.end[1] for pick in picks(events)]
     assert depths == pytest.approx([-0.01, -0.02, -0.05])
     assert not [move for move in events if isinstance(move, Line) and move.source is Source.PROGRAM]
-
-
-@pytest.mark.parametrize("word", ["T12345", "T-1", "T1.5"])
-def test_t_words_have_up_to_four_digits(word: str) -> None:
-    assert refusal(word).name in ("number-format", "out-of-range")

@@ -5,7 +5,7 @@ does not take long, nor outrun its block budget, nor keep memory.
 """
 
 from tests.control.fuzz_cases import case
-from tests.control.fuzz_examine import examine, smallest
+from tests.control.fuzz_examine import examine
 from tests.soak.part import Part, Tried
 
 DONE = "done"
@@ -15,9 +15,8 @@ def attempt(seed: int) -> Tried:
     """Check and execute the text of a seed."""
     end, finding = examine(case(seed), seed)
     if finding is not None:
-        small = smallest(finding)
-        shown = f"{small.details}\n{small.case.settings} {small.case.actions}\n{small.case.text}"
-        return Tried("fallen", small.signature, shown)
+        shown = f"{finding.details}\n{finding.case.settings} {finding.case.actions}\n{finding.case.text}"
+        return Tried("fallen", finding.signature, shown)
     return Tried("accepted" if end == DONE else "refused", sums={end: 1})
 
 
