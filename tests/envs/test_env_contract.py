@@ -2,6 +2,7 @@
 
 import copy
 import functools
+import itertools
 import json
 import pickle
 import warnings
@@ -22,6 +23,7 @@ from grind_env.envs.actions import ActionCodec, ActionError
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.vector_env import GrindVectorEnv
+from tests.envs.contract import check_vector_env
 from tests.envs.harness import (
     BLOCKS,
     FORMS,
@@ -33,13 +35,10 @@ from tests.envs.harness import (
     every_id,
     native,
     quiet,
-    row_of,
     rows_of,
     sampled,
     sb3_check_env,
-    sync,
 )
-from tests.testing.conformance import check_vector_env
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -85,27 +84,29 @@ every_clone = pytest.mark.parametrize(
 
 
 @functools.cache
-def short_simulation(env_id: str, predress: bool = False) -> Simulation:
+def short_simulation(env_id: str, observation: str = "measured", predress: bool = False) -> Simulation:
     """That of an environment with few blocks: what happens at the end of its episodes is the same, but comes sooner.
 
     It is made once: what happens in an environment is in its episodes, and the simulation stays as it is.
     """
-    simulation: Simulation = gym.make(env_id).unwrapped.simulation
+    simulation: Simulation = gym.make(env_id, observation=observation).unwrapped.simulation
     if env_id == "grind/Job-v0":
         return simulation
     task = simulation.task
     task = replace(task, blocks=min(task.blocks, SHORT.get(task.name, 8)))
-    return any_task.simulation_of(task, predress=predress)
+    return any_task.simulation_of(task, observation=observation, predress=predress)
 
 
-def short_vector(env_id: str, mode: AutoresetMode, predress: bool = False, **kwargs: Any) -> VectorEnv:
+def short_vector(env_id: str, mode: AutoresetMode, **kwargs: Any) -> VectorEnv:
     """The native vector form of an environment with such episodes, where E and D are chosen."""
-    return GrindVectorEnv(short_simulation(env_id, predress), 2, autoreset_mode=mode, **kwargs)
+    own = {name: kwargs.pop(name) for name in ("observation", "predress") if name in kwargs}
+    return GrindVectorEnv(short_simulation(env_id, **own), 2, autoreset_mode=mode, **kwargs)
 
 
-def short_single(env_id: str, predress: bool = False, **kwargs: Any) -> gym.Env[Any, Any]:
+def short_single(env_id: str, **kwargs: Any) -> gym.Env[Any, Any]:
     """The single form, likewise."""
-    return GrindEnv(short_simulation(env_id, predress), **kwargs)
+    own = {name: kwargs.pop(name) for name in ("observation", "predress") if name in kwargs}
+    return GrindEnv(short_simulation(env_id, **own), **kwargs)
 
 
 def play(env: gym.Env[Any, Any], most: int, seed: int = 0) -> list[Any]:
@@ -179,43 +180,52 @@ def test_both_checkers_pass_without_a_warning(env_id: str, kwargs: dict[str, Any
             sb3_check_env(env.unwrapped)
 
 
+@pytest.mark.bits
 @a_kind_of_each
 def test_the_vector_form_keeps_the_contract(env_id: str, kwargs: dict[str, Any]) -> None:
-    # the blocks are shown in every other case
-    shown = {"show_block": bool(CASES.index((env_id, kwargs)) % 2)}
+    # in every other case, the blocks are shown and the state is observed
+    odd = bool(CASES.index((env_id, kwargs)) % 2)
+    kwargs = {**kwargs, "show_block": odd, "observation": "full" if odd else "measured"}
     longest = max(len(play(short_single(env_id, **kwargs), 10_000, seed)) for seed in range(4))
     check_vector_env(
-        lambda mode: short_vector(env_id, mode, **kwargs, **shown),
-        single=lambda: short_single(env_id, **kwargs, **shown),
-        steps=longest + 4,
+        lambda mode: short_vector(env_id, mode, **kwargs), lambda: short_single(env_id, **kwargs), 2 * longest + 4
     )
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_no_two_arrays_of_a_result_share_memory(mode: AutoresetMode) -> None:
+    env = native("grind/Oracle6-v0", 2, mode, show_block=True)
+    env.reset(seed=1)
+    env.step(np.zeros((2, 2)))
+    env.reset(options={"reset_mask": np.array([True, False])})
+    for _ in range(5):
+        result = env.step(np.zeros((2, 2)))
+    assert result[2].tolist() == [False, True]
+    found = arrays(result)
+    assert len(found) > 20
+    assert not any(np.shares_memory(a, b) for a, b in itertools.combinations(found, 2))
+
+
+def arrays(value: Any) -> list[np.ndarray]:
+    """All arrays of a result, those within arrays of objects among them."""
+    if isinstance(value, np.ndarray):
+        return [value, *(part for each in value if value.dtype == object for part in arrays(each))]
+    parts = value.values() if isinstance(value, dict) else value if isinstance(value, tuple) else ()
+    return [array for part in parts for array in arrays(part)]
 
 
 @pytest.mark.bits
 @a_kind_of_each
-def test_single_sync_async_and_native_give_the_same_bits(env_id: str, kwargs: dict[str, Any]) -> None:
-    n, plan = 2, sampled(env_id, 4, 2, **kwargs)
-    kwargs = {**kwargs, **quiet(env_id)}
-    singles = [gym.make(env_id, **kwargs) for _ in range(n)]
+def test_workers_and_the_native_form_give_the_same_bits(env_id: str, kwargs: dict[str, Any]) -> None:
+    plan, kwargs = sampled(env_id, 4, 2, **kwargs), {**kwargs, **quiet(env_id)}
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", ".*use of fork", DeprecationWarning)
-        workers = gym.make_vec(env_id, n, vectorization_mode="async", vector_kwargs={"context": "fork"}, **kwargs)
+        workers = gym.make_vec(env_id, 2, vectorization_mode="async", vector_kwargs={"context": "fork"}, **kwargs)
     try:
-        vectors = [native(env_id, n, **kwargs), sync(env_id, n, **kwargs), workers]
-        start, *others = [env.reset(seed=5) for env in vectors]
-        for other in others:
-            assert_same(start, other)
-        for i, env in enumerate(singles):
-            assert_same(env.reset(seed=5 + i)[0], start[0][i])
-        over = np.zeros(n, bool)
+        env = native(env_id, 2, **kwargs)
+        assert_same(env.reset(seed=5), workers.reset(seed=5))
         for batch in plan:
-            stepped, *others = [env.step(batch) for env in vectors]
-            for other in others:
-                assert_same(stepped, other)
-            for i, (env, action) in enumerate(zip(singles, rows_of(batch, n), strict=True)):
-                if not over[i]:
-                    assert_same(row_of(stepped, i), env.step(action))
-            over |= stepped[2]
+            assert_same(env.step(batch), workers.step(batch))
     finally:
         workers.close()
 

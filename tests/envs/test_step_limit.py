@@ -12,9 +12,9 @@ from gymnasium.wrappers.vector import RecordEpisodeStatistics
 
 from grind_env import examples
 from grind_env.envs.tasks import TaskError
+from tests.envs.contract import check_vector_env
 from tests.envs.harness import BLOCKS, MODES, assert_same, every_id, native, quiet, sampled, sync
 from tests.examples import few
-from tests.testing.conformance import check_vector_env
 
 STEPS = {
     "grind/PowerLimited-v0": 3,

@@ -22,9 +22,9 @@ from grind_env.envs.tasks.schema import document, json_schema, rows, toml_text
 from grind_env.machine.grind import grind
 from grind_env.machine.job import WheelStart
 from grind_env.toml import tomllib
+from tests.envs.contract import check_vector_env
 from tests.envs.harness import assert_same, native, row_of, whole_tape
 from tests.examples import examples, few
-from tests.testing.conformance import check_vector_env
 
 ID = "grind/Task-v0"
 

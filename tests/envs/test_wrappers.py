@@ -26,9 +26,9 @@ from grind_env.envs.wrappers import (
 from grind_env.policies.evaluation import start_episodes
 from grind_env.policies.problem import find_problem
 from grind_env.policies.registry import make_policy
+from tests.envs.contract import check_vector_env
 from tests.envs.harness import IDS, actions, assert_same, native, sb3_check_env
 from tests.envs.walks import Walk, Walks
-from tests.testing.conformance import check_vector_env
 
 OTHER_FORMS = ["grind/Job-v0", "grind/Reciprocation-v0", "grind/WidePlates-v0"]
 MEASURED = {"observation": "measured", "show_block": False}
@@ -51,7 +51,7 @@ def test_the_belief_of_the_native_vector_env_is_that_of_its_single_envs() -> Non
     check_vector_env(
         lambda mode: VectorBeliefFilter(native("grind/PowerLimited-v0", 3, mode, **MEASURED), members=8),
         single=lambda: believing("grind/PowerLimited-v0"),
-        steps=70,
+        steps=130,
     )
 
 
@@ -60,7 +60,7 @@ def test_what_is_learned_in_the_native_vector_env_is_that_of_its_single_envs() -
     check_vector_env(
         lambda mode: VectorForLearning(VectorBeliefFilter(native("grind/Oracle6-v0", 3, mode, **MEASURED), members=8)),
         single=lambda: ForLearning(believing("grind/Oracle6-v0")),
-        steps=8,
+        steps=16,
     )
 
 
