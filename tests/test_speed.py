@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests import speed_base, speed_control, speed_envs, speed_public, speed_training
+from tests import speed_base, speed_envs, speed_public
 from tests.speed import __main__ as speed
 from tests.speed import kernel, others, ratios, starts
 from tests.speed.c_reference import compiler
@@ -15,27 +15,17 @@ from tests.speed.c_reference import compiler
 
 def ones(code: str, **environment: str) -> list[float]:
     """In place of what a fresh process prints."""
-    count = 3 if "measure(" in code else 2 if "loaded" in code else 1
-    return [1.0] * count
+    return [1.0] * (2 if "loaded" in code else 1)
 
 
 @pytest.fixture
 def brief(monkeypatch: pytest.MonkeyPatch) -> None:
     """As little of everything as there can be."""
     least: dict[Any, dict[str, Any]] = {
-        speed: {"fresh_process": ones},
         kernel: {"SECONDS": 0.0, "TURN": 1, "fresh_process": ones},
         others: {"SECONDS": 0.0, "N": 2, "STEPS": 1, "TIMES": 1, "fresh_process": ones},
         starts: {"MACHINES": 8, "fresh_process": ones},
-        speed_envs: {
-            "SECONDS": 0.0,
-            "TASKS": ("Oracle6",),
-            "SIZES": (2,),
-            "FEW_AND_MANY": (1, 2),
-            "OVER_KERNEL_OF": (2,),
-        },
-        speed_control: {"PARTS": 4, "seconds_of_run": lambda program: 1.0},
-        speed_training: {"native": lambda: speed_training.Spent(1.0, 0.5)},
+        speed_envs: {"SECONDS": 0.0, "TASKS": ("Oracle6",), "SIZES": (2,)},
     }
     for module, values in least.items():
         for name, value in values.items():
@@ -46,7 +36,7 @@ def brief(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_make_speed_ends(brief: None, capsys: pytest.CaptureFixture[str]) -> None:
     assert speed.main() == 0
     printed = capsys.readouterr().out
-    titles = "ns per stroke", "Ratios", "Threads", "Control and programs", "Environments", "Training"
+    titles = "ns per stroke", "Ratios", "Threads", "Environments"
     assert all(title in printed for title in titles)
     assert ("No gcc here" in printed) == (compiler() is None)
 
@@ -69,6 +59,7 @@ def test_a_ratio_beyond_its_tolerance_ends_the_check_with_1(
     assert ratios.beyond(measured) == [f"{least}: 0.1 is less than 700.0 (last 2100.0)"]
 
 
+@pytest.mark.nightly
 def test_the_file_of_ratios_has_those_that_are_measured(brief: None) -> None:
     """The check would not see a name that it does not know."""
     of_c = {name for name in ratios.known() if "in C" in name}

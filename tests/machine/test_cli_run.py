@@ -20,7 +20,6 @@ from grind_env.render.reasons import shares
 from grind_env.render.tables import COLUMNS, print_record
 from tests.machine import harness
 from tests.machine.harness import DRESS
-from tests.speed_control import write_parts
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
 HEAD = harness.HEAD.replace("G19\n", "G19 S1910 M03 M08\n")
@@ -96,6 +95,12 @@ def test_the_size_that_is_shown_is_the_worst(capsys: pytest.CaptureFixture[str])
     assert row[4:6] == [f"{part['worst_error']:.1f}", f"{part['taper']:.1f}"]
     assert part["worst_error"] != pytest.approx(part["size_error"], abs=0.05)
     assert max(map(len, out.splitlines())) <= 80
+
+
+def write_parts(path: Path, parts: int) -> None:
+    """The example plate, again and again, with a dress so shallow that the wheel lasts."""
+    text = Path(PLATE).read_text().split("%\n")[1].replace("N100 M30\n", "N100 M00\nM99\n")
+    path.write_text(f"M98 P2001 L{parts}\nM30\n" + text.replace("Y-.02 F60.", "Y-.005 F60."))
 
 
 def test_parts_that_are_alike_have_one_row(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

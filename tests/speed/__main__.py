@@ -4,10 +4,9 @@ import sys
 
 from rich.console import Console
 
-from tests import speed_control, speed_envs, speed_training
+from tests import speed_envs
 from tests.speed import kernel, ratios, starts
 from tests.speed.c_reference import compiler
-from tests.speed.turns import fresh_process
 
 WIDTH = 120
 """Of what is printed at least: in a log a line a measure."""
@@ -27,9 +26,7 @@ def main(*arguments: str) -> int:
         console.print("\n".join(beyond), highlight=False)
         return 1 if beyond else 0
     console.print(starts.table())
-    console.print(speed_control.table(fresh_process))
-    console.print(speed_envs.table(fresh_process))
-    console.print(speed_training.table(fresh_process))
+    console.print(speed_envs.table())
     return 0
 
 
