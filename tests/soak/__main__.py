@@ -18,7 +18,7 @@ from tests.soak.counts import Counts, load
 from tests.soak.part import Part, Tried, attempted
 from tests.soak.turns import run
 
-NAMES = ["programs", "texts", "files", "calls", "steps", "kills", "surroundings", "caches", "properties"]
+NAMES = ["programs", "texts", "files", "calls", "steps", "kills", "surroundings"]
 """Modules beside this one."""
 INTERRUPTED = 130
 
