@@ -2,15 +2,28 @@
 
 import functools
 import json
+import math
 import random
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from tests.control.fuzz_writer import STRAY_WORDS, Writer
+from grind_env.toml import read_toml
+from tests.soak.writer import case as written
 
-SEED_FOLDERS = ("grind_env/examples", "tests/control/linuxcnc")
+SEED_FOLDERS = ("grind_env/examples", "tests/behaviour/programs", "tests/control/linuxcnc")
+VOCABULARY = """
+G00 G01 G02 G03 G04 G05 G07 G08 G09 G10 G17 G18 G19 G20 G28 G29 G30 G33 G39 G39.1 G40 G41 G42 G54 G59.3
+G70 G71 G76 G77 G80 G81 G81.1 G82 G82.1 G83 G83.1 G84 G90 G91 G92 G92.1 G94 G95 G96 G97 M00 M01 M02 M03 M30 M98 M99 M800
+M801 M900 M902 M904 X1. X-30. X0 Y-.02 Y5. Z2. Z10. I3. I0 J-.01 J0 K5. K-1. R4. R-9. Q-.01 Q0 L0 L2 L999 F60. F.1 F0
+E6000. E0 S100. S0 T1 T0000 T0102 P9000 P1 P0 D2 D0 D999 N7 O9000 O1 X#1 Y[#2] Z[1/0] G[#3] X[[1+2]*#1] X[#9] M[30]
+#1=#2+1 #100=#100*2 #3000=1 #5221=#5041 IF[#1EQ2]GOTO7 IF[#1GT0]THEN#2=1 GOTO8 WHILE[#1LT9]DO1 DO2 END1 END2 G65
+G66 G52 G53 A1 B[#1] X[SIN[#1]] X[#1MOD#2] X#2033 Z#5043 X2.3E2 X0,2 ;remark
+/ ( ) (X) % ; - . + X- X+-1 X1.. X123456. X99999. X.0001 é \x00 [ ] #
+"""
+STRAY_WORDS = VOCABULARY.split()
 CHARACTERS = "GXYZIJKRQLFEPDSTMNO0123456789.-+ ()/;%[]#*\n\t\"'é\ufeff\x00"
 
 
@@ -30,21 +43,19 @@ class Case:
 
 
 def case(seed: int) -> Case:
-    """The program of a seed: written by the grammar, or made from an earlier one by mutation."""
+    """The program of a seed: one that grinds at random or one of the repository, most of them changed."""
     rng = random.Random(seed)
-    kind = rng.random()
     settings = _settings(rng)
-    if kind < 0.65:
-        text = Writer(rng).program()
-    elif kind < 0.8:
-        text = _mutated(rng, Writer(rng).program())
+    if rng.random() < 0.3:
+        text = written(seed).text
     else:
-        name, text, radii = rng.choice(_seeds())
-        if radii:
-            settings["radii"] = dict(radii)
-        if name.endswith(".ngc"):
-            text = text.replace("G20", "G70").replace("G21", "G71")
+        text, radius = rng.choice(_seeds())
+        radius *= rng.choice([1.0, 1.0, 4.0])
+        settings |= {"radius": radius, "radii": {**settings["radii"], 1: radius or settings["radii"][1]}}
+    if rng.random() < 0.7:
         text = _mutated(rng, text)
+    if rng.random() < 0.2:
+        settings["interrupts"] = _interrupts(rng, text)
     return Case(text, settings, _actions(rng))
 
 
@@ -59,7 +70,9 @@ def _mutated(rng: random.Random, text: str) -> str:
         if change == 0:
             del lines[here]
         elif change == 1:
-            lines.insert(there, lines[here])
+            others = rng.choice(_seeds())[0].split("\n")
+            first = rng.randrange(len(others))
+            lines[here:here] = others[first : first + rng.randint(1, 6)]
         elif change == 2:
             lines[here], lines[there] = lines[there], lines[here]
         elif change == 3:
@@ -94,7 +107,6 @@ def _settings(rng: random.Random) -> dict[str, Any]:
         ("block_delete", lambda: True),
         ("start", lambda: (rng.uniform(-50, 50), rng.uniform(-50, 50), rng.uniform(-50, 50))),
         ("operator_dress_at", lambda: tuple(sorted(rng.uniform(0.0, 60.0) for _ in range(2)))),
-        ("interrupts", lambda: _interrupts(rng)),
         ("number_format", lambda: _number_format(rng)),
         ("compensation_type", lambda: "B"),
         ("entire_wheel", lambda: True),
@@ -112,12 +124,12 @@ def _settings(rng: random.Random) -> dict[str, Any]:
     return settings | {name: make() for name, make in optional if rng.random() < 0.12}
 
 
-def _interrupts(rng: random.Random) -> list[dict[str, Any]]:
+def _interrupts(rng: random.Random, text: str) -> list[dict[str, Any]]:
+    programs = [9001, *map(int, re.findall(r"^ *O(\d{1,5})\b", text, re.MULTILINE))]
     times = sorted(rng.uniform(0.0, 30.0) for _ in range(rng.randint(1, 3)))
-    programs = [rng.choice([9000, 9000, 9000, 9001, 100]) for _ in times]
     return [
-        {"program": program, "kind": rng.choice([1, 2]), "immediate": rng.random() < 0.5, "at": time}
-        for program, time in zip(programs, times, strict=True)
+        {"program": rng.choice(programs), "kind": rng.choice([1, 2]), "immediate": rng.random() < 0.5, "at": time}
+        for time in times
     ]
 
 
@@ -137,12 +149,17 @@ def _actions(rng: random.Random) -> tuple[tuple[int, str], ...]:
 
 
 @functools.cache
-def _seeds() -> list[tuple[str, str, dict[int, float]]]:
-    """Programs of the repository: name, text and radius table."""
+def _seeds() -> list[tuple[str, float]]:
+    """Programs of the repository, with their radius; those that cause a message are among them."""
     folder = Path(__file__).parents[2]
     index = json.loads((folder / "tests/control/linuxcnc/index.json").read_text())
-    radii = {
-        one["ngc"]: {int(tool): radius for tool, radius in (one.get("radii") or {}).items()} for one in index["cases"]
-    }
-    paths = [path for name in SEED_FOLDERS for kind in ("*.nc", "*.ngc") for path in sorted((folder / name).glob(kind))]
-    return [(path.name, path.read_text(), radii.get(path.name, {})) for path in paths]
+    radii = {one["ngc"]: one["radius"] for one in index["cases"]}
+    paths = [path for name in SEED_FOLDERS for path in sorted((folder / name).glob("*.n*c"))]
+    found = [
+        (path.read_text().replace("G20", "G70").replace("G21", "G71"), radii.get(path.name, 0.0)) for path in paths
+    ]
+    for message in read_toml(folder / "tests/control/error_texts.toml")["message"]:
+        radius = message.get("settings", {}).get("radius", 0.0)
+        if "program" in message and math.isfinite(radius):
+            found.append((message["program"], radius))
+    return found

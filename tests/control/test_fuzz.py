@@ -10,7 +10,7 @@ from tests.control.fuzz_cases import Case
 from tests.control.fuzz_examine import Finding, examine
 from tests.soak.texts import attempt
 
-PROGRAMS = 1500
+PROGRAMS = 3000
 ENDS = """
 done block-format missing-parameter block-budget program-not-found number-format out-of-range expression arc-geometry
 axis-conflict dress-program unknown-word not-supported interrupt-program feed-mode missing-return interference
