@@ -120,12 +120,6 @@ def test_a_trained_cell_is_trained_once_and_is_measured_anew_with_other_weights(
     assert repr(replace(agent, digest="other")) != repr(agent)
 
 
-def test_results_have_the_columns_of_the_issue():
-    names = {"task", "policy", "kind", "sees", "seed", "episodes", "cost_per_good_part", "cost_per_good_part_low"}
-    names |= {"score", "score_low", "score_high", "scrap", "E_mean", "E_p10", "E_p90", "D_mean", "dresses_per_part"}
-    assert names | {"train_seconds", "steps", "commit", "seeds", "python", "numpy", "torch"} <= set(COLUMNS)
-
-
 def test_the_numbers_of_a_row():
     run = evaluation(3.0, 5.0)
     run.speeds[:] = [[5000.0, 6000.0], [7000.0, 8000.0]]

@@ -8,7 +8,7 @@ import minari
 import numpy as np
 import pytest
 
-from agents.commands.dataset import PLACE, dataset, make_dataset
+from agents.commands.dataset import PLACE, make_dataset
 from grind_env.errors import GrindError
 from grind_env.files import FileError
 from grind_env.policies.evaluation import episode_seeds, run_seeds
@@ -113,14 +113,6 @@ def test_a_full_disk_is_seen_before_anything_is_written(folder: Path, monkeypatc
     path = folder / make_dataset(policy, PROBLEM, SEEDS).id
     assert sum(each.stat().st_size for each in path.rglob("*") if each.is_file()) < 100_000
     assert [each.name for each in folder.iterdir()] == ["grind"]
-
-
-def test_the_command(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    dataset(task="oracle6", policy="E21D1", episodes=2)
-    printed = capsys.readouterr().out
-    assert "2 episodes, 12 steps" in printed and str(folder) in printed
-    (name,) = minari.list_local_datasets()
-    assert name in printed
 
 
 def test_a_task_file_is_recorded_from_the_folder_that_it_is_in(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

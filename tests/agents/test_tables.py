@@ -9,7 +9,7 @@ from rich.console import Console
 
 from agents.benchmark.aggregate import aggregates, all_runs, improvements, profile, scored_tasks
 from agents.benchmark.html import html_page
-from agents.benchmark.judge import Sampled, is_ratio, judged, over_runs
+from agents.benchmark.judge import is_ratio, judged
 from agents.benchmark.page import page
 from agents.benchmark.plan import BenchmarkCell
 from agents.benchmark.readme import BEGIN, END, PAGE, README, replaced
@@ -130,12 +130,6 @@ def test_a_policy_that_was_not_run_everywhere_is_left_out_of_aggregates():
     runs = all_runs(rows)
     assert runs["constant_per_kind"].scores[0, 0] == runs["constant"].scores[0, 0]
     assert runs["constant_per_kind"].scores[0, 1] != runs["constant"].scores[0, 1]
-
-
-def test_a_missing_run_has_no_interval():
-    sampled = Sampled(table_of("rush", []))
-    assert over_runs(sampled.scores(), sampled.runs("ppo")) is None
-    assert over_runs(None, [0]) is None
 
 
 def test_the_section_of_a_page():

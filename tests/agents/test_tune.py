@@ -3,10 +3,7 @@ import dataclasses
 import numpy as np
 import optuna
 import pytest
-import typer
-from typer.testing import CliRunner
 
-from agents.commands import tune as command
 from agents.runner import run_all
 from agents.tuning import rules as tune
 from agents.tuning.coefficients import RULES, entry_names
@@ -195,18 +192,6 @@ def test_a_damaged_file_is_replaced_on_request_only(text, tmp_path):
     tuned = tune.tune(ORACLE, ["constant", "interval"], fresh=True, **places)
     assert read_tuned("oracle6", tmp_path) == tuned
     assert list(tuned) == ["constant", "interval"]
-
-
-def test_the_command(tmp_path):
-    app = typer.Typer()
-    command.register(app)
-    places = ["--task", "oracle6", "--configs", str(tmp_path), "--runs", str(tmp_path)]
-    result = CliRunner().invoke(
-        app, [*places, "--policies", "power_threshold", "--evaluations", "4", "--starts", "1", "--episodes", "1"]
-    )
-    assert result.exit_code == 0, result.output
-    assert "power_threshold: " in result.output
-    assert list(read_tuned("oracle6", tmp_path)) == ["power_threshold"]
 
 
 def test_parameters_of_another_task_are_tuned_anew(tmp_path, monkeypatch):

@@ -108,22 +108,6 @@ def test_a_users_mistake_is_one_sentence(
     assert err.startswith("grind: ") and err.count("\n") == 1
 
 
-@pytest.mark.parametrize(
-    ("words", "sentence"),
-    [
-        (("evaluate", "--seeds", "test"), "there are no seeds 'test'"),
-        (("evaluate", "--seeds", "training", "--first-seed", 3), "give one of both"),
-        (("play", "--no-window", "--split", "train"), "split is 'train', which is called 'inner' now"),
-    ],
-)
-def test_seeds_and_splits_that_are_not_there_are_one_sentence(
-    words: tuple[object, ...], sentence: str, grind: Grind
-) -> None:
-    status, out, err = grind(*words, "--policy", "handbook")
-    assert (status, out) == (2, "")
-    assert sentence in err and err.count("\n") == 1
-
-
 def test_an_episode_is_played_with_contexts_of_the_split_that_is_named(tmp_path: Path, grind: Grind) -> None:
     simulation = find_problem("power_limited").simulation()
     for split in ("all", "interpolation"):
@@ -132,15 +116,6 @@ def test_an_episode_is_played_with_contexts_of_the_split_that_is_named(tmp_path:
         (cost,) = run(Fixed(12.0, 1), simulation, [3_000_000], split).cost
         assert (status, f"seed 3000000, split {split}: {cost:.2f} $" in out) == (0, True)
     assert (tmp_path / "all.toml").read_bytes() != (tmp_path / "interpolation.toml").read_bytes()
-
-
-@pytest.mark.parametrize(
-    "words", [("--episodes", "1"), ("--episodes", "many"), ("--first-seed", "-1"), ("--parts", "0")]
-)
-def test_a_number_out_of_its_range_is_refused(words: tuple[str, ...], grind: Grind) -> None:
-    status, out, err = grind("evaluate", "--policy", "handbook", *words)
-    assert (status, out) == (2, "")
-    assert words[0] in err and "Traceback" not in err
 
 
 def test_a_program_cannot_be_written_where_there_is_no_folder(tmp_path: Path, grind: Grind) -> None:

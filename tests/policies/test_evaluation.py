@@ -8,13 +8,10 @@ import grind_env
 from grind_env.envs.episodes import NOISE
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Due
-from grind_env.errors import GrindError
 from grind_env.policies.choices import Decision
 from grind_env.policies.columns import (
     CHANGES,
-    DUE,
     GAUGED,
-    LISTED,
     NEW_LOT,
     OF_WHEEL,
     PART_ROUGHNESS,
@@ -75,38 +72,6 @@ def test_training_validation_and_evaluation_have_no_seed_in_common():
     assert all(a.stop <= b.start for a, b in itertools.pairwise(ranges))
 
 
-@pytest.mark.parametrize(
-    ("seeds", "count", "sentence"),
-    [
-        ("training", 0, "0 episodes are asked for"),
-        ("evaluation", SEEDS_EACH + 1, "but there are 1 to 500000 evaluation seeds"),
-    ],
-)
-def test_seeds_that_do_not_exist(seeds, count, sentence):
-    with pytest.raises(GrindError, match=sentence):
-        episode_seeds(seeds, count)
-
-
-def test_an_evaluation_is_what_the_environment_says():
-    seeds = [2_000_000, 2_000_007]
-    result = run_seeds(Fixed(10.0, 2, 2), SIMULATION, seeds)
-    env = gym.make("grind/PowerLimited-v0", info="full")
-    for i, seed in enumerate(seeds):
-        env.reset(seed=seed)
-        cost = good = 0.0
-        for k in range(60):
-            action = env.unwrapped.codec.encode(10000.0, 2 * (k % 2))[0]
-            *_, info = env.step(action)
-            cost += info["block_cost"]
-            good += info["good_parts"]
-        assert result.cost[i] == pytest.approx(cost, rel=1e-12)
-        assert result.good[i] == pytest.approx(good, rel=1e-12)
-    assert (result.finished == 60).all()
-    assert (result.speeds == 10000.0).all()
-    assert (result.executions[0] == np.tile([0.0, 2.0], 30)).all()
-    assert result.scrap == pytest.approx(1.0 - result.good.sum() / 120.0)
-
-
 @pytest.mark.parametrize("seed", [0, 2_000_000, 3_000_000, 3_400_000, 10**9])
 def test_no_seed_implies_contexts_and_a_split_means_those_of_the_environment(seed):
     env, plan = gym.make("grind/PowerLimited-v0"), Fixed(12.0, 1)
@@ -128,10 +93,6 @@ def test_the_result_for_a_seed_does_not_depend_on_its_neighbours():
     assert alone.cost[0] == beside.cost[1]
 
 
-def test_a_policy_that_measures_is_shown_no_truth():
-    assert spied("measurements") == [None] * 60
-
-
 def test_a_policy_that_sees_the_state_is_not_shown_the_future():
     tape = truth().tape
     for k, shown in enumerate(spied("state")):
@@ -144,26 +105,6 @@ def test_a_policy_that_sees_the_state_is_not_shown_the_future():
         assert (later[..., [STOCK, GAUGED]] == 0.3).all()
         assert (later[..., NEW_LOT] == 0.0).all()
         assert (shown.tape[..., NOISE] == 0.0).all()
-
-
-@pytest.mark.parametrize(("name", "changed"), [("rush", False), ("CBN", False), ("CBN", True)])
-def test_the_state_says_nothing_of_what_is_drawn_later(name, changed):
-    # two episodes that agree up to the coming block, but in nothing that is drawn after it
-    simulation, k = simulated(name), 11
-    task, episodes = simulation.task, start_episodes(simulation, [0, 0])
-    episodes.block[:] = k
-    episodes.memory[:, CHANGES] = float(changed)
-    future = np.setdiff1d(np.arange(episodes.tape.shape[2]), LISTED)
-    next_period = 16 if task.due else k + 1
-    rng = np.random.default_rng(1)
-    for row in range(k + 1, task.blocks):
-        for column in future:
-            if column != DUE or row >= next_period:
-                episodes.tape[1, row, column] = rng.uniform(0.5, 2.0)
-    if not changed:
-        episodes.tape[1, :, [new for _, new in OF_WHEEL]] = rng.uniform(0.5, 2.0)
-    shown = reveal("state", simulation, episodes)
-    assert np.array_equal(shown.tape[0, k:], shown.tape[1, k:])
 
 
 def test_a_mounted_spare_wheel_is_shown_and_one_in_the_store_is_not():
