@@ -1,17 +1,13 @@
 """A script replayed in compiled code against the control that executes the same program event by event."""
 
-import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from grind_env.arrays import Array
 from grind_env.control import execute, read
-from grind_env.envs.job.outline import JobProgramError
 from grind_env.envs.job.simulation import JobEpisodes, JobSimulation
 from grind_env.envs.job.text import with_words_chosen
 from grind_env.envs.program_episode import Words
@@ -19,80 +15,13 @@ from grind_env.envs.tables import Outcome
 from grind_env.machine.job import Job, Stage, WheelStart
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.machine.loops.tally import Tally
-from grind_env.machine.part.unjudged import UnjudgedError
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.run import GrindingRun
-from grind_env.machine.script.block import ScriptError
-from grind_env.machine.script.script import script_of
-from grind_env.machine.script.settings import Ranges
 from grind_env.process.state import WheelState
-from tests.examples import examples
 from tests.machine.harness import DRESS, job
 
 SPEEDS = (3000.0, 30_000.0)
 """Lowest and highest E, mm/min."""
-
-
-@dataclasses.dataclass(frozen=True)
-class Written:
-    """A program of one or more parts, and what is chosen for its blocks."""
-
-    text: str
-    choices: tuple[tuple[int, int], ...]
-
-
-@st.composite
-def cycles(draw: st.DrawFn, deepest: int, wide: bool) -> tuple[str, int]:
-    """A cycle with the motions beside and after it: its text, and how many um deep it leads."""
-    code = draw(st.sampled_from(["G81", "G83", "G83.1"] if wide else ["G81", "G82", "G82", "G82.1", "G81.1"]))
-    depth = deepest + draw(st.integers(0, 40))
-    words = f"{code} X{draw(st.sampled_from(['205.', '230.']))} I-{draw(st.sampled_from(['5.', '30.']))}"
-    words += f" E{draw(st.integers(6000, 30_000))}. P9100"
-    lines = []
-    if code.startswith(("G82", "G83")):
-        J, Q = draw(st.integers(6, 20)), draw(st.integers(0, 20))
-        words += f" Y-{depth / 1000:.3f} J-{J / 1000:.3f} Q-{Q / 1000:.3f} L{draw(st.integers(0, 3))} F100."
-        words += f" D{draw(st.integers(0, 2))}"
-        if wide:
-            K, R = (draw(st.sampled_from(["3.5", "6.", "9.2", "15."])) for _ in range(2))
-            words = words.replace("F100.", "F1500.") + f" Z{draw(st.sampled_from(['15.', '11.3']))} K{K} R{R}"
-        lines.append(words)
-    else:
-        lines.append(words)
-        for _ in range(draw(st.integers(0, 3))):
-            depth += draw(st.integers(0, 20))
-            lines.append(f"G01 Y-{depth / 1000:.3f} F{draw(st.sampled_from(['.4', '.8', '3.']))}")
-            if draw(st.booleans()):
-                lines.append(f"G04 X{draw(st.floats(0.01, 1.5)):.2f}")
-    if wide:
-        lines.append(f"G01 Z{draw(st.sampled_from(['0', '0', '3.']))} F{draw(st.sampled_from([200, 1500]))}.")
-    if draw(st.integers(0, 3)) == 0:
-        lines.append(f"G01 Y-{depth / 1000:.3f} F100.")
-        lines.append(f"G04 X{draw(st.floats(0.01, 1.5)):.2f}")
-    above = f"G00 Y{0.02 - deepest / 1000:.3f}\nG00 X-30."
-    endings = [f"G80\n{above}", f"G80\nM01\n{above}", "", "G80"]
-    if len(lines) == 1 or draw(st.integers(0, 4)) == 0:  # there is no script of a stop between motions beside the table
-        endings += ["M01", f"M01\nG80\n{above}"]
-    ending = draw(st.sampled_from(endings))
-    return "\n".join([*lines, ending]), depth
-
-
-@st.composite
-def programs(draw: st.DrawFn, wide: bool) -> Written:
-    """Parts one after the other, each with cycles that go deeper and deeper."""
-    texts, blocks = ["G71 G94 G90 G19"], 0
-    parts = draw(st.integers(1, 3))
-    for part in range(parts):
-        x = draw(st.sampled_from(["-30.", "-5."]))
-        texts.append(f"G00 Y20.\nG00 X{x} Z{'0' if wide else '-2.5'}\nG01 Y{draw(st.sampled_from(['0', '.01']))} F500.")
-        depth = 0
-        for _ in range(draw(st.integers(1, 2))):
-            text, depth = draw(cycles(depth, wide))
-            texts.append(text)
-            blocks += 1
-        texts.append("G80\nG00 Y20.\n" + ("M30" if part == parts - 1 else draw(st.sampled_from(["M00", "M00\nM01"]))))
-    choices = [(draw(st.integers(6000, 30_000)), draw(st.integers(0, 3))) for _ in range(blocks)]
-    return Written("\n".join([*texts, DRESS]), tuple(choices))
 
 
 START = WheelStart(wear_flat_area=0.02, volume_since_dress=50.0)
@@ -155,32 +84,6 @@ def assert_same(
     return record
 
 
-def check(written: Written, **changes: Any) -> None:
-    programs, shop_job = read(written.text), shop(**changes)
-    try:
-        script_of(programs, shop_job, Ranges(E=SPEEDS))
-    except UnjudgedError as why:
-        assert "may be those of another part" in str(why)
-        return
-    except ScriptError as why:
-        reasons = (
-            "where the cycle before has left it",
-            "where the table came to rest",
-            "the operator judges",
-            "goes on after a stop",
-            "judged more than once",
-        )
-        assert any(reason in str(why) for reason in reasons)
-        return
-    try:
-        simulation = JobSimulation(programs, shop_job, 0.0)
-    except JobProgramError as error:
-        assert "makes no stroke" in str(error)
-        return
-    assert simulation.why is None
-    assert_replayed(simulation, written.choices)
-
-
 def test_a_stop_after_the_unloading_ends_no_stage() -> None:
     part = "G00 Y20.\nG00 X-30. Z-2.5\nG01 Y0 F500.\nG82 X230. I-30. Y-.03 J-.01 F100. E9000.\nG80\nG00 Y20.\n"
     text = f"G71 G94 G90 G19\n{part}M00\nM01\n{part}M30{DRESS}"
@@ -203,19 +106,6 @@ def test_of_every_block_of_a_stage_its_own_limits_say_which_heat_counts() -> Non
         assert simulation.why is None
         record = assert_replayed(simulation, [(20000, 0)] * 3)
         assert (record.parts["survival"] > 0.5).all() == good
-
-
-@examples(20)
-@given(written=programs(wide=False), staged=st.booleans())
-def test_a_replay_is_what_the_control_and_the_machine_make_of_the_program(written: Written, staged: bool) -> None:
-    stages = (Stage(stock=0.03, rise_allowance=100.0, tolerance=30.0),) if staged else ()
-    check(written, stages=stages, tolerance=10.0)
-
-
-@examples(12)
-@given(written=programs(wide=True))
-def test_so_it_is_on_parts_wider_than_the_wheel(written: Written) -> None:
-    check(written, width=40.0, tolerance=10.0)
 
 
 @pytest.mark.parametrize("code", ["G83", "G83.1"])

@@ -5,147 +5,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from grind_env.arrays import Array
 from grind_env.control import CycleStrokes, read
-from grind_env.errors import GrindError
 from grind_env.machine.grind import GrindingError, grind
-from grind_env.machine.job import Job, PartConditions, Stage, Times, WheelStart
+from grind_env.machine.job import PartConditions
 from grind_env.machine.part.part import PartRun
-from grind_env.machine.record import GrindingRecord
 from grind_env.machine.watch import RunWatch
 from grind_env.process.equations import LEAST_DIAMETER
-from tests.examples import examples
-from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, LONG_AFTER, job, run, told_stepped
-
-DRESSES = (0, 1, 1, 3)
-"""D of the cycles. Those that are not executed take the seconds of their plan at once, and not those of their motions
-one by one: times differ in their last bits, and with them the depth of a stroke beside a slow infeed."""
-
-
-@st.composite
-def cycles(draw: Any, dresses: tuple[int, ...]) -> list[str]:
-    """The blocks of a part: cycles one after the other, with and without the table running on between them."""
-
-    def one_of(*values: Any) -> Any:
-        return draw(st.sampled_from(values))
-
-    depth = one_of(0.0, 0.0, 0.02, -0.01)
-    lines = [f"G00 X{one_of(-30.0, -30.0, -41.3, 40.0, 240.0)} Z{one_of(-2.5, 0.0, 4.25, -24.5, 30.0)}"]
-    lines.append(f"G00 Y{-depth}")
-    for _ in range(draw(st.integers(1, 3))):
-        code = one_of("G82", "G83", "G82.1", "G83.1", "G81")
-        table = f"X{one_of(230.0, 230.0, 150.5)} I{one_of(-30.0, -30.0, 12.25)} E{one_of(3e3, 12e3, 47e3, 2e3)} P9100"
-        if code == "G81":
-            depth += 0.012
-            lines += [f"G81 {table}", f"G01 Y{-depth:.4f} F{one_of(6.0, 60.0)}", f"G04 X{one_of(1.0, 4.0)}"]
-        else:
-            depth += one_of(0.0, 0.004, 0.0311, 0.06)
-            words = f"Y{-depth:.4f} J{one_of(-0.01, -0.0173, -0.2, -0.003)} F{one_of(60.0, 600.0, 6.0)}"
-            words += f" L{one_of(0, 1, 2)} D{one_of(*dresses)}{one_of('', ' Q0', ' Q-.005')}"
-            if code.startswith("G83"):
-                lines.append(f"G01 Z{one_of(0.0, -3.0, 0.0)} F3000.")
-                words += f" Z{one_of(5.0, 20.0, 0.0)} K{one_of(3.0, 7.0)}{one_of('', ' R0', ' R2.')}"
-            lines.append(f"{code} {table} {words}")
-        lines.append(one_of("", "", "G04 X.5", "M01", "G80", "G80\nM01", f"G01 Z{one_of(-1.0, 2.0)} F600."))
-    return [*lines, "G80", "G00 Y20."]
-
-
-@st.composite
-def jobs(draw: Any) -> Job:
-    """Parts narrower and wider than the wheel, beside it and not at zero, with wheels that wear out on the way."""
-
-    def one_of(*values: Any) -> Any:
-        return draw(st.sampled_from(values))
-
-    surface = one_of(0.0, 0.0, 0.0005, -0.0071)
-    made = job(
-        material=one_of("aisi_52100", "inconel_718"),
-        length=200.0,
-        width=one_of(20.0, 3.3, 41.5),
-        stock=one_of(0.1, 0.03),
-        surface=surface,
-        tolerance=9.0,
-        stages=one_of((), (Stage(stock=0.02, roughness_limit=0.9),)),
-        wheel_start=WheelStart(diameter=one_of(None, 250.05, 250.0)),
-    )
-    wheel = made.setup.wheel
-    start = replace(made.wheel, diameter=None if made.wheel.diameter is None else wheel.minimum_diameter + 0.05)
-    return replace(made, wheel=start, times=Times(load=20.0, wheel_change=one_of(None, 300.0)))
-
-
-@st.composite
-def programs(draw: Any, dresses: tuple[int, ...]) -> tuple[str, tuple[PartConditions, ...]]:
-    """A text, and the conditions of its parts or none."""
-    parts = draw(st.integers(1, 3))
-    again = draw(st.booleans())
-    first = "\n".join(draw(cycles(dresses)))
-    bodies = [first if again or not k else "\n".join(draw(cycles(dresses))) for k in range(parts)]
-    conditions = draw(
-        st.just(())
-        | st.tuples(
-            *[
-                st.builds(
-                    PartConditions,
-                    stock=st.none() | st.just(0.05),
-                    factors=st.sampled_from([{}, {"kA": 1.7}, {"kA": 3e4}]),
-                    new_wheel_factors=st.none() | st.just({"kA": 0.6}),
-                )
-            ]
-            * parts
-        )
-    )
-    return "G71 G94 G90 G19\n" + "\nM00\n".join(bodies) + "\nM30\n", conditions
-
-
-def outcome(text: str, job: Job, conditions: tuple[PartConditions, ...], **settings: Any) -> GrindingRecord | str:
-    control = replace(job.control, **settings)
-    try:
-        return grind(read(text + DRESS, "test.nc"), job, control=control, conditions=conditions)
-    except GrindError as error:
-        return str(error)
-
-
-def require_equal(found: Array, stepped: Array, tolerance: float) -> None:
-    """Every column is the same: whole numbers and texts exactly, the others within a relative tolerance."""
-    assert found.shape == stepped.shape
-    for name in found.dtype.names or ():
-        if found.dtype[name] == np.float64:
-            np.testing.assert_allclose(found[name], stepped[name], tolerance, 1e-3 * tolerance, err_msg=name)
-        else:
-            np.testing.assert_array_equal(found[name], stepped[name], err_msg=name)
-
-
-def require_same_ground(
-    program: tuple[str, tuple[PartConditions, ...]], job: Job, coverage: bool, tolerance: float
-) -> None:
-    """A program does the same with whole cycles and stroke by stroke."""
-    text, conditions = program
-    found = outcome(text, job, conditions, coverage_pass=coverage)
-    stepped = outcome(text, job, conditions, coverage_pass=coverage, operator_dress_at=LONG_AFTER)
-    if isinstance(found, str) or isinstance(stepped, str):
-        assert found == stepped
-        return
-    assert found.warnings == told_stepped(stepped)
-    assert found.stages == stepped.stages and found.unjudged == stepped.unjudged
-    require_equal(found.strokes, stepped.strokes, tolerance)
-    require_equal(found.dresses, stepped.dresses, tolerance)
-    require_equal(found.parts, stepped.parts, tolerance)
-
-
-@examples(60)
-@given(program=programs((0,)), job=jobs(), coverage=st.booleans())
-def test_whole_cycles_grind_what_their_strokes_do_to_the_bit(program: Any, job: Job, coverage: bool) -> None:
-    require_same_ground(program, job, coverage, 0.0)
-
-
-@examples(60)
-@given(program=programs(DRESSES), job=jobs(), coverage=st.booleans())
-def test_whole_cycles_with_dresses_grind_what_their_strokes_do(program: Any, job: Job, coverage: bool) -> None:
-    require_same_ground(program, job, coverage, 1e-9)
-
+from tests.machine.harness import CATALOGUE, CYCLE, DRESS, HEAD, LONG_AFTER, job, run
 
 PLATES = HEAD + (CYCLE.replace("P9100", "P9100 D1") + "G80\nG00 Y20.\nM00\nG00 X-30. Y0\n") * 2 + "M30\n"
 
@@ -154,11 +21,13 @@ def test_a_wheel_worn_down_to_its_hub_is_dressed_with_the_lead_of_its_diameter()
     """None is left below that: what it was before a dress does not follow from what it is after it."""
     eaten = job(setup={"constant_surface_speed": True})
     conditions = (PartConditions(factors={"Gref": 1e-6}),) * 2
-    found = outcome(PLATES, eaten, conditions)
-    stepped = outcome(PLATES, eaten, conditions, operator_dress_at=LONG_AFTER)
-    assert isinstance(found, GrindingRecord) and isinstance(stepped, GrindingRecord)
-    assert found.dresses["ds"][1] == LEAST_DIAMETER
-    require_equal(found.dresses, stepped.dresses, 1e-9)
+    found, stepped = (
+        run(PLATES, eaten, control=replace(eaten.control, operator_dress_at=asked), conditions=conditions).dresses
+        for asked in ((), LONG_AFTER)
+    )
+    assert found["ds"][1] == LEAST_DIAMETER
+    for name in (name for name in found.dtype.names if found.dtype[name] == np.float64):
+        np.testing.assert_allclose(found[name], stepped[name], 1e-9, 1e-12, err_msg=name)
 
 
 @pytest.fixture

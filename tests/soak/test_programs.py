@@ -17,7 +17,7 @@ from tests.soak.examine import Examined, Finding, examine
 from tests.soak.found import FOUND, PLAIN
 from tests.soak.writer import Case, case
 
-PROGRAMS = 150
+PROGRAMS, FEW = 150, 30
 PATIENT = 300.0
 """s of processor time for a way, with what numba compiles on it."""
 ASKED = {
@@ -63,6 +63,12 @@ ASKED = {
     "Q",
     "L",
 }
+
+
+def test_a_few_random_programs_come_to_the_same_on_all_their_ways() -> None:
+    for seed in range(FEW):
+        drawn = case(seed)
+        assert examine(drawn, seconds=PATIENT).findings == [], f"seed {seed}\n{drawn.text}"
 
 
 @pytest.mark.nightly
