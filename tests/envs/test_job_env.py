@@ -1,14 +1,10 @@
-import warnings
 from pathlib import Path
 from typing import Any
 
-import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.utils.env_checker import check_env
 from hypothesis import given
 from hypothesis import strategies as st
-from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 import grind_env
 from grind_env.control import read, read_file
@@ -24,8 +20,8 @@ from grind_env.machine.record import GrindingRecord
 from grind_env.machine.script.block import ScriptError
 from grind_env.machine.script.script import script_of
 from grind_env.machine.script.settings import Ranges
-from tests.envs.harness import assert_same, job_drawn, refusal, reward_terms_of, row_of, tape_of_job
-from tests.examples import examples, nightly
+from tests.envs.harness import job_drawn, refusal, reward_terms_of, tape_of_job
+from tests.examples import examples
 from tests.machine.harness import DRESS
 
 ID = "grind/Job-v0"
@@ -317,15 +313,6 @@ def test_lots_come_with_their_probability_and_last_until_the_next() -> None:
 # --- the interface of Gymnasium -----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("observation", ["measured", nightly("full")])
-@pytest.mark.parametrize("name", NAMES)
-def test_both_checkers_pass_without_a_warning(name: str, observation: str) -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        check_env(gym.make(ID, program=example(name), observation=observation).unwrapped)
-        sb3_check_env(gym.make(ID, program=example(name), observation=observation).unwrapped)
-
-
 # --- what cannot be made into an environment ----------------------------------------------------------
 
 
@@ -554,21 +541,3 @@ def test_a_stop_in_the_dress_program_gauges_no_part(tmp_path: Path) -> None:
     env = job_env.make(written(tmp_path, stopped), info="full")
     assert env.simulation.why is None
     assert_told(env, play(env, policy_seed=3))
-
-
-@pytest.mark.bits
-@pytest.mark.parametrize("program", [BATCH, GROOVED], ids=["replayed", "executed"])
-def test_the_vector_form_has_the_bits_of_single_environments(tmp_path: Path, program: str) -> None:
-    path = written(tmp_path, program)
-    singles = [job_env.make(path, observation="full", show_block=False) for _ in range(3)]
-    vector = job_env.make_vector(3, program=path, observation="full", autoreset_mode="Disabled")
-    assert (singles[0].simulation.why is None) == (program == BATCH)
-    observations, _ = vector.reset(seed=[5, 6, 7])
-    for i, env in enumerate(singles):
-        assert_same(env.reset(seed=5 + i)[0], observations[i])
-    for batch in (
-        np.random.default_rng(2).uniform(-1.0, 1.0, (len(singles[0].simulation.blocks), 3, 2)).astype(np.float32)
-    ):
-        stepped = vector.step(batch)
-        for i, env in enumerate(singles):
-            assert_same(env.step(batch[i]), row_of(stepped, i))

@@ -12,7 +12,6 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 from grind_env.belief.wheel import BeliefError
-from grind_env.envs.contexts import ContextError
 from grind_env.envs.memory import WrapperError
 from grind_env.envs.shown import ShownBox, memories_of
 from grind_env.envs.wrappers import (
@@ -110,33 +109,6 @@ def test_nobody_knows_what_is_usual_elsewhere(make: Any) -> None:
         ForLearning(make())
 
 
-def test_the_first_observation_of_an_episode_knows_nothing_of_the_one_before() -> None:
-    env = VectorHistoryStack(Walks(AutoresetMode.SAME_STEP), 3)
-    env.reset(seed=0)
-    ends = 0
-    for _ in range(40):
-        shown, _, terminations, truncations, info = env.step(np.full((3, 1), 0.5, np.float32))
-        for i in np.flatnonzero(terminations | truncations):
-            assert not shown[i, :-3].any() and shown[i, -1] == 0.0
-            assert info["final_obs"][i][-1] == 0.5 and info["final_obs"][i].shape == (9,)
-            ends += 1
-    assert ends > 10
-
-
-@pytest.mark.parametrize("masked", [False, True])
-def test_a_reset_between_end_and_restart_is_not_followed_by_another(masked: bool) -> None:
-    env = VectorHistoryStack(Walks(AutoresetMode.NEXT_STEP), 2)
-    env.reset(seed=0)
-    over = np.zeros(3, bool)
-    while not over.any():
-        _, _, terminations, truncations, _ = env.step(np.ones((3, 1), np.float32))
-        over = terminations | truncations
-    first, _ = env.reset(options={"reset_mask": over} if masked else None)
-    shown, *_ = env.step(np.ones((3, 1), np.float32))
-    assert (shown[over, :3] == first[over, 3:]).all()
-    assert (shown[over, 5] == 1.0).all()
-
-
 def test_the_callers_options_and_info_are_left_alone() -> None:
     env = VectorHistoryStack(SyncVectorEnv([Walk] * 3, autoreset_mode=AutoresetMode.DISABLED), 2)
     env.reset(seed=0)
@@ -205,11 +177,6 @@ def test_a_length_or_a_number_of_members_that_is_not_whole_is_refused(value: Any
             wrap(env, **{name: value})
         assert str(caught.value) == f"{name} is {value!r}, but must be a whole number"
     HistoryStack(gym.make("grind/Oracle6-v0"), n=np.int64(2))
-
-
-def test_options_that_are_no_dict_are_refused_as_without_the_wrapper() -> None:
-    with pytest.raises(ContextError, match=r"^options is \[1\], but must be a dict"):
-        VectorHistoryStack(native("grind/Oracle6-v0", 2)).reset(options=[1])
 
 
 @pytest.mark.parametrize(
