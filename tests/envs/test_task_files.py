@@ -1,5 +1,4 @@
 import copy
-import math
 import pickle
 from dataclasses import fields, replace
 from pathlib import Path
@@ -147,11 +146,8 @@ def test_a_slip_beside_a_base_is_named(own: str, parts: list[str], tmp_path: Pat
     [
         ("blocks = 60", "block = 60", "block", ["did you mean blocks?"]),
         ("blocks = 60", "blocks = 0", "blocks", ["blocks is 0", "a whole number from 1 to 10000"]),
-        ("blocks = 60", "blocks = 60.0", "blocks", ["60.0", "whole number"]),
         ('title = "', 'kinds = []\ntitle = "', "kinds", ["there is no key kinds"]),
         ('title = "', 'file = "x"\ntitle = "', "file", ["there is no key file"]),
-        ('title = "', 'observation = "hidden"\ntitle = "', "observation", ["one of measured, full"]),
-        ("reference_cost = 5.26", "reference_cost = -1", "reference_cost", ["0 to"]),
         (
             "speed_range = [3.0, 30.0]",
             "speed_range = [30.0, 3.0]",
@@ -162,22 +158,14 @@ def test_a_slip_beside_a_base_is_named(own: str, parts: list[str], tmp_path: Pat
         ("speed_range = [3.0, 30.0]", "speed_levels = []", "action.speed_levels", ["rising numbers"]),
         ("speed_range", "speed_levels = [3.0]\nspeed_range", "action.speed_levels", ["give one of the two"]),
         ("overrun = 30.0", "overrun = 30.0005", "setup.overrun", ["multiple of 0.001 mm"]),
-        ("[setup]", "[set_up]", "set_up", ["did you mean setup?"]),
-        ("load = 20.0", "load = -20.0", "setup.load", ["-20.0", "0 to 86400 s"]),
-        ("pick = 0.02", "picks = 0.02", "kind.picks", ["kind 1: ", "did you mean pick?"]),
         ("pick = 0.02", "", "kind.pick", ["kind 1: ", "kind.pick is missing"]),
         ("pick = 0.02", "pick = 0.0205", "kind.pick", ["multiple of 0.001 mm"]),
         ("pick = 0.02", "pick = 2.0", "kind.pick", ["half a stroke", "take less"]),
-        ("pick = 0.02", 'pick = "thin"', "kind.pick", ["thin", "number"]),
         ("width = 50.0", "width = 66.0", "kind.width", ["66 mm wide, the wheel 65 mm", "cross_pick"]),
-        ("lot_growth = 0.80", "lot_growth = nan", "spread.lot_growth", ["nan", "0 to 1"]),
         ("width = 65.0", "widht = 65.0", "setup.wheel_overrides.widht", ["did you mean width?"]),
-        ("width = 65.0", "width = 1000", "setup.wheel_overrides", ["width is 1000", "5 to 300 mm"]),
         ('wheel = "a60j"', 'wheel = "a60jj"', "setup.wheel", ["did you mean a60j?"]),
         ('material = "aisi_52100"', 'material = "aisi_52101"', "kind.material", ["did you mean aisi_52100?"]),
         ('sequence = ["plate"]', 'sequence = ["plates"]', "sequence", ["did you mean plate?"]),
-        ("[spread]", "[factors]\nka_factor = 2.0\n\n[spread]", "factors.ka_factor", ["there is no key"]),
-        ("[spread]", "[factors]\nkA = 0\n\n[spread]", "factors", ["0.01 to 100"]),
         ("[spread]", "[start]\nwear_flat_area = 0.4\n\n[spread]", "start.wear_flat_area", ["below 0.15"]),
         ("[spread]", "[start]\nexecutions_left = [1, 4000]\n\n[spread]", "start.executions_left", ["at most 666"]),
         ("blocks = 60", "blocks = ", "", ["TOML"]),
@@ -274,18 +262,6 @@ def test_a_task_is_resolved_once() -> None:
     assert task.parameters(task.kinds[0]) is task.parameters(replace(task.kinds[0], stock=0.1))
     harder = replace(task, setup=replace(task.setup, wheel_overrides={"width": 70.0, "fracture_force": 1.0}))
     assert harder.wheel.fracture_force == 1.0 != task.wheel.fracture_force
-
-
-def test_the_flagship_has_the_published_parameters() -> None:
-    task = load_task("power_limited")
-    p = task.parameters(task.kinds[0])
-    assert (p.ke, p.bs) == (50_000.0, 65.0)
-    assert task.machine.power_limit == 5000.0
-    assert 60.0 * task.wheel_revolutions == pytest.approx(1910, abs=0.5)
-    assert task.dress_feed == pytest.approx(0.15 * 30000.0 / (math.pi * 300.0))
-    assert (task.dress.passes, task.dress.depth, task.dress.setup) == (2, 0.03, 60.0)
-    wheel = EpisodeGenerator(task).wheel(0.0)
-    assert (wheel.ds, wheel.lam, wheel.V, wheel.W, wheel.wd) == (300.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def test_oracle6_has_its_start() -> None:

@@ -5,7 +5,7 @@ import pytest
 
 from grind_env.errors import GrindError
 from grind_env.files import ReadError
-from grind_env.machine.job import Diamond, Job, JobError, Lots, Part, Setup, Stage, Times, WheelStart
+from grind_env.machine.job import Job, JobError, Setup, Stage, Times, WheelStart
 from grind_env.machine.job.file import job_beside, load_job
 from tests.machine.harness import job
 
@@ -39,91 +39,11 @@ def test_defaults_of_the_shortest_job(tmp_path: Path) -> None:
     assert (found.setup.spindle, found.setup.coolant) == ("by program", "by program")
 
 
-def test_every_value_arrives(tmp_path: Path) -> None:
-    (tmp_path / "shop.toml").write_text('[fluid.oil]\nbase = "emulsion"\nconvection = 4e4\n')
-    text = """
-    [part]
-    material = "inconel_718"
-    length = 300
-    width = 60
-    stock = 0.25
-    start = 10
-    across = -5
-    surface = 2.5
-    roughness_limit = 0.45
-    tolerance = 7
-    scrap_cost = 80
-    rise_allowance = 150
-    height = 40
-    [setup]
-    wheel = "b126"
-    fluid = "oil"
-    wheel_speed = 35
-    constant_surface_speed = true
-    spindle = "always on"
-    coolant = "always on"
-    [diamond]
-    x = -120
-    y = 10
-    z = -12.5
-    [setup.wheel_overrides]
-    width = 65
-    [setup.machine_overrides]
-    stiffness = 50_000
-    idle_power = 500
-    [setup.material_overrides]
-    tempering_rise = 620
-    [lots]
-    probability = 0
-    growth = 0.6
-    pressure = 0.2
-    stock = 0.1
-    [times]
-    load = 30
-    dress_setup = 60
-    [catalogue]
-    files = ["shop.toml"]
-    [wheel]
-    diameter = 295
-    wear_flat_area = 0.02
-    volume_since_dress = 150
-    diamond_flat = 0.05
-    """
-    found = load_job(write(tmp_path, text))
-    assert dataclasses.replace(found.part, material=job().part.material) == Part(
-        material=job().part.material,
-        length=300.0,
-        width=60.0,
-        stock=0.25,
-        start=10.0,
-        across=-5.0,
-        surface=2.5,
-        roughness_limit=0.45,
-        tolerance=7.0,
-        scrap_cost=80.0,
-        rise_allowance=150.0,
-        height=40.0,
-    )
-    assert (found.setup.spindle, found.setup.coolant) == ("always on", "always on")
-    assert found.diamond == Diamond(x=-120.0, y=10.0, z=-12.5)
-    assert found.wheel == WheelStart(diameter=295.0, wear_flat_area=0.02, volume_since_dress=150.0, diamond_flat=0.05)
-    assert found.lots == Lots(probability=0.0, growth=0.6, pressure=0.2, stock=0.1)
-    p = found.parameters
-    assert (p.bs, p.ke, p.hf, p.fc) == (65.0, 50_000.0, 4e4, pytest.approx(4.0 * (0.126 / 0.25) ** 1.5))
-    assert (p.n, p.vs_set) == (0.0, 35.0)
-    assert found.limits == (620.0 + 150.0, 7500.0 - 500.0, 0.45, 7.0)
-    assert found.rates == (80.0, 2e-2, 0.10)
-    assert (found.control.acceleration, found.control.reversal_dwell) == (1000.0, 0.15)
-    assert found.control.rapid_feed == 15_000.0
-
-
 @pytest.mark.parametrize(
     ("old", "new", "key", "words"),
     [
         ("stock = 0.3", "stock = -0.3", "part.stock", ["-0.3", "0.0001 to 20 mm"]),
-        ("stock = 0.3", "stock = true", "part.stock", ["True", "number"]),
         ("stock = 0.3", 'stock = "thick"', "part.stock", ["thick", "number"]),
-        ("stock = 0.3", "stock = nan", "part.stock", ["nan", "number"]),
         ("stock = 0.3", "", "part.stock", ["missing"]),
         ("stock = 0.3", "stck = 0.3", "part.stck", ["did you mean stock?", "roughness_limit"]),
         ("aisi_52100", "aisi_52000", "part.material", ["did you mean aisi_52100?", "inconel_718"]),
@@ -136,13 +56,6 @@ def test_every_value_arrives(tmp_path: Path) -> None:
             ["'on'", "one of by program, always on"],
         ),
         ("scrap_cost = 40", "scrap_cost = 40\n[diamond]\nx = 0\ny = 1", "diamond.z", ["missing"]),
-        ("scrap_cost = 40", "scrap_cost = 40\n[diamond]\nx = true\ny = 1\nz = 0", "diamond.x", ["True", "mm"]),
-        (
-            "scrap_cost = 40",
-            "scrap_cost = 40\n[setup]\nwheel_speed = 300",
-            "setup.wheel_speed",
-            ["300", "5 to 150 m/s"],
-        ),
         (
             "scrap_cost = 40",
             "scrap_cost = 40\n[setup]\nconstant_surface_speed = 1",
@@ -161,18 +74,11 @@ def test_every_value_arrives(tmp_path: Path) -> None:
             "setup.machine_overrides",
             ["stiffness is 1", "1000 to 500000 N/mm"],
         ),
-        ("scrap_cost = 40", "scrap_cost = 40\n[times]\nload = -1", "times.load", ["-1", "0 to 86400 s"]),
         (
             "scrap_cost = 40",
             "scrap_cost = 40\n[wheel]\ndiameter = 210",
             "wheel.diameter",
             ["210", "220 to 300 mm"],
-        ),
-        (
-            "scrap_cost = 40",
-            "scrap_cost = 40\n[wheel]\nwear_flat_area = 0.2",
-            "wheel.wear_flat_area",
-            ["0.2", "below 0.15"],
         ),
         (
             "scrap_cost = 40",
@@ -182,10 +88,6 @@ def test_every_value_arrives(tmp_path: Path) -> None:
         ),
         ("scrap_cost = 40", 'scrap_cost = 40\n[catalogue]\nfiles = "a"', "catalogue.files", ["list"]),
         ("[part]", "times = 3\n[part]", "times", ["3", "table"]),
-        ("[part]", "[lots]\ngroth = 0.4\n[part]", "lots.groth", ["did you mean growth?", "probability"]),
-        ("[part]", "[lots]\nprobability = 1.5\n[part]", "lots.probability", ["1.5", "0 to 1"]),
-        ("[part]", "[lots]\nstock = 0.5\n[part]", "lots.stock", ["0.5", "0 to 0.3"]),
-        ("[part]", "lots = 3\n[part]", "lots", ["3", "table"]),
     ],
 )
 def test_mistakes_name_file_key_value_and_remedy(

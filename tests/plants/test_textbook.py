@@ -1,7 +1,6 @@
 """Strokes of the machines with textbook laws: what is kept, exponents found again by regression, limits, the sets."""
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -142,22 +141,6 @@ def test_temperature_is_the_heat_share_times_the_flux() -> None:
     q = whole.heat / 20.0 / whole.lc
     law = 1.06e6 * q * math.sqrt(whole.lc / SPEED) / bare().beta
     assert law == pytest.approx(whole.T, rel=0.15)
-
-
-@pytest.mark.parametrize(
-    "more",
-    [
-        lambda: (first(textbook(), A=A).power for A in (0.008, 0.02)),
-        lambda: (first(textbook(), depth).power for depth in (0.005, 0.01)),
-        lambda: (first(textbook(), DEPTH, speed).power for speed in (100.0, 200.0)),
-        lambda: (first(textbook(), A=A).T for A in (0.008, 0.02)),
-        lambda: (first(textbook(heat=share)).T for share in (0.3, 0.5)),
-        lambda: (first(textbook(), depth).Rg for depth in (0.005, 0.01)),
-    ],
-)
-def test_what_is_duller_or_heavier_gives_more(more: Callable[[], tuple[float, float]]) -> None:
-    less, greater = more()
-    assert 0.0 < less < greater
 
 
 @pytest.mark.bits

@@ -2,9 +2,7 @@
 priors, are fitted from blemished logs of every style; 85 to 95 % of the 90 % intervals must hold them."""
 
 import argparse
-import json
 import tempfile
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -58,50 +56,30 @@ def trial(
     return found, rows
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Run trials and print the coverage."""
+def main() -> None:
+    """Run trials and print the coverage of each constant."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--trials", type=int, default=200)
     parser.add_argument("--parts", type=int, default=2)
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--record", type=Path, help="write what was found to this file")
-    parser.add_argument("--beside", type=Path, nargs="*", default=[], help="count what was written to these files, too")
-    given = parser.parse_args(arguments)
-    rows: list[tuple[str, str, int, bool, bool, float]] = []
+    given = parser.parse_args()
+    rows: list[tuple[str, bool, bool, float]] = []
     with tempfile.TemporaryDirectory() as folder:
-        for seed in range(given.first, given.first + given.trials):
+        for seed in range(given.trials):
             program, number = PROGRAMS[seed % len(PROGRAMS)], seed // len(PROGRAMS) % len(STYLES)
             style = replace(STYLES[number], idle=500.0 + 300.0 * (seed % 7))
             if program == "keyway_g81":  # its dwells take as long at any feed
                 style = replace(style, overrides=(1.0,))
             try:
-                found, each = trial(seed, Path(folder), given.parts, program, style)
+                rows += trial(seed, Path(folder), given.parts, program, style)[1]
             except GrindError as error:
                 print(f"{seed} {program} style {number}: refused: {error}", flush=True)
-                continue
-            held = [row[2] for row in each if row[1]]
-            missed = " ".join(f"{row[0]} {row[3]:+.1f}" for row in each if row[1] and not row[2])
-            print(
-                f"{seed} {program} style {number}: {sum(held)} of {len(held)}, correlation {found.quality:.2f}, "
-                f"executions {len(found.fit.used) and int(found.data.part.max())} {missed}",
-                flush=True,
-            )
-            rows += [(program, row[0], number, *row[1:]) for row in each]
-    if given.record is not None:
-        given.record.write_text(json.dumps([[*row[:3], *map(bool, row[3:5]), row[5]] for row in rows]))
-    for path in given.beside:
-        rows += [tuple(row) for row in json.loads(path.read_text())]
-    told = [row for row in rows if row[3]]
-    print(f"all: {_share(told)}")
-    for column, what in ((0, "program"), (1, "constant"), (2, "style")):
-        for key in sorted({row[column] for row in told}, key=str):
-            print(f"{what} {key}: {_share([row for row in told if row[column] == key])}")
-
-
-def _share(rows: Sequence[tuple[str, str, int, bool, bool, float]]) -> str:
-    held = sum(row[4] for row in rows)
-    spread = float(np.sqrt(np.mean([row[5] ** 2 for row in rows])))
-    return f"{held} of {len(rows)}, {100.0 * held / max(len(rows), 1):.1f} %; rms of misses {spread:.2f} spreads"
+    told = [row for row in rows if row[1]]
+    for name in ("", *sorted({row[0] for row in told})):
+        found = [row for row in told if name in ("", row[0])]
+        held = sum(row[2] for row in found)
+        spread = float(np.sqrt(np.mean([row[3] ** 2 for row in found])))
+        share = 100.0 * held / len(found)
+        print(f"{name or 'all'}: {held} of {len(found)}, {share:.1f} %; rms of misses {spread:.2f} spreads")
 
 
 if __name__ == "__main__":

@@ -26,13 +26,6 @@ def test_no_parts_and_no_seed_are_refused(asked: dict[str, Any], said: str) -> N
         grind_env.optimise(PLATE, budget=1, **asked)
 
 
-@pytest.mark.nightly
-def test_a_range_may_be_a_list_as_well_as_a_tuple() -> None:
-    found = [grind_env.sweep(PLATE, E=ends, parts=1) for ends in ([8000, 9000], (8000, 9000))]
-    assert found[0] == found[1]
-    assert [point.E for point in found[0].speeds][::8] == pytest.approx([8000.0, 9000.0])
-
-
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
