@@ -216,21 +216,6 @@ def test_check_counts_the_strokes_between_cycles(grind) -> None:
     assert len(between) == 1
 
 
-def test_check_reads_blocks_that_are_never_executed(grind) -> None:
-    status, out, err = grind("check", "G00 X1\nM30\nO5\nG05\nM99")
-    assert (status, out) == (2, "")
-    assert "part.nc:4:1: " in err and "[unknown-word]" in err
-
-
-def test_check_reports_reading_and_execution_once_each(grind) -> None:
-    _, _, err = grind("check", "G01 X1\nM30\nX-")
-    *errors, remark = err.splitlines()
-    assert [line.rsplit(" ", 1)[1] for line in errors] == ["[no-feedrate]", "[number-format]"]
-    assert remark.startswith("grind: the program was not executed further than part.nc:1;")
-    status, out, err = grind("check", "X-", "--json")
-    assert (status, len(json.loads(out)["errors"]), err.count("\n")) == (2, 1, 1)
-
-
 def test_check_tells_every_faulty_block_with_its_remedy(grind, tmp_path: Path) -> None:
     (tmp_path / "O9.nc").write_text("G999\nM99\n")
     text = "G71 G90\nM98 P9\nG00 X- Y1\nG82 X1.\nX#[\nM30\nO5\nY1 Q\nM99\n"
@@ -304,26 +289,3 @@ def test_trace_takes_radii_for_all_or_single_wheels(grind) -> None:
     assert first("--radius", "2", "--radius", "1=3.5") == [13.5, 0.0, 10.0]
     status, out, _ = grind("trace", text, "--radius", "two")
     assert (status, json.loads(out)["error"]) == (2, "setting")
-
-
-def test_trace_takes_the_retract_of_grooves(grind) -> None:
-    text = "G00 X25. Z-10.\nG77 X20. I2. D0 F1.\n"
-    ends = [json.loads(line)["end"][0] for line in grind("trace", text, "--groove-retract", "0.25")[1].splitlines()]
-    assert ends == [25.0, 23.0, 23.25, 21.0, 21.25, 20.0, 25.0]
-    unset = [json.loads(line)["end"][0] for line in grind("trace", text)[1].splitlines()]
-    assert unset == [25.0, 23.0, 23.5, 21.0, 21.5, 20.0, 25.0]
-    text = "G70 G00 X1. Z-1.\nG77 X.8 I.1 D0 F1.\n"
-    inch = [json.loads(line)["end"][0] for line in grind("trace", text)[1].splitlines()]
-    assert inch == pytest.approx([1.0, 0.9, 0.92, 0.8, 1.0])
-
-
-def test_check_as_json_of_a_file_that_is_not_there(grind) -> None:
-    status, out, err = grind("check", None, "--json")
-    (error,) = json.loads(out)["errors"]
-    assert (status, error["error"], err.count("\n")) == (2, "file", 1)
-
-
-def test_radii_are_those_of_table_entries(grind) -> None:
-    for wrong in ("100=2", "-1=2"):
-        status, out, _ = grind("trace", "M30", f"--radius={wrong}")
-        assert (status, json.loads(out)["error"]) == (2, "setting")

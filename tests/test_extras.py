@@ -14,7 +14,6 @@ EXTRAS = re.findall(
     (ROOT / "pyproject.toml").read_text().partition("[project.optional-dependencies]")[2].partition("\n[")[0],
     re.MULTILINE,
 )
-MODEL = "from grind_env.cli import main; main(['evaluate', '--policy', 'model.zip', '--trust'])"
 
 
 def without(library: str, code: str) -> subprocess.CompletedProcess[str]:
@@ -30,11 +29,6 @@ def test_the_adapter_names_its_extra() -> None:
     ended = without("stable_baselines3", "import grind_env.sb3")
     assert ended.stderr.splitlines()[-1] == f"grind_env.extras.MissingExtra: {said('Stable-Baselines3')}"
     assert issubclass(MissingExtra, GrindError) and issubclass(MissingExtra, ImportError)
-
-
-def test_so_does_the_command_that_reads_a_model() -> None:
-    ended = without("torch", MODEL)
-    assert (ended.returncode, ended.stdout, ended.stderr) == (2, "", f"grind: {said('PyTorch')}\n")
 
 
 def test_so_does_the_command_that_trains_before_it_reads_anything() -> None:

@@ -1,7 +1,5 @@
 """What a notebook shows of an object: its numbers, escaped texts, nothing that is loaded or run."""
 
-import subprocess
-import sys
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -269,30 +267,3 @@ def test_plots_are_figures_whose_axes_have_units_and_that_a_notebook_shows(
         assert figure._repr_png_().startswith(b"\x89PNG")
         labels = [axes.get_ylabel().replace("\n", " ") for axes in figure.axes]
         assert all(", " in label or "$" in label or "%" in label or label == "burn ratio" for label in labels), labels
-
-
-@pytest.mark.parametrize(
-    ("library", "call", "said"),
-    [
-        (
-            "pandas",
-            "record.to_dataframe()",
-            "data frames need pandas: pip install '.[data]' in the checkout of grind_env",
-        ),
-        ("matplotlib", "record.plot()", "plots need matplotlib: pip install '.[plot]' in the checkout of grind_env"),
-    ],
-)
-def test_without_a_library_one_sentence_says_what_to_install(library: str, call: str, said: str) -> None:
-    code = f"""
-import sys
-sys.modules[{library!r}] = None
-import grind_env
-record = grind_env.grind(grind_env.examples.path("plate_g82.nc"))
-assert "plate_g82.nc" in record._repr_html_()
-try:
-    {call}
-except grind_env.errors.GrindError as error:
-    print(error)
-"""
-    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert ended.stdout.strip() == said
