@@ -1,6 +1,17 @@
-"""The type of the fixture `grind`, which runs a command."""
+"""Commands of `grind` within this process, and the type of the fixture that runs them."""
 
 from collections.abc import Callable
 
+import pytest
+
+from grind_env.cli import main
+
 Grind = Callable[..., tuple[int, str, str]]
 """From the words behind `grind` to exit status, output and errors."""
+
+
+def status(*words: object) -> int:
+    """Run a command; return its exit status."""
+    with pytest.raises(SystemExit) as ended:
+        main([str(word) for word in words])
+    return int(ended.value.code or 0)

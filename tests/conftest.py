@@ -4,12 +4,11 @@ from decimal import Decimal
 import pytest
 from hypothesis import HealthCheck, settings
 
-from grind_env.cli import main
 from grind_env.envs.names import environment_id, task_names
 from grind_env.kernel.tiers import Entry
 from grind_env.shop.optimise import budget as clock
 from grind_env.shop.optimise import variables, variation
-from tests.command import Grind
+from tests.command import Grind, status
 from tests.examples import ALL
 
 # the first call of a compiled function compiles it, which no deadline should count, and a busy machine draws slowly;
@@ -44,10 +43,7 @@ def grind(capsys: pytest.CaptureFixture[str]) -> Grind:
     """Runs a command of `grind`: exit status, output and errors."""
 
     def call(*words: object) -> tuple[int, str, str]:
-        with pytest.raises(SystemExit) as ended:
-            main([str(word) for word in words])
-        said = capsys.readouterr()
-        return int(ended.value.code or 0), said.out, said.err
+        return status(*words), *capsys.readouterr()
 
     return call
 

@@ -142,6 +142,7 @@ def test_evaluations_in_processes_are_those_of_one(tmp_path, monkeypatch):
         np.testing.assert_array_equal(found[name].executions, alone[name].executions)
 
 
+@pytest.mark.nightly
 def test_the_command(tmp_path, monkeypatch, capsys):
     def command():
         words = ("--task", "oracle6", "--episodes", 3, "--jobs", 1, "--configs", place)

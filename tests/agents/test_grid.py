@@ -14,7 +14,7 @@ from agents.benchmark.plan import BenchmarkCell as Measurement
 from agents.benchmark.plan import Request as Requested
 from agents.benchmark.price import Price, model_of, price_of, tuned_on
 from agents.benchmark.readme import section
-from agents.benchmark.results import merged, read_results, result_of
+from agents.benchmark.results import merged, result_of
 from agents.benchmark.summary import NONE, summaries
 from agents.benchmark.trials import BenchmarkTrial, seconds
 from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds
@@ -25,7 +25,6 @@ from grind_env.policies.registry import make_policy
 from grind_env.policies.statistics import bootstrap
 from grind_env.policies.tuned import ConfigError, read_tuned
 from grind_env.training.gru_ppo import SEEN, Settings, policy_of, shown, train
-from tests.agents.asking import in_process, status
 
 ORACLE, SLOT = find_problem("oracle6"), find_problem("slot")
 RNG = np.random.default_rng(5)
@@ -254,22 +253,6 @@ def test_a_variant_that_cannot_be(name):
     with pytest.raises(ConfigError, match="no policy 'nobody'"):
         planned([ORACLE], ["nobody@1M"], [], 0)
     assert Measurement(ORACLE, "adaptive_rule@1M") in planned([ORACLE], ["adaptive_rule@1M"], [], 0)
-
-
-def test_the_grid_by_the_command_line_says_its_hours_and_goes_on(tmp_path, monkeypatch, capsys):
-    in_process(monkeypatch)
-    tiny = ("--tasks", "oracle6", "--policies", "handbook", "--kinds", "plain_none", "--seeds", 1, "--steps", 7680,
-            "--episodes", 3, "--interpolation-episodes", 0, "--jobs", 1, "--runs", tmp_path)  # fmt: skip
-    assert status(monkeypatch, "benchmark", "--grid", *tiny) == 0
-    printed = capsys.readouterr().out
-    assert "6 runs, 6 to do: about 0.0 core-hours" in printed
-    table = (tmp_path / "benchmark.csv").read_bytes()
-    assert {each.policy for each in read_results(tmp_path)} == {
-        *("handbook", "constant", "interval", "constant_per_kind", "hindsight", "plain_none")
-    }
-    assert (tmp_path / "figures" / "cost.png").exists()
-    assert status(monkeypatch, "benchmark", "--grid", *tiny) == 0
-    assert (tmp_path / "benchmark.csv").read_bytes() == table
 
 
 def test_what_sees_measurements_is_judged_on_machines_that_are_held_out_too(tmp_path):

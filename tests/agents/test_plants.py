@@ -257,6 +257,7 @@ def test_what_is_no_study_is_answered_by_one_sentence(
     assert ended != 0 and said in error and "Traceback" not in error
 
 
+@pytest.mark.nightly
 def test_a_study_is_cached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     in_process(monkeypatch)
     words = ("plants", "--family", "model", "--tasks", "plate", "--question", "advise", "--runs", tmp_path)

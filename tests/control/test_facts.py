@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from grind_env.cli import main
 from grind_env.control.facts import MARKS, load_facts
+from tests.command import Grind
 
 ROOT = Path(__file__).parents[2]
 FACTS = load_facts()
@@ -72,21 +72,14 @@ def test_few_facts_are_outside() -> None:
     assert len(outside) < 0.08 * len(FACTS)
 
 
-def listed(capsys: pytest.CaptureFixture[str], *options: str) -> tuple[int, str, str]:
-    with pytest.raises(SystemExit) as exit_:
-        main(["facts", *options])
-    out, err = capsys.readouterr()
-    return int(exit_.value.code or 0), out, err
-
-
-def test_grind_facts_prints_a_table(capsys: pytest.CaptureFixture[str]) -> None:
-    status, out, _ = listed(capsys, "--page", "10-23", "--mark", "seen")
+def test_grind_facts_prints_a_table(grind: Grind) -> None:
+    status, out, _ = grind("facts", "--page", "10-23", "--mark", "seen")
     assert status == 0
     assert "10-23.1" in out and "G[#12+6]" in out and "22-11" not in out
 
 
-def test_grind_facts_prints_json(capsys: pytest.CaptureFixture[str]) -> None:
-    _, out, _ = listed(capsys, "--mark", "decided", "--json")
+def test_grind_facts_prints_json(grind: Grind) -> None:
+    _, out, _ = grind("facts", "--mark", "decided", "--json")
     found = json.loads(out)
     assert [one["id"] for one in found] == [fact.id for fact in FACTS if fact.mark == "decided"]
     assert set(found[0]) == {"id", "text", "page", "mark", "tests", "outside"}
@@ -96,14 +89,14 @@ def test_grind_facts_prints_json(capsys: pytest.CaptureFixture[str]) -> None:
     ("options", "words"),
     [(("--mark", "guessed"), "marks are seen, inferred, decided"), (("--page", "99-1"), "pages are ")],
 )
-def test_what_is_not_there_is_told(options: tuple[str, ...], words: str, capsys: pytest.CaptureFixture[str]) -> None:
-    status, _, err = listed(capsys, *options)
+def test_what_is_not_there_is_told(options: tuple[str, ...], words: str, grind: Grind) -> None:
+    status, _, err = grind("facts", *options)
     assert status == 2 and words in err
 
 
-def test_the_names_of_tests_are_not_broken(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_names_of_tests_are_not_broken(grind: Grind, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "60")
-    _, out, _ = listed(capsys, "--page", "16-13")
+    _, out, _ = grind("facts", "--page", "16-13")
     lines = [line.strip() for line in out.splitlines()]
     chosen = [fact for fact in FACTS if fact.page == "16-13"]
     assert chosen and all(test in lines for fact in chosen for test in fact.tests)

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from grind_env.control import Control, Interrupt, Message, ProgramEnd, execute, read
+from tests.command import status
 from tests.machine.test_cli_run import PLATE
-from tests.machine.test_cli_run import grind as status
 
 CYCLE = "G71 G94 G90 G19\nG82 X30. I-30. Y-.02 J-.01 F60. E12000. P9{}\nG80\nM30\nO9\nG00 Y{}\nM99\n"
 

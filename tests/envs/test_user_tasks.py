@@ -12,7 +12,6 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from grind_env.cli import main
 from grind_env.control import read
 from grind_env.envs.blocks.program import conditions, job, job_from_surface, request_times
 from grind_env.envs.names import FOLDER, environment_id, shipped_names
@@ -22,6 +21,7 @@ from grind_env.envs.tasks.schema import document, json_schema, rows, toml_text
 from grind_env.machine.grind import grind
 from grind_env.machine.job import WheelStart
 from grind_env.toml import tomllib
+from tests.command import Grind
 from tests.envs.contract import check_vector_env
 from tests.envs.harness import assert_same, native, row_of, whole_tape
 from tests.examples import examples, few
@@ -330,30 +330,23 @@ def test_what_is_printed_of_a_task_is_the_task(name: str, tmp_path: Path) -> Non
     assert replace(again, name=task.name, file=task.file) == task
 
 
-def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
-    with pytest.raises(SystemExit) as ended:
-        main(["tasks", *arguments])
-    out, err = capsys.readouterr()
-    return int(ended.value.code or 0), out, err
-
-
-def test_grind_tasks_checks_a_file(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_grind_tasks_checks_a_file(grind: Grind, tmp_path: Path) -> None:
     path = written(tmp_path, CYCLES["G83"])
-    status, out, err = run(capsys, path)
+    status, out, err = grind("tasks", path)
     assert (status, err) == (0, "") and tomllib.loads(out) == document(load_task(path))
-    assert json.loads(run(capsys, path, "--json")[1]) == document(load_task(path))
-    status, out, err = run(capsys, written(tmp_path, MINIMAL.replace("pick", "pik")))
+    assert json.loads(grind("tasks", path, "--json")[1]) == document(load_task(path))
+    status, out, err = grind("tasks", written(tmp_path, MINIMAL.replace("pick", "pik")))
     assert (status, out) == (2, "")
     assert (
         err.startswith(f"grind: {path}: kind 1: there is no key kind.pik (did you mean pick?)") and err.count("\n") == 1
     )
 
 
-def test_grind_tasks_prints_the_schema(capsys: pytest.CaptureFixture[str]) -> None:
-    status, out, err = run(capsys, "--schema")
+def test_grind_tasks_prints_the_schema(grind: Grind) -> None:
+    status, out, err = grind("tasks", "--schema")
     assert (status, err) == (0, "")
     assert "  wheel_speed: number, 5 to 150 m/s; default 30.0\n      surface speed of the new wheel\n" in out
-    assert json.loads(run(capsys, "--schema", "--json")[1]) == json_schema()
+    assert json.loads(grind("tasks", "--schema", "--json")[1]) == json_schema()
 
 
 def test_gauging_that_is_over_before_the_wheel_is_back_is_refused(tmp_path: Path) -> None:

@@ -9,7 +9,6 @@ import pytest
 from rich.console import Console
 
 import grind_env
-from grind_env.cli import main
 from grind_env.control import read_file
 from grind_env.machine.grind import grind as run_grind
 from grind_env.machine.grind_file import grind_file
@@ -18,6 +17,7 @@ from grind_env.machine.part.rows import STROKE_ROW
 from grind_env.machine.part.unjudged import runs
 from grind_env.render.reasons import shares
 from grind_env.render.tables import COLUMNS, print_record
+from tests.command import status as grind
 from tests.machine import harness
 from tests.machine.harness import DRESS
 
@@ -25,13 +25,6 @@ EXAMPLES = Path(grind_env.__file__).parent / "examples"
 HEAD = harness.HEAD.replace("G19\n", "G19 S1910 M03 M08\n")
 PROGRAMS = Path(__file__).parents[1] / "behaviour" / "programs"
 PLATE = str(EXAMPLES / "plate_g82.nc")
-
-
-def grind(*arguments: object) -> int:
-    """Exit status of the command."""
-    with pytest.raises(SystemExit) as caught:
-        main([str(argument) for argument in arguments])
-    return int(caught.value.code or 0)
 
 
 def test_the_table_of_an_example(capsys: pytest.CaptureFixture[str]) -> None:

@@ -20,10 +20,10 @@ from grind_env.machine.part.coverage import CELL
 from grind_env.machine.part.unjudged import UnjudgedError, lines_said
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.script.script import script_of
+from tests.command import status
 from tests.examples import examples
 from tests.machine import harness
 from tests.machine.harness import CYCLE, HEAD
-from tests.machine.test_cli_run import grind as status
 
 AWAY = "G80\nG00 Y20.\n"
 BACK = "G00 X-30. Z0\nG00 Y0\n"

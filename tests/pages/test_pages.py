@@ -13,7 +13,6 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from grind_env.cli import main
 from grind_env.envs.observations import physical
 from grind_env.pages import PageError, page, page_ids
 from grind_env.pages.__main__ import write
@@ -22,6 +21,7 @@ from grind_env.pages.markdown import arguments, prose
 from grind_env.pages.notes import load_notes, note_of
 from grind_env.pages.sheet import TaskSheet, sheet
 from grind_env.task_version import TASK_VERSION
+from tests.command import Grind
 from tests.envs.harness import IDS, Array, reward_terms_of
 
 GOLDEN = Path(__file__).with_name("page_oracle6.md")
@@ -289,33 +289,26 @@ def test_the_index_leads_to_every_page(tmp_path: Path) -> None:
         assert (tmp_path / "docs" / link).read_text(encoding="utf-8") == page(name)
 
 
-def listed(capsys: pytest.CaptureFixture[str], *options: str) -> tuple[int, str, str]:
-    with pytest.raises(SystemExit) as exit_:
-        main(["tasks", *options])
-    out, err = capsys.readouterr()
-    return int(exit_.value.code or 0), out, err
-
-
-def test_grind_tasks_lists_every_id(capsys: pytest.CaptureFixture[str]) -> None:
-    status, out, err = listed(capsys)
+def test_grind_tasks_lists_every_id(grind: Grind) -> None:
+    status, out, err = grind("tasks")
     assert (status, err) == (0, "")
     assert all(f"\n{env_id} " in out for env_id in EVERY)
 
 
-def test_grind_tasks_prints_json(capsys: pytest.CaptureFixture[str]) -> None:
-    found = json.loads(listed(capsys, "--json")[1], parse_constant=pytest.fail)
+def test_grind_tasks_prints_json(grind: Grind) -> None:
+    found = json.loads(grind("tasks", "--json")[1], parse_constant=pytest.fail)
     assert [one["id"] for one in found] == EVERY
     (rush,) = (one for one in found if one["id"] == "grind/Rush-v0")
     assert (rush["steps"], rush["observation"], rush["full"]) == (96, 33, 45)
     assert rush["actions"] == ["box", "multidiscrete", "discrete", "dict"]
     assert all(len(one["actions"]) == 4 for one in found)
     assert {one["id"]: one["reward"] for one in found if one["reward"][0] is None} == {"grind/Job-v0": [None, 0.0]}
-    assert json.loads(listed(capsys, "grind/Rush-v0", "--json")[1]) == [rush]
+    assert json.loads(grind("tasks", "grind/Rush-v0", "--json")[1]) == [rush]
 
 
-def test_grind_tasks_prints_a_page(capsys: pytest.CaptureFixture[str]) -> None:
-    assert listed(capsys, "grind/Slot-v0") == (0, page("grind/Slot-v0"), "")
-    status, out, err = listed(capsys, "grind/Rash-v0")
+def test_grind_tasks_prints_a_page(grind: Grind) -> None:
+    assert grind("tasks", "grind/Slot-v0") == (0, page("grind/Slot-v0"), "")
+    status, out, err = grind("tasks", "grind/Rash-v0")
     assert (status, out) == (2, "")
     assert err.startswith("grind: there is no environment 'grind/Rash-v0' (did you mean grind/Rush-v0?)")
     assert err.count("\n") == 1

@@ -7,20 +7,14 @@ import numpy as np
 import pytest
 
 import grind_env
-from grind_env.cli import main
 from grind_env.policies.play import play
 from grind_env.policies.problem import find_problem
 from grind_env.policies.scripted.rules import Fixed
+from tests.command import status as ended
 from tests.examples import few, nightly
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"
 SEED = 2_000_004
-
-
-def ended(*words: object) -> int:
-    with pytest.raises(SystemExit) as caught:
-        main([str(word) for word in words])
-    return int(caught.value.code or 0)
 
 
 def outcomes(problem, policy: str) -> list:

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from grind_env.cli import main
 from grind_env.control import read, read_file
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words
@@ -32,7 +31,7 @@ from grind_env.shop.optimise.variation import LOTS, variation_of
 from grind_env.shop.sweep.study import sweep
 from grind_env.shop.trials import LotUse, Measures, lots_of, trials_of
 from grind_env.shop.wishes import wishes_of
-from tests.command import Grind
+from tests.command import Grind, status
 from tests.examples import few
 from tests.policies.optimum import exact_optimum
 from tests.shop.programs import EXAMPLES, known_job, write
@@ -50,12 +49,6 @@ SHOWN = {
     "size_error": "worst_error",
     "cost": "total_cost",
 }
-
-
-def status(*arguments: object) -> int:
-    with pytest.raises(SystemExit) as caught:
-        main([str(argument) for argument in arguments])
-    return int(caught.value.code or 0)
 
 
 @pytest.fixture(scope="module", params=few(("keyway_g81", "plate_g82", "rail_g83")))

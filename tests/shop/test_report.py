@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import grind_env
-from grind_env.cli import main
 from grind_env.control import read, read_file
 from grind_env.machine.grind import grind
 from grind_env.machine.job.file import load_job
@@ -19,6 +18,7 @@ from grind_env.shop.calls import report
 from grind_env.shop.report.document import write_page
 from grind_env.shop.report.foundations import changes
 from grind_env.shop.report.run import run_report
+from tests.command import status as command
 from tests.machine.harness import DRESS
 from tests.patience import PATIENCE
 
@@ -57,12 +57,6 @@ def section(page: str, title: str) -> str:
 def cells(html: str) -> list[list[str]]:
     rows = re.findall(r"<tr>(.*?)</tr>", html, re.DOTALL)
     return [[unescape(cell) for cell in re.findall(r"<td[^>]*>(.*?)</td>", row, re.DOTALL)] for row in rows[1:]]
-
-
-def command(*words: object) -> int:
-    with pytest.raises(SystemExit) as ended:
-        main([str(word) for word in words])
-    return int(ended.value.code or 0)
 
 
 @pytest.mark.parametrize("name", NAMES)

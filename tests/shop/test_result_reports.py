@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from grind_env.cli import main
 from grind_env.control import read_file
 from grind_env.machine.job.file import load_job
 from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.figure import comparable, residuals
 from grind_env.shop.calibrate.result import Calibration, catalogue_text
 from grind_env.shop.calibrate.table import calibrate_table
+from tests.command import status
 from tests.examples import few
 from tests.shop.blemished import Style, write_log
 from tests.shop.programs import EXAMPLES
@@ -29,12 +29,6 @@ pytestmark = pytest.mark.usefixtures("few_lots")
 
 HOSTILE = "<img src=x onerror=alert`1`>"
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
-
-
-def status(*arguments: object) -> int:
-    with pytest.raises(SystemExit) as caught:
-        main([str(argument) for argument in arguments])
-    return int(caught.value.code or 0)
 
 
 def numbers(text: str) -> list[float]:
