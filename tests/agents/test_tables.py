@@ -17,10 +17,8 @@ from agents.benchmark.results import read_results, result_of, write_results
 from agents.benchmark.summary import ON_SCREEN, summaries, table_of_task
 from agents.cells import RESULTS
 from agents.provenance import ROOT
-from agents.reference.table import table_rows
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.problem import find_problem
-from grind_env.policies.scripted.rules import Fixed
 from grind_env.policies.statistics import bootstrap, cost_per_good_part, normalised_score
 from grind_env.policies.tuned import ConfigError
 from grind_env.task_version import TASK_VERSION
@@ -211,18 +209,6 @@ def test_a_table_without_a_column_is_damaged(column, tmp_path):
     parquet.write_table(parquet.read_table(path).drop_columns(column), path)
     with pytest.raises(ConfigError, match=f"benchmark.parquet is damaged .it has no column '{column}'.: delete it"):
         read_results(tmp_path)
-
-
-def test_a_table_of_reference_scores_is_anchored_at_the_best_fixed_plan():
-    costs = {"constant": (4.0, 6.0), "interval": (5.0, 6.0), "hindsight": (2.0, 2.0), "learned": (3.5, 3.5)}
-    results = {name: evaluation(cost) for name, cost in costs.items()}
-    rows = {each.policy: each for each in table_rows([Fixed(9.0, 1, name=name) for name in costs], results)}
-    assert rows["constant"].score.value == 0.0
-    assert rows["hindsight"].score.value == 100.0
-    assert rows["interval"].score.value == pytest.approx(-100.0 / 6.0)
-    assert rows["learned"].score.value == 50.0
-    assert rows["learned"].cost.value == 3.5
-    assert (rows["learned"].speed, rows["learned"].executions, rows["learned"].scrap) == (9.0, 1.0, 0.5)
 
 
 def test_a_row_with_other_numbers_is_judged_anew():

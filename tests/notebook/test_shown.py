@@ -114,12 +114,6 @@ def test_a_record_shows_the_numbers_of_its_parts_and_what_is_beyond_a_limit(reco
     assert "beyond the limit of Ra" in found.said
 
 
-def test_a_record_knows_its_program_and_its_job() -> None:
-    found = grind_env.grind(PLATE)
-    assert found.programs.name == PLATE.name
-    assert found.job == grind_env.load_job(PLATE.with_suffix(".toml"))
-
-
 @pytest.mark.parametrize("name", ["strokes", "executions", "dresses", "parts"])
 def test_data_frames_have_every_number_below_its_name_and_unit(name: Any, record: GrindingRecord) -> None:
     pytest.importorskip("pandas")
@@ -153,10 +147,6 @@ def test_a_program_shows_its_text_escaped_with_the_numbers_of_its_lines() -> Non
     assert found.said.startswith(HOSTILE)
     assert f" 2  ({HOSTILE})\n" in found.said
     assert "… 43 more lines" in found.said
-
-
-def test_a_program_that_no_control_would_run_is_shown_as_well() -> None:
-    assert "1  G99 ?? \\x1b" in shown(read("G99 ?? \x1b")).said
 
 
 def test_a_script_shows_its_blocks() -> None:
