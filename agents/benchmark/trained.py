@@ -30,11 +30,9 @@ class Trained:
         self.sees = self.policy.sees
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """That many episodes begin."""
         self.policy.begin(simulation, episodes)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Decide the coming block."""
         return self.policy.act(observation, episodes)
 
 

@@ -44,7 +44,6 @@ class Known:
     tuned: Numbers
 
     def start(self, problem: Problem) -> Policy:
-        """The policy that was tuned; the problem is on the machine."""
         names = tuned_for(problem.simulation())[self.name]
         best = min(names, key=lambda name: self.tuned[name][0])
         policy: Any = TUNED[best](**arguments(self.tuned[best][1]))
@@ -52,5 +51,4 @@ class Known:
         return self.policy
 
     def learn(self, shift: TrackShift) -> Policy:
-        """The same."""
         return self.policy

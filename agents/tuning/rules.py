@@ -59,12 +59,10 @@ class SideBySide:
         self.policies = policies
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Let all of them begin."""
         for policy in self.policies:
             policy.begin(simulation, episodes // len(self.policies))
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """What each decides for its share."""
         shares = np.split(observation, len(self.policies))
         decided = [policy.act(share, None) for policy, share in zip(self.policies, shares, strict=True)]
         return Decision(*map(np.concatenate, zip(*decided, strict=True)))
@@ -135,7 +133,6 @@ class Tuner:
         return self._made(name, best.point), self._parameters(name, best.point), sum(run.evaluations for run in runs)
 
     def run(self, costs: CachedCosts, name: str, evaluations: int, seed: int) -> BestPoint:
-        """One CMA-ES run of a rule."""
         # the first run starts where the table says, every other from a point of its own
         start = np.random.default_rng(seed).standard_normal(vector_size(RULES[name], self.task)) * (seed > 0)
         return evolve(costs, start, evaluations, seed)
