@@ -11,10 +11,9 @@ import zipfile
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path, PurePath
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
-from gymnasium import spaces
 from numpy.typing import NDArray
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
@@ -24,17 +23,8 @@ from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError, quoted, reason, shortened
 from grind_env.files import MOST_BYTES, is_file, shown, write_atomically
 from grind_env.json_form import FormError, formed
-from grind_env.policies.learned.network import (
-    ACTIVATIONS,
-    FAMILIES,
-    GRU,
-    Actor,
-    LearnedPolicy,
-    Network,
-    Tensor,
-    outputs_of,
-)
-from grind_env.policies.learned.view import FEATURE_BOUND, Actions, LearnedView, LearnerForm, LearnerView, MemoryKind
+from grind_env.policies.learned.network import ACTIVATION, FAMILIES, GRU, Actor, LearnedPolicy, Network, Tensor
+from grind_env.policies.learned.view import FEATURE_BOUND, LearnerForm, LearnerView, MemoryKind
 from grind_env.policies.problem import find_problem
 from grind_env.task_version import TASK_VERSION, of_version
 
@@ -74,7 +64,7 @@ class Description:
     task: str
     kind: str
     memory: MemoryKind
-    actions: Actions
+    actions: Literal["grid"]
     network: Network
     spaces: str
     """`spaces_digest` of the view that it was trained with."""
@@ -87,7 +77,7 @@ class Description:
         network, names = self.network, (self.task, self.kind, self.spaces, self.machines or "-")
         if not all(name and name.isprintable() and PurePath(name).name == name for name in names):
             raise ValueError("it has a name that is none")
-        if network.family not in FAMILIES or network.activation not in ACTIVATIONS:
+        if network.family not in FAMILIES or network.activation != ACTIVATION:
             raise ValueError("its network is of no known family or activation")
         units = network.entries, network.outputs, *network.hidden, network.lstm or 1
         if len(network.hidden) > MOST_LAYERS or not all(1 <= each <= MOST_UNITS for each in units):
@@ -98,7 +88,7 @@ class Description:
     @property
     def form(self) -> LearnerForm:
         """How it sees and acts."""
-        return LearnerForm(self.memory, self.actions)
+        return LearnerForm(self.memory)
 
 
 def load_policy(
@@ -147,7 +137,9 @@ def load_policy(
         raise OtherPart(f"{remark}: train another agent with `grind train`, or accept this one with --other-part")
     view = described.form.view(simulation)
     # what is told of an agent may have changed the scales of what it sees, too
-    if (described.spaces != spaces_digest(view) and not remark) or not fits(described.network, view):
+    sizes = described.network.entries, described.network.outputs
+    fits = sizes == (view.observation_space.shape[0], int(view.action_space.nvec.sum()))
+    if (described.spaces != spaces_digest(view) and not remark) or not fits:
         raise PolicyFileError(
             f"{path} was trained for another version of {described.task}, with other observations or actions:"
             " train one anew"
@@ -205,7 +197,7 @@ def write_policy(
         "task": simulation.task.name,
         "kind": kind,
         "memory": form.memory,
-        "actions": form.actions,
+        "actions": "grid",
         "network": asdict(actor.network),
         "spaces": spaces_digest(form.view(simulation)),
         "inputs": inputs_of(simulation),
@@ -222,15 +214,6 @@ def spaces_digest(view: LearnerView) -> str:
     seen = [entries, view.observation_space.shape[0], str(view.action_space), view.codec.levels.tolist()]
     bounds = [view.codec.low, view.codec.high, view.codec.executions]
     return hashlib.sha256(json.dumps([seen, bounds]).encode()).hexdigest()
-
-
-def fits(network: Network, view: LearnedView) -> bool:
-    """Whether a network reads the features of a view and says its actions."""
-    squashed, valued = FAMILIES[network.family].squashed, network.family == "q_network"
-    acts = not squashed or isinstance(view.action_space, spaces.Box)
-    chooses = not valued or isinstance(view.action_space, spaces.Discrete)
-    sizes = (network.entries, network.outputs) == (view.observation_space.shape[0], outputs_of(view.action_space))
-    return acts and chooses and sizes
 
 
 def check_finite(path: Path, tensors: Mapping[str, Tensor]) -> None:
@@ -267,14 +250,13 @@ def check_sums(path: Path, network: Network, tensors: Mapping[str, Tensor]) -> N
     largest = np.full(network.entries, FEATURE_BOUND)
     if network.lstm:
         # what it shows lies between -1 and 1
-        shown, layer = np.ones(network.lstm), FAMILIES[network.family].recurrent
-        check(layer, sums(layer, largest, "_ih_l0") + sums(layer, shown, "_hh_l0"))
-        largest = np.concatenate([shown, largest]) if layer == GRU else shown
+        shown = np.ones(network.lstm)
+        check(GRU, sums(GRU, largest, "_ih_l0") + sums(GRU, shown, "_hh_l0"))
+        largest = np.concatenate([shown, largest])
     for layer in network.linear():
         largest = sums(layer, largest)
         check(layer, largest)
-        if network.activation == "tanh":
-            largest = np.minimum(largest, 1.0)
+        largest = np.minimum(largest, 1.0)
 
 
 def read_description(path: Path, text: str | None) -> Description:
