@@ -30,7 +30,6 @@ class Chunk:
         return f"{self.problem.name}, {self.split}: {self.who}, seeds {self.seeds.start} to {self.seeds.stop - 1}"
 
     def policy(self) -> Policy:
-        """Return who acts."""
         return named_policy(self.who, self.problem.simulation(), self.configs)
 
 
@@ -51,11 +50,9 @@ class Evaluations(Study):
     """A study whose trials are chunks."""
 
     def cached(self, trial: Chunk, runs: Path) -> Evaluation | None:
-        """Return the evaluation of a chunk; None if it is not cached."""
         return kept(*self._place(trial, runs))
 
     def cache(self, trial: Chunk, found: Evaluation, runs: Path) -> None:
-        """Keep the evaluation of a chunk."""
         keep(*self._place(trial, runs), found)
 
     def _place(self, trial: Chunk, runs: Path) -> tuple[Path, str]:

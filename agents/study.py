@@ -117,7 +117,6 @@ class Study:
 
     @property
     def heading(self) -> str:
-        """First line of the page."""
         return f"# {self.title}"
 
     @property
@@ -147,7 +146,6 @@ class Study:
         return None
 
     def cache(self, trial: Any, found: Any, runs: Path) -> None:
-        """Write the result of a trial into the cache."""
         write_whole(self.path(trial, runs), json.dumps(found, default=lambda array: array.tolist()))
 
     def find(self, options: Options) -> tuple[Found, Mapping[Any, str]]:

@@ -27,5 +27,4 @@ class Basis:
     text: str
 
     def __str__(self) -> str:
-        """As in `drawn: page_numbers.csv`."""
         return f"{self.evidence.name.lower()}: {self.text}"

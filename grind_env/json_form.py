@@ -5,7 +5,7 @@ import sys
 from collections.abc import Mapping
 from dataclasses import MISSING, fields, is_dataclass
 from types import NoneType, UnionType
-from typing import Any, get_args, get_origin
+from typing import Any, Literal, get_args, get_origin
 
 from grind_env.errors import GrindError, quoted, reason, shortened
 
@@ -25,7 +25,7 @@ def parsed(text: str) -> Any:
 
 
 def formed(kind: Any, value: Any, place: str) -> Any:
-    """Return a value as an annotation has it: a dataclass, a tuple of any length, a mapping, a number or a text.
+    """Return a value as an annotation has it: a dataclass, tuple, mapping, number, text or choice of texts.
 
     Raises:
         FormError: it has another form, unknown keys or too few, or a number that is not finite.
@@ -34,7 +34,8 @@ def formed(kind: Any, value: Any, place: str) -> Any:
     if origin is UnionType:
         return formed(next((each for each in given if _fits(each, value)), given[0]), value, place)
     if not _fits(kind, value):
-        raise FormError(f"{place} is {quoted(value)}, but must be {SAID.get(origin or kind, 'an object')}")
+        wanted = f"one of {', '.join(given)}" if origin is Literal else SAID.get(origin or kind, "an object")
+        raise FormError(f"{place} is {quoted(value)}, but must be {wanted}")
     if is_dataclass(kind):
         known = {each.name: each for each in fields(kind)}
         needed = [name for name, each in known.items() if each.default is each.default_factory is MISSING]
@@ -64,6 +65,8 @@ def _fits(kind: Any, value: Any) -> bool:
     """Whether a value has this form, as far as can be seen from outside."""
     if kind is float:  # a whole number may be as large as it likes, and comes as one
         return isinstance(value, int | float) and type(value) is not bool and abs(value) <= sys.float_info.max
+    if get_origin(kind) is Literal:
+        return isinstance(value, str) and value in get_args(kind)
     if kind in (int, bool, str, NoneType):
         return type(value) is kind
     return isinstance(value, list if get_origin(kind) is tuple else dict)

@@ -7,7 +7,7 @@ episode beforehand (scenarios, section 2). The numbers are in `envs/scores.toml`
 import functools
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,7 +15,7 @@ from grind_env.errors import GrindError, quoted, reason
 from grind_env.files import ReadError
 from grind_env.targets import Own
 from grind_env.task_version import TASK_VERSION
-from grind_env.toml import TomlError, read_toml
+from grind_env.toml import TomlError, read_toml, toml_text
 
 FILE = Path(__file__).with_name("envs") / "scores.toml"
 
@@ -125,23 +125,6 @@ def _reference(table: Mapping[str, Any]) -> Reference:
 
 def write_text(references: Mapping[str, Reference]) -> str:
     """The text of a file of reference scores."""
-    lines = [
-        f"{HEADING}, written by `python -m agents scores`; see grind_env/scores.py.",
-        "# Returns are of one episode: mean and standard error.",
-    ]
-    for name, each in sorted(references.items()):
-        lines += [
-            "",
-            f'["{name}"]',
-            f"{VERSION} = {TASK_VERSION}",
-            f"zero = {each.zero}",
-            f"hundred = {each.hundred}",
-            f"ratio = {str(each.ratio).lower()}",
-            f'fixed_plan = "{each.fixed_plan}"',
-            f'best_scripted = "{each.best_scripted}"',
-            f"J_fix = {each.J_fix}",
-            f"J_plan = {each.J_plan}",
-            f'["{name}".returns]',
-            *(f"{policy} = [{mean.value}, {mean.error}]" for policy, mean in each.returns.items()),
-        ]
-    return "\n".join(lines) + "\n"
+    tables = {name: {VERSION: TASK_VERSION, **asdict(each)} for name, each in sorted(references.items())}
+    heading = f"{HEADING}, written by `python -m agents scores`; see grind_env/scores.py."
+    return f"{heading}\n# Returns are of one episode: mean and standard error.\n\n{toml_text(tables)}\n"

@@ -42,7 +42,6 @@ class ScoredRuns(NamedTuple):
     """Of every resample of the runs and the episodes, shape (resamples, runs, tasks)."""
 
     def interval(self, measure: Callable[[Array], Array]) -> Interval:
-        """An aggregate and its interval."""
         return percentile_interval(float(measure(self.scores)), measure(self.draws))
 
 

@@ -112,7 +112,6 @@ class AgentVerdict(NamedTuple):
 
     @property
     def cells(self) -> list[str]:
-        """A line of the table."""
         near = "" if self.behind is None else f": {'within' if self.behind.value >= -NEAR else 'beyond'} {NEAR:g}"
         return [
             self.task,

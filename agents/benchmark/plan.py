@@ -48,7 +48,6 @@ class BenchmarkCell(NamedTuple):
 
     @property
     def task(self) -> str:
-        """Name of the problem."""
         return self.problem.name
 
     def __str__(self) -> str:
@@ -76,7 +75,6 @@ class BenchmarkCell(NamedTuple):
 
     @property
     def trains(self) -> bool:
-        """Whether its policy is trained."""
         return self.seed is not None
 
 
@@ -95,7 +93,6 @@ class Request:
 
     @property
     def size(self) -> int:
-        """Episodes of a cell."""
         return self.episodes + self.interpolation_episodes + self.plants_episodes
 
 

@@ -63,7 +63,6 @@ class Replication(NamedTuple):
 
     @property
     def holds(self) -> bool:
-        """Whether it lies there."""
         return self.low <= self.found <= self.high
 
 

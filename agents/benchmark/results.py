@@ -122,7 +122,6 @@ class Result:
 
     @property
     def key(self) -> tuple[str, str, int | None]:
-        """What it is a result of."""
         return self.task, self.policy, self.seed
 
 

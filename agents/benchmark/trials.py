@@ -25,7 +25,6 @@ class BenchmarkTrial:
 
     @property
     def problem(self) -> Problem:
-        """Task or program of the trial."""
         return self.cell.problem
 
     def __str__(self) -> str:

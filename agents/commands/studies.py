@@ -137,7 +137,7 @@ COMMANDS = {
         episodes=SCORE_EPISODES,
     ),
     "gaps": StudyCommand(
-        "agents.reference.gap_table",
+        "agents.reference.gaps",
         "What it is worth to adapt E, D or both: tune what is missing, run every policy.\n\n"
         "The fixed plan is the best one without sensors. The planner knows the state of the wheel; hindsight knows the "
         "future, too.",

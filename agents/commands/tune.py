@@ -32,14 +32,14 @@ def tuning(
     starts: Annotated[int, typer.Option(min=1, help="CMA-ES runs of a policy.")] = TUNING_STARTS,
     episodes: Annotated[int, typer.Option(min=1, help="Episodes, training and validation each.")] = TUNING_EPISODES,
     configs: Annotated[Path | None, typer.Option(help="Folder of the tuned parameters."), Keeps()] = None,
-    runs: Annotated[Path, typer.Option(help="Folder of the trials."), Keeps()] = RUNS,
+    runs: Annotated[Path, typer.Option(help="Folder of the cache."), Keeps()] = RUNS,
     fresh: Fresh = False,
     jobs: Jobs = 2,
     ray: Ray = None,
 ) -> None:
     """Tune scripted policies and store their parameters.
 
-    Every trial is kept in an Optuna study: if the command is killed, the same command goes on.
+    Every evaluation is cached: if the command is killed, the same command goes on.
     """
     from agents.tuning.rules import tune
 

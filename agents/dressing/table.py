@@ -27,7 +27,6 @@ class DressStudy(NamedTuple):
 
     @property
     def plan(self) -> DressFinding:
-        """The best fixed plan."""
         (plan,) = about(self.found, "plan")
         return plan
 
@@ -42,7 +41,6 @@ class DressStudy(NamedTuple):
         return min(about(self.found, "passes"), key=lambda each: each.cost, default=None)
 
     def decider(self, name: str) -> DressFinding | None:
-        """Return the finding on a policy that decides when to dress."""
         return next((each for each in about(self.found, "decision") if each.policy == name), None)
 
     def cost(self, found: DressFinding | None) -> str | None:

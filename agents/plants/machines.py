@@ -30,16 +30,13 @@ class StudyProgram(NamedTuple):
 
     @property
     def text(self) -> str:
-        """Of the file."""
         return read_text(self.path)
 
     def read(self, text: str) -> Programs:
-        """The program with another text."""
         return read(text, self.path.name, self.path.parent)
 
     @property
     def files(self) -> list[Path]:
-        """All that are read of it."""
         return [self.path, *called_files(self.path), *files_named(self.job)]
 
 
@@ -66,15 +63,12 @@ class StudyMachine(NamedTuple):
 
     @property
     def family(self) -> str:
-        """Name of the family."""
         return self.plant.partition(":")[0]
 
     def job(self) -> Job:
-        """What is ground on it."""
         return load_job(self.program.job, plant=find_plant(self.plant), calibrated=False)
 
     def simulation(self, parts: int) -> JobSimulation:
-        """Episodes of so many parts on it."""
         plant = None if self.plant == MODEL.name else self.plant
         return load_simulation(str(self.program.path), str(self.program.job), parts, 1.0, "measured", plant=plant)
 

@@ -25,7 +25,6 @@ class Bound(NamedTuple):
 
     @property
     def kept(self) -> bool:
-        """Whether it holds."""
         return self.found >= self.asked if self.at_least else self.found <= self.asked
 
 

@@ -1,18 +1,24 @@
 """What it is worth to adapt E, D or both in a task, and what is left to be had."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from agents.reference.table import best_plan
+from agents.evaluations import Evaluations, by_problem, chunks, run_chunk
+from agents.reference.scores import tune_missing
+from agents.reference.table import best_plan, flat, spread_names
+from agents.study import Found, Study, StudyOptions
+from agents.tuning.rules import tunable
 from grind_env.arrays import Array
 from grind_env.policies.evaluation import Evaluation
 from grind_env.policies.policy import Sees
 from grind_env.policies.problem import Problem
-from grind_env.policies.registry import REFERENCE, make_policy
+from grind_env.policies.registry import ABLATIONS, REFERENCE, make_policy, policy_names
 from grind_env.policies.statistics import Interval, bootstrap
+from grind_env.table import NONE, Column, Table, table_of
 
 FIXED, SPEED, DRESS, BOTH, BEST, PLANNER, HINDSIGHT = ROLES = (
     "fixed plan",
@@ -112,3 +118,149 @@ def mean(cost: Array) -> Array:
 def saving(cost: Array, against: Array) -> Array:
     """By how much the mean cost is below another one, % of that, along the last axis."""
     return np.asarray(100.0 * (1.0 - cost.mean(axis=-1) / against.mean(axis=-1)))
+
+
+SOLVED = ("slot", "oracle6")
+"""Tasks in which a constant, or a rule that sees measurements, is as good as hindsight by intention."""
+
+
+class Promise(NamedTuple):
+    """What the tasks are to hold: a figure of a task is kept, in all tasks that have one or in `least` of them."""
+
+    text: str
+    figure: Callable[[TaskGaps], float | None]
+    unit: str
+    kept: Callable[[float], bool]
+    least: int | None = None
+
+    def verdict(self, tasks: Iterable[TaskGaps]) -> tuple[bool, str, str]:
+        """Whether it is held, the tasks that keep it, and those that do not, with their figures."""
+        of = {each.task: figure for each in tasks if (figure := self.figure(each)) is not None}
+        keep = {task: figure for task, figure in of.items() if self.kept(figure)}
+        held = len(keep) == len(of) if self.least is None else len(keep) >= self.least
+        broken = {task: figure for task, figure in of.items() if task not in keep}
+        return held, self._listed(keep), self._listed(broken)
+
+    def _listed(self, figures: Mapping[str, float]) -> str:
+        return ", ".join(f"{task} {figure:.3g}{self.unit}" for task, figure in figures.items()) or NONE
+
+
+def _saved(what: str, but: Sequence[str] = ()) -> Callable[[TaskGaps], float | None]:
+    """What a gap saves in a task, %."""
+
+    def figure(found: TaskGaps) -> float | None:
+        return found.gaps[what].saving.value if found.task not in but and what in found.gaps else None
+
+    return figure
+
+
+def _best_score(found: TaskGaps) -> float | None:
+    """The score of the best rule in a task that is not made to be solved by one."""
+    return None if found.task in SOLVED else found.gaps[BEST].score.value
+
+
+PROMISES = (
+    Promise(
+        "the planner saves 15 % on the best fixed plan in every task but Slot",
+        _saved(PLANNER, but=("slot",)),
+        " %",
+        lambda saving: saving >= 15.0,
+    ),
+    Promise("adapting E saves 8 % in three tasks", _saved(ADAPTING_E), " %", lambda saving: saving >= 8.0, least=3),
+    Promise("adapting D saves 10 % in four tasks", _saved(ADAPTING_D), " %", lambda saving: saving >= 10.0, least=4),
+    Promise(
+        "no rule on measurements comes within 3 points of hindsight but in Slot and Oracle6",
+        _best_score,
+        "",
+        lambda score: score <= 97.0,
+    ),
+    Promise(
+        "the reference cost is within 1 % of that of the best fixed plan",
+        lambda found: found.off,
+        " %",
+        lambda off: abs(off) <= 1.0,
+    ),
+)
+
+VERDICTS = ("promise", "held", "by", "not by")
+
+
+def study(asked: StudyOptions) -> Study:
+    """Tune what has not been tuned, and return the study."""
+
+    def gaps(found: Found) -> list[TaskGaps]:
+        return [task_gaps(problem, runs, asked.configs) for problem, runs in by_problem(found).items()]
+
+    def prepare() -> None:
+        for problem in asked.problems:
+            tune_missing(problem, [*tunable(problem.simulation()), *ABLATIONS], asked.configs, asked.options)
+
+    return Evaluations(
+        name="gaps",
+        title="Gaps",
+        trials=[
+            chunk
+            for problem in asked.problems
+            for name in (*ABLATIONS, *policy_names(problem.simulation()))
+            for chunk in chunks(problem, name, asked.episodes, configs=asked.configs)
+        ],
+        run=run_chunk,
+        prepare=prepare,
+        columns=[
+            "task",
+            *(n for f in fields(Gap) for n in (spread_names(f.name) if f.type is Interval else [f.name])),
+            "reference_cost",
+        ],
+        rows=lambda found: [
+            (each.task, *flat(gap), each.reference_cost) for each in gaps(found) for gap in each.gaps.values()
+        ],
+        page=lambda found: page(gaps(found), asked.episodes),
+        episodes=asked.episodes,
+        trains=False,
+    )
+
+
+def page(tasks: Sequence[TaskGaps], episodes: int) -> str:
+    """The tables and the promises as Markdown."""
+    lines = [
+        "Written by `python -m agents gaps`: what it is worth to adapt E (the reciprocation feedrate), D (the dress"
+        f" executions) or both, on {episodes} evaluation episodes, the same for all policies; ± is half a 95 % interval"
+        " of a paired bootstrap over episodes.",
+    ]
+    for shown in tables(tasks):
+        lines += ["", f"{shown.title}:", "", shown.markdown()]
+    lines += ["", "What the tasks are to hold:", "", table_of(VERDICTS, verdicts(tasks)).markdown()]
+    return "\n".join(lines)
+
+
+def verdicts(tasks: Sequence[TaskGaps]) -> list[list[str]]:
+    """A row for each promise, under `VERDICTS`."""
+    found = [(each.text, each.verdict(tasks)) for each in PROMISES]
+    return [[text, "yes" if held else "no", by, but] for text, (held, by, but) in found]
+
+
+def tables(tasks: Sequence[TaskGaps]) -> list[Table]:
+    """The tables, each with its title."""
+
+    def gap(what: str, field: str, form: str) -> Column:
+        return Column(what, lambda each: getattr(each.gaps.get(what), field, None), form, right=True)
+
+    def policy(what: str) -> Column:
+        return Column(what, lambda each: each.gaps[what].policy, right=True)
+
+    task = Column("task", "task")
+    reference = Column("reference cost", lambda each: f"{each.reference_cost:g} ({each.off:+.1f} %)", right=True)
+    costs = (task, *(gap(what, "cost", "±.3f") for what in ROLES), reference)
+    savings = (task, policy(FIXED), *(gap(what, "saving", "±.1f") for what in (*ROLES[1:], ADAPTING_E, ADAPTING_D)))
+    scores = (task, policy(BEST), *(gap(what, "score", "±.1f") for what in ROLES[1:-1]))
+    known = (task, *(gap(what, "score", "±.1f") for what in (BEST, *KNOWN, PLANNER)))
+    titles = {
+        "Cost, $ per block": costs,
+        "Saving, % of the mean cost of an episode: on the best fixed plan; by adapting E, on D alone; by adapting D, on"
+        " E alone": savings,
+        "Score: 0 is the best fixed plan, 100 hindsight": scores,
+        "What measuring would be worth: score of the best rule on what is measured, and of the rule on the state that"
+        " knows before every block how dull the wheel is, how fast the lot dulls it (growth), which Ra wheel and part"
+        " give, or all": known,
+    }
+    return [table_of(columns, tasks, title) for title, columns in titles.items()]

@@ -34,11 +34,9 @@ class Nominal:
 
     @property
     def name(self) -> str:
-        """The text, of a file its name."""
         return Path(self.text).name
 
     def start(self, problem: Problem) -> Policy:
-        """The policy."""
         model = model_of(problem)
         path = trained_file(AGENTS[self.text], model.task.name) if self.text in AGENTS else Path(self.text)
         is_file = path.suffix == SUFFIX
@@ -46,7 +44,6 @@ class Nominal:
         return self.policy
 
     def learn(self, shift: TrackShift) -> Policy:
-        """The same."""
         return self.policy
 
 

@@ -1,13 +1,10 @@
 """What stands beside the adapters: tuned on the machine itself, of which it knows all, on tuning seeds."""
 
 from dataclasses import dataclass
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 from agents.track.adapter import TrackShift
 from agents.tuning.rules import Tuner, tune_policy
-from agents.tuning.studies import sqlite_url
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.planners.known_state import ModelPredictive
 from grind_env.policies.policy import Policy
@@ -33,10 +30,9 @@ def tuned_for(simulation: Simulation) -> dict[str, list[str]]:
 
 def tune_on(problem: Problem) -> Numbers:
     """Tune them on the machine of a problem."""
-    with TemporaryDirectory() as folder:
-        tuner = Tuner(problem.simulation(), sqlite_url(Path(folder, "tune.db")), EPISODES)
-        names = [name for of in tuned_for(tuner.simulation).values() for name in of]
-        found = {name: tune_policy(name, tuner, EVALUATIONS, STARTS) for name in names}
+    tuner = Tuner(problem.simulation(), None, EPISODES)
+    names = [name for of in tuned_for(tuner.simulation).values() for name in of]
+    found = {name: tune_policy(name, tuner, EVALUATIONS, STARTS) for name in names}
     return {name: (each.validation_cost, each.parameters) for name, each in found.items()}
 
 
@@ -48,7 +44,6 @@ class Known:
     tuned: Numbers
 
     def start(self, problem: Problem) -> Policy:
-        """The policy that was tuned; the problem is on the machine."""
         names = tuned_for(problem.simulation())[self.name]
         best = min(names, key=lambda name: self.tuned[name][0])
         policy: Any = TUNED[best](**arguments(self.tuned[best][1]))
@@ -56,5 +51,4 @@ class Known:
         return self.policy
 
     def learn(self, shift: TrackShift) -> Policy:
-        """The same."""
         return self.policy

@@ -45,16 +45,13 @@ class Scaled:
 
     @property
     def name(self) -> str:
-        """That of the policy, with the factor."""
         return f"{self.policy.name} x {self.factor:.2f}"
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Let the policy begin."""
         self.task = simulation.task
         self.policy.begin(simulation, episodes)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Its decision, with another E."""
         speeds, executions = self.policy.act(observation, episodes)
         return Decision(nearest_speed(self.task, self.factor * speeds), executions)
 
@@ -70,7 +67,6 @@ class Trim:
     factor: float = 1.0
 
     def start(self, problem: Problem) -> Policy:
-        """The plan as it is."""
         self.model = model_of(problem)
         held = read_tuned(self.model.task.name, tuned_folder(self.model.task))
         plans = [name for name in FIXED_PLANS if name in held and name in policy_names(self.model)]
@@ -85,7 +81,6 @@ class Trim:
         return Scaled(self.plan, self.factor)
 
     def learn(self, shift: TrackShift) -> Policy:
-        """The plan with another E."""
         wanted = np.min((self.most / self._read(shift.observations)) ** (1.0 / EXPONENTS))
         moved = self.factor * min(max(float(wanted) ** DAMPING, 1.0 / TRIM), 1.0 if shift.bad.any() else TRIM)
         self.factor = min(max(moved, 1.0 / WIDEST), WIDEST)
@@ -108,15 +103,12 @@ class Holding:
 
     @property
     def name(self) -> str:
-        """That of the policy."""
         return self.policy.name
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Let the policy begin on the model."""
         self.policy.begin(self.model, episodes)
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """As the policy."""
         return self.policy.act(observation, episodes)
 
 
@@ -132,12 +124,10 @@ class CalibratedAdapter:
     """Shifts after which it is fitted: later ones tell ever less."""
 
     def start(self, problem: Problem) -> Policy:
-        """On the model as it is."""
         self.model = self.held = model_of(problem)
         return self._policy()
 
     def learn(self, shift: TrackShift) -> Policy:
-        """On the model as the shifts have it."""
         self.shifts.append(shift)
         if len(self.shifts) in self.FITS:
             self.z = fitted(self.model, self.shifts, self.z)

@@ -1,23 +1,15 @@
-"""The tables of the track: on the screen, as a page, and every run as CSV."""
+"""The tables of the track: as a page, and every run as a row."""
 
 import math
-from collections.abc import Callable
-from pathlib import Path
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from agents.provenance import provenance
-from agents.tables import csv_of
 from agents.track.scores import Found, Scored, scored
-from grind_env.policies.evaluation import SEEDS
-from grind_env.policies.tuned import write_whole
 from grind_env.table import Column, table_of
 
-CSV, PAGE = "track.csv", "track.md"
-TITLE = "# The track plants"
 COLUMNS = ("task", "plant", "adapter", "seed", "blocks", "cost", "scrap", "spent", "learning_scrap", "cpu_seconds")
 """Of the CSV: $ an episode and share of scrap where it is judged, and $ and bad parts of the blocks before."""
-BEGINS = {CSV: ",".join(COLUMNS), PAGE: TITLE}
 WHAT = """\
 Score: 0 is the fixed plan that was retuned on the machine, 100 the planner that holds the machine as its model and sees
 its state; mean over machines, and of the worst tenth of them, one at least, with 95 % (machines, their seeds and
@@ -49,19 +41,8 @@ SHOWN = (
 )
 
 
-def write(found: Found, folder: Path) -> str:
-    """Write track.csv and track.md, which is given back; errors as of `write_whole`."""
-    shown = page(found)
-    for name, content in ((CSV, csv_text(found)), (PAGE, shown)):
-        write_whole(folder / name, content)
-    return shown
-
-
-def csv_text(found: Found) -> str:
-    """A row for every run and every time that it is judged, with what it was made with."""
-    seeds = 1 + max(cell.seed for cell in found)
-    first, rows = SEEDS["evaluation"], list[list[object]]()
-    made_with = provenance(range(first, first + seeds * max(cell.episodes for cell in found)))
+def rows(found: Found) -> Iterator[list[object]]:
+    """Yield a row for every run and every time that it is judged."""
     for cell, run in found.items():
         shift = cell.problem.simulation().most_steps
         for blocks in cell.blocks:
@@ -69,16 +50,15 @@ def csv_text(found: Found) -> str:
             before = [sum(values[: blocks // shift]) for values in (run.costs, run.scrap)]
             numbers = cost.mean(), 1.0 - good.sum() / finished.sum(), *before, run.cpu_seconds
             of = cell.problem.name, cell.plant, cell.adapter, cell.seed, blocks
-            rows.append([*of, *(f"{number:.6g}" for number in numbers), *made_with.values()])
-    return csv_of([*COLUMNS, *made_with], rows)
+            yield [*of, *(f"{number:.6g}" for number in numbers)]
 
 
 def page(found: Found) -> str:
     """The tables, Markdown."""
-    parts = [TITLE, "`python -m agents track`; its machines and seeds are in track.csv.", WHAT]
+    parts = ["`python -m agents track`; its machines and seeds are in track.csv.", WHAT]
     for heading, runs in tables_of(found).items():
         parts += [f"## {heading}", table_of(SHOWN, scored(runs)).markdown()]
-    return "\n\n".join(parts) + "\n"
+    return "\n\n".join(parts)
 
 
 def tables_of(found: Found) -> dict[str, Found]:

@@ -1,14 +1,14 @@
 """The track: which adapters are run on which machines, and how long that takes."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from agents.benchmark.plan import chosen_problems
-from agents.study import Study, StudyOptions
+from agents.study import Found, Study, StudyOptions
 from agents.track.adapters import BLOCKS, HEADLINE, WIDE, made
 from agents.track.knowing import ANCHORS, KNOWING
-from agents.track.page import BEGINS, write
+from agents.track.page import COLUMNS, page, rows
 from agents.track.running import TUNING, TrackRun, TrackTrial, decides, find, tuning_of
 from grind_env.errors import GrindError, quoted
 from grind_env.plants import find_plants
@@ -101,15 +101,20 @@ def check_blocks(problem: Problem, text: str) -> tuple[int, ...]:
 
 
 def _study(cells: Sequence[TrackTrial]) -> Study:
+    def runs(found: Found) -> Mapping[TrackTrial, TrackRun]:
+        return {cell: TrackRun(**each) for cell, each in found.items()}
+
     return Study(
         name="track",
-        title="",
+        title="The track plants",
         trials=cells,
         run=find,
         decides=decides,
         seconds=seconds,
-        publish=lambda found, folder: write({cell: TrackRun(**each) for cell, each in found.items()}, folder),
-        files=BEGINS,
+        columns=COLUMNS,
+        rows=lambda found: rows(runs(found)),
+        page=lambda found: page(runs(found)),
+        episodes=(1 + max(cell.seed for cell in cells)) * max(cell.episodes for cell in cells),
     )
 
 

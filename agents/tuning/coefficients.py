@@ -100,13 +100,9 @@ RULES: dict[str, tuple[Coefficient, ...]] = {
 """What CMA-ES tunes."""
 
 
-def entry_names(coefficients: tuple[Coefficient, ...], task: Task) -> list[str]:
-    """A name for each entry of the search vector; with the kind of block for a coefficient that has one a kind."""
-    return [
-        f"{each.name}[{task.kinds[k].name}]" if each.by_kind else each.name
-        for each in coefficients
-        for k in range(each.size(task))
-    ]
+def vector_size(coefficients: tuple[Coefficient, ...], task: Task) -> int:
+    """Entries of the search vector."""
+    return sum(each.size(task) for each in coefficients)
 
 
 def from_vector(coefficients: tuple[Coefficient, ...], task: Task, vector: Any) -> Parameters:

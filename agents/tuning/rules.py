@@ -6,22 +6,18 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, ClassVar
 
 import numpy as np
-import optuna
 from numpy.typing import NDArray
-from optuna.trial import create_trial
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from agents.budgets import TUNING_EPISODES, TUNING_EVALUATIONS, TUNING_STARTS
 from agents.cells import RUNS, behaviour, sources
 from agents.runner import run_all
-from agents.tuning.coefficients import RULES, entry_names, from_vector, rounded
-from agents.tuning.search import BestPoint, evolve, grid_search, refine
-from agents.tuning.studies import COSTS, KeptCosts, open_study, sqlite_url
+from agents.tuning.coefficients import RULES, from_vector, rounded, vector_size
+from agents.tuning.search import BestPoint, CachedCosts, evolve, grid_search, refine
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import quoted
@@ -63,24 +59,22 @@ class SideBySide:
         self.policies = policies
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Let all of them begin."""
         for policy in self.policies:
             policy.begin(simulation, episodes // len(self.policies))
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """What each decides for its share."""
         shares = np.split(observation, len(self.policies))
         decided = [policy.act(share, None) for policy, share in zip(self.policies, shares, strict=True)]
         return Decision(*map(np.concatenate, zip(*decided, strict=True)))
 
 
 class Tuner:
-    """Costs of policies on training and validation episodes of a problem; its studies lie in the database `storage`."""
+    """Costs of policies on training and validation episodes of a problem, cached in a folder if there is one."""
 
     def __init__(
         self,
         simulation: Simulation,
-        storage: str,
+        folder: Path | None,
         episodes: int = TUNING_EPISODES,
         fresh: bool = False,
         advance: Advance = lambda points: None,
@@ -88,7 +82,7 @@ class Tuner:
         self.simulation, self.task = simulation, simulation.task
         self.seeds = {name: episode_seeds(name, episodes) for name in ("training", "validation")}
         self._episodes = {name: start_episodes(self.simulation, seeds) for name, seeds in self.seeds.items()}
-        self._storage, self._fresh, self._advance = storage, fresh, advance
+        self._folder, self._fresh, self._advance = folder, fresh, advance
 
     def cost(self, policy: Policy, seeds: str = "training") -> float:
         """Mean cost of an episode, $."""
@@ -117,7 +111,7 @@ class Tuner:
         def plan(E: float, D: int, every: int) -> Fixed:
             return Fixed(rounded(E), D, every, name)
 
-        costs = self._kept(name, ("E", "D", "every"), lambda point: plan(*point))
+        costs = self._cached(name, lambda point: plan(*point))
         found = grid_search(costs, product(self._speeds(speeds), D, every))
         E, *rest = found.point
         found = self._refine(lambda E: costs([(E, *rest)])[0], found._replace(point=E))
@@ -134,17 +128,18 @@ class Tuner:
 
     def rule(self, name: str, evaluations: int, starts: int) -> tuple[Policy, Parameters, int]:
         """The best of several CMA-ES runs of a rule, on the validation episodes."""
-        runs = [self.run(name, evaluations, seed) for seed in range(starts)]
+        runs = [self.run(self.cached_run(name, seed), name, evaluations, seed) for seed in range(starts)]
         best = min(runs, key=lambda run: self.cost(self._made(name, run.point), "validation"))
         return self._made(name, best.point), self._parameters(name, best.point), sum(run.evaluations for run in runs)
 
-    def run(self, name: str, evaluations: int, seed: int) -> BestPoint:
-        """One CMA-ES run of a rule."""
-        entries = entry_names(RULES[name], self.task)
+    def run(self, costs: CachedCosts, name: str, evaluations: int, seed: int) -> BestPoint:
         # the first run starts where the table says, every other from a point of its own
-        start = np.random.default_rng(seed).standard_normal(len(entries)) * (seed > 0)
-        costs = self._kept(search_name(name, seed), entries, lambda vector: self._made(name, vector))
+        start = np.random.default_rng(seed).standard_normal(vector_size(RULES[name], self.task)) * (seed > 0)
         return evolve(costs, start, evaluations, seed)
+
+    def cached_run(self, name: str, seed: int) -> CachedCosts:
+        """The costs of a CMA-ES run of a rule."""
+        return self._cached(f"{name}-{seed}", lambda vector: self._made(name, vector))
 
     def _made(self, name: str, vector: Any) -> Policy:
         policy: Policy = TUNED[name](**arguments(self._parameters(name, vector)))
@@ -153,25 +148,17 @@ class Tuner:
     def _parameters(self, name: str, vector: Any) -> Parameters:
         return from_vector(RULES[name], self.task, vector)
 
-    def _kept(self, search: str, entries: Sequence[str], made: Callable[[Any], Policy]) -> KeptCosts:
-        """The costs of a search whose points are made into policies."""
-        study = self.study(search)
-        return KeptCosts(study, entries, lambda points: self.costs([made(point) for point in points]), self._advance)
-
-    def study(self, search: str) -> optuna.Study:
-        """The study of a search; another code, task or list of seeds has another."""
-        policy = search.partition("/")[0]
+    def _cached(self, search: str, made: Callable[[Any], Policy]) -> CachedCosts:
+        """The costs of a search whose points are made into policies; another code, task or list of seeds has others."""
+        policy = search.partition("-")[0]
         decides = TUNED[policy]
         module = (decides.func if isinstance(decides, partial) else decides).__module__
-        code = sources(module), sources(KeptCosts.__module__), behaviour(self.simulation)
-        facts = f"{code} {RULES.get(policy)} {self.seeds}"
-        name = f"{self.task.name}/{search}/{hashlib.sha256(facts.encode()).hexdigest()[:8]}"
-        return open_study(self._storage, name, fresh=self._fresh)
-
-
-def search_name(policy: str, seed: int) -> str:
-    """Name of a CMA-ES run of a rule."""
-    return f"{policy}/{seed}"
+        code = sources(module), sources(CachedCosts.__module__), behaviour(self.simulation)
+        digest = hashlib.sha256(f"{code} {RULES.get(policy)} {self.seeds}".encode()).hexdigest()[:8]
+        path = self._folder and self._folder / f"{search}-{digest}.jsonl"
+        if path and self._fresh:
+            path.unlink(missing_ok=True)
+        return CachedCosts(lambda points: self.costs([made(point) for point in points]), path, self._advance)
 
 
 @dataclass(frozen=True)
@@ -181,8 +168,8 @@ class TuningRun:
     problem: Problem
     policy: str
     seed: int
-    storage: str | None
-    """None of a run on a node, which cannot reach the database."""
+    folder: Path | None
+    """Of the cache; None of a run on a node, which cannot reach it."""
     evaluations: int
     episodes: int
     fresh: bool
@@ -190,17 +177,17 @@ class TuningRun:
     def __str__(self) -> str:
         return f"{self.problem.name} {self.policy}, run {self.seed}"
 
+    def costs(self) -> tuple[Tuner, CachedCosts]:
+        """Return the costs of the run, and what finds them."""
+        tuner = Tuner(self.problem.simulation(), self.folder, self.episodes, self.fresh)
+        return tuner, tuner.cached_run(self.policy, self.seed)
 
-def do_run(run: TuningRun) -> list[dict[str, Any]]:
-    """Do a run, whose trials stay in its study; return them if the run has no database."""
-    if run.storage is not None:
-        Tuner(run.problem.simulation(), run.storage, run.episodes, run.fresh).run(run.policy, run.evaluations, run.seed)
-        return []
-    with TemporaryDirectory() as folder:
-        tuner = Tuner(run.problem.simulation(), sqlite_url(Path(folder, "tune.db")), run.episodes)
-        tuner.run(run.policy, run.evaluations, run.seed)
-        trials = tuner.study(search_name(run.policy, run.seed)).get_trials(deepcopy=False)
-    return [trial.user_attrs for trial in trials]
+
+def do_run(run: TuningRun) -> list[Any]:
+    """Do a run, whose costs stay in its file; return them if the run has no folder."""
+    tuner, costs = run.costs()
+    tuner.run(costs, run.policy, run.evaluations, run.seed)
+    return [] if run.folder else [*costs.known.items()]
 
 
 def tunable(simulation: Simulation) -> list[str]:
@@ -240,14 +227,14 @@ def tune(
 ) -> dict[str, Tuned]:
     """Tune the policies that the file of the task does not have yet, and store each as soon as it is done.
 
-    Those that it has for another task are tuned anew. A search that was killed goes on from its trials, in
-    `<task>/tune.db` below `runs`. What is found does not depend on `jobs` or `ray`.
+    Those that it has for another task are tuned anew. A search that was killed goes on from its cache, in
+    `<task>/tuning` below `runs`. What is found does not depend on `jobs` or `ray`.
 
     Raises:
         ConfigError: a policy has nothing to tune, or the file is damaged and `fresh` is not asked for.
     """
     simulation = problem.simulation()
-    listed = tunable(simulation)
+    listed, cache = tunable(simulation), runs / problem.name / "tuning"
     known = [*listed, *ABLATIONS]
     for name in names or ():
         if name not in known:
@@ -255,12 +242,11 @@ def tune(
     folder = tuned_folder(simulation.task, folder)
     check_own(folder / f"{problem.name}.toml", TUNED_FILE, "--configs")
     tuned = _readable(problem.name, folder, fresh)
-    url = sqlite_url(runs / problem.name / "tune.db")
     names = listed if names is None else names
     if not fresh:
         names = [name for name in names if name not in tuned or not _holds(name, tuned[name], simulation, folder)]
     asked = [
-        TuningRun(problem, name, seed, url, evaluations, episodes, fresh) for name in names for seed in range(starts)
+        TuningRun(problem, name, seed, cache, evaluations, episodes, fresh) for name in names for seed in range(starts)
     ]
     done = _side_by_side(asked, jobs, ray)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
@@ -268,7 +254,7 @@ def tune(
         for name in names:
             total = starts * evaluations if name in RULES else None
             bar = progress.add_task(name, total=total)
-            tuner = Tuner(simulation, url, episodes, fresh and name not in done, partial(progress.advance, bar))
+            tuner = Tuner(simulation, cache, episodes, fresh and name not in done, partial(progress.advance, bar))
             tuned[name] = tune_policy(name, tuner, evaluations, starts)
             progress.update(bar, total=progress.tasks[bar].completed)
             # another process may have tuned other policies meanwhile
@@ -281,23 +267,20 @@ def tune(
 def _side_by_side(runs: Sequence[TuningRun], jobs: int, ray: str | None) -> set[str]:
     """Do the runs of rules on a cluster, or in processes if there are to be several.
 
-    Returns the names of the policies whose studies hold them. What fails here fails again where it is asked for.
+    Returns the names of these policies. What fails here fails again where it is asked for.
     """
     # the policies that take longest come last in all lists
     runs = [run for run in reversed(runs) if run.policy in RULES]
     if not runs or (ray is None and (jobs == 1 or len(runs) < 2)):
         return set()
 
-    def keep(run: TuningRun, trials: list[dict[str, Any]]) -> None:
-        if trials:
-            tuner = Tuner(run.problem.simulation(), storages[run], run.episodes, run.fresh)
-            study = tuner.study(search_name(run.policy, run.seed))
-            # the same search has the same trials in the same order
-            new = trials[len(study.get_trials(deepcopy=False)) :]
-            study.add_trials([create_trial(value=min(each[COSTS]), user_attrs=each) for each in new])
+    sent = [run if ray is None else replace(run, folder=None) for run in runs]
+    cached = dict(zip(sent, runs, strict=True))
 
-    sent = [run if ray is None else replace(run, storage=None) for run in runs]
-    storages = {there: str(here.storage) for there, here in zip(sent, runs, strict=True)}
+    def keep(run: TuningRun, found: list[Any]) -> None:
+        if found:
+            cached[run].costs()[1].add(dict(found))
+
     run_all(sent, do_run, jobs, Console(), ray, keep)
     return {run.policy for run in runs}
 

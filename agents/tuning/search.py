@@ -1,11 +1,17 @@
-"""Two searches for the least of a function: over a grid with refinement, and CMA-ES over a vector."""
+"""Two searches for the least of a function: over a grid with refinement, and CMA-ES over a vector; a cache of costs."""
 
+import json
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from itertools import islice
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import cma
 import numpy as np
+
+from grind_env.files import read_text
+from grind_env.policies.tuned import write_whole
 
 Costs = Callable[[Sequence[Any]], Sequence[float]]
 """The costs of several points, which may be found side by side."""
@@ -69,3 +75,38 @@ def evolve(costs: Costs, start: Any, evaluations: int, seed: int) -> BestPoint:
         if values[k] < least:
             best, least = np.asarray(points[k]), values[k]
     return BestPoint(best, least, int(strategy.countevals))
+
+
+class CachedCosts:
+    """Costs of points, cached in a file: a search that was killed repeats itself, without the evaluations of before.
+
+    What is asked for together is a line of the file; one that a kill has cut short is evaluated again.
+    """
+
+    def __init__(
+        self, costs: Costs, path: Path | None = None, advance: Callable[[int], object] = lambda n: None
+    ) -> None:
+        self.costs, self.path, self.advance = costs, path, advance
+        self.known = dict[tuple[float, ...], float]()
+        for line in read_text(path).splitlines() if path is not None and path.exists() else []:
+            with suppress(ValueError):
+                points, found = json.loads(line)
+                self.known |= zip(map(tuple, points), found, strict=True)
+
+    def __call__(self, points: Sequence[Any]) -> list[float]:
+        """Return the costs at points, each shape (entries,)."""
+        wanted = [tuple(float(value) for value in point) for point in points]
+        if new := [k for k, point in enumerate(wanted) if point not in self.known]:
+            found = self.costs([points[k] for k in new])
+            self.add({wanted[k]: float(cost) for k, cost in zip(new, found, strict=True)})
+        self.advance(len(wanted))
+        return [self.known[point] for point in wanted]
+
+    def add(self, found: dict[tuple[float, ...], float]) -> None:
+        """Take costs into the cache, by their points."""
+        self.known |= found
+        if self.path is not None:
+            if not self.path.exists():
+                write_whole(self.path, "")
+            with self.path.open("a", encoding="utf-8") as file:
+                file.write(f"\n{json.dumps([[*found], [*found.values()]])}\n")

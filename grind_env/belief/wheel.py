@@ -216,7 +216,6 @@ class WheelBelief:
         return Belief(*self.beliefs.T.copy())
 
     def _of(self, episodes: Numbers) -> Numbers:
-        """Numbers of the members of some episodes."""
         return (episodes[:, None] * self.size + np.arange(self.size)).ravel()
 
     def _ground(self, episodes: Numbers, signals: Signals) -> Table:

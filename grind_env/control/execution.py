@@ -23,7 +23,6 @@ class Execution(Iterator[Event]):
         self._events = self._interpreter.run()
 
     def __next__(self) -> Event:
-        """Execute up to the end of the next event."""
         return next(self._events)
 
     @property

@@ -231,7 +231,6 @@ class Timeline:
             )
 
     def _shown(self, time: float) -> Position:
-        """Position of all axes at a time, picks taken as complete."""
         position = self.position if self._motion is None else self._motion.at(time)
         return self._with_table(position, time)
 

@@ -14,7 +14,7 @@ from grind_env.errors import GrindError
 from grind_env.policies.choices import Decision
 from grind_env.policies.evaluation import episode_seeds, run_seeds
 from grind_env.policies.learned.network import LearnedPolicy, best_actions
-from grind_env.policies.learned.view import FEATURE_BOUND, LEAST_AREA, LearnerForm
+from grind_env.policies.learned.view import FEATURE_BOUND, LEAST_AREA
 from grind_env.policies.naming import chosen_policy
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.problem import Problem, find_problem
@@ -79,8 +79,7 @@ def policy_map(policy: Policy | str | None, problem: Problem | str, *, episodes:
     problem = problem if isinstance(problem, Problem) else find_problem(problem)
     simulation = problem.simulation()
     agent = chosen_policy(policy, simulation) if policy is None or isinstance(policy, str) else policy
-    form = agent.form if isinstance(agent, LearnedPolicy) and not agent.actor.network.lstm else None
-    if not isinstance(agent, LearnedPolicy) or not isinstance(form, LearnerForm) or form.memory != "belief":
+    if not isinstance(agent, LearnedPolicy) or agent.actor.network.lstm or agent.form.memory != "belief":
         raise GrindError(
             f"{agent.name} has no map over a belief: name a learned agent that sees one and remembers nothing else"
         )

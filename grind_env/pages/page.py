@@ -1,12 +1,15 @@
 """One page: description, spaces, reward, episode, arguments, scores, example, versions."""
 
+import inspect
 import math
+import re
+from collections.abc import Callable
 from typing import Any
 
+from grind_env.envs.docstrings import meanings
 from grind_env.envs.learning import WORST_REWARD
+from grind_env.envs.tables import COST_TERMS, reward_terms
 from grind_env.pages.discount import KEPT, discount_of, dress_interval
-from grind_env.pages.example import example
-from grind_env.pages.markdown import arguments, prose
 from grind_env.pages.rewards import RewardSpan
 from grind_env.pages.sheet import TaskSheet, sheet
 from grind_env.pages.tables import (
@@ -22,6 +25,26 @@ from grind_env.pages.tables import (
 from grind_env.scores import find_reference, normalise
 from grind_env.table import table_of
 from grind_env.task_version import HISTORY, TASK_VERSION
+
+HEADING = re.compile(r"^## (.+)$", re.MULTILINE)
+
+
+def prose(make: Callable[..., Any]) -> dict[str, str]:
+    """The text of a docstring by section, that is by `## Heading`; its first line is the section ""."""
+    text = re.split(r"^(?:Args|Raises):$", inspect.cleandoc(make.__doc__ or ""), flags=re.MULTILINE)[0]
+    first, *parts = HEADING.split(text)
+    return {"": first.strip(), **{name: body.strip() for name, body in zip(parts[::2], parts[1::2], strict=True)}}
+
+
+def arguments(make: Callable[..., Any]) -> list[tuple[str, str, str]]:
+    """Name, default and meaning of every argument; the meaning is that of the docstring's `Args:`."""
+    said = meanings(make, "Args")
+    parameters = inspect.signature(make).parameters.values()
+    return [
+        (each.name, "" if each.default is each.empty else repr(each.default), said.get(each.name, ""))
+        for each in parameters
+    ]
+
 
 SECTIONS = (
     "Description",
@@ -199,3 +222,45 @@ def _scores(about: TaskSheet) -> str:
     scale = "" if known.ratio else f" 0 is {known.fixed_plan} and 100 the strongest reference, on its episodes."
     listed = table_of(("policy", "return", heading), rows).markdown()
     return f"Mean return of an episode with its standard error, default arguments.{scale} {OTHER_TABLES}\n\n{listed}"
+
+
+COUNT = 4
+"""Environments of the vector environment."""
+
+
+def example(about: TaskSheet) -> str:
+    """A session that makes the environment, takes one step, and makes the vector environment."""
+    env: Any = about.env
+    size, width = len(about.readings), env.action_space.shape[0]
+    lines = [">>> import gymnasium as gym", ">>> import grind_env"]
+    program = ""
+    if about.note.program:
+        lines.append(f'>>> program = grind_env.examples.path("{about.note.program}")')
+        program = ", program=str(program)"
+    lines += [
+        f'>>> env = gym.make("{about.id}"{program})',
+        ">>> env.action_space",
+        repr(env.action_space),
+        ">>> observation, info = env.reset(seed=1)",
+        ">>> observation.shape",
+        f"({size},)",
+        ">>> env.unwrapped.observation_info()[0].name",
+        repr(about.readings[0].name),
+        ">>> observation, reward, terminated, truncated, info = env.step(env.action_space.low)",
+        ">>> terminated, truncated",
+        f"({about.steps == 1}, False)",
+    ]
+    least = f"{about.reward.least:g} <= " if math.isfinite(about.reward.least) else ""
+    lines += [f">>> {least}reward <= {about.reward.most:g}", "True"]
+    terms = COST_TERMS if about.task is None else reward_terms(about.task)
+    names = [f"reward_{name}" for name in terms]
+    lines += ['>>> [name for name in info if name.startswith("reward_")]', repr(names)]
+    lines += [
+        '>>> info["E"], info["D"]',
+        f"({about.codec.low}, 0.0)",
+        f'>>> vector = gym.make_vec("{about.id}", num_envs={COUNT}{program})',
+        ">>> observations, infos = vector.reset(seed=1)",
+        ">>> observations.shape, vector.action_space.shape",
+        f"(({COUNT}, {size}), ({COUNT}, {width}))",
+    ]
+    return "\n".join(lines)

@@ -35,7 +35,6 @@ class TaskSheet:
 
     @property
     def title(self) -> str:
-        """The job in a few words."""
         return self.task.title if self.task else (self.make.__doc__ or "").partition("\n")[0].rstrip(".")
 
     @property

@@ -41,12 +41,10 @@ class Guarded:
 
     @property
     def name(self) -> str:
-        """That of the policy, as guarded."""
         return f"{self.PREFIX}{self.policy.name}"
 
     @property
     def sees(self) -> Sees:
-        """What the policy sees."""
         return self.policy.sees
 
     def begin(self, simulation: Simulation, episodes: int) -> None:

@@ -7,7 +7,7 @@ the user works in.
 import re
 import shlex
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from grind_env.errors import GrindError, reason
 from grind_env.files import ReadError, write_atomically
 from grind_env.targets import Own
 from grind_env.task_version import TASK_VERSION, of_version
-from grind_env.toml import TomlError, read_toml
+from grind_env.toml import TomlError, read_toml, toml_text
 
 CONFIGS = Path(__file__).with_name("parameters")
 """Of what comes with the package."""
@@ -107,20 +107,10 @@ def tuned_arguments(name: str, task: Task, folder: Path | None = None) -> dict[s
 
 def write_tuned(task: str, tuned: Mapping[str, Tuned], folder: Path = CONFIGS) -> None:
     """Write the file of a task, whole or not at all."""
-    lines = [
-        f"{HEADING}{task}, written by `python -m agents tune`.",
-        "# E is in m/min; costs are $ per episode; seeds are [first, count].",
-        f"{VERSION} = {TASK_VERSION}",
-    ]
-    for name, entry in tuned.items():
-        lines += ["", f"[{name}]"]
-        lines += [
-            f"{key} = {getattr(entry, key)}"
-            for key in ("training_cost", "validation_cost", "evaluations", "training_seeds", "validation_seeds")
-        ]
-        lines += [f"[{name}.parameters]"]
-        lines += [f"{key} = {value}" for key, value in entry.parameters.items()]
-    write_whole(folder / f"{task}.toml", "\n".join(lines) + "\n")
+    heading = f"{HEADING}{task}, written by `python -m agents tune`."
+    units = "# E is in m/min; costs are $ per episode; seeds are [first, count]."
+    content = toml_text({VERSION: TASK_VERSION, **{name: asdict(entry) for name, entry in tuned.items()}})
+    write_whole(folder / f"{task}.toml", f"{heading}\n{units}\n{content}\n")
 
 
 def write_whole(path: Path, text: str) -> None:

@@ -182,7 +182,6 @@ class Watch:
         return seen._replace(forecast=seen.forecast + seen.sign * self._off)
 
     def _power(self, read: Array, members: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
-        """Forecast of a power from that of the members, its spread, and whether there is one."""
         forecast = np.log(np.maximum(members, 1.0))
         mean = forecast.mean(axis=1)
         noise = self.noise * (POWER_NOISE + POWER_NOISE_FLOOR / np.exp(mean))

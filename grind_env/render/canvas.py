@@ -33,16 +33,13 @@ class Box(NamedTuple):
 
     @property
     def width(self) -> float:
-        """From left to right, px."""
         return self.right - self.left
 
     @property
     def height(self) -> float:
-        """From top to bottom, px."""
         return self.bottom - self.top
 
     def inside(self, left: float, top: float, right: float, bottom: float) -> "Box":
-        """The box within these margins."""
         return Box(self.left + left, self.top + top, self.right - right, self.bottom - bottom)
 
 
@@ -79,7 +76,6 @@ class Canvas:
             self.shapes.rectangle(corners, colour, outline, width)
 
     def disc(self, centre: Point, radius: float, colour: Colour) -> None:
-        """A filled circle."""
         self.shapes.circle(_fine(centre), FINENESS * radius, colour)
 
     def arc(self, centre: Point, radius: float, width: float, span: tuple[float, float], colour: Colour) -> None:
@@ -88,11 +84,9 @@ class Canvas:
         self.shapes.arc((x - r, y - r, x + r, y + r), *span, colour, round(FINENESS * width))
 
     def polygon(self, points: list[Point], colour: Colour) -> None:
-        """A filled polygon."""
         self.shapes.polygon([_fine(point) for point in points], colour)
 
     def line(self, points: list[Point], colour: Colour, width: float = 1.0) -> None:
-        """A line through the points."""
         self.shapes.line([_fine(point) for point in points], colour, round(FINENESS * width), joint="curve")
 
     def dashes(self, first: Point, last: Point, colour: Colour, dash: float = 4.0) -> None:

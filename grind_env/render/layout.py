@@ -3,8 +3,7 @@
 from grind_env.render import palette as ink
 from grind_env.render.canvas import Box, Canvas, text_width
 from grind_env.render.charts import draw_charts
-from grind_env.render.lens import draw_lens, draw_tray
-from grind_env.render.scene import draw_machine
+from grind_env.render.scene import draw_lens, draw_machine, draw_tray
 from grind_env.render.view import EpisodePicture
 
 MARGIN = 14.0

@@ -13,7 +13,6 @@ class ShownFigure(Figure):
     """A figure outside of pyplot: a notebook shows it once, and nothing has to close it."""
 
     def __init__(self, width: float, height: float) -> None:
-        """An empty one, its size in inches."""
         super().__init__(figsize=(width, height), layout="constrained")
         FigureCanvasAgg(self)
 

@@ -89,7 +89,6 @@ class Workpiece:
 
     @property
     def description(self) -> str:
-        """Name and measures."""
         return f"{self.name}, {self.length:.0f} mm long, stock {self.stock:.3f} mm"
 
 
@@ -124,7 +123,6 @@ class EpisodePicture:
 
     @property
     def title(self) -> str:
-        """Of the picture."""
         return self.extent.title
 
     @property
@@ -144,12 +142,10 @@ class EpisodePicture:
 
     @property
     def good_parts(self) -> float:
-        """Expected number of good parts so far."""
         return sum(block.good for block in self.ground)
 
     @property
     def finished_parts(self) -> int:
-        """Parts finished so far, good or bad."""
         return sum(block.finished for block in self.ground)
 
     @property

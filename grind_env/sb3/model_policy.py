@@ -1,5 +1,6 @@
 """A model of Stable-Baselines3 as a policy, to be judged and played beside all others."""
 
+import hashlib
 from typing import Any, ClassVar
 
 import numpy as np
@@ -37,6 +38,13 @@ class ModelPolicy:
         self.model, self.name = model, name or type(model).__name__
         self.form = shown_form(model.observation_space, model.action_space, self.name)
         check_scale(self.name, model.observation_space, None if model.env else model._last_obs)
+
+    def __repr__(self) -> str:
+        """The same for the same weights, in every run."""
+        digest = hashlib.sha256(repr(self.form).encode())
+        for values in self.model.policy.state_dict().values():
+            digest.update(values.numpy(force=True).tobytes())
+        return f"ModelPolicy({self.name!r}, {digest.hexdigest()[:16]})"
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         """That many episodes begin.

@@ -21,7 +21,7 @@ PRE_DRESS = "last_pre_dress"
 
 @dataclass(frozen=True, slots=True)
 class ShownForm:
-    """What a model saw, and its actions; a `ViewForm`.
+    """What a model saw, and its actions.
 
     Attributes:
         shown: of its observation space.
@@ -49,7 +49,7 @@ class ShownForm:
 
 
 class ShownView:
-    """What wrappers around an environment make of its observations; a `LearnedView`.
+    """What wrappers around an environment make of its observations.
 
     Args:
         simulation: of the environment.

@@ -81,7 +81,6 @@ class Saver(pickle.Pickler):
         self.left_out: list[object] = []
 
     def persistent_id(self, value: object) -> int | None:
-        """Return the number of an object that is left out."""
         if not isinstance(value, UNCHANGED):
             return None
         if not any(each is value for each in self.left_out):
@@ -97,7 +96,6 @@ class Loader(pickle.Unpickler):
         self.left_out = left_out
 
     def persistent_load(self, place: int) -> object:
-        """Return the object with this number."""
         return self.left_out[place]
 
 

@@ -27,7 +27,7 @@ from grind_env.envs.tables import Outcome
 from grind_env.policies.evaluation import nobody
 from grind_env.policies.held import model_of
 from grind_env.policies.learned.network import Actor, LearnedPolicy, Network
-from grind_env.policies.learned.view import FORMS, LearnerForm, LearnerView, MemoryKind
+from grind_env.policies.learned.view import GRID, LearnerForm, LearnerView, MemoryKind
 from grind_env.policies.problem import Problem
 from grind_env.training.checkpoint import Checkpoint
 
@@ -212,7 +212,7 @@ class TrainingEnvs:
     """
 
     def __init__(self, problem: Problem, settings: Settings, seed: int) -> None:
-        self.envs = problem.make_vec(settings.envs, observation="full", action=FORMS["grid"], autoreset_mode="SameStep")
+        self.envs = problem.make_vec(settings.envs, observation="full", action=GRID, autoreset_mode="SameStep")
         self.memory, self.everyone = Seen(model_of(problem), settings.memory), np.ones(settings.envs, bool)
         # matters: all is standardised; by what good play sees, for what a beginner spoils reads many times as much
         self.standard = usual(self.envs.simulation, self.envs.codec, [self.memory])
@@ -413,7 +413,7 @@ def policy_of(agent: Agent, scale: Standard, problem: Problem, memory: Memory) -
 
 def form_of(memory: Memory) -> LearnerForm:
     """How such an agent sees and acts."""
-    return LearnerForm(SEEN[memory], "grid")
+    return LearnerForm(SEEN[memory])
 
 
 def shown(problem: Problem, memory: Memory) -> Problem:

@@ -45,13 +45,11 @@ class Programmed:
 
     @property
     def name(self) -> str:
-        """Say the plan in words."""
         if self.every is None:
             return "the program as it is"
         return f"fixed plan: {self.ratio:g} times E, a dress in every {self.every}. part"
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
-        """Work out E and D of all blocks."""
         assert isinstance(simulation, JobSimulation)
         blocks = simulation.blocks
         own = np.array([float(block.plan.dresses) for block in blocks])
@@ -61,7 +59,6 @@ class Programmed:
         self.block = -1
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:
-        """Look the block up."""
         self.block += 1
         n = len(observation)
         return Decision(np.full(n, self.speeds[self.block]), np.full(n, self.executions[self.block]))

@@ -11,18 +11,7 @@ from types import MappingProxyType
 from grind_env.evidence import Basis, Evidence
 from grind_env.process.catalogue import Catalogue, load_catalogue
 from grind_env.toml import read_toml
-from grind_env.validation import (
-    dressing,
-    fluid,
-    grit,
-    heat,
-    published,
-    roughness,
-    spark_out,
-    spindle,
-    valve_alloys,
-    wear,
-)
+from grind_env.validation import declared, published, valve_alloys
 from grind_env.validation.check import GROUPS, Band, Check, Row, row_of
 from grind_env.validation.rig import Rig
 
@@ -43,9 +32,7 @@ __all__ = [
 ]
 
 CHECKS: tuple[Check, ...] = tuple(
-    check
-    for module in (dressing, grit, fluid, spark_out, roughness, wear, heat, spindle, published, valve_alloys)
-    for check in module.CHECKS
+    sorted((*published.CHECKS, *declared.CHECKS, *valve_alloys.CHECKS), key=lambda check: check.group)
 )
 """All checks, by group."""
 

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 
 from grind_env.errors import GrindError
 from grind_env.evidence import Basis, Evidence
@@ -24,11 +23,8 @@ GROUPS = {
 """What the checks are about, by number of the group. Groups 1 to 9 are trends that the model has to show."""
 
 
-own, drawn, remembered, measured = (
-    partial(Basis, kind) for kind in (Evidence.OWN, Evidence.DRAWN, Evidence.REMEMBERED, Evidence.MEASURED)
-)
 Measure = Callable[[Rig], float]
-TREND = own("expected of the trend")
+TREND = Basis(Evidence.OWN, "expected of the trend")
 """Of a band that is the judgement of this project alone."""
 
 
@@ -52,25 +48,13 @@ class Band:
         return f"{self.low:g}" if self.low == self.high else f"{self.low:g} to {self.high:g}"
 
 
-def at_least(low: float) -> Band:
-    """A band without an upper end."""
-    return Band(low, math.inf)
-
-
-def at_most(high: float) -> Band:
-    """A band without a lower end."""
-    return Band(-math.inf, high)
-
-
-def around(value: float, half: float) -> Band:
-    """A band of half width `half` about a value."""
-    return Band(round(value - half, 9), round(value + half, 9))
-
-
-FALLS = at_most(0.999)
-"""Of the largest ratio of a value to the one before it, where the values shall fall."""
-RISES = at_least(1.001)
-"""Of the smallest such ratio, where they shall rise."""
+def band_of(text: str) -> Band:
+    """Return the band that a text says, as `str` writes it."""
+    low, _, high = text.partition(" to ")
+    if text.startswith("at "):
+        end = float(text.split()[-1])
+        return Band(end, math.inf) if text.startswith("at least") else Band(-math.inf, end)
+    return Band(float(low), float(high or low))
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,22 +82,6 @@ class Check:
     unit: str = ""
     reference: float | None = None
     basis: Basis = TREND
-
-
-@dataclass(frozen=True, slots=True)
-class Question:
-    """A number that is asked of the model; `within` makes it a `Check`, whose attributes these are."""
-
-    group: int
-    name: str
-    what: str
-    at: str = "usual"
-
-    def within(
-        self, band: Band, measure: Measure, basis: Basis = TREND, unit: str = "", reference: float | None = None
-    ) -> Check:
-        """Return the check that the number lies within a band."""
-        return Check(self.name, self.group, self.what, self.at, band, measure, unit, reference, basis)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,4 @@
-"""The test rig: a wheel over a part, ground and dressed by the functions of the process as everything else uses them.
-
-This is the only module of the package that calls the process and the machine.
-"""
+"""The test rig: a wheel over a part, ground and dressed by the functions of the process that all simulations use."""
 
 import math
 from collections.abc import Mapping
@@ -13,7 +10,7 @@ from grind_env.errors import GrindError
 from grind_env.examples import FOLDER as EXAMPLES
 from grind_env.kernel import entry
 from grind_env.machine.grind import grind
-from grind_env.machine.job import Job, Lots, Part, Setup
+from grind_env.machine.job import Job, Part, Setup
 from grind_env.machine.loops.cycle import grown_of
 from grind_env.machine.record import GrindingRecord
 from grind_env.process import equations as eq
@@ -221,11 +218,6 @@ class Grinder:
         """Work volume over wheel volume since the part was put on."""
         return self.S * self.setup.length * self.setup.width / self.worn
 
-    def grain_density(self) -> float:
-        """Active grains per area, 1/mm2, from force, force per grain and contact length of a stroke."""
-        done = self.grind()
-        return done.Fn / (done.fg * done.lc)
-
 
 @dataclass(frozen=True, slots=True)
 class Rig:
@@ -257,6 +249,30 @@ class Rig:
         grinder = self.sharp(**setup)
         grinder.wheel = grinder.wheel._replace(A=flats)
         return grinder
+
+    def used(self, volume: float, **setup: Any) -> Grinder:
+        """A wheel that has ground `volume` mm3/mm since the dress."""
+        grinder = self.fresh(**setup)
+        grinder.grind_volume(volume)
+        return grinder
+
+    def redressed(self, passes: float) -> Grinder:
+        """A dull wheel after a dress of some passes."""
+        grinder = self.dulled(0.04)
+        grinder.dress(passes)
+        return grinder
+
+    def dressed_often(self, dresses: float) -> Grinder:
+        """A wheel of the usual diameter after further dresses with one diamond."""
+        grinder = self.fresh()
+        for _ in range(int(dresses)):
+            grinder.dress()
+        grinder.wheel = grinder.wheel._replace(ds=grinder.setup.diameter)
+        return grinder
+
+    def worn_in(self, **setup: Any) -> Grinder:
+        """A wheel that is sharp in the usual set-up, over a new part in another one."""
+        return self.set_up_anew(self.sharp(), **setup)
 
     def set_up_anew(self, grinder: Grinder, **setup: Any) -> Grinder:
         """The same wheel over a new part, in a set-up changed by some arguments of `SetUp`."""
@@ -292,11 +308,6 @@ def changed(known: EntryT, values: Mapping[str, Any]) -> EntryT:
     return replace(known, **values)
 
 
-def stalled(done: StrokeResult) -> float:
-    """1 where the spindle stalls, else 0."""
-    return float(done.torque >= 1.0)
-
-
 def grind_plate(rig: Rig, power_limit: float) -> GrindingRecord:
     """The example `plate_g82` by `machine.grind`, on the default machine with another power limit, W."""
     machine = changed(rig.catalogue.machine("default"), {"power_limit": power_limit})
@@ -308,13 +319,3 @@ def grind_plate(rig: Rig, power_limit: float) -> GrindingRecord:
         machine=machine,
     )
     return grind(read_file(EXAMPLES / "plate_g82.nc"), Job(part=part, setup=setup))
-
-
-def roughness_scatter() -> float:
-    """Coefficient of variation of Ra from part to part that a batch of a job has unless it says otherwise."""
-    return math.sqrt(math.expm1(Lots().roughness ** 2))
-
-
-def dress_width(depth: float, tip_radius: float) -> float:
-    """Active width of an unworn diamond, mm."""
-    return eq.dress_width(depth, tip_radius, 0.0)

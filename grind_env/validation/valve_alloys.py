@@ -5,7 +5,6 @@ read as mm3/s per mm of width and volumes as mm3 on a width of 20 mm. Valves are
 so the infeed makes the rate; 3NQ is taken for a wheel of ceramic alumina.
 """
 
-from functools import partial
 from itertools import product
 from typing import NamedTuple
 
@@ -14,7 +13,7 @@ import numpy as np
 from grind_env.arrays import Array
 from grind_env.evidence import Basis, Evidence
 from grind_env.validation import data
-from grind_env.validation.check import Check, Question, around
+from grind_env.validation.check import Band, Check
 from grind_env.validation.rig import Rig
 from grind_env.validation.slopes import exponents
 
@@ -34,8 +33,6 @@ SOURCE = Basis(
 )
 POOLED, POOLED_ERROR = 0.29, 0.03
 """Exponent of Ra on the removal rate over all its wheels and alloys, and its standard error."""
-
-ask = partial(Question, 10)
 
 
 class AlloyWheel(NamedTuple):
@@ -110,16 +107,21 @@ def exponent_check(wheel: AlloyWheel, response: str, factor: str) -> Check:
     """Return the check of an exponent of the model beside the measured one."""
     value, error = target(wheel, response, factor)
     place, name = FACTORS.index(factor), RESPONSES[response]
-    return ask(
-        f"valve {wheel.measured} {wheel.speed:g} {name} on {factor}",
-        f"exponent of {name} on {factor}, INC751, {wheel.measured} at {wheel.speed:g} m/s",
-        f"{wheel.entry}, {wheel.speed:g} m/s, emulsion; 4.2 to 12.5 um, 12 m/min; 250 to 600 mm3/mm; ample spindle",
-    ).within(
-        around(value, max(2.0 * error, LEAST)),
-        lambda rig: float(fitted(simulated(rig, wheel), response)[place]),
-        SOURCE,
+    return Check(
+        name=f"valve {wheel.measured} {wheel.speed:g} {name} on {factor}",
+        group=10,
+        what=f"exponent of {name} on {factor}, INC751, {wheel.measured} at {wheel.speed:g} m/s",
+        at=f"{wheel.entry}, {wheel.speed:g} m/s, emulsion; 4.2 to 12.5 um, 12 m/min; 250 to 600 mm3/mm; ample spindle",
+        band=within(value, max(2.0 * error, LEAST)),
+        measure=lambda rig: float(fitted(simulated(rig, wheel), response)[place]),
         reference=value,
+        basis=SOURCE,
     )
+
+
+def within(value: float, half: float) -> Band:
+    """Return the band of half width `half` about a value."""
+    return Band(round(value - half, 9), round(value + half, 9))
 
 
 def pooled(rig: Rig) -> float:
@@ -131,14 +133,14 @@ def pooled(rig: Rig) -> float:
 
 CHECKS = (
     *(exponent_check(*each) for each in product(WHEELS, RESPONSES, FACTORS)),
-    ask(
-        "roughness on removal rate",
-        "exponent of Ra on removal rate, all wheels and alloys",
-        "52100, A60J, emulsion, 30 m/s; sharp; 4.2 to 12.5 um, 12 m/min",
-    ).within(
-        around(POOLED, 2.0 * POOLED_ERROR),
-        pooled,
-        Basis(Evidence.MEASURED, "valve_alloys.csv with its third alloy, pooled: within two standard errors"),
+    Check(
+        name="roughness on removal rate",
+        group=10,
+        what="exponent of Ra on removal rate, all wheels and alloys",
+        at="52100, A60J, emulsion, 30 m/s; sharp; 4.2 to 12.5 um, 12 m/min",
+        band=within(POOLED, 2.0 * POOLED_ERROR),
+        measure=pooled,
         reference=POOLED,
+        basis=Basis(Evidence.MEASURED, "valve_alloys.csv with its third alloy, pooled: within two standard errors"),
     ),
 )

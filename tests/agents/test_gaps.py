@@ -7,7 +7,6 @@ import pytest
 
 from agents import evaluations
 from agents.evaluations import Evaluations, by_problem, chunks, run_chunk
-from agents.reference.gap_table import page
 from agents.reference.gaps import (
     ADAPTING_D,
     ADAPTING_E,
@@ -18,13 +17,14 @@ from agents.reference.gaps import (
     HINDSIGHT,
     KNOWN,
     PLANNER,
+    PROMISES,
     SPEED,
     STATE,
     Gap,
     TaskGaps,
+    page,
     task_gaps,
 )
-from agents.reference.promises import PROMISES
 from agents.tuning.rules import tune
 from grind_env.policies.evaluation import Evaluation, run_seeds
 from grind_env.policies.problem import find_problem

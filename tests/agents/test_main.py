@@ -19,7 +19,7 @@ from grind_env.policies.tuned import read_tuned
 from tests.agents.asking import in_process
 from tests.examples import few
 
-HEAVY = ("torch", "stable_baselines3", "optuna", "matplotlib", "pyarrow", "cma", "minari")
+HEAVY = ("torch", "stable_baselines3", "matplotlib", "pyarrow", "cma", "minari")
 ELSEWHERE = (
     *("benchmark", "gaps", "plants", "recipe", "replicate"),
     *("safety", "scores", "splits", "track"),

@@ -268,4 +268,4 @@ def test_adapters_by_name(module: str) -> None:
     assert made("guarded:look_ahead").name == "guarded:look_ahead"
     assert made(f"{module}:Mine").name == "mine"
     policy = made("bc").start(PLATES)
-    assert policy.name == "bc" and "digest" in repr(policy)
+    assert policy.name == "bc" and "Actor(" in repr(policy)

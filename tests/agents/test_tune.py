@@ -1,14 +1,12 @@
 import dataclasses
 
 import numpy as np
-import optuna
 import pytest
 
 from agents.runner import run_all
 from agents.tuning import rules as tune
-from agents.tuning.coefficients import RULES, entry_names
-from agents.tuning.search import evolve, grid_search
-from agents.tuning.studies import KeptCosts, open_study, sqlite_url
+from agents.tuning.coefficients import RULES, vector_size
+from agents.tuning.search import CachedCosts, evolve
 from grind_env.policies.problem import find_problem
 from grind_env.policies.tuned import HEADING, ConfigError, read_tuned, write_tuned
 from tests.agents.asking import run_here
@@ -37,62 +35,59 @@ class Limited:
         return float(((np.asarray(point) - [1.0, -2.0, 0.5]) ** 2 * [1.0, 10.0, 100.0]).sum())
 
 
-def search(url, costs, evaluations=60):
-    return evolve(KeptCosts(open_study(url, "s"), "xyz", costs), np.zeros(3), evaluations, seed=3)
-
-
-def kept_costs(url):
-    """All costs that a study holds."""
-    return [cost for trial in open_study(url, "s").get_trials() for cost in trial.user_attrs["costs"]]
+def search(path, costs, evaluations=60):
+    return evolve(CachedCosts(costs, path), np.zeros(3), evaluations, seed=3)
 
 
 @pytest.mark.parametrize("killed", [5, 7, 33])
 def test_a_search_that_was_killed_goes_on_and_ends_as_if_nothing_had_happened(tmp_path, killed):
     whole = evolve(Limited(1000), np.zeros(3), 60, seed=3)
-    url = sqlite_url(tmp_path / "trials" / "tune.db")
+    path = tmp_path / "trials" / "s.jsonl"
     with pytest.raises(Killed):
-        search(url, Limited(killed))
+        search(path, Limited(killed))
     rest = Limited(1000)
-    found = search(url, rest)
+    found = search(path, rest)
     assert np.array_equal(found.point, whole.point)
     assert found.cost == whole.cost
-    # a generation in three dimensions has seven points, and is kept whole
+    # a generation in three dimensions has seven points, and is cached whole
     assert rest.asked == whole.evaluations - killed // 7 * 7
-    trials = open_study(url, "s").get_trials()
-    assert {trial.state for trial in trials} == {optuna.trial.TrialState.COMPLETE}
-    assert min(trial.value for trial in trials) == min(kept_costs(url)) == whole.cost
-    assert len(kept_costs(url)) == whole.evaluations
+    costs = CachedCosts(Limited(0), path).known
+    assert len(costs) == whole.evaluations and min(costs.values()) == whole.cost
+
+
+def test_a_search_that_was_killed_within_a_write_ends_as_if_nothing_had_happened(tmp_path):
+    path = tmp_path / "s.jsonl"
+    whole = search(path, Limited(1000), 20)
+    data = path.read_bytes()
+    for size in range(len(data)):
+        path.write_bytes(data[:size])
+        again = search(path, Limited(1000), 20)
+        assert np.array_equal(again.point, whole.point) and again.cost == whole.cost
+        nothing = Limited(0)
+        assert search(path, nothing, 20).cost == whole.cost
 
 
 def test_a_finished_search_takes_a_larger_budget_up(tmp_path):
-    url = sqlite_url(tmp_path / "tune.db")
-    first = search(url, Limited(1000), 30)
+    path = tmp_path / "s.jsonl"
+    first = search(path, Limited(1000), 30)
     more = Limited(1000)
-    assert search(url, more, 60).cost < first.cost
-    assert more.asked == len(kept_costs(url)) - first.evaluations
+    assert search(path, more, 60).cost < first.cost
+    assert more.asked == len(CachedCosts(Limited(0), path).known) - first.evaluations
 
 
-def test_the_trials_of_another_search_are_refused_and_can_be_thrown_away(tmp_path):
-    url = sqlite_url(tmp_path / "tune.db")
-    search(url, Limited(1000))
-    other = KeptCosts(open_study(url, "s"), "xyz", Limited(1000))
-    with pytest.raises(ConfigError, match="the study s is of another search: tune again with --fresh"):
-        grid_search(other, iter([(9.0, 9.0, 9.0)]))
-    fresh = KeptCosts(open_study(url, "s", fresh=True), "xyz", Limited(1000))
-    assert grid_search(fresh, iter([(9.0, 9.0, 9.0)])).evaluations == 1
-
-
-@pytest.mark.parametrize("url", ["sqlite:////no/such/folder/tune.db", "sqlite:////dev/null/tune.db"])
-def test_a_storage_that_cannot_be_opened_is_one_sentence(url):
-    with pytest.raises(ConfigError, match="cannot be opened") as error:
-        open_study(url, "s")
-    assert "\n" not in str(error.value)
+def test_the_cache_of_a_policy_can_be_thrown_away(tmp_path):
+    tuner = tune.Tuner(ORACLE.simulation(), tmp_path, episodes=1)
+    tuner.cached_run("power_threshold", 0).add({(1.0,) * 4: 2.0})
+    assert tuner.cached_run("power_threshold", 0).known == {(1.0,) * 4: 2.0}
+    assert tuner.cached_run("power_threshold", 1).known == {}
+    assert tune.Tuner(ORACLE.simulation(), tmp_path, episodes=2).cached_run("power_threshold", 0).known == {}
+    assert tune.Tuner(ORACLE.simulation(), tmp_path, 1, fresh=True).cached_run("power_threshold", 0).known == {}
 
 
 def test_a_folder_that_cannot_be_made_is_one_sentence(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(ConfigError, match="cannot be made"):
-        sqlite_url(tmp_path / "file" / "runs" / "tune.db")
+        search(tmp_path / "file" / "runs" / "s.jsonl", Limited(1000))
 
 
 def test_a_tuning_that_was_killed_goes_on_and_ends_in_the_same_file(tmp_path, monkeypatch):
@@ -122,13 +117,13 @@ def test_a_tuning_that_was_killed_goes_on_and_ends_in_the_same_file(tmp_path, mo
     assert sum(asked) == sum(entry.evaluations for entry in read_tuned("oracle6", tmp_path / "b").values())
 
 
-def test_candidates_side_by_side_cost_what_they_cost_alone(tmp_path):
-    tuner = tune.Tuner(PLATES.simulation(), sqlite_url(tmp_path / "tune.db"), episodes=3)
+def test_candidates_side_by_side_cost_what_they_cost_alone():
+    tuner = tune.Tuner(PLATES.simulation(), None, episodes=3)
     rng = np.random.default_rng(0)
     for name, rule in RULES.items():
         if name in ("constant_per_kind", "look_ahead"):
             continue
-        entries = len(entry_names(rule, PLATES.simulation().task))
+        entries = vector_size(rule, PLATES.simulation().task)
         candidates = [tuner._made(name, rng.standard_normal(entries)) for _ in range(3)]
         costs = tuner.costs(candidates)
         assert costs == [tuner.cost(policy) for policy in candidates], name
@@ -158,7 +153,7 @@ def test_what_is_found_does_not_depend_on_who_does_the_runs(jobs, ray, here, tmp
     monkeypatch.setattr(tune, "run_all", run_by_others)
     assert tune.tune(ORACLE, names, **places, **settings, fresh=True, jobs=jobs, ray=ray) == alone
     assert len(others) == 1
-    # and they are in the database
+    # and they are in the cache
     assert tune.tune(ORACLE, names, folder=tmp_path / "c", runs=tmp_path / "b", **settings) == alone
 
 

@@ -92,7 +92,7 @@ def test_where_the_belief_stands_in_what_an_agent_sees() -> None:
     from grind_env.policies.scripted.rules import REFERENCE_AREA
 
     simulation = find_problem("power_limited").simulation()
-    view = LearnerView(simulation, "belief", "grid")
+    view = LearnerView(simulation, "belief")
     episodes = start_episodes(simulation, episode_seeds("training", 2))
     view.begin(2)
     seen = view.features(simulation.observe(episodes))

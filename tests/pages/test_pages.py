@@ -17,8 +17,8 @@ from grind_env.envs.observations import physical
 from grind_env.pages import PageError, page, page_ids
 from grind_env.pages.__main__ import write
 from grind_env.pages.discount import dress_interval
-from grind_env.pages.markdown import arguments, prose
 from grind_env.pages.notes import load_notes, note_of
+from grind_env.pages.page import arguments, prose
 from grind_env.pages.sheet import TaskSheet, sheet
 from grind_env.task_version import TASK_VERSION
 from tests.command import Grind

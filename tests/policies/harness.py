@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.tuning.coefficients import RULES, entry_names, from_vector
+from agents.tuning.coefficients import RULES, from_vector, vector_size
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task, load_task
@@ -67,5 +67,5 @@ def untuned(name: str, simulation: Simulation) -> Any:
     if name == "mpc":
         return ModelPredictive(untuned("full_state_rule", simulation), horizon=2)
     coefficients = RULES[name]
-    start = np.zeros(len(entry_names(coefficients, simulation.task)))
+    start = np.zeros(vector_size(coefficients, simulation.task))
     return TUNED[name](**arguments(from_vector(coefficients, simulation.task, start)))

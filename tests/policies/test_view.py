@@ -97,21 +97,6 @@ def test_a_stack_shows_the_last_observations_oldest_first():
         assert np.array_equal(view.features(each), wanted)
 
 
-def test_every_form_of_action_says_the_same_decision():
-    grid, index, box = (LearnerView(PLATES, "estimates", actions) for actions in ("grid", "index", "box"))
-    assert grid.action_space == spaces.MultiDiscrete([24, 4])
-    assert index.action_space == spaces.Discrete(96)
-    assert box.action_space == spaces.Box(-1.0, 1.0, (2,), np.float32)
-    numbers = np.stack(np.meshgrid(np.arange(24), np.arange(4), indexing="ij"), axis=-1).reshape(-1, 2)
-    decision = grid.decide(numbers)
-    for speeds, executions in (
-        index.decide(np.arange(96)),
-        box.decide(box.codec.encode(decision.speeds, decision.executions)),
-    ):
-        assert np.array_equal(speeds, decision.speeds)
-        assert np.array_equal(executions, decision.executions)
-
-
 def test_the_grid_of_a_task_with_levels_is_the_levels():
     simulation = simulated("oracle6")
     view, task = LearnerView(simulation), simulation.task

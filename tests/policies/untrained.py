@@ -1,29 +1,22 @@
-"""Agents of Stable-Baselines3 that have not been trained, of each family of networks, and how they are saved."""
+"""Agents that have not been trained, of each family of networks, and how they are saved."""
 
 from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
+import numpy as np
 from gymnasium import spaces
-from sb3_contrib import TQC, RecurrentPPO
-from stable_baselines3 import DQN, PPO, SAC
-from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3 import PPO
 
 from grind_env.envs.simulation import Simulation
-from grind_env.policies.learned.network import acting_part
+from grind_env.policies.learned.network import Actor, LearnedPolicy, Network
 from grind_env.policies.learned.saved import write_policy
 from grind_env.policies.learned.view import LearnerForm
 from grind_env.policies.problem import Problem
 
-KINDS: dict[str, tuple[type[BaseAlgorithm], LearnerForm, tuple[int, ...], dict[str, Any]]] = {
-    "ppo": (PPO, LearnerForm("belief", "grid"), (128, 128), {}),
-    "ppo_stack": (PPO, LearnerForm("stack", "grid"), (128, 128), {}),
-    "recurrent_ppo": (RecurrentPPO, LearnerForm("estimates", "grid"), (64,), {"lstm_hidden_size": 64}),
-    "dqn": (DQN, LearnerForm("belief", "index"), (128, 128), {}),
-    "sac": (SAC, LearnerForm("belief", "box"), (128, 128), {}),
-    "tqc": (TQC, LearnerForm("belief", "box"), (128, 128), {}),
-}
-"""Algorithm, what it sees and how it acts, hidden layers, and arguments of the network."""
+KINDS = {"ppo": LearnerForm("belief"), "ppo_stack": LearnerForm("stack")}
+"""What agents of Stable-Baselines3 see."""
+HIDDEN = 128, 128
 
 
 class Spaces(gym.Env[Any, Any]):
@@ -35,16 +28,28 @@ class Spaces(gym.Env[Any, Any]):
 
 def untrained(problem: Problem, kind: str = "ppo", seed: int = 3) -> Any:
     """An agent of a kind for a problem."""
-    algorithm, form, hidden, more = KINDS[kind]
-    view = form.view(problem.simulation())
-    policy = "MlpLstmPolicy" if algorithm is RecurrentPPO else "MlpPolicy"
-    kwargs = {"net_arch": list(hidden), **more}
+    view = KINDS[kind].view(problem.simulation())
     env = Spaces(view.observation_space, view.action_space)
-    return algorithm(policy, env, policy_kwargs=kwargs, seed=seed, device="cpu")  # type: ignore[call-arg]
+    return PPO("MlpPolicy", env, policy_kwargs={"net_arch": [*HIDDEN]}, seed=seed, device="cpu")
+
+
+def network_of(simulation: Simulation, form: LearnerForm, family: str, lstm: int = 0) -> Network:
+    """A network for a simulation."""
+    view = form.view(simulation)
+    entries, outputs = view.observation_space.shape[0], int(view.action_space.nvec.sum())
+    return Network(family=family, entries=entries, lstm=lstm, hidden=HIDDEN, outputs=outputs, activation="tanh")
+
+
+def recurrent(simulation: Simulation, lstm: int = 24) -> LearnedPolicy:
+    """An agent with a GRU."""
+    form, rng = LearnerForm("none"), np.random.default_rng(5)
+    network = network_of(simulation, form, "gru", lstm)
+    tensors = {name: rng.normal(0.0, 0.3, shape).astype(np.float32) for name, shape in network.shapes().items()}
+    return LearnedPolicy(Actor(network, tensors), simulation.task.name, form, "gru")
 
 
 def save(path: Path, model: Any, simulation: Simulation, kind: str = "ppo") -> None:
-    """Write what acting needs of it."""
+    """Write what acting needs of an agent of Stable-Baselines3."""
     state = {name: values.detach().cpu().numpy() for name, values in model.policy.state_dict().items()}
-    actor = acting_part(type(model.policy).__name__, state, model.policy.activation_fn.__name__.lower())
-    write_policy(path, actor, simulation, kind, KINDS[kind][1], {"settings": {"split": "inner"}})
+    actor = Actor(network_of(simulation, KINDS[kind], "actor_critic"), state)
+    write_policy(path, actor, simulation, kind, KINDS[kind], {"settings": {"split": "inner"}})

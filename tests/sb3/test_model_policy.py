@@ -107,7 +107,7 @@ def test_what_it_cannot_judge_is_refused():
 
 @pytest.mark.parametrize("wrap", ["bare", nightly("belief"), nightly("stack of beliefs")])
 def test_a_model_from_its_file_decides_as_the_one_that_was_saved(wrap, tmp_path):
-    """In Python, and at the command line, where it acts without torch: what it saw is in the file."""
+    """In Python, and at the command line: what it saw is in the file."""
     simulation = find_problem(FLAGSHIP).simulation()
     model = model_of(vec_env(wrap, action="multidiscrete")).learn(60)
     with torch.no_grad():
@@ -118,9 +118,9 @@ def test_a_model_from_its_file_decides_as_the_one_that_was_saved(wrap, tmp_path)
         ModelPolicy(A2C.load(tmp_path / "agent", device="cpu")),
         load_zip(tmp_path / "agent.zip", simulation),
     ]
-    live, loaded, without_torch = (run_seeds(policy, simulation, SEEDS) for policy in policies)
+    live, loaded, unzipped = (run_seeds(policy, simulation, SEEDS) for policy in policies)
     assert len(np.unique(live.speeds)) > 1
-    for other in (loaded, without_torch):
+    for other in (loaded, unzipped):
         assert np.array_equal(other.speeds, live.speeds) and np.array_equal(other.executions, live.executions)
 
 
@@ -140,7 +140,7 @@ def test_a_model_that_has_lost_its_scale_is_refused(tmp_path):
     simulation = find_problem(FLAGSHIP).simulation()
     with pytest.raises(GrindError, match=r"VecNormalize had scaled.*load it with that"):
         ModelPolicy(A2C.load(tmp_path / "agent", device="cpu"))
-    with pytest.raises(GrindError, match=r"agent.zip saw what a VecNormalize had scaled"):
+    with pytest.raises(GrindError, match=r"agent.zip: agent saw what a VecNormalize had scaled"):
         load_zip(tmp_path / "agent.zip", simulation)
     with_scale = A2C.load(tmp_path / "agent", env=VecNormalize.load(tmp_path / "scale.pkl", vec_env()), device="cpu")
     assert run_seeds(ModelPolicy(with_scale), simulation, SEEDS).cost.shape == (3,)
@@ -149,10 +149,10 @@ def test_a_model_that_has_lost_its_scale_is_refused(tmp_path):
 def test_a_file_of_another_task_is_refused(tmp_path, monkeypatch):
     model_of(vec_env(action="multidiscrete")).save(tmp_path / "agent")
     rush, simulation = (find_problem(name).simulation() for name in ("rush", "power_limited"))
-    with pytest.raises(GrindError, match=r"agent.zip was trained for power_limited, not for rush"):
+    with pytest.raises(GrindError, match=r"agent.zip: agent was trained for power_limited, not for rush"):
         load_zip(tmp_path / "agent.zip", rush)
     monkeypatch.setattr(shown_view, "TASK_VERSION", 99)
-    with pytest.raises(GrindError, match=r"agent.zip is of task version 3.*train it anew"):
+    with pytest.raises(GrindError, match=r"agent.zip: agent is of task version 3.*train it anew"):
         load_zip(tmp_path / "agent.zip", simulation)
     monkeypatch.undo()
     changed = find_problem("power_limited")

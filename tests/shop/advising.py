@@ -11,7 +11,7 @@ from safetensors.numpy import save
 
 import grind_env
 from grind_env.envs.inputs import inputs_of
-from grind_env.policies.learned.network import FAMILIES, Network, outputs_of
+from grind_env.policies.learned.network import FAMILIES, Network
 from grind_env.policies.learned.saved import ENTRY, FORMAT, VERSION, spaces_digest
 from grind_env.policies.learned.view import LearnerView
 from grind_env.policies.policy import Policy
@@ -52,14 +52,14 @@ def batch(program: Path, parts: int) -> Problem:
 def saved_agent(path: Path, problem: Problem, **said: Any) -> Path:
     """A small agent as `python -m agents train` saves it, with random weights; `said` stands in its description."""
     simulation = problem.simulation()
-    view = LearnerView(simulation, "belief", "grid")
+    view = LearnerView(simulation, "belief")
     family = next(iter(FAMILIES))
     network = Network(
         family=family,
         entries=view.observation_space.shape[0],
         lstm=0,
         hidden=(8,),
-        outputs=outputs_of(view.action_space),
+        outputs=int(view.action_space.nvec.sum()),
         activation="tanh",
     )
     rng = np.random.default_rng(17)

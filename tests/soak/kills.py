@@ -1,7 +1,7 @@
 """Kills at every write of every command: no file is lost or half written, and the same command ends as if unkilled.
 
 A command is killed before it opens a file to write, renames, makes or removes one, each of them in its turn; or in the
-middle of a file, when that has come to so many bytes. A tuning is killed at the statements of its database.
+middle of a file, when that has come to so many bytes.
 """
 
 import os
@@ -16,12 +16,9 @@ import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 
 from agents.application import app as agents
-from tests.agents.killing import kill_until_done
-from tests.agents.test_tune_killed import TRIALS, trials, watch
 from tests.soak.part import Part, Tried, broken
 from tests.soak.readers import call, contents, good_files
 
@@ -49,8 +46,6 @@ STATUSES = (0, 3)
 """3 tells that no better program was found, and none is written."""
 BLOCK = 8
 """Cases of a command in a row: each process runs it whole before it kills it."""
-STUDIES = 40
-"""Cases of which one is a tuning, which is killed many times."""
 WRITING = os.O_WRONLY | os.O_RDWR
 CHANGES = {"os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.link", "os.symlink", "os.truncate"}
 LITTER = ".grind-"
@@ -106,8 +101,6 @@ def prepare() -> None:
 
 def attempt(seed: int) -> Tried:
     """Kill the command of a seed, and run it once more."""
-    if seed % STUDIES == STUDIES - 1:
-        return _kill_tuning(seed // STUDIES)
     row, place = divmod(seed, BLOCK * len(COMMANDS))
     words, turn = COMMANDS[place // BLOCK], BLOCK * row + place % BLOCK
     whole, rng = _whole(words), random.Random(seed)
@@ -183,18 +176,6 @@ def _killed(words: str, step: int, most: int) -> int:
         os._exit(_run(words))
     finally:
         os._exit(99)
-
-
-def _kill_tuning(number: int) -> Tried:
-    """Kill a tuning at ever later statements of its database, until it ends."""
-    (work, count) = list(TRIALS.items())[number % len(TRIALS)]
-    with tempfile.TemporaryDirectory() as folder:
-        whole, killed = Path(folder, "whole"), Path(folder, "killed")
-        work(whole)
-        kills = kill_until_done(partial(work, killed), watch, 0.5 / (1 + number % 4))
-        if len(trials(whole)) != count or trials(killed) != trials(whole):
-            return broken(f"{work.__name__}: another result after kills", f"{trials(killed)}, not {trials(whole)}")
-    return Tried("accepted", sums={"kills": kills, f"killed: tuning, {work.__name__}": kills})
 
 
 @contextmanager

@@ -73,7 +73,7 @@ def test_torch_and_numpy_say_the_same(memory: Memory):
         for log, part in zip(logs, parts, strict=True):
             theirs = part - np.log(np.exp(part).sum(axis=1, keepdims=True))
             assert log[k].detach().numpy() == pytest.approx(theirs, abs=2e-5)
-    assert (state.output != 0.0).any() == (memory == "gru")
+    assert (state != 0.0).any() == (memory == "gru")
 
 
 def test_episodes_that_begin_in_a_rollout_remember_nothing():

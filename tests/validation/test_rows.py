@@ -20,8 +20,8 @@ from grind_env.validation import (
     row_of,
     validate,
 )
-from grind_env.validation.check import Band, at_least, at_most
-from grind_env.validation.grit import idle_fields
+from grind_env.validation.check import Band, band_of
+from grind_env.validation.entry_fields import idle_fields
 from grind_env.validation.slopes import exponent, exponents, largest_step, smallest_step
 
 COUNTS = (
@@ -125,14 +125,29 @@ def test_a_band_of_the_memory_is_so_called_where_the_file_says_so():
 @pytest.mark.parametrize(
     ("band", "inside", "outside"),
     [
-        (Band(0.4, 0.7), (0.4, 0.7), (0.39, 0.71)),
-        (at_most(1.0), (-5.0, 1.0), (1.1,)),
-        (at_least(1.0), (1.0, 9.0), (0.9,)),
+        ("0.4 to 0.7", (0.4, 0.7), (0.39, 0.71)),
+        ("at most 1", (-5.0, 1.0), (1.1,)),
+        ("at least 1", (1.0, 9.0), (0.9,)),
+        ("-1", (-1.0,), (1.0,)),
     ],
 )
 def test_bands(band, inside, outside):
-    assert all(map(band.holds, inside))
-    assert not any(map(band.holds, (*outside, math.nan)))
+    read = band_of(band)
+    assert all(map(read.holds, inside)) and str(read) == band
+    assert not any(map(read.holds, (*outside, math.nan)))
+
+
+@pytest.mark.parametrize(
+    ("name", "file", "key", "column"),
+    [
+        ("least specific energy", "malkin_energy_wearflat", "u_ch", "value_or_min"),
+        ("flats at burn", "malkin_energy_wearflat", "A_burn", "value_or_min"),
+        ("dress width", "dressing_overlap_worked_example", "pitch_for_one_overlay", "value"),
+    ],
+)
+def test_a_reference_is_the_number_of_its_file(rows, name, file, key, column):
+    (found,) = (float(row[column]) for row in data.rows(file) if key in (row.get("id"), row.get("quantity")))
+    assert rows[name].check.reference == found
 
 
 def test_what_the_catalogue_lacks_is_a_row_that_fails_and_says_so():

@@ -9,31 +9,22 @@ import hashlib
 import json
 import zipfile
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path, PurePath
-from typing import Any, get_args
+from typing import Any, Literal
 
 import numpy as np
-from gymnasium import spaces
 from numpy.typing import NDArray
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
-from grind_env.envs.inputs import Inputs, calibrated, differing, inputs_of, told
+from grind_env.envs.inputs import calibrated, differing, inputs_of, told
 from grind_env.envs.simulation import Simulation
-from grind_env.errors import GrindError, quoted, reason
+from grind_env.errors import GrindError, quoted, reason, shortened
 from grind_env.files import MOST_BYTES, is_file, shown, write_atomically
-from grind_env.policies.learned.network import (
-    ACTIVATIONS,
-    FAMILIES,
-    GRU,
-    Actor,
-    LearnedPolicy,
-    Network,
-    Tensor,
-    outputs_of,
-)
-from grind_env.policies.learned.view import FEATURE_BOUND, Actions, LearnedView, LearnerForm, LearnerView, MemoryKind
+from grind_env.json_form import FormError, formed
+from grind_env.policies.learned.network import ACTIVATION, FAMILIES, GRU, Actor, LearnedPolicy, Network, Tensor
+from grind_env.policies.learned.view import FEATURE_BOUND, LearnerForm, LearnerView, MemoryKind
 from grind_env.policies.problem import find_problem
 from grind_env.task_version import TASK_VERSION, of_version
 
@@ -64,18 +55,40 @@ class OtherPart(PolicyFileError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Description:
-    """What is written beside the tensors."""
+    """What is written beside the tensors.
+
+    Raises:
+        ValueError: a name leads to another folder or has what a terminal would obey, or the network has no such parts.
+    """
 
     task: str
     kind: str
-    form: LearnerForm
+    memory: MemoryKind
+    actions: Literal["grid"]
     network: Network
     spaces: str
     """`spaces_digest` of the view that it was trained with."""
-    inputs: Inputs | None
+    inputs: Mapping[str, str | int | float | bool] | None = None
     """`inputs_of` what it was trained for, in the units of job or task; None in files that do not say it."""
-    machines: str
+    machines: str = ""
     """Name of those that it was trained on; empty in files that do not say it."""
+
+    def __post_init__(self) -> None:
+        network, names = self.network, (self.task, self.kind, self.spaces, self.machines or "-")
+        if not all(name and name.isprintable() and PurePath(name).name == name for name in names):
+            raise ValueError("it has a name that is none")
+        if network.family not in FAMILIES or network.activation != ACTIVATION:
+            raise ValueError("its network is of no known family or activation")
+        units = network.entries, network.outputs, *network.hidden, network.lstm or 1
+        if len(network.hidden) > MOST_LAYERS or not all(1 <= each <= MOST_UNITS for each in units):
+            raise ValueError("its network has no such layers")
+        if network.lstm and not FAMILIES[network.family].recurrent:
+            raise ValueError(f"{network.family} has no layer that remembers")
+
+    @property
+    def form(self) -> LearnerForm:
+        """How it sees and acts."""
+        return LearnerForm(self.memory)
 
 
 def load_policy(
@@ -124,7 +137,9 @@ def load_policy(
         raise OtherPart(f"{remark}: train another agent with `grind train`, or accept this one with --other-part")
     view = described.form.view(simulation)
     # what is told of an agent may have changed the scales of what it sees, too
-    if (described.spaces != spaces_digest(view) and not remark) or not fits(described.network, view):
+    sizes = described.network.entries, described.network.outputs
+    fits = sizes == (view.observation_space.shape[0], int(view.action_space.nvec.sum()))
+    if (described.spaces != spaces_digest(view) and not remark) or not fits:
         raise PolicyFileError(
             f"{path} was trained for another version of {described.task}, with other observations or actions:"
             " train one anew"
@@ -182,7 +197,7 @@ def write_policy(
         "task": simulation.task.name,
         "kind": kind,
         "memory": form.memory,
-        "actions": form.actions,
+        "actions": "grid",
         "network": asdict(actor.network),
         "spaces": spaces_digest(form.view(simulation)),
         "inputs": inputs_of(simulation),
@@ -199,15 +214,6 @@ def spaces_digest(view: LearnerView) -> str:
     seen = [entries, view.observation_space.shape[0], str(view.action_space), view.codec.levels.tolist()]
     bounds = [view.codec.low, view.codec.high, view.codec.executions]
     return hashlib.sha256(json.dumps([seen, bounds]).encode()).hexdigest()
-
-
-def fits(network: Network, view: LearnedView) -> bool:
-    """Whether a network reads the features of a view and says its actions."""
-    squashed, valued = FAMILIES[network.family].squashed, network.family == "q_network"
-    acts = not squashed or isinstance(view.action_space, spaces.Box)
-    chooses = not valued or isinstance(view.action_space, spaces.Discrete)
-    sizes = (network.entries, network.outputs) == (view.observation_space.shape[0], outputs_of(view.action_space))
-    return acts and chooses and sizes
 
 
 def check_finite(path: Path, tensors: Mapping[str, Tensor]) -> None:
@@ -244,14 +250,13 @@ def check_sums(path: Path, network: Network, tensors: Mapping[str, Tensor]) -> N
     largest = np.full(network.entries, FEATURE_BOUND)
     if network.lstm:
         # what it shows lies between -1 and 1
-        shown, layer = np.ones(network.lstm), FAMILIES[network.family].recurrent
-        check(layer, sums(layer, largest, "_ih_l0") + sums(layer, shown, "_hh_l0"))
-        largest = np.concatenate([shown, largest]) if layer == GRU else shown
+        shown = np.ones(network.lstm)
+        check(GRU, sums(GRU, largest, "_ih_l0") + sums(GRU, shown, "_hh_l0"))
+        largest = np.concatenate([shown, largest])
     for layer in network.linear():
         largest = sums(layer, largest)
         check(layer, largest)
-        if network.activation == "tanh":
-            largest = np.minimum(largest, 1.0)
+        largest = np.minimum(largest, 1.0)
 
 
 def read_description(path: Path, text: str | None) -> Description:
@@ -270,65 +275,15 @@ def read_description(path: Path, text: str | None) -> Description:
         document = json.loads(text)
         if type(document["format"]) is not int or document["format"] != FORMAT:
             raise PolicyFileError(f"{path} has format {quoted(document['format'])}, but this version reads {FORMAT}")
-        task, kind = _word(document["task"]), _word(document["kind"])
         if document.get(VERSION) != TASK_VERSION:
+            task = shortened(str(document["task"]))
             raise PolicyFileError(
                 f"{path} is {of_version(document.get(VERSION))}: train it anew for {task} with `grind train`"
             )
-        network = document["network"]
-        if network["lstm"] and not FAMILIES[_one_of(tuple(FAMILIES), network["family"])].recurrent:
-            raise ValueError(f"{network['family']} has no layer that remembers")
-        return Description(
-            task=task,
-            kind=kind,
-            form=LearnerForm(
-                _one_of(get_args(MemoryKind), document["memory"]), _one_of(get_args(Actions), document["actions"])
-            ),
-            network=Network(
-                family=_one_of(tuple(FAMILIES), network["family"]),
-                entries=_units(network["entries"]),
-                lstm=_units(network["lstm"], least=0),
-                hidden=tuple(_units(each) for each in _listed(network["hidden"])),
-                outputs=_units(network["outputs"]),
-                activation=_one_of(tuple(ACTIVATIONS), network["activation"]),
-            ),
-            spaces=_word(document["spaces"]),
-            inputs=_inputs(document.get("inputs")),
-            machines=_word(document["machines"]) if "machines" in document else "",
-        )
+        known = {each.name: document[each.name] for each in fields(Description) if each.name in document}
+        described: Description = formed(Description, known, "it")
     except PolicyFileError:
         raise
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
-        raise PolicyFileError(f"{path} {NO_AGENT}: its description is damaged ({error!r:.80})") from None
-
-
-def _word(value: Any) -> str:
-    """A name, which has no control characters that a terminal would obey, and leads to no other folder."""
-    if not isinstance(value, str) or not value or not value.isprintable() or PurePath(value).name != value:
-        raise TypeError(f"{value!r:.20} is no name")
-    return value
-
-
-def _inputs(value: Any) -> Any:
-    said = isinstance(value, dict) and all(isinstance(each, str | float | int) for each in value.values())
-    if said or value is None:
-        return value
-    raise TypeError(f"{value!r:.20} names no inputs")
-
-
-def _one_of(legal: tuple[Any, ...], value: Any) -> Any:
-    if not isinstance(value, str) or value not in legal:
-        raise ValueError(f"{value!r:.20} is none of {', '.join(legal)}")
-    return value
-
-
-def _units(value: Any, least: int = 1) -> int:
-    if type(value) is not int or not least <= value <= MOST_UNITS:
-        raise ValueError(f"{value!r:.20} is no number of units")
-    return value
-
-
-def _listed(value: Any) -> list[Any]:
-    if not isinstance(value, list) or len(value) > MOST_LAYERS:
-        raise TypeError(f"{value!r:.20} is no list of layers")
-    return value
+    except (FormError, ValueError, KeyError, TypeError, RecursionError) as error:
+        raise PolicyFileError(f"{path} {NO_AGENT}: its description is damaged ({reason(error)})") from None
+    return described

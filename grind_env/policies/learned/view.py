@@ -9,14 +9,13 @@ the wheel:
 * `estimates`: the estimates alone;
 * `none`: nothing, for agents whose network remembers, or for the worth of a memory.
 
-It acts on the action space of the environment in one of three forms; a policy over whole numbers of dresses should
-not be a Gaussian, but some algorithms know nothing else.
+It chooses E and D as two whole numbers: a policy over whole numbers of dresses should not be a Gaussian.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol
+from typing import Literal
 
 import numpy as np
 from gymnasium import spaces
@@ -32,11 +31,8 @@ from grind_env.policies.scripted.rules import REFERENCE_AREA
 
 MemoryKind = Literal["belief", "means", "stack", "estimates", "none"]
 """What a learner remembers."""
-Actions = Literal["grid", "index", "box"]
-"""How it acts: E and D as two whole numbers, both as one, or two numbers between -1 and 1."""
-
-FORMS: dict[Actions, str] = {"grid": "multidiscrete", "index": "discrete", "box": "box"}
-"""The forms of the action of `grind_env.envs.actions`."""
+GRID = "multidiscrete"
+"""The form of the action of `grind_env.envs.actions`."""
 
 MEMBERS = 16
 """Of the belief's ensemble."""
@@ -56,43 +52,14 @@ Flags = NDArray[np.bool_]
 Features = NDArray[np.float32]
 
 
-class LearnedView(Protocol):
-    """Features and actions of N episodes."""
-
-    observation_space: spaces.Box[Any]
-    """Of the features of one episode."""
-    action_space: spaces.Space[Any]
-
-    def begin(self, n: int) -> None:
-        """N episodes begin."""
-
-    def features(self, observation: NDArray[np.float32]) -> Features:
-        """Take in the measured observation before a block, shape (N, entries).
-
-        Returns:
-            Shape (N, features), a new array.
-        """
-
-    def decide(self, actions: NDArray[Any]) -> Decision:
-        """E in mm/min and D of a batch of actions."""
-
-
-class ViewForm(Protocol):
-    """How an agent sees any simulation of its task."""
-
-    def view(self, simulation: Simulation) -> LearnedView:
-        """How it sees this one."""
-
-
 @dataclass(frozen=True, slots=True)
 class LearnerForm:
-    """The features of a memory, and a form of actions; a `ViewForm`."""
+    """How an agent with a memory sees any simulation of its task."""
 
     memory: MemoryKind
-    actions: Actions
 
     def view(self, simulation: Simulation) -> LearnerView:
-        return LearnerView(simulation, self.memory, self.actions)
+        return LearnerView(simulation, self.memory)
 
 
 class RunningMeans:
@@ -134,13 +101,13 @@ class LearnerView:
     Args:
         simulation: of the environment, which shows what is measured.
         memory: what the features remember.
-        actions: form of the actions.
     """
 
-    def __init__(self, simulation: Simulation, memory: MemoryKind = "belief", actions: Actions = "grid") -> None:
+    def __init__(self, simulation: Simulation, memory: MemoryKind = "belief") -> None:
         entries = simulation.entries
         self.task, self.entries = simulation.task, entries
-        self.codec = ActionCodec(simulation.task, FORMS[actions])
+        self.codec = ActionCodec(simulation.task, GRID)
+        assert isinstance(self.codec.space, spaces.MultiDiscrete)
         self.action_space = self.codec.space
         self.estimator = SharpnessEstimator(simulation) if memory not in ("stack", "none") else None
         self.belief = BeliefMemory(simulation, MEMBERS) if memory in ("belief", "means") else None
@@ -203,6 +170,6 @@ class LearnerView:
         )
         return np.stack(columns, axis=1).astype(np.float32)
 
-    def decide(self, actions: NDArray[np.int64] | NDArray[np.float32]) -> Decision:
-        """E in mm/min and D of a batch of actions, shape (N,) or (N, 2)."""
+    def decide(self, actions: NDArray[np.int64]) -> Decision:
+        """E in mm/min and D of a batch of actions, shape (N, 2)."""
         return Decision(*self.codec.decode(actions))

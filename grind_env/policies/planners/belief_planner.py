@@ -116,5 +116,4 @@ class BeliefPlanner:
         return Decision(choices.speeds[np.arange(n), best], choices.executions[np.arange(n), best])
 
     def _number(self, kind: int) -> int:
-        """Of the first row of a kind in the tables."""
         return int(np.argmax(self.simulation.branches.kind_of_row[self.table.course.rows] == kind))

@@ -205,7 +205,6 @@ class Worth:
     def places(
         self, growth: Array, pressure: Array, dull: Array, margin: Array
     ) -> tuple[AxisPlace, AxisPlace, AxisPlace, AxisPlace]:
-        """Where wheels, lots and time stand on the axes."""
         return (
             place(self.growth, growth),
             place(self.pressure, pressure),

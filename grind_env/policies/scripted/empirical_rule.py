@@ -90,7 +90,6 @@ class EmpiricalRule:
         return self.decide(observation)
 
     def learn(self, observation: NDArray[np.float32]) -> None:
-        """Take in what was read of the last block."""
         if self.begun:
             self._learn(self.simulation.read(observation), np.arange(len(observation)))
 

@@ -98,7 +98,6 @@ class SharpnessEstimator:
         self.begin(episodes)
 
     def begin(self, n: int) -> None:
-        """Forget everything; n episodes begin."""
         self.memory = np.zeros((n, len(LotMemory._fields)))
         self.kind = np.zeros(n)
 

@@ -125,7 +125,6 @@ class LookAhead:
         return best
 
     def _prices(self, seen: dict[str, Array]) -> Prices:
-        """Prices at the readings before the coming block."""
         task, kind = self.simulation.task, self._kind()
         nothing = np.zeros(len(kind))
         second, execution = nothing, nothing
@@ -141,7 +140,6 @@ class LookAhead:
         return Prices(charged * np.array(self.price)[kind], np.array(self.growth)[kind], second, execution)
 
     def _kind(self) -> NDArray[np.int64]:
-        """Kind of the coming block of every episode."""
         return self.simulation.branches.kind_of_row[self.belief.rows]
 
     def _cheapest(self, wheels: Episodes, choices: Decision, prices: Prices) -> Decision:

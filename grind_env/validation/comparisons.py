@@ -1,0 +1,174 @@
+"""Numbers of the rig that take several wheels, or none, each a name in `checks.csv`; arguments as there."""
+
+import math
+from typing import Any
+
+from grind_env.machine.job import Lots
+from grind_env.process.equations import dress_width as active_width
+from grind_env.process.state import StrokeResult
+from grind_env.validation import data
+from grind_env.validation.entry_fields import idle_fields
+from grind_env.validation.quantities import ROUGHING, STEADY, settled_roughness, threshold_force, wear_depth
+from grind_env.validation.rig import NO_GROWTH, Grinder, Rig, grind_plate
+from grind_env.validation.slopes import exponent
+
+DULL, HALF_DULL = 0.04, 0.03
+"""Wear-flat areas, share of the wheel's face: where burn is expected, and between that and a sharp wheel, .009."""
+INTERVAL = 100.0
+"""mm3/mm over which a wheel loses what a dress loosened."""
+VOLUMES = (250.0, 450.0, 600.0)
+"""mm3/mm; the volumes of valve_alloys.csv, if they are mm3 on a width of 20 mm."""
+AMPLE = 500_000.0
+"""W; more than any stroke asks for."""
+SLOWED = 1.2
+"""What a stroke asks for over the power of a spindle that it slows."""
+ENTRIES = {
+    "material": (
+        *("aisi_52100", "aisi_d2", "aisi_m2", "aisi_1045", "case_hardened_16mncr5", "grey_cast_iron"),
+        *("inconel_718", "inc751", "ti_6al_4v"),
+    ),
+    "wheel": ("a46h", "a60j", "a80k", "a120k", "a46j", "sg60j", "b126", "b91"),
+    "fluid": ("emulsion", "synthetic", "oil", "dry"),
+    "dresser": ("single_point", "blade", "rotary"),
+}
+"""What a shop looks for in the catalogue, by kind of entry."""
+
+
+def catalogue_gaps(rig: Rig) -> float:
+    """Return how many of `ENTRIES` the catalogue lacks."""
+    known = {kind: getattr(rig.catalogue, f"{kind}s") for kind in ENTRIES}
+    return float(sum(name not in known[kind] for kind, names in ENTRIES.items() for name in names))
+
+
+def fields_without_effect(rig: Rig) -> float:
+    """Return how many fields of entries change nothing."""
+    return float(len(idle_fields(rig)))
+
+
+def threshold_when_dull(rig: Rig) -> float:
+    """Return the threshold force of a dull wheel over that of a sharp one."""
+    return threshold_force(rig.dulled(DULL)) / threshold_force(rig.sharp())
+
+
+def roughness_in_nickel(rig: Rig, wheel: str) -> float:
+    """Return the settled Ra in a nickel alloy over that in steel."""
+    nickel, steel = (settled_roughness(rig.fresh(wheel=wheel, material=each)) for each in ("inc751", "aisi_52100"))
+    return nickel / steel
+
+
+def roughness_scatter(rig: Rig) -> float:
+    """Return the coefficient of variation of Ra from part to part in a job that says nothing of it."""
+    return math.sqrt(math.expm1(Lots().roughness ** 2))
+
+
+def early_loss(rig: Rig, **setup: Any) -> float:
+    """Return the radius that a wheel loses early after a dress, beside its steady wear, um."""
+    return 1000.0 * (wear_depth(rig.fresh(**setup), INTERVAL) - wear_depth(rig.steady(**setup), INTERVAL))
+
+
+def wear_on_volume(rig: Rig, wheel: str) -> float:
+    """Return the exponent of the wear on the volume ground since the dress."""
+    return exponent(VOLUMES, [rig.used(volume, material="inc751", wheel=wheel).worn for volume in VOLUMES])
+
+
+def too_thin(rig: Rig, waits: float) -> float:
+    """Return by how much more the last of a part is ground off than where it does not grow, um.
+
+    Roughing with a wheel due for a dress, some strokes in the air to cool, and two more infeeds.
+    """
+    depths = []
+    for changes in ({}, NO_GROWTH):
+        grinder = rig.dulled(HALF_DULL, changes=changes)
+        grinder.grind(ROUGHING)
+        depth, grinder.Z = grinder.Z, -1.0
+        if waits:
+            grinder.grind(int(waits), 0.0)
+        grinder.Z = depth
+        grinder.grind(2)
+        depths.append(grinder.S)
+    return 1000.0 * (depths[0] - depths[1])
+
+
+def _spindles(rig: Rig, over: float) -> tuple[StrokeResult, StrokeResult]:
+    """Return the stroke of an ample spindle, and that of one with 1/`over` of the power that it asks for."""
+    wheel = rig.sharp(changes={"machine": {"power_limit": AMPLE, "idle_power": 0.0}})
+    ample = rig.set_up_anew(wheel).grind(STEADY)
+    weak = rig.set_up_anew(wheel, changes={"machine": {"power_limit": ample.power * (1.0 / over), "idle_power": 0.0}})
+    return ample, weak.grind(STEADY)
+
+
+def slowed(rig: Rig, name: str) -> float:
+    """Return a field of the stroke of the weak spindle over that of the ample one."""
+    ample, weak = (getattr(each, name) for each in _spindles(rig, SLOWED))
+    return float(weak / ample)
+
+
+def power_used(rig: Rig) -> float:
+    """Return the power of the weak spindle over what it has."""
+    ample, weak = _spindles(rig, SLOWED)
+    return weak.power / (1.0 / SLOWED * ample.power)
+
+
+def stalled(rig: Rig, over: float) -> float:
+    """Return 1 where a spindle stalls that is asked for `over` times its power, else 0."""
+    return float(_spindles(rig, over)[1].torque >= 1.0)
+
+
+def plate_survival(rig: Rig, power_limit: float) -> float:
+    """Return the probability that the part of the example is good."""
+    return float(grind_plate(rig, power_limit).parts["survival"][0])
+
+
+def plate_seconds(rig: Rig, power_limit: float) -> float:
+    """Return the time of the example, s."""
+    return grind_plate(rig, power_limit).seconds
+
+
+def stall_warnings(rig: Rig, power_limit: float) -> float:
+    """Return how many warnings of a stall name block and stroke."""
+    return sum("stall" in line and "stroke" in line for line in grind_plate(rig, power_limit).warnings)
+
+
+def burn_threshold_error(rig: Rig) -> float:
+    """Return the largest deviation of the model's burn threshold, u_s/Br, from the grid, %."""
+    errors = []
+    for row in data.rows("burn_threshold_grid"):
+        speed, depth = float(row["vw_m_min"]) / 0.06, float(row["ae_um"]) / 1000.0
+        done = rig.fresh(diameter=float(row["De_mm"]), table_speed=speed, constant_surface_speed=True).cut(depth)
+        errors.append(abs(done.u_s / done.Br / float(row["ustar_J_mm3"]) - 1.0))
+    return 100.0 * max(errors)
+
+
+def _dull_to_burn(rig: Rig) -> Grinder:
+    """Make a wheel with the wear-flat area at which the burn ratio of its steady stroke is 1; found by bisection."""
+    low, high = 0.005, 0.14
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if rig.dulled(middle).grind(STEADY).Br < 1.0 else (low, middle)
+    return rig.dulled(high)
+
+
+def flats_at_burn(rig: Rig) -> float:
+    """Return the wear-flat area at which the burn ratio is 1, %."""
+    return 100.0 * _dull_to_burn(rig).wheel.A
+
+
+def temperature_at_burn(rig: Rig) -> float:
+    """Return the temperature rise at which the burn ratio is 1, K."""
+    return _dull_to_burn(rig).grind(STEADY).T
+
+
+def linearity(rig: Rig) -> float:
+    """Return the specific energy at A 4 % over the mean of those at 2 and 6 %, at one depth of cut."""
+    low, middle, high = (rig.dulled(flats).cut(0.010).u_s for flats in (0.02, 0.04, 0.06))
+    return 2.0 * middle / (low + high)
+
+
+def dress_width(rig: Rig) -> float:
+    """Return the active width of an unworn diamond of .38 mm radius, .025 mm deep, mm."""
+    return active_width(0.025, 0.38, 0.0)
+
+
+def dress_overlap(rig: Rig) -> float:
+    """Return its overlap ratio at 192.5 mm/min and 1410 rpm."""
+    return dress_width(rig) / (192.5 / 1410.0)

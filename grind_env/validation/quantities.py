@@ -1,0 +1,187 @@
+"""Quantities of a wheel over a part, each a number that `checks.csv` names: units as there.
+
+A stroke's own quantities have no function: they are fields of `StrokeResult`.
+"""
+
+from itertools import pairwise
+from math import log
+
+import numpy as np
+
+from grind_env.process.equations import part_growth
+from grind_env.process.state import StrokeResult
+from grind_env.validation.rig import Grinder
+
+STEADY = 5
+"""Strokes after which the depth of cut has come up to the downfeed."""
+SPARK_OUT, FULL_SPARK_OUT = 10, 40
+"""Passes after which force and power are to be near those of the threshold, and after which nothing more happens."""
+ROUGHING = 17
+"""Strokes of roughing after which the growth of a part is looked at."""
+FLATS = tuple(np.geomspace(0.004, 0.145, 181).tolist())
+"""Wear-flat areas by which the heat flux is raised."""
+
+
+def of_stroke(grinder: Grinder, name: str, number: float = STEADY) -> float:
+    """Return a field of the last of some strokes."""
+    return float(getattr(grinder.grind(int(number)), name))
+
+
+def flats(grinder: Grinder) -> float:
+    """Return the wear-flat area, share of the wheel's face."""
+    return grinder.wheel.A
+
+
+def flats_after(grinder: Grinder, volume: float) -> float:
+    """Return the wear-flat area after `volume` mm3/mm more."""
+    grinder.grind_volume(volume)
+    return grinder.wheel.A
+
+
+def loading(grinder: Grinder) -> float:
+    """Return the share of the pores that is loaded."""
+    return grinder.wheel.lam
+
+
+def grain_density(grinder: Grinder) -> float:
+    """Return the active grains per area, 1/mm2, from force, force per grain and contact length of a stroke."""
+    done = grinder.grind()
+    return done.Fn / (done.fg * done.lc)
+
+
+def force_ratio(grinder: Grinder) -> float:
+    """Return tangential over normal force."""
+    done = grinder.grind(STEADY)
+    return done.Ft / done.Fn
+
+
+def power_per_width(grinder: Grinder) -> float:
+    """Return the power over the engaged width, W/mm."""
+    return grinder.grind(STEADY).power / grinder.setup.width
+
+
+def g_ratio(grinder: Grinder, volume: float) -> float:
+    """Return the G-ratio over the next `volume` mm3/mm."""
+    grinder.grind_volume(volume)
+    return grinder.g_ratio()
+
+
+def wear_depth(grinder: Grinder, volume: float) -> float:
+    """Return the radial wear over the next `volume` mm3/mm, mm."""
+    grinder.grind_volume(volume)
+    return grinder.wheel.W
+
+
+def dressed_share(grinder: Grinder) -> float:
+    """Return the share of the wheel that the dresser takes: a dress every 15 parts of 0.1 mm stock, %."""
+    removed = grinder.dress()
+    worn = 0.0
+    for _ in range(15):
+        grinder.new_part()
+        grinder.grind(10)
+        grinder.grind(2, 0.0)
+        worn += grinder.worn
+    return 100.0 * removed / (removed + worn)
+
+
+def threshold_force(grinder: Grinder) -> float:
+    """Return the normal force below which nothing is cut, N/mm."""
+    return grinder.threshold().Fn
+
+
+def cut_at_half_the_threshold(grinder: Grinder) -> float:
+    """Return the depth of cut at half the interference of the threshold, um."""
+    return 1000.0 * grinder.trial(0.5 * grinder.threshold().Fn * grinder.setup.width / grinder.p.ke).ae
+
+
+def over_threshold(grinder: Grinder, name: str) -> float:
+    """Return a field of the last of ten spark-out passes over that of the threshold of the same wheel."""
+    grinder.grind(10)
+    last = grinder.grind(SPARK_OUT, 0.0)
+    return float(getattr(last, name) / getattr(grinder.threshold(), name))
+
+
+def residual_power(grinder: Grinder) -> float:
+    """Return the power of a pass that cuts 0.1 um, and so has all but died, over that of the plunge."""
+    return grinder.cut(1e-4).power / grinder.grind(STEADY).power
+
+
+def least_energy(grinder: Grinder) -> float:
+    """Return the specific energy of a cut so deep that only chips count, J/mm3.
+
+    What flats and ploughing add falls with the square root of the depth; cuts of 20 and 80 um give what is left.
+    """
+    return 2.0 * grinder.cut(0.080).u_s - grinder.cut(0.020).u_s
+
+
+def settled_roughness(grinder: Grinder) -> float:
+    """Return the Ra of the wheel 100 mm3/mm later, um."""
+    return grinder.grind_volume(100.0).Rg
+
+
+def touched(grinder: Grinder) -> float:
+    """Return what a touch of 1 nm takes off the Ra of an unground face, %."""
+    return 100.0 * (1.0 - grinder.trial(1e-6).Ra / grinder.Rs)
+
+
+def sparked_out(grinder: Grinder) -> float:
+    """Return Ra of a part after 10 strokes and full spark-out, um."""
+    grinder.grind(10)
+    return grinder.grind(FULL_SPARK_OUT, 0.0).Ra
+
+
+def spark_out_gain(grinder: Grinder) -> float:
+    """Return Ra after full spark-out over that of the plunge."""
+    plunged = grinder.grind(40).Ra
+    return grinder.grind(FULL_SPARK_OUT, 0.0).Ra / plunged
+
+
+def growth(grinder: Grinder) -> float:
+    """Return by how much the part stands higher after roughing, um."""
+    grinder.grind(ROUGHING)
+    return 1000.0 * part_growth(grinder.heat.dT, grinder.p.swell)
+
+
+def burning(grinder: Grinder) -> float:
+    """Return the temperature rise where a wheel is so dull that a cut of 10 um burns by Malkin's threshold, K."""
+    low, high = FLATS[0], FLATS[-1]
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if _cut_when(grinder, middle).Br < 1.0 else (low, middle)
+    return grinder.cut(0.010).T
+
+
+def burn_out_flux(grinder: Grinder) -> float:
+    """Return the heat flux at which the film boils: where the temperature rises most steeply with it, W/mm2."""
+    strokes = [_cut_when(grinder, flats) for flats in FLATS]
+    slopes = _steepness(strokes)
+    return _flux(strokes[slopes.index(max(slopes))])
+
+
+def boiling_range(grinder: Grinder) -> float:
+    """Return the heat flux at which the film has boiled over that at which it begins to boil."""
+    strokes = [_cut_when(grinder, flats) for flats in FLATS]
+    shares = [done.eps for done in strokes]
+    middle = max(range(len(shares) - 1), key=lambda k: shares[k + 1] / shares[k])
+    steep = [k for k, slope in enumerate(_steepness(strokes)) if slope > 2.0]
+    if middle not in steep:
+        return float("nan")
+    first = next(k for k in range(middle, -1, -1) if k - 1 not in steep)
+    last = next(k for k in range(middle, len(shares)) if k + 1 not in steep)
+    return _flux(strokes[last + 1]) / _flux(strokes[first])
+
+
+def _cut_when(grinder: Grinder, flats: float) -> StrokeResult:
+    """Cut 10 um with a wear-flat area."""
+    grinder.wheel = grinder.wheel._replace(A=flats)
+    return grinder.cut(0.010)
+
+
+def _flux(done: StrokeResult) -> float:
+    """Return the heat flux over the contact, W/mm2."""
+    return done.Ft * done.Q / (done.heq * done.lc)
+
+
+def _steepness(strokes: list[StrokeResult]) -> list[float]:
+    """Return how steeply the temperature rises with the heat flux between strokes: 1 where it is proportional."""
+    return [log(two.T / one.T) / log(_flux(two) / _flux(one)) for one, two in pairwise(strokes)]
