@@ -37,49 +37,15 @@ class Executed(NamedTuple):
     """Its motions, retrace included, if it is the first execution of the program."""
 
 
-def control_of_dress(event: CycleStart, job: Job, control: Control) -> Control:
-    """A control whose tables and variables are as the dress program of a cycle finds them."""
-    return replace(
-        control,
-        variables=event.variables,
-        work_offsets=event.origins,
-        external_offset=ORIGIN,
-        radii={WHEEL_RADIUS: 0.5 * first_diameter(job), **control.radii},
-    )
-
-
-class DressRuns:
-    """Dress programs run by themselves, once for all that they may find where a cycle calls them.
-
-    With other modes, tables or values of its `#` variables a program may do something else. Where it dresses the same
-    with other modes or values, such as it has itself left behind, it keeps the time of its first run, for only its way
-    to the diamond begins elsewhere.
-    """
-
-    def __init__(self, programs: Programs, job: Job, control: Control) -> None:
-        self.programs, self.job, self.control = programs, job, control
-        self._runs: dict[tuple[object, ...], list[DressRun]] = {}
-        self._known: dict[tuple[object, ...], DressRun] = {}
-
-    def run(self, number: int, position: Position, event: CycleStart) -> DressRun:
-        tables = number, tuple(event.origins.items())
-        key = *tables, tuple(sorted(event.variables.items())), event.modes
-        if key not in self._known:
-            control = control_of_dress(event, self.job, self.control)
-            found = run_dress(self.programs, number, self.job, control, position, event.plan.axis, event.modes)
-            runs = self._runs.setdefault(tables, [])
-            same = next((run for run in runs if is_same(run.plan, found.plan)), None)
-            if same is None:
-                runs.append(found)
-            self._known[key] = same or found
-        return self._known[key]
-
-
 class DressPrograms:
     """What is known of the dress programs of a run, by O number.
 
+    A program may do something else with other modes, tables or values of its `#` variables, so that it is run by itself
+    once for each of these. One that dresses the same with other modes or values keeps the time of its first run: only
+    its way to the diamond begins elsewhere.
+
     Attributes:
-        advancing: those in which the dresser has to advance by itself.
+        plans: what each does by itself.
         missed: of each the first pass that misses the diamond; None if none does.
         under_way: the start of the execution under way; None while there is none.
     """
@@ -87,25 +53,39 @@ class DressPrograms:
     def __init__(self, programs: Programs, job: Job, control: Control) -> None:
         self.programs, self.job, self.control = programs, job, control
         self.plans: dict[int, DressPlan] = {}
-        self.advancing: set[int] = set()
         self.missed: dict[int, Motion | None] = {}
         self.under_way: DressStart | None = None
-        self._dresses = DressRuns(programs, job, control)
+        self._runs: dict[tuple[object, ...], list[DressRun]] = {}
+        self._known: dict[tuple[object, ...], DressRun] = {}
         self._found: dict[int, DressRun] = {}
         self._modes: Modes | None = None  # of the last cycle
         self._motions: list[Motion] = []
         self._gone: set[tuple[int, int]] = set()  # of which program, from which station, a way has been judged
 
-    def plan(self, number: int, position: Position, event: CycleStart) -> DressPlan:
-        run = self._dresses.run(number, position, event)
+    def run(self, number: int, position: Position, event: CycleStart) -> DressRun:
+        """What a dress program does where a cycle begins at a position, mm."""
+        tables = number, tuple(event.origins.items())
+        key = *tables, tuple(sorted(event.variables.items())), event.modes
+        if key not in self._known:
+            control = replace(  # whose tables and variables are as the dress program of the cycle finds them
+                self.control,
+                variables=event.variables,
+                work_offsets=event.origins,
+                external_offset=ORIGIN,
+                radii={WHEEL_RADIUS: 0.5 * first_diameter(self.job), **self.control.radii},
+            )
+            found = run_dress(self.programs, number, self.job, control, position, event.plan.axis, event.modes)
+            runs = self._runs.setdefault(tables, [])
+            same = next((run for run in runs if is_same(run.plan, found.plan)), None)
+            if same is None:
+                runs.append(found)
+            self._known[key] = same or found
+        run, self._modes = self._known[key], event.modes
         if self._found.get(number) is not run:
             if self.plans.get(number) != run.plan:
                 self._gone = {each for each in self._gone if each[0] != number}
-            self.plans[number], self._found[number] = run.plan, run
-            self.advancing |= {number} if run.advances else set()
-            self.missed[number] = self._missed(run)
-        self._modes = event.modes
-        return self.plans[number]
+            self.plans[number], self._found[number], self.missed[number] = run.plan, run, self._missed(run)
+        return run
 
     def file(self, number: int) -> str:
         program = self.programs.find(number)
