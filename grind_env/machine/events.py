@@ -5,26 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any, ClassVar
 
-from grind_env.control import (
-    Arc,
-    Control,
-    CyclePlan,
-    CycleStart,
-    CycleStrokes,
-    DressEnd,
-    DressStart,
-    Dwell,
-    Event,
-    Line,
-    Motion,
-    ProgramEnd,
-    Programs,
-    ProgramStop,
-    Rapid,
-    Spindle,
-    Stroke,
-    Switch,
-)
+from grind_env.control import Control, CyclePlan, CycleStrokes, Programs, motions
 from grind_env.control.rules import INSTANT
 from grind_env.machine.dress.dressing import DressPrograms
 from grind_env.machine.dress.mounting import first_diameter
@@ -60,15 +41,15 @@ class EventConsumer(ABC):
         self.position, self.axis, self.begun = control.start, 0, 0
         self.plan: CyclePlan | None = None
         self.has_ground = self.found = False
-        self.leaving: ProgramStop | None = None
+        self.leaving: motions.ProgramStop | None = None
         self.stroked_until = self._moved_at = 0.0
         self.unloaded_at: float | None = None
 
-    def take(self, event: Event) -> None:
+    def take(self, event: motions.Event) -> None:
         happen = self.HAPPENINGS.get(type(event))
         if happen is not None:
             happen(self, event)
-        if isinstance(event, Motion):
+        if isinstance(event, motions.Motion):
             self.position = event.end
             self.dressing.follow(event)
             if shows_place(event):
@@ -80,13 +61,13 @@ class EventConsumer(ABC):
         if stop is not None:
             self.unload(self.stroked_until if self.stroked_until > stop.time + INSTANT else stop.time, stop)
 
-    def unload(self, time: float, stop: ProgramStop | None = None) -> None:
+    def unload(self, time: float, stop: motions.ProgramStop | None = None) -> None:
         """Take the part off, unless it is off; what the program moves after an M00 is found there."""
         if self.unloaded_at is None:
             self.unloaded_at = self.take_off(time, stop)
             self.found = stop is not None and self._moved_at > stop.time - INSTANT
 
-    def _stop(self, event: ProgramStop) -> None:
+    def _stop(self, event: motions.ProgramStop) -> None:
         """M00 takes the part off; at M01 it is gauged. Within a dress the operator looks after the dresser instead.
 
         From a table that reciprocates no part is taken: it stays until the table stands or the next cycle takes over.
@@ -102,7 +83,7 @@ class EventConsumer(ABC):
                 else:
                     self.unload(event.time, event)
 
-    def _start_cycle(self, event: CycleStart) -> None:
+    def _start_cycle(self, event: motions.CycleStart) -> None:
         plan, dress = event.plan, None
         if plan.program is not None:
             dress = self.dressing.run(plan.program, self.position, event)
@@ -113,7 +94,7 @@ class EventConsumer(ABC):
         self.has_ground, self.begun, self.plan, self.axis = True, self.begun + 1, plan, plan.axis
         self.begin_block(time, plan, stations, dress)
 
-    def _feed(self, move: Line) -> None:
+    def _feed(self, move: motions.Line) -> None:
         axis, jobs = self.along
         strokes = (feed_stroke(move, axis, job, self.plan) for job in jobs)
         event = next((each for each in strokes if each is not None), None)
@@ -155,42 +136,42 @@ class EventConsumer(ABC):
         """Make strokes, the first of which has a number within its cycle, or 0."""
 
     @abstractmethod
-    def move(self, event: Motion) -> None:
+    def move(self, event: motions.Motion) -> None:
         """Move the wheel, or dwell, without a stroke."""
 
     @abstractmethod
-    def gauge(self, event: ProgramStop) -> None:
+    def gauge(self, event: motions.ProgramStop) -> None:
         """Gauge the part."""
 
     @abstractmethod
-    def take_off(self, time: float, stop: ProgramStop | None) -> float:
+    def take_off(self, time: float, stop: motions.ProgramStop | None) -> float:
         """Take the part off; the time of the job, s."""
 
     @abstractmethod
     def coming_jobs(self) -> Sequence[Job]:
         """The job of the part that a feed move may be over; none if it grinds nothing."""
 
-    def start_dress(self, event: DressStart) -> None:
+    def start_dress(self, event: motions.DressStart) -> None:
         """Note that a dress begins."""
         self.dressing.begin(event)
 
     @abstractmethod
-    def end_dress(self, event: DressEnd) -> None: ...
+    def end_dress(self, event: motions.DressEnd) -> None: ...
 
     @abstractmethod
-    def end(self, event: ProgramEnd) -> None: ...
+    def end(self, event: motions.ProgramEnd) -> None: ...
 
     HAPPENINGS: ClassVar[Mapping[type[Any], Callable[[Any, Any], None]]] = {
-        CycleStart: _start_cycle,
-        Stroke: lambda self, event: self._stroke(alone(event), event.number or 0),
+        motions.CycleStart: _start_cycle,
+        motions.Stroke: lambda self, event: self._stroke(alone(event), event.number or 0),
         CycleStrokes: lambda self, event: self._stroke(event, 1),
-        Line: _feed,
-        **dict.fromkeys((Rapid, Arc, Dwell), lambda self, event: self.move(event)),
-        DressStart: lambda self, event: self.start_dress(event),
-        DressEnd: lambda self, event: self.end_dress(event),
-        Spindle: lambda self, event: self.running.set_speed(event),
-        Switch: lambda self, event: self.running.switch(event),
-        ProgramStop: _stop,
-        ProgramEnd: lambda self, event: self.end(event),
+        motions.Line: _feed,
+        **dict.fromkeys((motions.Rapid, motions.Arc, motions.Dwell), lambda self, event: self.move(event)),
+        motions.DressStart: lambda self, event: self.start_dress(event),
+        motions.DressEnd: lambda self, event: self.end_dress(event),
+        motions.Spindle: lambda self, event: self.running.set_speed(event),
+        motions.Switch: lambda self, event: self.running.switch(event),
+        motions.ProgramStop: _stop,
+        motions.ProgramEnd: lambda self, event: self.end(event),
     }
     """What happens with an event; others change nothing but where the axes stand."""

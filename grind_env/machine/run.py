@@ -8,27 +8,12 @@ from typing import ClassVar
 import numpy as np
 
 from grind_env.arrays import Array
-from grind_env.control import (
-    Control,
-    CyclePlan,
-    CycleStrokes,
-    DressEnd,
-    DressStart,
-    Execution,
-    FeedAhead,
-    Infeed,
-    Message,
-    Motion,
-    Pick,
-    ProgramEnd,
-    Programs,
-    ProgramStop,
-)
+from grind_env.control import Control, CyclePlan, CycleStrokes, Execution, Programs, motions
 from grind_env.control.cycles import codes_said
 from grind_env.errors import GrindError
 from grind_env.machine.axes import cross_axis
 from grind_env.machine.dress.mounting import Mount
-from grind_env.machine.dress.program import NO_DRESS, DressProgramError, DressRun
+from grind_env.machine.dress.program import NO_DRESS, DressPlan, DressProgramError, DressRun
 from grind_env.machine.dress.sharpening import NO_SHARPENING, sharpening_of
 from grind_env.machine.events import EventConsumer
 from grind_env.machine.job import Job, PartConditions, Station, require_conditions
@@ -67,11 +52,7 @@ class GrindingRun(EventConsumer):
         self.delay = 0.0  # of the job's clock after the control's: loading, set-up of dresses
         self.mount, self.drive = Mount(job), Drive(1.0, control.reversal_dwell)
         self.watch = RunWatch(programs.name, job, control)
-        self.strokes, self.dresses, self.parts = (
-            RowLog(STROKE_ROW),
-            RowLog(DRESS_ROW),
-            RowLog(PART_ROW),
-        )
+        self.strokes, self.dresses, self.parts = map(RowLog, (STROKE_ROW, DRESS_ROW, PART_ROW))
         self.plunged = bytearray()
         self.stages: list[tuple[StageResult, ...]] = []
         self.unjudged: list[tuple[Unjudged, ...]] = []
@@ -209,7 +190,7 @@ class GrindingRun(EventConsumer):
                 lines = {line, *(self._shared[k].lines if k in self._shared else ())}
                 self._shared[k] = Unjudged(tuple(sorted(lines)), self._shared[k].why if k in self._shared else text)
 
-    def take_off(self, time: float, stop: ProgramStop | None) -> float:
+    def take_off(self, time: float, stop: motions.ProgramStop | None) -> float:
         if stop is not None and time > stop.time:
             self.watch.stops.stroked_on(stop)
         self._change_worn_wheel(time)
@@ -244,14 +225,14 @@ class GrindingRun(EventConsumer):
             self.delay += self.job.times.wheel_change or 0.0
             self.mount.pass_time(self.clock(time), p)
 
-    def gauge(self, event: ProgramStop) -> None:
+    def gauge(self, event: motions.ProgramStop) -> None:
         self.part.end_stage()
         self._change_worn_wheel(event.time)
         self.mount.gauge()
         if not event.reciprocating and self.unloaded_at is None:
             self.gauged_at = self.clock(event.time)
 
-    def end(self, event: ProgramEnd) -> None:
+    def end(self, event: motions.ProgramEnd) -> None:
         if not self.strokes:
             raise GrindingError(
                 f"{self.programs.name} makes no stroke and no groove; {codes_said('or')} sets the table going, "
@@ -314,10 +295,10 @@ class GrindingRun(EventConsumer):
         self.watch.start_cycle(self.part, plan)
         return loads
 
-    def move(self, event: Motion) -> None:
+    def move(self, event: motions.Motion) -> None:
         self.watch.way.move(event, found=self.found)
 
-    def is_feed_block(self, ahead: FeedAhead) -> bool:
+    def is_feed_block(self, ahead: motions.FeedAhead) -> bool:
         axis, jobs = self.along
         place = ahead.start, ahead.end
         return any(leads_over(*place, axis, job) for job in jobs) and keeps_across(*place, axis)
@@ -338,11 +319,11 @@ class GrindingRun(EventConsumer):
             moment = Moment(*map(float, numbers))
             self.part.p, self.drive = self.mount.begin(moment, self.control.reversal_dwell, self.part.p)
 
-    def start_dress(self, event: DressStart) -> None:
+    def start_dress(self, event: motions.DressStart) -> None:
         super().start_dress(event)
         self._dressing_speed = self.running.speed
 
-    def end_dress(self, event: DressEnd) -> None:
+    def end_dress(self, event: motions.DressEnd) -> None:
         number = event.program
         place = f"{self.programs.name}:{self.line}: dress program O{number}"
         if not self.running.turns:
@@ -354,23 +335,27 @@ class GrindingRun(EventConsumer):
             )
         plan, began, way = self.dressing.end(event, self.axis, self.part.station)
         self.watch.way.dress(self.part, self.dressing.file(number), way, self.axis)
-        removed, sharpening, misses = 0.0, NO_SHARPENING, self._misses(number)
+        misses, before, p, time = self._misses(number), self.mount.present(self.part.p), self.part.p, self.clock(began)
+        done = Dressed(0.0, before.ds, 0.0, 0.0, 0.0)
         if not misses:
             self.watch.cuts.dress(self.line, plan)
-            self.mount.pass_time(self.clock(began), self.part.p)
-            before = self.mount.present(self.part.p)
-            lead = dress_lead(before, plan.feed, self.part.p)
-            sharpening = sharpening_of(plan.depth, lead, before.wd, self.job.setup.dresser, self.part.p)
-            removed = self.mount.dress(plan, self.part.p)
-        time = self.clock(began)
+            self.mount.pass_time(time, p)
+            before = self.mount.present(p)
+            removed = self.mount.dress(plan, p)
+            done = Dressed(0.0, self.mount.diameter, removed, dress_lead(before, plan.feed, p), before.wd)
         self.delay += plan.seconds - (event.time - began)
         if not misses:  # such a dress is a wait, up to the next stroke
-            self.mount.pass_time(self.clock(event.time), self.part.p)
-        self.part.dress(plan.seconds, removed)
-        ds = self.mount.diameter
-        row = self.part.number, len(self.strokes), time, event.cause, number, plan.seconds, ds, removed
+            self.mount.pass_time(self.clock(event.time), p)
+        self.part.dress(plan.seconds, done.removed)
+        self._add_dress(len(self.strokes), time, event.cause, number, plan, done)
+        self.watch.cuts.diameter(done.ds)
+
+    def _add_dress(self, after: int, time: float, cause: str, number: int, plan: DressPlan, done: Dressed) -> None:
+        sharpening = NO_SHARPENING
+        if done.lead > 0.0:
+            sharpening = sharpening_of(plan.depth, done.lead, done.wd, self.job.setup.dresser, self.part.p)
+        row = self.part.number, after, time, cause, number, plan.seconds, done.ds, done.removed
         self.dresses.add((*row, *sharpening))
-        self.watch.cuts.diameter(ds)
 
     def _misses(self, program: int) -> bool:
         missed, diamond = self.dressing.missed[program], self.job.diamond
@@ -417,11 +402,7 @@ class GrindingRun(EventConsumer):
             rows["time"][stalled + 1 :] = (delays + part.p.stall_time + event.begins)[stalled + 1 :]
         for after, time, each in zip(due, began, map(Dressed._make, dressed.tolist()), strict=True):
             begin = time + (part.p.stall_time if after > stalled else 0.0)
-            made, sharpening = len(self.strokes) + after, NO_SHARPENING
-            if not misses:
-                sharpening = sharpening_of(dress.depth, each.lead, each.wd, self.job.setup.dresser, part.p)
-            row = part.number, made, begin, "auto", plan.program, dress.seconds, each.ds, each.removed
-            self.dresses.add((*row, *sharpening))
+            self._add_dress(len(self.strokes) + after, begin, "auto", plan.program or 0, dress, each)
         self._add(rows, plunged.tobytes(), stalls)
         self.watch.strokes(part, event, rows, before.A, dress, dressed[: len(effective)])
 
@@ -449,7 +430,7 @@ class GrindingRun(EventConsumer):
         self.strokes.extend(rows)
         self.plunged += plunged
 
-    def _infeed(self, event: Infeed) -> None:
+    def _infeed(self, event: motions.Infeed) -> None:
         if self.job.stations:
             place = f"{self.programs.name}:{event.line}"
             raise GrindingError(f"{place}: a groove is cut, and grooves lie at no station; leave [[stations]] out")
@@ -475,7 +456,7 @@ class GrindingRun(EventConsumer):
 
     HAPPENINGS: ClassVar = {
         **EventConsumer.HAPPENINGS,
-        Infeed: _infeed,
-        Pick: lambda self, event: self.watch.picks.pick(event),
-        Message: lambda self, event: self.watch.message(event),
+        motions.Infeed: _infeed,
+        motions.Pick: lambda self, event: self.watch.picks.pick(event),
+        motions.Message: lambda self, event: self.watch.message(event),
     }

@@ -6,6 +6,8 @@ from typing import Any
 from grind_env.control import Control, read
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Times, WheelStart
+from grind_env.machine.job.uncertainty import Uncertainty
+from grind_env.machine.job.worlds import world
 from grind_env.machine.loops.cycle import dress_lead
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.catalogue import load_catalogue
@@ -93,6 +95,10 @@ def run(
     conditions: tuple[PartConditions, ...] = (),
 ) -> GrindingRecord:
     return grind(read(text + DRESS, "test.nc"), job, control=control, conditions=conditions)
+
+
+def worlds(job: Job, uncertainty: Uncertainty, seed: int, count: int) -> tuple[Job, ...]:
+    return tuple(world(job, uncertainty, uncertainty.root, seed, k) for k in range(count))
 
 
 def told_stepped(record: GrindingRecord) -> tuple[str, ...]:

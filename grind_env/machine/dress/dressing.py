@@ -122,7 +122,7 @@ class DressPrograms:
         """
         calls = tuple(plain_calls(self.programs, block_delete=self.control.block_delete))
         parts = set(self.plans)
-        while more := {call.called for call in calls if call.caller in parts} - parts:
+        while more := {called for caller, _, called in calls if caller in parts} - parts:
             parts |= more
         for caller, line, number in calls:
             if caller not in parts and (number in self.plans or self._would_dress(number, position, axis)):

@@ -1,64 +1,10 @@
 """Job files: TOML, with the fields of the classes in `job.py` as keys.
 
-::
-
-    plant = "meter:7"       # optional, above all tables: the machine, where it is not the model (`grind_env.plants`)
-
-    [part]
-    material = "aisi_52100"
-    length = 200            # mm, along the reciprocating axis
-    width = 20              # mm, across
-    stock = 0.3             # mm
-    tolerance = 9           # um; leave out where none is asked for, as roughness_limit (um)
-    scrap_cost = 40         # $
-
-    [[part.stages]]         # optional, one for each M01 at which the part must keep limits of its own
-    stock = 0.25            # mm, ground off by then
-    rise_allowance = 150    # K; its plunges count here only, as do peaks of the power
-
-    [setup]                 # optional: names of the catalogue, and changes to single values of an entry
-    wheel = "a60j"
-    machine_overrides = { stiffness = 50_000 }
-    grooving_wheel = true   # the wheel makes the infeeds of G76 and G77; false if left out
-    spindle = "always on"   # set by hand: S and M03 to M05 have no effect; "by program" if left out
-    coolant = "always on"   # likewise, M07 to M09
-    dresser_infeed = 0.03   # mm a pass, of a dresser that advances by itself
-
-    [diamond]               # optional: where its tip stands; without it every dress program is taken to meet it
-    x = -120                # mm, like y and z; as the axes are read when the wheel is at it
-    y = 10
-    z = -10
-
-    [catalogue]             # optional: the user's own catalogue, beside the job file
-    files = ["shop.toml"]
-
-    [catalogue.uncertainty] # optional: what a calibration leaves open, as the calibrated file says it
-
-    [lots]                  # optional: how the parts of a batch differ, in `grind/Job-v0`
-    probability = 0.2       # that a part begins a new lot of material
-    growth = 0.6            # spread of how fast a lot dulls the wheel, like that of pressure logarithmic
-    stock = 0.1             # standard deviation of the stock of a part over the nominal one
-
-    [[stations]]            # optional, one for each part that lies on the table, if there are several
-    name = "left"           # in tables and messages; "1", "2" ... if left out
-    offset = "G54"          # in which its place is given; machine coordinates if left out
-    origin = [0, 0, 0]      # mm, where the zero of that offset lies on the machine
-    start = 20              # mm, and any other key of [part] in which it differs
-
-    [[parts]]               # optional, one for each part that the program grinds: how it differs
-    stock = 0.31            # mm, its true stock
-    factors = { kA = 1.2 }  # on parameters of the process model: a lot that dulls the wheel faster
-    part = { length = 150 } # of a part of another kind, what differs from [part]
-
-Tables `[times]` and `[wheel]` are optional too.
-
-For grooves, `length` is what each infeed grinds (the circumference of a turning part) and `surface` the coordinate
-at which the tool touches the part. Without `grooving_wheel` a turning tool cuts them: they take their time and leave
-the wheel and the stock as they are. A program of grooves alone is judged by them: `stock` is then their depth,
-`tolerance` and `roughness_limit` are those of their bottom.
+`docs/howto/job-file.md` explains the tables, and `grind job --template` prints all keys with unit, range and default.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -146,13 +92,20 @@ def load_job(path: str | Path, *, plant: "Plant | None" = None, calibrated: bool
         raise JobError(message, file=str(path)) from None
     except TomlError as error:
         raise JobError(f"the job is not valid TOML: {error}", file=str(path)) from None
-    try:
+    with _naming(file=str(path)):
         job = _job(document, path.parent, calibrated)
         if plant is None and "plant" in document:
             plant = _plant(document["plant"])
-    except JobError as error:
-        raise JobError(error.message, error.key, error.found, error.legal, str(path)) from None
     return job if plant is None else job.on(plant)
+
+
+@contextmanager
+def _naming(place: str = "", file: str = "") -> Iterator[None]:
+    """Say in errors at which place of a job, or in which file, they are."""
+    try:
+        yield
+    except JobError as error:
+        raise JobError(f"{place}{error.message}", error.key, error.found, error.legal, file) from None
 
 
 def _plant(name: Any) -> "Plant":
@@ -213,18 +166,15 @@ def _uncertainty(catalogue: Catalogue, entries: Mapping[str, Entry]) -> Uncertai
         raise JobError(f"{place}: {f'{shown(Path(found.file))}: ' if found.file else ''}{error}", place) from None
 
 
-def _tables(document: TomlTable, name: str) -> list[object]:
-    found = document.get(name, [])
+def _tables(parent: TomlTable, name: str, place: str = "") -> list[object]:
+    found = parent.get(name, [])
     if not isinstance(found, list):
-        raise wrong(name, found, f"tables, each headed [[{name}]]")
+        raise wrong(f"{place}{name}", found, f"tables, each headed [[{place}{name}]]")
     return found
 
 
 def _part(table: TomlTable) -> Part:
-    place, found = "part.stages", table.get("stages", [])
-    if not isinstance(found, list):
-        raise wrong(place, found, f"tables, each headed [[{place}]]")
-    stages = tuple(_stage(number, {place: stage}, place) for number, stage in enumerate(found, 1))
+    stages = tuple(_stage(number, stage) for number, stage in enumerate(_tables(table, "stages", "part."), 1))
     return Part(**{**table, "stages": stages})
 
 
@@ -232,7 +182,7 @@ def _station(number: int, table: object, part: TomlTable, catalogue: Catalogue) 
     """A station, whose part differs from the one in the table `part`, which has its material already if it has one."""
     place = tuple(contents(Station))
     name = table.get("name", str(number)) if isinstance(table, Mapping) else number
-    try:
+    with _naming(f"station {shortened(str(name))}: "):
         table = checked(table, "stations", (*place, *keys(Part)), JobError)
         own = {key: value for key, value in table.items() if key not in place}
         if "material" in own:
@@ -242,19 +192,14 @@ def _station(number: int, table: object, part: TomlTable, catalogue: Catalogue) 
         if isinstance(lies.get("origin"), list):
             lies["origin"] = tuple(lies["origin"])
         return Station(**{"name": str(number), **lies, "part": _part({**part, **own})})
-    except JobError as error:
-        message = f"station {shortened(str(name))}: {error.message}"
-        raise JobError(message, error.key, error.found, error.legal) from None
 
 
 def _parts(document: TomlTable, part: TomlTable, catalogue: Catalogue) -> tuple[PartConditions, ...]:
     """How each part differs from the one in the table `part`, which has its material already."""
     parts = []
     for number, table in enumerate(_tables(document, "parts"), 1):
-        try:
+        with _naming(f"part {number}: "):
             parts.append(_conditions(checked(table, "parts", keys(PartConditions), JobError), part, catalogue))
-        except JobError as error:
-            raise JobError(f"part {number}: {error.message}", error.key, error.found, error.legal) from None
     return tuple(parts)
 
 
@@ -273,10 +218,8 @@ def _conditions(table: TomlTable, part: TomlTable, catalogue: Catalogue) -> Part
     return PartConditions(**{**table, "part": own})
 
 
-def _stage(number: int, parent: TomlTable, place: str) -> Stage:
-    try:
-        table = sub_table(parent, place, keys(Stage), JobError)
-        refuse_missing(table, Stage, place, JobError)
+def _stage(number: int, table: object) -> Stage:
+    with _naming(f"stage {number}: "):
+        table = checked(table, "part.stages", keys(Stage), JobError)
+        refuse_missing(table, Stage, "part.stages", JobError)
         return Stage(**table)
-    except JobError as error:
-        raise JobError(f"stage {number}: {error.message}", error.key, error.found, error.legal) from None

@@ -62,17 +62,13 @@ class Running:
         self.job = job
         self.setup = job.setup
         self._known: dict[tuple[Speed, bool], Setup] = {}
-        self._commanded: Speed | None = None
+        self.commanded: Speed | None = None
         self._turning, self._flowing = 0, False
         self._put_in_force()
 
     @property
     def own(self) -> Speed:
         return Speed(self.job.setup.wheel_speed, self.job.setup.constant_surface_speed)
-
-    @property
-    def commanded(self) -> Speed | None:
-        return self._commanded
 
     @property
     def said_by_job(self) -> str:
@@ -88,7 +84,7 @@ class Running:
 
     @property
     def speed(self) -> Speed:
-        return self.own if self.by_hand or self._commanded is None else self._commanded
+        return self.own if self.by_hand or self.commanded is None else self.commanded
 
     @property
     def turns(self) -> bool:
@@ -111,7 +107,7 @@ class Running:
             found = Speed(math.pi * new * event.speed / 60_000.0, constant=False)
         half = 0.5 / 60.0 if own.constant else 0.5 * math.pi * new / 60_000.0  # of a whole S, m/s
         same = abs(found.surface - own.surface) <= max(half, SAME * own.surface)
-        self._commanded = own if found.constant == own.constant and same else found
+        self.commanded = own if found.constant == own.constant and same else found
         self._put_in_force()
 
     def switch(self, event: Switch) -> None:

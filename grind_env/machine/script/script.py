@@ -15,28 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from grind_env.control import (
-    Arc,
-    CycleAhead,
-    CycleEnd,
-    CyclePlan,
-    CycleStart,
-    CycleStrokes,
-    DressEnd,
-    DressStart,
-    Event,
-    FeedAhead,
-    Hold,
-    Infeed,
-    InterruptStart,
-    Line,
-    Motion,
-    ProgramEnd,
-    Programs,
-    ProgramStop,
-    TableStop,
-    execute,
-)
+from grind_env.control import CyclePlan, CycleStrokes, Programs, execute, motions
 from grind_env.control.flow import TEXT_END
 from grind_env.control.reciprocation import Reversal
 from grind_env.control.words import Block
@@ -179,31 +158,31 @@ class _Writer(EventConsumer):
             changes = "leaves offsets, tables, wheel or coolant otherwise than it finds them"
             raise self._error(f"dress program O{number} {changes}, so that dresses move what follows")
 
-    def take(self, event: Event) -> None:
+    def take(self, event: motions.Event) -> None:
         table = self.execution.table
-        if table is not None and self.blocks and not isinstance(event, CycleStart):
+        if table is not None and self.blocks and not isinstance(event, motions.CycleStart):
             plan = self.blocks[-1].plan
             if table.refed or (table.primary, table.secondary) != (plan.primary, plan.secondary):
                 raise self._error("the program redirects the table", getattr(event, "line", 0))
         self.position, modes = self.execution.position, self.execution.modes
         by_radius = modes.compensation != "G40" or (modes.surface_speed and modes.per_revolution)
-        if by_radius and isinstance(event, Motion) and event.source in SOURCES:
+        if by_radius and isinstance(event, motions.Motion) and event.source in SOURCES:
             raise self._error("its motions depend on the radius of the wheel", event.line)
         match event:
-            case CycleAhead():
+            case motions.CycleAhead():
                 self._require_independent()  # for it may lead to blocks that the program as it is does not run
                 self.ahead = event.block
                 if self.dresses_asked[len(self.blocks) :][:1] == [True]:
                     self.execution.choose(D="1")
-            case FeedAhead():
+            case motions.FeedAhead():
                 self.feed_ahead = event.block
-            case CycleEnd() if event.plan.plunges:
+            case motions.CycleEnd() if event.plan.plunges:
                 self._end_cycle(event.plan)
-            case TableStop():
+            case motions.TableStop():
                 self._stand(event.plan)
-            case Infeed():
+            case motions.Infeed():
                 raise self._error("a wheel or a tool cuts a groove", event.line)
-            case InterruptStart() | Hold():
+            case motions.InterruptStart() | motions.Hold():
                 raise self._error("the operator comes in between")
             case _:
                 super().take(event)
@@ -275,15 +254,15 @@ class _Writer(EventConsumer):
             self.execution.move_axis(plan.cross_axis, plan.cross_end if here == plan.cross_start else plan.cross_start)
         self.blocks[-1].end = self.execution.position
 
-    def move(self, event: Motion) -> None:
+    def move(self, event: motions.Motion) -> None:
         table = self.execution.table
         if event.source not in SOURCES:
             return
-        if isinstance(event, Line | Arc):
-            self._require_own_feed(self.feed_ahead if table is None and isinstance(event, Line) else None)
+        if isinstance(event, motions.Line | motions.Arc):
+            self._require_own_feed(self.feed_ahead if table is None and isinstance(event, motions.Line) else None)
         if table is None:
             self.way[self.waited] += event.seconds
-        elif isinstance(event, Arc):
+        elif isinstance(event, motions.Arc):
             raise self._error("the wheel moves along an arc beside the table", event.line)
         elif self.stopped:
             raise self._error("the table goes on after a stop of the operator", event.line)
@@ -311,15 +290,15 @@ class _Writer(EventConsumer):
             there = plan.primary if here == plan.secondary else plan.secondary
             self.execution.move_axis(plan.axis, there)
 
-    def start_dress(self, event: DressStart) -> None:
+    def start_dress(self, event: motions.DressStart) -> None:
         if event.cause == "operator":
             raise self._error("the operator asks for a dress")
         super().start_dress(event)
 
-    def end_dress(self, event: DressEnd) -> None:
+    def end_dress(self, event: motions.DressEnd) -> None:
         self.dressing.under_way = None
 
-    def gauge(self, event: ProgramStop) -> None:
+    def gauge(self, event: motions.ProgramStop) -> None:
         block, table = self.blocks[-1], self.execution.table
         self.stopped = table is not None
         if table is None or (table.at_secondary and not block.beside):
@@ -336,12 +315,12 @@ class _Writer(EventConsumer):
                 block.gauged_at_rest = True
                 self._wait()
 
-    def take_off(self, time: float, stop: ProgramStop | None) -> float:
+    def take_off(self, time: float, stop: motions.ProgramStop | None) -> float:
         self.blocks[-1].ends_part = self.blocks[-1].gauged = True
         self._wait()
         return time
 
-    def end(self, event: ProgramEnd) -> None:
+    def end(self, event: motions.ProgramEnd) -> None:
         if event.cause == TEXT_END and self.strokes_on:
             raise self._error("the text ends without M30 while a G81 strokes on")
         if self.blocks:

@@ -155,13 +155,10 @@ def tables_of(script: Script) -> ScriptTables:
         ends_stage = block.stops > 0 and stage < len(stages)
         judged = block.ends_part or ends_stage
         asked = stages[stage] if ends_stage else job.part
-        limits = job.limits_at(asked)
+        motion, stock = float(len(motions)) if beside else NO_BLOCK, asked.stock if ends_stage else 0.0
+        row = _row(block, job, job.limits_at(asked), reached, starts)
         rows.append(
-            _row(block, job, limits, reached, starts, len(motions) if beside else NO_BLOCK)._replace(
-                wait=wait,
-                judged=float(judged),
-                stock=asked.stock if ends_stage else 0.0,
-            )
+            row._replace(motion=motion, starts_part=float(starts), wait=wait, judged=float(judged), stock=stock)
         )
         motions += beside
         if judged:
@@ -199,7 +196,7 @@ def _table(rows: list[Any], kind: type[Any]) -> Array:
     return np.array(rows, np.float64).reshape(len(rows), len(kind._fields))
 
 
-def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: bool, motion: float) -> BlockRow:
+def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: bool) -> BlockRow:
     plan, part = block.plan, job.part
     first = block.start[plan.axis]
     stands = block.start[plunge_axis(plan.axis)]
@@ -226,7 +223,7 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
         place=part.start + 0.5 * part.length,
         cross_start=plan.cross_start if crosses else edge,
         cross_end=plan.cross_end if crosses else edge,
-        motion=motion,
+        motion=NO_BLOCK,
         gauged_at=sum(each.seconds for each in block.beside) + INSTANT if block.gauged_on_the_way else math.inf,
         to_secondary=float(block.to_secondary),
         starts_part=float(starts),
