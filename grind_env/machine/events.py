@@ -23,6 +23,8 @@ class EventConsumer(ABC):
     `GrindingRun` grinds what comes of the events; the writer of a script writes it down.
 
     Attributes:
+        dressing_speed: of the wheel when the last dress began.
+        station_numbers: from 0; none of a job without stations.
         position: of the axes, mm.
         axis: along which the table goes in the last block of strokes.
         plan: of that block; None before the first one.
@@ -36,8 +38,8 @@ class EventConsumer(ABC):
 
     def __init__(self, programs: Programs, job: Job, control: Control) -> None:
         self.programs, self.job, self.control = programs, job, control
-        self.running = Running(job)
-        self.dressing = DressPrograms(programs, job, control)
+        self.running, self.station_numbers = Running(job), range(len(job.stations))
+        self.dressing, self.dressing_speed = DressPrograms(programs, job, control), self.running.speed
         self.position, self.axis, self.begun = control.start, 0, 0
         self.plan: CyclePlan | None = None
         self.has_ground = self.found = False
@@ -121,7 +123,7 @@ class EventConsumer(ABC):
         axis = self.axis if self.begun else self._first_axis
         if not self.found or axis is None:
             return self.axis, ()
-        return axis, [self.job.at_station(k, axis) for k in range(len(self.job.stations))] or self.coming_jobs()
+        return axis, [self.job.at_station(k, axis) for k in self.station_numbers] or self.coming_jobs()
 
     @cached_property
     def _first_axis(self) -> int | None:
@@ -152,8 +154,9 @@ class EventConsumer(ABC):
         """The job of the part that a feed move may be over; none if it grinds nothing."""
 
     def start_dress(self, event: motions.DressStart) -> None:
-        """Note that a dress begins."""
+        """Note that a dress begins, and how fast the wheel turns."""
         self.dressing.begin(event)
+        self.dressing_speed = self.running.speed
 
     @abstractmethod
     def end_dress(self, event: motions.DressEnd) -> None: ...

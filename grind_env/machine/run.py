@@ -65,7 +65,6 @@ class GrindingRun(EventConsumer):
         self._dresses_anew = False  # from a station from which the dress program of the cycle has not gone its way
         self.part = self._load(0.0)
         self.gauged_at: float | None = None
-        self._dressing_speed = self.running.speed  # when the dress under way began
 
     @property
     def wheel(self) -> WheelState | None:
@@ -155,7 +154,9 @@ class GrindingRun(EventConsumer):
             self.part = self._load(part.began, stations[0] if stations else 0, axis)
             self.part.cutting, self.part.tally = part.cutting, part.tally
         self.part.met |= bool(stations)
-        blanks = (PartRun(0, self.job.at_station(k, axis), PartConditions(), 0.0, station=k) for k in self._numbers)
+        blanks = (
+            PartRun(0, self.job.at_station(k, axis), PartConditions(), 0.0, station=k) for k in self.station_numbers
+        )
         self.watch.way.others = [
             self._left.get(each.station, each) for each in blanks if each.station != self.part.station
         ]
@@ -170,10 +171,6 @@ class GrindingRun(EventConsumer):
         """
         if self.unloaded_at is None and self._leaves_for(met(self.job, sweep)):
             self._change_worn_wheel(time)
-
-    @property
-    def _numbers(self) -> range:
-        return range(len(self.job.stations))
 
     def _meet(self, line: int, stations: Sequence[int]) -> None:
         """Strokes of a block have met stations; of several at once none is judged, for that is not simulated."""
@@ -256,7 +253,7 @@ class GrindingRun(EventConsumer):
             self.watch.notices.tell(line, "call", text)
 
     def _grind_between(self, time: float) -> None:
-        stations = self._numbers or [ANYWHERE]
+        stations = self.station_numbers or [ANYWHERE]
         for k in stations:
             job = self.job if k == ANYWHERE else self.job.at_station(k, self.axis)
             if self.unloaded_at is not None and self.watch.way.grinds(PartRun(0, job, PartConditions(), 0.0)):
@@ -319,16 +316,12 @@ class GrindingRun(EventConsumer):
             moment = Moment(*map(float, numbers))
             self.part.p, self.drive = self.mount.begin(moment, self.control.reversal_dwell, self.part.p)
 
-    def start_dress(self, event: motions.DressStart) -> None:
-        super().start_dress(event)
-        self._dressing_speed = self.running.speed
-
     def end_dress(self, event: motions.DressEnd) -> None:
         number = event.program
         place = f"{self.programs.name}:{self.line}: dress program O{number}"
         if not self.running.turns:
             raise DressProgramError(f"{place}: the wheel does not turn in it; program M03 before it, and no M05 in it")
-        if self.running.speed != self._dressing_speed:
+        if self.running.speed != self.dressing_speed:
             raise DressProgramError(
                 f"{place}: dressing with another wheel speed than that of grinding is not simulated; leave S, G96 and "
                 "G97 out of it"

@@ -4,9 +4,8 @@ What the first execution at a station shows of a program holds for all, for a co
 way again.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 from grind_env.control import Control, CycleStart, DressEnd, DressStart, Motion, Position, Programs
 from grind_env.control.control import ORIGIN, WHEEL_RADIUS
@@ -24,17 +23,6 @@ from grind_env.machine.dress.program import (
     run_dress,
 )
 from grind_env.machine.job import Job
-
-
-class Executed(NamedTuple):
-    """A dress program that has been executed."""
-
-    plan: DressPlan
-    """What it does."""
-    began: float
-    """When it began, s."""
-    way: tuple[Motion, ...]
-    """Its motions, retrace included, if it is the first execution of the program."""
 
 
 class DressPrograms:
@@ -101,8 +89,11 @@ class DressPrograms:
         if self.under_way is not None:
             self._motions.append(motion)
 
-    def end(self, event: DressEnd, axis: int, station: int) -> Executed:
-        """An execution ends; the first one of a program at a station is compared with what it does by itself."""
+    def end(self, event: DressEnd, axis: int, station: int) -> tuple[DressPlan, float, Sequence[Motion]]:
+        """End an execution: what it does, when it began, s, and its motions, if it is the first one at a station.
+
+        The first one is compared with what the program does by itself.
+        """
         plan, number, begun = self.plans[event.program], event.program, self.under_way
         assert begun is not None
         self.under_way = None
@@ -113,7 +104,7 @@ class DressPrograms:
             require_same(run.plan, plan, number)
             self.missed[number] = self._missed(run)
         # that of a later one is not judged, for a control that knows the program goes none
-        return Executed(plan, begun.time, tuple(self._motions) if new else ())
+        return plan, begun.time, self._motions if new else ()
 
     def called(self, position: Position, axis: int) -> Iterator[tuple[int, int]]:
         """Where M98 calls a dress program: its line, 0 in another file than the main program's, and the number.

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from grind_env.plants import Plant
 
 KEYS = "plant", "part", "setup", "times", "wheel", "lots", "diamond", "catalogue", "parts", "stations"
+PLAIN: Mapping[str, Any] = {"times": Times, "wheel": WheelStart, "lots": Lots, "diamond": Diamond}
 VALUES = tuple(contents(Setup))
 """Keys of `[setup]` that are no entries of the catalogue."""
 WRITE_ONE = "write one: `grind job --template` prints a job, and `grind init FOLDER` makes a program with its job"
@@ -121,36 +122,27 @@ def _job(document: TomlTable, folder: Path, calibrated: bool) -> Job:
     refuse_unknown(document, KEYS, JobError)
     part = sub_table(document, "part", keys(Part), JobError)
     setup = sub_table(document, "setup", (*USUAL, *VALUES, *OVERRIDES), JobError)
-    times = sub_table(document, "times", keys(Times), JobError)
-    wheel = sub_table(document, "wheel", keys(WheelStart), JobError)
-    lots = sub_table(document, "lots", keys(Lots), JobError)
-    diamond = sub_table(document, "diamond", keys(Diamond), JobError)
+    plain = {name: sub_table(document, name, keys(kind), JobError) for name, kind in PLAIN.items() if name in document}
     catalogue = catalogue_of(document, folder, JobError, calibrated=calibrated)
 
     lying = _tables(document, "stations")
     if not lying:
         refuse_missing(part, Part, "part", JobError)
-    if "diamond" in document:
-        refuse_missing(diamond, Diamond, "diamond", JobError)
-    names = {"part.material": part["material"]} if "material" in part else {}
-    names |= {f"setup.{kind}": setup.get(kind, default) for kind, default in USUAL.items()}
-    entries = {key: entry_of(catalogue, key, name, setup, JobError) for key, name in names.items()}
-    if "part.material" in entries:
-        part = {**part, "material": entries["part.material"]}
+    for name, table in plain.items():
+        refuse_missing(table, PLAIN[name], name, JobError)
+    part = _with_material(part, setup, catalogue)
+    tools = {
+        kind: entry_of(catalogue, f"setup.{kind}", setup.get(kind, default), setup, JobError)
+        for kind, default in USUAL.items()
+    }
     stations = tuple(_station(number, table, part, catalogue) for number, table in enumerate(lying, 1))
     return Job(
         part=stations[0].part if stations else _part(part),
-        setup=Setup(
-            **{kind: entries[f"setup.{kind}"] for kind in USUAL},
-            **{key: setup[key] for key in VALUES if key in setup},
-        ),
-        times=Times(**times),
-        wheel=WheelStart(**wheel),
-        lots=Lots(**lots),
-        diamond=Diamond(**diamond) if "diamond" in document else None,
+        setup=Setup(**tools, **{key: setup[key] for key in VALUES if key in setup}),
+        **{name: PLAIN[name](**table) for name, table in plain.items()},
         parts=_parts(document, part, catalogue),
         stations=stations,
-        uncertainty=_uncertainty(catalogue, {key.rpartition(".")[2]: entry for key, entry in entries.items()}),
+        uncertainty=_uncertainty(catalogue, tools | ({"material": part["material"]} if "material" in part else {})),
     )
 
 
@@ -184,9 +176,7 @@ def _station(number: int, table: object, part: TomlTable, catalogue: Catalogue) 
     name = table.get("name", str(number)) if isinstance(table, Mapping) else number
     with _naming(f"station {shortened(str(name))}: "):
         table = checked(table, "stations", (*place, *keys(Part)), JobError)
-        own = {key: value for key, value in table.items() if key not in place}
-        if "material" in own:
-            own["material"] = entry_of(catalogue, "part.material", own["material"], {}, JobError)
+        own = _with_material({key: value for key, value in table.items() if key not in place}, {}, catalogue)
         refuse_missing({**part, **own}, Part, "part", JobError)
         lies: dict[str, Any] = {key: table[key] for key in place if key in table}
         if isinstance(lies.get("origin"), list):
@@ -211,11 +201,15 @@ def _conditions(table: TomlTable, part: TomlTable, catalogue: Catalogue) -> Part
     if "part" in table:
         if not part.keys() >= set(keys(Part, required=True)):  # it is that of the stations to say what is missing
             raise JobError(PART_AT_STATION, "parts.part")
-        differing = dict(sub_table(table, "part", keys(Part), JobError, "parts.part"))
-        if "material" in differing:
-            differing["material"] = entry_of(catalogue, "part.material", differing["material"], {}, JobError)
-        own = _part({**part, **differing})
+        differing = sub_table(table, "part", keys(Part), JobError, "parts.part")
+        own = _part({**part, **_with_material(differing, {}, catalogue)})
     return PartConditions(**{**table, "part": own})
+
+
+def _with_material(table: TomlTable, setup: TomlTable, catalogue: Catalogue) -> TomlTable:
+    if "material" not in table:
+        return table
+    return {**table, "material": entry_of(catalogue, "part.material", table["material"], setup, JobError)}
 
 
 def _stage(number: int, table: object) -> Stage:

@@ -144,35 +144,33 @@ class Running:
 
 
 class Told:
-    """What has been said of wheel and coolant, for each state of them is told of once."""
+    """What has been said of wheel and coolant: each commanded speed, the other sense and the dry wheel once."""
 
     def __init__(self) -> None:
-        self._told: set[tuple[Speed | None, bool]] = set()
-        self._reversed = False
+        self._told: set[Speed | str | None] = set()
 
     def of(self, running: Running, diameter: float) -> Iterator[tuple[str, str]]:
         """What to say of them at a stroke with a wheel of that diameter, mm, each with its subject, if it is new."""
-        if running.is_reversed and not self._reversed:
-            self._reversed = True
+        if running.is_reversed and self._is_new("reversed"):
             yield (
                 "wheel sense",
                 "M04 turns the wheel the other way than M03, for which its flange, guard and nozzle are made; write "
                 'M03, or say spindle = "always on" in [setup] of the job if it is to turn so',
             )
-        speed, dry = running.commanded, running.is_dry
-        if (speed, dry) in self._told:
-            return
-        speeds, dries = {each for each, _ in self._told}, {each for _, each in self._told}
-        self._told.add((speed, dry))
-        text = None if speed in speeds else _of_speed(running, diameter)
+        text = _of_speed(running, diameter) if self._is_new(running.commanded) else None
         if text is not None:
             yield "wheel speed", text
-        if dry and True not in dries:
+        if running.is_dry and self._is_new(DRY):
             yield (
                 "coolant",
                 "the coolant is off, and the part is ground dry; program M08 before this cycle, or say "
                 'coolant = "always on" in [setup] of the job',
             )
+
+    def _is_new(self, state: Speed | str | None) -> bool:
+        known = state in self._told
+        self._told.add(state)
+        return not known
 
 
 def _of_speed(running: Running, diameter: float) -> str | None:

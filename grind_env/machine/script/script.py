@@ -112,13 +112,8 @@ def script_of(
 class _Writer(EventConsumer):
     """Executes a program and writes its blocks down.
 
-    Args:
-        programs: the program.
-        job: the job.
-        dresses_asked: of each block, whether a dress is asked for, as others may ask for it; None for those of the
-            program alone.
-        elsewhere: whether the table comes to rest at its other end at every stop.
-        across: whether every crossover comes to its end where it would with a traverse more.
+    `dresses_asked` says in which blocks a dress is asked for beyond those of the program. With `elsewhere` the table
+    comes to rest at its other end at every stop, with `across` every crossover where it would with a traverse more.
     """
 
     def __init__(
