@@ -107,8 +107,14 @@ class GrindingRun(EventConsumer):
         require_conditions(self.conditions, number, self.programs.name)
         conditions = self.conditions[number - 1] if self.conditions else PartConditions()
         self.mount.gauge()
-        job = self.job if station == ANYWHERE else self.job.at_station(station, axis)
-        return PartRun(number, job, conditions, began, new_wheel=self.mount.changes > 0, station=station)
+        job, changed = self._job_at(station, axis), self.mount.changes > 0
+        return PartRun(number, job, conditions, began, new_wheel=changed, station=station)
+
+    def _untouched(self, station: int, axis: int) -> PartRun:
+        return PartRun(0, self._job_at(station, axis), PartConditions(), 0.0, station=station)
+
+    def _job_at(self, station: int, axis: int) -> Job:
+        return self.job if station == ANYWHERE else self.job.at_station(station, axis)
 
     def _begin_cutting(self, time: float, axis: int = 0, stations: Sequence[int] = ()) -> bool:
         """End the loading or gauging of the part; whether it has been loaded since the last cycle.
@@ -154,12 +160,8 @@ class GrindingRun(EventConsumer):
             self.part = self._load(part.began, stations[0] if stations else 0, axis)
             self.part.cutting, self.part.tally = part.cutting, part.tally
         self.part.met |= bool(stations)
-        blanks = (
-            PartRun(0, self.job.at_station(k, axis), PartConditions(), 0.0, station=k) for k in self.station_numbers
-        )
-        self.watch.way.others = [
-            self._left.get(each.station, each) for each in blanks if each.station != self.part.station
-        ]
+        beside = [k for k in self.station_numbers if k != self.part.station]
+        self.watch.way.others = [self._left.get(k) or self._untouched(k, axis) for k in beside]
 
     def _leaves_for(self, stations: Sequence[int]) -> bool:
         return bool(stations) and self.part.met and self.part.station not in stations
@@ -253,10 +255,8 @@ class GrindingRun(EventConsumer):
             self.watch.notices.tell(line, "call", text)
 
     def _grind_between(self, time: float) -> None:
-        stations = self.station_numbers or [ANYWHERE]
-        for k in stations:
-            job = self.job if k == ANYWHERE else self.job.at_station(k, self.axis)
-            if self.unloaded_at is not None and self.watch.way.grinds(PartRun(0, job, PartConditions(), 0.0)):
+        for k in self.station_numbers or [ANYWHERE]:
+            if self.unloaded_at is not None and self.watch.way.grinds(self._untouched(k, self.axis)):
                 self._begin_cutting(time, self.axis, () if k == ANYWHERE else (k,))
 
     # ----------------------------------------------------------------------------------- cycles and dresses

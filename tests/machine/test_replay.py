@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.arrays import Array
-from grind_env.control import execute, read
+from grind_env.control import read
 from grind_env.envs.job.outline import JobProgramError
 from grind_env.envs.job.simulation import JobEpisodes, JobSimulation
 from grind_env.envs.job.text import with_words_chosen
@@ -27,7 +27,7 @@ from grind_env.machine.script.script import script_of
 from grind_env.machine.script.settings import Ranges
 from grind_env.process.state import WheelState
 from tests.examples import examples
-from tests.machine.harness import DRESS, job
+from tests.machine.harness import DRESS, job, machine_after
 
 SPEEDS = (3000.0, 30_000.0)
 """Lowest and highest E, mm/min."""
@@ -109,14 +109,8 @@ def executed(simulation: JobSimulation, words: Sequence[Words], dresses: str = "
     """
     chosen = zip((block.block for block in simulation.blocks), words, strict=True)
     programs = read(with_words_chosen(simulation.programs, list(chosen)) + dresses)
-    control = simulation.job.control
-    assert not control.whole_cycles
-    run, execution = GrindingRun(programs, simulation.job, control, ()), execute(programs, control)
-    run.tell(execution)
-    for event in execution:
-        run.take(event)
-        run.tell(execution)
-    return run
+    assert not simulation.job.control.whole_cycles
+    return machine_after(programs, simulation.job)
 
 
 def assert_replayed(simulation: JobSimulation, choices: Sequence[tuple[int, int]]) -> GrindingRecord:

@@ -103,7 +103,7 @@ def programs(draw: Any, dresses: tuple[int, ...]) -> tuple[str, tuple[PartCondit
 def outcome(text: str, job: Job, conditions: tuple[PartConditions, ...], **settings: Any) -> GrindingRecord | str:
     control = replace(job.control, **settings)
     try:
-        return grind(read(text + DRESS, "test.nc"), job, control=control, conditions=conditions)
+        return run(text, job, control=control, conditions=conditions)
     except GrindError as error:
         return str(error)
 
