@@ -10,7 +10,7 @@ from grind_env.control.operator import Panel
 from grind_env.control.options import interrupts_of
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job, JobError, PartConditions
-from grind_env.machine.job.file import job_beside, load_job
+from grind_env.machine.job.file import job_of
 from grind_env.machine.part.unjudged import UnjudgedError
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.run import GrindingError, GrindingRun
@@ -105,10 +105,9 @@ def grind_file(
         from grind_env.plants import find_plant
 
         machine = find_plant(plant, modules=True)
-    if isinstance(job, Job):
-        settings = job if machine is None else job.on(machine)
-    else:
-        settings = load_job(_beside(program) if job is None else job, plant=machine)
+    if job is None and isinstance(program, Programs):
+        raise JobError(f"no job is given for {program.name}: a text has none beside it; give one")
+    settings = job_of(Path(programs.name if isinstance(program, Programs) else program), job, plant=machine)
     control = replace(
         settings.control,
         block_delete=block_delete,
@@ -118,12 +117,6 @@ def grind_file(
         interrupts=interrupts_of(interrupts),
     )
     return grind(programs, settings, control=control if blocks is None else replace(control, block_budget=blocks))
-
-
-def _beside(program: str | Path | Programs) -> Path:
-    if isinstance(program, Programs):
-        raise JobError(f"no job is given for {program.name}: a text has none beside it; give one")
-    return job_beside(Path(program))
 
 
 def refuse_unjudged(programs: Programs, job: Job) -> None:

@@ -100,8 +100,6 @@ class GrindingRun(EventConsumer):
         """The time of the job at a time of the control, s; it adds what the program does not state, such as loading."""
         return time + self.delay
 
-    # ------------------------------------------------------------------------------------------------- parts
-
     def _load(self, began: float, station: int = ANYWHERE, axis: int = 0) -> PartRun:
         number = len(self.parts) + len(self._left) + 1
         require_conditions(self.conditions, number, self.programs.name)
@@ -258,8 +256,6 @@ class GrindingRun(EventConsumer):
         for k in self.station_numbers or [ANYWHERE]:
             if self.unloaded_at is not None and self.watch.way.grinds(self._untouched(k, self.axis)):
                 self._begin_cutting(time, self.axis, () if k == ANYWHERE else (k,))
-
-    # ----------------------------------------------------------------------------------- cycles and dresses
 
     def begin_block(self, time: float, plan: CyclePlan, stations: Sequence[int], dress: DressRun | None) -> None:
         if dress is not None and dress.advances and self.job.setup.dresser_infeed is None:

@@ -67,11 +67,11 @@ def job_beside(program: Path) -> Path:
     return path
 
 
-def job_of(program: Path, job: str | Path | Job | None) -> Job:
-    """The job by its file or as it is held; that beside a program if None. Errors as of `load_job`."""
+def job_of(program: Path, job: str | Path | Job | None, *, plant: "Plant | None" = None) -> Job:
+    """The job by its file or as it is held; that beside a program if None. Arguments and errors as of `load_job`."""
     if isinstance(job, Job):
-        return job
-    return load_job(job_beside(program) if job is None else job)
+        return job if plant is None else job.on(plant)
+    return load_job(job_beside(program) if job is None else job, plant=plant)
 
 
 def load_job(path: str | Path, *, plant: "Plant | None" = None, calibrated: bool = True) -> Job:

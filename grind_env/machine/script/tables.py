@@ -186,10 +186,10 @@ def is_whole(script: Script, tables: ScriptTables) -> bool:
     def covers(block: ScriptBlock, job: Job) -> bool:
         # one zone may also be one that is never under the wheel
         middle, edge = strip_centres(job.part.across, job.part.width)[0], edge_of(block.start, block.plan)
-        return bool(edge <= middle < edge + wheel.width)
+        return block.plan.cross_axis is None and bool(edge <= middle < edge + wheel.width)
 
-    over = all(itertools.starmap(covers, zip(script.blocks, jobs_of(script.job, script.blocks), strict=True)))
-    return over and len(tables.zones) == 1 and all(block.plan.cross_axis is None for block in script.blocks)
+    jobs = jobs_of(script.job, script.blocks)
+    return len(tables.zones) == 1 and all(itertools.starmap(covers, zip(script.blocks, jobs, strict=True)))
 
 
 def _table(rows: list[Any], kind: type[Any]) -> Array:
