@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from grind_env.control import read as parse_program
     from grind_env.control import read_file as read_program
     from grind_env.envs.tasks import load_task
-    from grind_env.machine.grind_file import grind_file as grind
+    from grind_env.machine.grind import grind_file as grind
     from grind_env.machine.job.file import load_job
     from grind_env.machine.script.script import script_of
     from grind_env.policies.judging import evaluate
@@ -41,7 +41,7 @@ __version__ = "0.2.0"
 LAZY = {
     "calibrate": ("shop.calls", "calibrate"),
     "evaluate": ("policies.judging", "evaluate"),
-    "grind": ("machine.grind_file", "grind_file"),
+    "grind": ("machine.grind", "grind_file"),
     "load_job": ("machine.job.file", "load_job"),
     "load_task": ("envs.tasks", "load_task"),
     "optimise": ("shop.calls", "optimise"),

@@ -209,7 +209,7 @@ def run(
     Columns of the tables and of --record are on the page "Columns of a run" (docs/reference/columns.md).
     """
     from grind_env.control.options import variables_of
-    from grind_env.machine.grind_file import grind_file
+    from grind_env.machine.grind import grind_file
     from grind_env.process.cost import SCRAP_BELOW
     from grind_env.render.tables import as_data, print_record
 

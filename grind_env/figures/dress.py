@@ -6,7 +6,7 @@ import numpy as np
 
 from grind_env.control import read
 from grind_env.errors import GrindError
-from grind_env.machine.grind_file import grind_file
+from grind_env.machine.grind import grind_file
 from grind_env.machine.record import GrindingRecord
 from grind_env.policies.evaluation import SEEDS
 from grind_env.policies.play import play

@@ -26,30 +26,25 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 UNITS = {
-    **dict.fromkeys(("time", "seconds"), "s"),
-    "E": "mm/min",
-    **dict.fromkeys(("Z", "b", "Lw", "grown", "ae", "lc", "dw", "ds", "W"), "mm"),
-    "Q": "mm2/s",
-    **dict.fromkeys(("heq", "Rg", "Ra"), "um"),
-    **dict.fromkeys(("Ft", "Fn"), "N/mm"),
-    **dict.fromkeys(("power", "load", "heat"), "W"),
-    "vs": "m/s",
-    "u_s": "J/mm3",
-    "fg": "N",
-    "T": "K",
-    "worn": "mm3",
-    "V": "mm3/mm",
-    "peak_Q": "mm2/s",
-    "energy": "J",
-    **dict.fromkeys(("removed", "dressed_off", "ground"), "mm3"),
-    **dict.fromkeys(("stock", "S", "lead"), "mm"),
-    **dict.fromkeys(
-        ("size_error", "taper", "worst_error", "size_wear", "size_growth", "size_deflection", "size_rest"),
-        "um",
-    ),
-    "peak_power": "W",
-    **dict.fromkeys(("rise", "highest_rise"), "K"),
-    **dict.fromkeys(("time_cost", "wheel_cost", "dress_cost", "scrap_cost", "total_cost"), "$"),
+    name: unit
+    for unit, names in {
+        "s": "time seconds",
+        "mm/min": "E",
+        "mm": "Z b Lw grown ae lc dw ds W stock S lead",
+        "mm2/s": "Q peak_Q",
+        "um": "heq Rg Ra size_error taper worst_error size_wear size_growth size_deflection size_rest",
+        "N": "fg",
+        "N/mm": "Ft Fn",
+        "W": "power load heat peak_power",
+        "m/s": "vs",
+        "J": "energy",
+        "J/mm3": "u_s",
+        "K": "T rise highest_rise",
+        "mm3": "worn removed dressed_off ground",
+        "mm3/mm": "V",
+        "$": "time_cost wheel_cost dress_cost scrap_cost total_cost",
+    }.items()
+    for name in names.split()
 }
 """Units of the fields of `STROKE_ROW`, `EXECUTION_ROW`, `DRESS_ROW` and `PART_ROW`; the others are numbers."""
 

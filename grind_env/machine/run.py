@@ -1,59 +1,29 @@
-"""The machine under a part program, one event of the control at a time.
-
-This module decides and computes nothing that the control or the process model knows: it only brings their events and
-relations together, and keeps the clock of the job.
-"""
+"""A part program ground on the machine, one event of the control at a time, with the clock of the job."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import cached_property
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 
 from grind_env.arrays import Array
-from grind_env.control import (
-    Arc,
-    Control,
-    CyclePlan,
-    CycleStart,
-    CycleStrokes,
-    DressEnd,
-    DressStart,
-    Event,
-    Execution,
-    FeedAhead,
-    Infeed,
-    Line,
-    Message,
-    Motion,
-    Pick,
-    ProgramEnd,
-    Programs,
-    ProgramStop,
-    Rapid,
-    Spindle,
-    Stroke,
-    Switch,
-)
+from grind_env.control import Control, CyclePlan, CycleStrokes, Execution, Programs, motions
 from grind_env.control.cycles import codes_said
-from grind_env.control.rules import INSTANT
 from grind_env.errors import GrindError
 from grind_env.machine.axes import cross_axis
-from grind_env.machine.dress.dressing import DressPrograms
 from grind_env.machine.dress.mounting import Mount
-from grind_env.machine.dress.program import NO_DRESS, DressPlan, DressProgramError
+from grind_env.machine.dress.program import NO_DRESS, DressPlan, DressProgramError, DressRun
 from grind_env.machine.dress.sharpening import NO_SHARPENING, sharpening_of
+from grind_env.machine.events import EventConsumer
 from grind_env.machine.job import Job, PartConditions, Station, require_conditions
 from grind_env.machine.loops.cycle import dress_lead
-from grind_env.machine.part.feeds import feed_stroke, keeps_across, leads_over, table_axis
+from grind_env.machine.part.feeds import FEED, keeps_across, leads_over
 from grind_env.machine.part.grooving import infeed_depth
 from grind_env.machine.part.part import ANYWHERE, PartRun, StageResult
 from grind_env.machine.part.passes import Dressed
 from grind_env.machine.part.rows import NUMBERS_FROM, STROKE_ROW, WHEEL_FIELDS, table_of
-from grind_env.machine.part.running import Running
-from grind_env.machine.part.stations import Swept, alone, met, sweep_of, sweep_of_plan, touched
+from grind_env.machine.part.stations import Swept, met, sweep_of, touched
 from grind_env.machine.part.unjudged import Unjudged
 from grind_env.machine.record import DRESS_ROW, PART_ROW, GrindingRecord, RowLog
 from grind_env.machine.watch import RunWatch
@@ -67,50 +37,34 @@ class GrindingError(GrindError):
     """A program that grinds nothing, or on a job whose numbers are beyond those of the process model."""
 
 
-class GrindingRun:
+class GrindingRun(EventConsumer):
     """State of a run; feed `take` every event of the execution.
 
     Attributes:
         drive: what the table makes of its commands.
-        unloaded_at: time of the job at which the part was taken off, s; None while it is worked on.
         strokes: rows of the record so far (`record.STROKE_ROW`), like `dresses` and `parts`.
         plunged: of each of these strokes, whether it has gone deeper than any before it at some place of its own.
-        begun: how many blocks of strokes there have been: cycles, and feed moves that are strokes.
-        plan: of the last one.
     """
 
     def __init__(self, programs: Programs, job: Job, control: Control, conditions: Sequence[PartConditions]) -> None:
-        self.programs, self.job, self.control, self.conditions = programs, job, control, conditions
-        self.position, self.axis = control.start, 0
+        super().__init__(programs, job, control)
+        self.conditions = conditions
         self.delay = 0.0  # of the job's clock after the control's: loading, set-up of dresses
         self.mount, self.drive = Mount(job), Drive(1.0, control.reversal_dwell)
-        self.dressing = DressPrograms(programs, job, control)
-        self.running = Running(job)
         self.watch = RunWatch(programs.name, job, control)
-        self.strokes, self.dresses, self.parts = (
-            RowLog(STROKE_ROW),
-            RowLog(DRESS_ROW),
-            RowLog(PART_ROW),
-        )
+        self.strokes, self.dresses, self.parts = map(RowLog, (STROKE_ROW, DRESS_ROW, PART_ROW))
         self.plunged = bytearray()
         self.stages: list[tuple[StageResult, ...]] = []
         self.unjudged: list[tuple[Unjudged, ...]] = []
         self.blocks: dict[int, int] = {}
         self.cycles: dict[int, CyclePlan] = {}
-        self.begun = 0
-        self.plan: CyclePlan | None = None
         self._left: dict[int, PartRun] = {}  # parts of this loading that have been worked on, by their stations
         self._shared: dict[int, Unjudged] = {}  # stations that strokes have met at once with others in this loading
         self._met: list[Station] = []  # of the parts taken off, as they lie on the machine
         self._unmet = {each.name for each in job.stations}
         self._dresses_anew = False  # from a station from which the dress program of the cycle has not gone its way
         self.part = self._load(0.0)
-        self.unloaded_at: float | None = None
         self.gauged_at: float | None = None
-        self._leaving: ProgramStop | None = None  # M00 that takes the part off once the table stands
-        self._stroked_until = 0.0  # time of the control at which the last stroke ended
-        self._line = 0  # of the cycle in force or before
-        self._dressing_speed = self.running.speed  # when the dress under way began
 
     @property
     def wheel(self) -> WheelState | None:
@@ -142,27 +96,23 @@ class GrindingRun:
             execution.forget_dresses()
             self._dresses_anew = False
 
-    def take(self, event: Event) -> None:
-        happen = HAPPENINGS.get(type(event))
-        if happen is not None:
-            happen(self, event)
-        if isinstance(event, Motion):
-            self.position = event.end
-            self.dressing.follow(event)
-
     def clock(self, time: float) -> float:
         """The time of the job at a time of the control, s; it adds what the program does not state, such as loading."""
         return time + self.delay
-
-    # ------------------------------------------------------------------------------------------------- parts
 
     def _load(self, began: float, station: int = ANYWHERE, axis: int = 0) -> PartRun:
         number = len(self.parts) + len(self._left) + 1
         require_conditions(self.conditions, number, self.programs.name)
         conditions = self.conditions[number - 1] if self.conditions else PartConditions()
         self.mount.gauge()
-        job = self.job if station == ANYWHERE else self.job.at_station(station, axis)
-        return PartRun(number, job, conditions, began, new_wheel=self.mount.changes > 0, station=station)
+        job, changed = self._job_at(station, axis), self.mount.changes > 0
+        return PartRun(number, job, conditions, began, new_wheel=changed, station=station)
+
+    def _untouched(self, station: int, axis: int) -> PartRun:
+        return PartRun(0, self._job_at(station, axis), PartConditions(), 0.0, station=station)
+
+    def _job_at(self, station: int, axis: int) -> Job:
+        return self.job if station == ANYWHERE else self.job.at_station(station, axis)
 
     def _begin_cutting(self, time: float, axis: int = 0, stations: Sequence[int] = ()) -> bool:
         """End the loading or gauging of the part; whether it has been loaded since the last cycle.
@@ -208,10 +158,8 @@ class GrindingRun:
             self.part = self._load(part.began, stations[0] if stations else 0, axis)
             self.part.cutting, self.part.tally = part.cutting, part.tally
         self.part.met |= bool(stations)
-        blanks = (PartRun(0, self.job.at_station(k, axis), PartConditions(), 0.0, station=k) for k in self._numbers)
-        self.watch.way.others = [
-            self._left.get(each.station, each) for each in blanks if each.station != self.part.station
-        ]
+        beside = [k for k in self.station_numbers if k != self.part.station]
+        self.watch.way.others = [self._left.get(k) or self._untouched(k, axis) for k in beside]
 
     def _leaves_for(self, stations: Sequence[int]) -> bool:
         return bool(stations) and self.part.met and self.part.station not in stations
@@ -223,10 +171,6 @@ class GrindingRun:
         """
         if self.unloaded_at is None and self._leaves_for(met(self.job, sweep)):
             self._change_worn_wheel(time)
-
-    @property
-    def _numbers(self) -> range:
-        return range(len(self.job.stations))
 
     def _meet(self, line: int, stations: Sequence[int]) -> None:
         """Strokes of a block have met stations; of several at once none is judged, for that is not simulated."""
@@ -243,21 +187,23 @@ class GrindingRun:
                 lines = {line, *(self._shared[k].lines if k in self._shared else ())}
                 self._shared[k] = Unjudged(tuple(sorted(lines)), self._shared[k].why if k in self._shared else text)
 
-    def _unload(self, time: float, stop: ProgramStop | None = None) -> None:
-        if self.unloaded_at is None:
-            self._change_worn_wheel(time)
-            self.unloaded_at, self.gauged_at = self.clock(time), None
-            self.part.spent += self.unloaded_at - self.part.began
-            self.watch.unload(self.part, stop)
-            self._left[self.part.station] = self.part
-            for station in self._shared.keys() - self._left.keys():
-                self._left[station] = self._load(self.unloaded_at, station, self.axis)
-            for part in sorted(self._left.values(), key=lambda part: part.number):
-                self._take_off(part)
-            self._left.clear()
-            self._shared.clear()
+    def take_off(self, time: float, stop: motions.ProgramStop | None) -> float:
+        if stop is not None and time > stop.time:
+            self.watch.stops.stroked_on(stop)
+        self._change_worn_wheel(time)
+        unloaded_at, self.gauged_at = self.clock(time), None
+        self.part.spent += unloaded_at - self.part.began
+        self.watch.unload(self.part, stop)
+        self._left[self.part.station] = self.part
+        for station in self._shared.keys() - self._left.keys():
+            self._left[station] = self._load(unloaded_at, station, self.axis)
+        for part in sorted(self._left.values(), key=lambda part: part.number):
+            self._book(part)
+        self._left.clear()
+        self._shared.clear()
+        return unloaded_at
 
-    def _take_off(self, part: PartRun) -> None:
+    def _book(self, part: PartRun) -> None:
         if part is not self.part:
             self.watch.take_off(part)
         if part.station in self._shared:
@@ -276,37 +222,14 @@ class GrindingRun:
             self.delay += self.job.times.wheel_change or 0.0
             self.mount.pass_time(self.clock(time), p)
 
-    def let_part_go(self) -> None:
-        """Take off the part of an M00 beside which the table has gone on, and now stands or is taken over."""
-        stop, self._leaving = self._leaving, None
-        if stop is not None:
-            strokes_on = self._stroked_until > stop.time + INSTANT
-            if strokes_on:
-                self.watch.stops.stroked_on(stop)
-            self._unload(self._stroked_until if strokes_on else stop.time, stop)
+    def gauge(self, event: motions.ProgramStop) -> None:
+        self.part.end_stage()
+        self._change_worn_wheel(event.time)
+        self.mount.gauge()
+        if not event.reciprocating and self.unloaded_at is None:
+            self.gauged_at = self.clock(event.time)
 
-    def _stop(self, event: ProgramStop) -> None:
-        """M00 takes the part off; at M01 it is gauged. Within a dress the operator looks after the dresser instead.
-
-        From a table that reciprocates no part is taken: it stays until the table stands or the next cycle takes over.
-        """
-        if self.dressing.under_way is not None:
-            return
-        if not event.reciprocating:
-            self.let_part_go()
-        if self._leaving is None:
-            if event.code == "M01":
-                self.part.end_stage()
-                self._change_worn_wheel(event.time)
-                self.mount.gauge()
-                if self.part.cutting and not event.reciprocating and self.unloaded_at is None:
-                    self.gauged_at = self.clock(event.time)
-            elif self.part.cutting and event.reciprocating:
-                self._leaving = event
-            elif self.part.cutting:
-                self._unload(event.time, event)
-
-    def _end(self, event: ProgramEnd) -> None:
+    def end(self, event: motions.ProgramEnd) -> None:
         if not self.strokes:
             raise GrindingError(
                 f"{self.programs.name} makes no stroke and no groove; {codes_said('or')} sets the table going, "
@@ -316,7 +239,7 @@ class GrindingRun:
         self.let_part_go()
         if self.unloaded_at is not None:
             self._grind_between(event.time)
-        self._unload(event.time)
+        self.unload(event.time)
         self.watch.stops.end()
         for each in self.job.stations:
             if each.name in self._unmet:
@@ -330,35 +253,34 @@ class GrindingRun:
             self.watch.notices.tell(line, "call", text)
 
     def _grind_between(self, time: float) -> None:
-        stations = self._numbers or [ANYWHERE]
-        for k in stations:
-            job = self.job if k == ANYWHERE else self.job.at_station(k, self.axis)
-            if self.unloaded_at is not None and self.watch.way.grinds(PartRun(0, job, PartConditions(), 0.0)):
+        for k in self.station_numbers or [ANYWHERE]:
+            if self.unloaded_at is not None and self.watch.way.grinds(self._untouched(k, self.axis)):
                 self._begin_cutting(time, self.axis, () if k == ANYWHERE else (k,))
 
-    # ----------------------------------------------------------------------------------- cycles and dresses
-
-    def _start_cycle(self, event: CycleStart) -> None:
-        plan = event.plan
-        dress = None
-        if plan.program is not None:
-            dress = self.dressing.plan(plan.program, self.position, event)
-            if plan.program in self.dressing.advancing and self.job.setup.dresser_infeed is None:
-                text = (
-                    f"dress program O{plan.program} has no infeed; its dresser is taken to advance {dress.depth:g} mm "
-                    "by itself before each pass; say dresser_infeed in [setup] of the job, or move the wheel towards "
-                    "the diamond in a block of its own"
-                )
-                self.watch.notices.tell(0, f"O{plan.program}", text)
-        self._take_over(event.time, plan, sweep_of_plan(plan, self.position), dress)
-        if plan.program is not None and plan.dresses > 0:
-            self._dresses_anew = self.dressing.goes_anew(plan.program, self.part.station)
-        self.cycles[plan.line] = plan
+    def begin_block(self, time: float, plan: CyclePlan, stations: Sequence[int], dress: DressRun | None) -> None:
+        if dress is not None and dress.advances and self.job.setup.dresser_infeed is None:
+            text = (
+                f"dress program O{plan.program} has no infeed; its dresser is taken to advance {dress.plan.depth:g} mm "
+                "by itself before each pass; say dresser_infeed in [setup] of the job, or move the wheel towards "
+                "the diamond in a block of its own"
+            )
+            self.watch.notices.tell(0, f"O{plan.program}", text)
+        loads, part = self._take_part(time, plan, stations), self.part
+        if self.job.process.before is not None:
+            part.p = part.nominal
+        misses = plan.program is not None and self._misses(plan.program)
+        self.mount.take_up(None if dress is None or misses else dress.plan, part.p)
+        self.mount.pass_time(self.clock(time), part.p, loads=loads)
+        self._take_drive(time, plan)
+        self.blocks[plan.line] = plan.block
+        if plan.code != FEED:
+            self.cycles[plan.line] = plan
         if plan.plunge_axis is not None:
-            self.part.deepest = max(self.part.deepest, self.part.job.part.surface - plan.depth_target)
+            part.deepest = max(part.deepest, part.job.part.surface - plan.depth_target)
+        if plan.program is not None and plan.dresses > 0:
+            self._dresses_anew = self.dressing.goes_anew(plan.program, part.station)
 
     def _take_part(self, time: float, plan: CyclePlan, stations: Sequence[int]) -> bool:
-        self.let_part_go()
         self._meet(plan.line, stations)
         loads = self._begin_cutting(time, plan.axis, stations)
         self.part.take_up(self.running.setup)
@@ -366,50 +288,23 @@ class GrindingRun:
         self.watch.start_cycle(self.part, plan)
         return loads
 
-    def _take_over(self, time: float, plan: CyclePlan, sweep: Swept, dress: DressPlan | None = None) -> None:
-        loads = self._take_part(time, plan, met(self.job, sweep))
-        if self.job.process.before is not None:
-            self.part.p = self.part.nominal
-        self.mount.take_up(None if plan.program is None or self._misses(plan.program) else dress, self.part.p)
-        self.mount.pass_time(self.clock(time), self.part.p, loads=loads)
-        self.begun, self.plan = self.begun + 1, plan
-        self._begin_block(time, plan)
-        self._line, self.blocks[plan.line] = plan.line, plan.block
-        self.axis = plan.axis
+    def move(self, event: motions.Motion) -> None:
+        self.watch.way.move(event, found=self.found)
 
-    def _feed(self, move: Line) -> None:
-        axis, jobs = self._along
-        strokes = (feed_stroke(move, axis, job, self.plan) for job in jobs) if axis is not None else iter(())
-        event = next((each for each in strokes if each is not None), None)
-        if event is None:
-            self.watch.way.move(move)
-        else:
-            self._take_over(move.begin, event.plan, sweep_of(event))
-            self._strokes(event, 0)
-
-    def is_feed_block(self, ahead: FeedAhead) -> bool:
-        axis, jobs = self._along
+    def is_feed_block(self, ahead: motions.FeedAhead) -> bool:
+        axis, jobs = self.along
         place = ahead.start, ahead.end
-        return axis is not None and any(leads_over(*place, axis, job) for job in jobs) and keeps_across(*place, axis)
+        return any(leads_over(*place, axis, job) for job in jobs) and keeps_across(*place, axis)
 
-    @property
-    def _along(self) -> tuple[int | None, Sequence[Job]]:
-        axis, leaves = self.axis if self.begun else self._first_axis, self._leaving is not None
-        if not self.watch.way.found or axis is None:
-            return None, ()
-        if self.job.stations:
-            return axis, [self.job.at_station(k, axis) for k in self._numbers]
+    def coming_jobs(self) -> Sequence[Job]:
+        leaves = self.leaving is not None
         if self.unloaded_at is None and not leaves:
-            return None if self.part.infeeds and not self.part.strokes else axis, (self.part.job,)
+            return () if self.part.infeeds and not self.part.strokes else (self.part.job,)
         number = len(self.parts) + leaves
         own = self.conditions[number].part if number < len(self.conditions) else None
-        return axis, (self.job if own is None else replace(self.job, part=own),)
+        return (self.job if own is None else replace(self.job, part=own),)
 
-    @cached_property
-    def _first_axis(self) -> int | None:
-        return table_axis(self.programs, self.control, 0.5 * self.mount.diameter)
-
-    def _begin_block(self, time: float, plan: CyclePlan) -> None:
+    def _take_drive(self, time: float, plan: CyclePlan) -> None:
         """A block of strokes begins: what its process makes of wheel and table, the latter told by `tell`."""
         if self.job.process.before is not None:
             part = self.part.job.part
@@ -417,39 +312,39 @@ class GrindingRun:
             moment = Moment(*map(float, numbers))
             self.part.p, self.drive = self.mount.begin(moment, self.control.reversal_dwell, self.part.p)
 
-    def _start_dress(self, event: DressStart) -> None:
-        self.dressing.begin(event)
-        self._dressing_speed = self.running.speed
-
-    def _end_dress(self, event: DressEnd) -> None:
+    def end_dress(self, event: motions.DressEnd) -> None:
         number = event.program
-        place = f"{self.programs.name}:{self._line}: dress program O{number}"
+        place = f"{self.programs.name}:{self.line}: dress program O{number}"
         if not self.running.turns:
             raise DressProgramError(f"{place}: the wheel does not turn in it; program M03 before it, and no M05 in it")
-        if self.running.speed != self._dressing_speed:
+        if self.running.speed != self.dressing_speed:
             raise DressProgramError(
                 f"{place}: dressing with another wheel speed than that of grinding is not simulated; leave S, G96 and "
                 "G97 out of it"
             )
         plan, began, way = self.dressing.end(event, self.axis, self.part.station)
         self.watch.way.dress(self.part, self.dressing.file(number), way, self.axis)
-        removed, sharpening, misses = 0.0, NO_SHARPENING, self._misses(number)
+        misses, before, p, time = self._misses(number), self.mount.present(self.part.p), self.part.p, self.clock(began)
+        done = Dressed(0.0, before.ds, 0.0, 0.0, 0.0)
         if not misses:
-            self.watch.cuts.dress(self._line, plan)
-            self.mount.pass_time(self.clock(began), self.part.p)
-            before = self.mount.present(self.part.p)
-            lead = dress_lead(before, plan.feed, self.part.p)
-            sharpening = sharpening_of(plan.depth, lead, before.wd, self.job.setup.dresser, self.part.p)
-            removed = self.mount.dress(plan, self.part.p)
-        time = self.clock(began)
+            self.watch.cuts.dress(self.line, plan)
+            self.mount.pass_time(time, p)
+            before = self.mount.present(p)
+            removed = self.mount.dress(plan, p)
+            done = Dressed(0.0, self.mount.diameter, removed, dress_lead(before, plan.feed, p), before.wd)
         self.delay += plan.seconds - (event.time - began)
         if not misses:  # such a dress is a wait, up to the next stroke
-            self.mount.pass_time(self.clock(event.time), self.part.p)
-        self.part.dress(plan.seconds, removed)
-        ds = self.mount.diameter
-        row = self.part.number, len(self.strokes), time, event.cause, number, plan.seconds, ds, removed
+            self.mount.pass_time(self.clock(event.time), p)
+        self.part.dress(plan.seconds, done.removed)
+        self._add_dress(len(self.strokes), time, event.cause, number, plan, done)
+        self.watch.cuts.diameter(done.ds)
+
+    def _add_dress(self, after: int, time: float, cause: str, number: int, plan: DressPlan, done: Dressed) -> None:
+        sharpening = NO_SHARPENING
+        if done.lead > 0.0:
+            sharpening = sharpening_of(plan.depth, done.lead, done.wd, self.job.setup.dresser, self.part.p)
+        row = self.part.number, after, time, cause, number, plan.seconds, done.ds, done.removed
         self.dresses.add((*row, *sharpening))
-        self.watch.cuts.diameter(ds)
 
     def _misses(self, program: int) -> bool:
         missed, diamond = self.dressing.missed[program], self.job.diamond
@@ -460,15 +355,14 @@ class GrindingRun:
         self.watch.notices.tell(missed.line, "diamond", text, self.dressing.file(program))
         return True
 
-    def _strokes(self, event: CycleStrokes, number: int) -> None:
-        self._stroked_until = event.time
+    def make_strokes(self, event: CycleStrokes, number: int) -> None:
         if self.job.stations and (stations := touched(self.job, sweep_of(event))):
             self._meet(event.plan.line, stations)
             if self.part.station not in stations:  # of a table that goes on, for a cycle is at its station
                 loads = self._take_part(event.begins[0], event.plan, stations)
                 self.mount.pass_time(self.mount.lived, self.part.p, loads=loads)
         if self._take_up_running(event.plan.line):
-            self._begin_block(event.begins[0], event.plan)
+            self._take_drive(event.begins[0], event.plan)
         part, plan, count = self.part, event.plan, len(event.begins)
         dress = NO_DRESS if plan.program is None else self.dressing.plans[plan.program]
         misses = bool(event.dresses) and plan.program is not None and self._misses(plan.program)
@@ -497,14 +391,9 @@ class GrindingRun:
             rows["time"][stalled + 1 :] = (delays + part.p.stall_time + event.begins)[stalled + 1 :]
         for after, time, each in zip(due, began, map(Dressed._make, dressed.tolist()), strict=True):
             begin = time + (part.p.stall_time if after > stalled else 0.0)
-            made, sharpening = len(self.strokes) + after, NO_SHARPENING
-            if not misses:
-                sharpening = sharpening_of(dress.depth, each.lead, each.wd, self.job.setup.dresser, part.p)
-            row = part.number, made, begin, "auto", plan.program, dress.seconds, each.ds, each.removed
-            self.dresses.add((*row, *sharpening))
+            self._add_dress(len(self.strokes) + after, begin, "auto", plan.program or 0, dress, each)
         self._add(rows, plunged.tobytes(), stalls)
         self.watch.strokes(part, event, rows, before.A, dress, dressed[: len(effective)])
-        self.position = event.end
 
     def _take_up_running(self, line: int) -> bool:
         """Take up how the wheel turns and the coolant flows before a line grinds; whether that has changed."""
@@ -530,11 +419,12 @@ class GrindingRun:
         self.strokes.extend(rows)
         self.plunged += plunged
 
-    def _infeed(self, event: Infeed) -> None:
+    def _infeed(self, event: motions.Infeed) -> None:
         if self.job.stations:
             place = f"{self.programs.name}:{event.line}"
             raise GrindingError(f"{place}: a groove is cut, and grooves lie at no station; leave [[stations]] out")
         self.let_part_go()
+        self.has_ground = True
         loads = self._begin_cutting(event.begin)
         self.blocks[event.line] = event.block
         if self.job.setup.grooving_wheel:
@@ -553,21 +443,9 @@ class GrindingRun:
         if self.job.setup.grooving_wheel:
             self.watch.cuts.infeed(self.part, event, done.stroke, before, wheel)
 
-
-HAPPENINGS: Mapping[type[Any], Callable[[GrindingRun, Any], None]] = {
-    CycleStart: GrindingRun._start_cycle,
-    DressStart: GrindingRun._start_dress,
-    DressEnd: GrindingRun._end_dress,
-    Stroke: lambda run, event: run._strokes(alone(event), event.number or 0),
-    CycleStrokes: lambda run, event: run._strokes(event, 1),
-    Infeed: GrindingRun._infeed,
-    ProgramStop: GrindingRun._stop,
-    ProgramEnd: GrindingRun._end,
-    Pick: lambda run, event: run.watch.picks.pick(event),
-    Message: lambda run, event: run.watch.message(event),
-    Spindle: lambda run, event: run.running.set_speed(event),
-    Switch: lambda run, event: run.running.switch(event),
-    Line: GrindingRun._feed,
-    **dict.fromkeys((Rapid, Arc), lambda run, event: run.watch.way.move(event)),
-}
-"""What happens in a run with an event of the control; others change nothing but where the axes stand."""
+    HAPPENINGS: ClassVar = {
+        **EventConsumer.HAPPENINGS,
+        motions.Infeed: _infeed,
+        motions.Pick: lambda self, event: self.watch.picks.pick(event),
+        motions.Message: lambda self, event: self.watch.message(event),
+    }

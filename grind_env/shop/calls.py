@@ -13,7 +13,7 @@ from grind_env.control import read_file
 from grind_env.control.options import interrupts_of
 from grind_env.control.reader import called_files
 from grind_env.files import beside, write_atomically
-from grind_env.machine.grind_file import grind_file
+from grind_env.machine.grind import grind_file
 from grind_env.machine.job import Job
 from grind_env.machine.job.file import job_beside, load_job
 from grind_env.shop.progress import progress

@@ -14,7 +14,7 @@ from grind_env.errors import GrindError
 from grind_env.extras import MissingExtra
 from grind_env.kernel import compile_at_once
 from grind_env.kernel.cache import cache_folder
-from grind_env.machine.grind_file import grind_file
+from grind_env.machine.grind import grind_file
 from grind_env.machine.job import Job
 from grind_env.machine.job.file import job_beside, load_job
 from grind_env.machine.job.uncertainty import Uncertainty

@@ -18,7 +18,7 @@ from grind_env.envs.actions import ActionError
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.errors import GrindError
 from grind_env.kernel.tiers import WRITTEN, Entry, as_written
-from grind_env.machine.grind_file import grind_file
+from grind_env.machine.grind import grind_file
 from grind_env.machine.script.settings import DRESS_DEPTH, D, E
 from grind_env.plants.names import find_plant
 from grind_env.policies.judging import evaluate

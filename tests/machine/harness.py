@@ -3,11 +3,14 @@
 from dataclasses import replace
 from typing import Any
 
-from grind_env.control import Control, read
+from grind_env.control import Control, Programs, execute, read
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Times, WheelStart
+from grind_env.machine.job.uncertainty import Uncertainty
+from grind_env.machine.job.worlds import world
 from grind_env.machine.loops.cycle import dress_lead
 from grind_env.machine.record import GrindingRecord
+from grind_env.machine.run import GrindingRun
 from grind_env.process.catalogue import load_catalogue
 from grind_env.process.state import StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel
@@ -93,6 +96,21 @@ def run(
     conditions: tuple[PartConditions, ...] = (),
 ) -> GrindingRecord:
     return grind(read(text + DRESS, "test.nc"), job, control=control, conditions=conditions)
+
+
+def machine_after(programs: Programs, job: Job, control: Control | None = None) -> GrindingRun:
+    """The machine after a program, told every stroke unless the control gives cycles as a whole."""
+    control = control or job.control
+    machine, execution = GrindingRun(programs, job, control, job.parts), execute(programs, control)
+    machine.tell(execution)
+    for event in execution:
+        machine.take(event)
+        machine.tell(execution)
+    return machine
+
+
+def worlds(job: Job, uncertainty: Uncertainty, seed: int, count: int) -> tuple[Job, ...]:
+    return tuple(world(job, uncertainty, uncertainty.root, seed, k) for k in range(count))
 
 
 def told_stepped(record: GrindingRecord) -> tuple[str, ...]:

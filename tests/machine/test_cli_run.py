@@ -11,7 +11,7 @@ from rich.console import Console
 import grind_env
 from grind_env.control import read_file
 from grind_env.machine.grind import grind as run_grind
-from grind_env.machine.grind_file import grind_file
+from grind_env.machine.grind import grind_file
 from grind_env.machine.job.file import load_job
 from grind_env.machine.part.rows import STROKE_ROW
 from grind_env.machine.part.unjudged import runs

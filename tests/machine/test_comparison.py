@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import grind_env
-from grind_env.machine.grind_file import grind_file
+from grind_env.machine.grind import grind_file
 from grind_env.machine.job import Diamond, PartConditions
 from grind_env.machine.record import GrindingRecord
 from grind_env.render.comparison import compared_blocks, compared_dresses

@@ -225,6 +225,11 @@ def test_a_replay_is_what_control_and_machine_make_of_it(
     assert_replayed(simulation, choices[: len(simulation.blocks)])
 
 
+def test_moves_up_to_a_second_M00_say_where_the_wheel_stands() -> None:
+    simulation = simulation_of(f"{CYCLE}G80\n{AWAY}M00\nG00 X-30.\nG01 Y-.01 F500.\nM00\nG01 X230. F12000.\n{AWAY}")
+    assert len(simulation.blocks) == len(grind(simulation.programs, simulation.job).blocks) == 2
+
+
 def test_its_F_is_a_word_that_may_be_varied() -> None:
     simulation = simulation_of(by_moves([(10, 12000)] * 3) + AWAY)
     episodes = simulation.start([np.random.default_rng(0)])

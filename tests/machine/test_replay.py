@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from grind_env.arrays import Array
-from grind_env.control import execute, read
+from grind_env.control import read
 from grind_env.envs.job.simulation import JobEpisodes, JobSimulation
 from grind_env.envs.job.text import with_words_chosen
 from grind_env.envs.program_episode import Words
@@ -18,7 +18,7 @@ from grind_env.machine.loops.tally import Tally
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.run import GrindingRun
 from grind_env.process.state import WheelState
-from tests.machine.harness import DRESS, job
+from tests.machine.harness import DRESS, job, machine_after
 
 SPEEDS = (3000.0, 30_000.0)
 """Lowest and highest E, mm/min."""
@@ -38,14 +38,8 @@ def executed(simulation: JobSimulation, words: Sequence[Words], dresses: str = "
     """
     chosen = zip((block.block for block in simulation.blocks), words, strict=True)
     programs = read(with_words_chosen(simulation.programs, list(chosen)) + dresses)
-    control = simulation.job.control
-    assert not control.whole_cycles
-    run, execution = GrindingRun(programs, simulation.job, control, ()), execute(programs, control)
-    run.tell(execution)
-    for event in execution:
-        run.take(event)
-        run.tell(execution)
-    return run
+    assert not simulation.job.control.whole_cycles
+    return machine_after(programs, simulation.job)
 
 
 def assert_replayed(simulation: JobSimulation, choices: Sequence[tuple[int, int]]) -> GrindingRecord:

@@ -8,16 +8,15 @@ import numpy as np
 import pytest
 
 from grind_env.cli import main
-from grind_env.control import Programs, check, execute, read, read_file
+from grind_env.control import Programs, check, read, read_file
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.tables import Outcome
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
 from grind_env.machine.loops.tally import Tally
-from grind_env.machine.run import GrindingRun
 from grind_env.machine.script.block import ScriptError
 from grind_env.machine.script.script import script_of
-from tests.machine.harness import DRESS, HEAD
+from tests.machine.harness import DRESS, HEAD, machine_after
 from tests.machine.test_replay import assert_same, shop
 
 DRESS_INCH = """
@@ -128,16 +127,6 @@ def case(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[Programs, Job]
     return read_file(path), job_for(request.param)
 
 
-def ground(programs: Programs, job: Job) -> GrindingRun:
-    """The machine after the program, told every stroke."""
-    run, execution = GrindingRun(programs, job, job.control, ()), execute(programs, job.control)
-    run.tell(execution)
-    for event in execution:
-        run.take(event)
-        run.tell(execution)
-    return run
-
-
 def test_a_program_is_checked_and_ground(case: tuple[Programs, Job]) -> None:
     programs, job = case
     report = check(programs, job.control)
@@ -157,7 +146,7 @@ def test_its_replay_is_what_the_machine_makes_of_it(case: tuple[Programs, Job]) 
         outcomes, tallies = simulation.step(episodes, np.array([block.plan.feed]), np.array([block.plan.dresses]))
         sums += tallies[0]
         good += outcomes[0, Outcome._fields.index("good")]
-    told = assert_same(simulation, episodes, sums, good, ground(programs, job))
+    told = assert_same(simulation, episodes, sums, good, machine_after(programs, job))
     whole = grind(programs, job)
     assert told.parts["total_cost"].tolist() == pytest.approx(whole.parts["total_cost"].tolist(), rel=1e-9)
 

@@ -13,7 +13,8 @@ from grind_env.machine.job import Job, JobError
 from grind_env.machine.job.file import load_job
 from grind_env.machine.job.text import job_text
 from grind_env.machine.job.uncertainty import Uncertainty
-from grind_env.machine.job.worlds import USUAL_SPREADS, known_of, usual_uncertainty, worlds
+from grind_env.machine.job.worlds import USUAL_SPREADS, known_of, usual_uncertainty
+from tests.machine.harness import worlds
 
 PLATE = examples.path("plate_g82.nc").with_suffix(".toml")
 TABLE = """

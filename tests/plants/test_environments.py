@@ -15,8 +15,7 @@ from grind_env.envs.machines import OtherMachine
 from grind_env.envs.tasks import TaskError, read_task
 from grind_env.envs.tasks.schema import document, toml_text
 from grind_env.errors import GrindError
-from grind_env.machine.grind import grind
-from grind_env.machine.grind_file import grind_file
+from grind_env.machine.grind import grind, grind_file
 from grind_env.machine.job import JobError
 from grind_env.machine.job.file import load_job
 from grind_env.machine.job.text import job_text

@@ -7,7 +7,7 @@ import pytest
 
 from grind_env import examples
 from grind_env.cli import main
-from grind_env.machine.grind_file import grind_file
+from grind_env.machine.grind import grind_file
 from grind_env.render.tables import as_data
 from grind_env.shop.calls import optimise
 from grind_env.shop.optimise import table

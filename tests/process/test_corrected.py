@@ -14,10 +14,10 @@ from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
 from grind_env.machine.job.text import job_text
 from grind_env.machine.job.uncertainty import Uncertainty
-from grind_env.machine.job.worlds import worlds
 from grind_env.process.corrected import CORRECTED, exponents_of
 from grind_env.process.process import PROCESS
 from grind_env.process.stroke import dressed_wheel, grind_stroke, stroke_constants
+from tests.machine.harness import worlds
 
 PLATE = "plate_g82"
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from grind_env.arrays import Array
-from grind_env.control import execute, read
+from grind_env.control import read
 from grind_env.envs.any_task import SIMULATIONS
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.gauge import GAUGE
@@ -33,7 +33,7 @@ from grind_env.process.gauge import Gauge, Shown
 from grind_env.process.process import PROCESS, Drive, Hook, Moment, Nothing, PartHeat, Process, composed
 from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeResult, WheelState
 from grind_env.process.stroke import dress_wheel, grind_stroke
-from tests.machine.harness import DRESS, job
+from tests.machine.harness import DRESS, job, machine_after
 
 WARMS, COOLS, GROWS = 2e-6, 1.0 / 600.0, 2e-4  # K/J, 1/s, mm/K
 BURST, PULLED = 0.001, 0.5  # of the wheel surface, and what of it is left
@@ -179,12 +179,7 @@ def ground(written: Written, *, whole: bool = True) -> GrindingRun:
     """The machine after a program, the cycles of which the control gives as a whole or stroke by stroke."""
     programs, shop = read(written.program), written.job
     control = replace(shop.control, operator_dress_at=written.requests, whole_cycles=whole)
-    run, execution = GrindingRun(programs, shop, control, shop.parts), execute(programs, control)
-    run.tell(execution)
-    for event in execution:
-        run.take(event)
-        run.tell(execution)
-    return run
+    return machine_after(programs, shop, control)
 
 
 class Played(NamedTuple):

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from grind_env.control import read, read_file
 from grind_env.examples import __file__ as examples
-from grind_env.machine.grind_file import grind_file
+from grind_env.machine.grind import grind_file
 from grind_env.machine.job.file import load_job
 from grind_env.machine.script.settings import D
 from grind_env.shop.dress_interval import DressInterval, intervals_between

@@ -16,7 +16,7 @@ from grind_env.machine.job import Job, PartConditions
 from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
 from grind_env.machine.job.uncertainty import Uncertainty
-from grind_env.machine.job.worlds import known_of, worlds
+from grind_env.machine.job.worlds import known_of
 from grind_env.machine.script.settings import D, E
 from grind_env.plants import find_plant
 from grind_env.policies.statistics import Interval
@@ -31,6 +31,7 @@ from grind_env.shop.trials import LotUse, Trials, lots_of, trials_of
 from grind_env.shop.wishes import WishError, wishes_of
 from tests.command import Grind
 from tests.examples import few
+from tests.machine.harness import worlds
 from tests.shop.programs import EXAMPLES, KNOWN, PLATE
 
 pytestmark = pytest.mark.usefixtures("few_lots", "coarse_speeds")

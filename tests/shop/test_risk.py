@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from grind_env.control import read_file
 from grind_env.files import read_bytes
-from grind_env.machine.grind_file import grind_file
+from grind_env.machine.grind import grind_file
 from grind_env.machine.job import Job
 from grind_env.machine.job.file import load_job
 from grind_env.machine.job.uncertainty import CERTAIN

@@ -13,7 +13,7 @@ from unittest.mock import patch
 import numpy as np
 
 from grind_env.arrays import Array
-from grind_env.control import Control, ControlError, Dwell, Programs, check, execute, read
+from grind_env.control import Control, ControlError, Dwell, Programs, check, read
 from grind_env.control.control import WHEEL_RADIUS
 from grind_env.envs.job.outline import JobProgramError
 from grind_env.envs.job.simulation import JobSimulation
@@ -27,13 +27,13 @@ from grind_env.machine.job import Job, JobError
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.part.unjudged import UnjudgedError
 from grind_env.machine.record import GrindingRecord
-from grind_env.machine.run import GrindingRun
 from grind_env.machine.script import script
 from grind_env.machine.script.block import ScriptError
 from grind_env.machine.script.script import script_of
 from grind_env.machine.script.tables import BlockRow
 from grind_env.process.cost import STALL
 from grind_env.shop.trials import Trials
+from tests.machine.harness import machine_after
 from tests.soak.limits import TooSlowError, limited
 from tests.soak.writer import Case
 
@@ -206,12 +206,7 @@ def _ground(programs: Programs, job: Job, control: Control | None) -> GrindingRe
 def _stepped(programs: Programs, job: Job) -> GrindingRecord | GrindError:
     """The record of a run in which the control announces every stroke."""
     try:
-        run, execution = GrindingRun(programs, job, job.control, job.parts), execute(programs, job.control)
-        run.tell(execution)
-        for event in execution:
-            run.take(event)
-            run.tell(execution)
-        return run.record()
+        return machine_after(programs, job).record()
     except GrindError as error:
         return error
 

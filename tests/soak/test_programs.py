@@ -131,7 +131,7 @@ def test_crashes_and_hangs_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(GrindingRun, "let_part_go", falls)
     (found,) = of(PLAIN).findings
-    assert found.kind == "run: ZeroDivisionError in run.py:_take_part" and "Traceback" in found.details
+    assert found.kind == "run: ZeroDivisionError in events.py:_begin" and "Traceback" in found.details
 
     def hangs(*arguments: Any, **keywords: Any) -> None:
         while True:

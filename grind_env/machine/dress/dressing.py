@@ -4,9 +4,8 @@ What the first execution at a station shows of a program holds for all, for a co
 way again.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 from grind_env.control import Control, CycleStart, DressEnd, DressStart, Motion, Position, Programs
 from grind_env.control.control import ORIGIN, WHEEL_RADIUS
@@ -26,60 +25,15 @@ from grind_env.machine.dress.program import (
 from grind_env.machine.job import Job
 
 
-class Executed(NamedTuple):
-    """A dress program that has been executed."""
-
-    plan: DressPlan
-    """What it does."""
-    began: float
-    """When it began, s."""
-    way: tuple[Motion, ...]
-    """Its motions, retrace included, if it is the first execution of the program."""
-
-
-def control_of_dress(event: CycleStart, job: Job, control: Control) -> Control:
-    """A control whose tables and variables are as the dress program of a cycle finds them."""
-    return replace(
-        control,
-        variables=event.variables,
-        work_offsets=event.origins,
-        external_offset=ORIGIN,
-        radii={WHEEL_RADIUS: 0.5 * first_diameter(job), **control.radii},
-    )
-
-
-class DressRuns:
-    """Dress programs run by themselves, once for all that they may find where a cycle calls them.
-
-    With other modes, tables or values of its `#` variables a program may do something else. Where it dresses the same
-    with other modes or values, such as it has itself left behind, it keeps the time of its first run, for only its way
-    to the diamond begins elsewhere.
-    """
-
-    def __init__(self, programs: Programs, job: Job, control: Control) -> None:
-        self.programs, self.job, self.control = programs, job, control
-        self._runs: dict[tuple[object, ...], list[DressRun]] = {}
-        self._known: dict[tuple[object, ...], DressRun] = {}
-
-    def run(self, number: int, position: Position, event: CycleStart) -> DressRun:
-        tables = number, tuple(event.origins.items())
-        key = *tables, tuple(sorted(event.variables.items())), event.modes
-        if key not in self._known:
-            control = control_of_dress(event, self.job, self.control)
-            found = run_dress(self.programs, number, self.job, control, position, event.plan.axis, event.modes)
-            runs = self._runs.setdefault(tables, [])
-            same = next((run for run in runs if is_same(run.plan, found.plan)), None)
-            if same is None:
-                runs.append(found)
-            self._known[key] = same or found
-        return self._known[key]
-
-
 class DressPrograms:
     """What is known of the dress programs of a run, by O number.
 
+    A program may do something else with other modes, tables or values of its `#` variables, so that it is run by itself
+    once for each of these. One that dresses the same with other modes or values keeps the time of its first run: only
+    its way to the diamond begins elsewhere.
+
     Attributes:
-        advancing: those in which the dresser has to advance by itself.
+        plans: what each does by itself.
         missed: of each the first pass that misses the diamond; None if none does.
         under_way: the start of the execution under way; None while there is none.
     """
@@ -87,25 +41,39 @@ class DressPrograms:
     def __init__(self, programs: Programs, job: Job, control: Control) -> None:
         self.programs, self.job, self.control = programs, job, control
         self.plans: dict[int, DressPlan] = {}
-        self.advancing: set[int] = set()
         self.missed: dict[int, Motion | None] = {}
         self.under_way: DressStart | None = None
-        self._dresses = DressRuns(programs, job, control)
+        self._runs: dict[tuple[object, ...], list[DressRun]] = {}
+        self._known: dict[tuple[object, ...], DressRun] = {}
         self._found: dict[int, DressRun] = {}
         self._modes: Modes | None = None  # of the last cycle
         self._motions: list[Motion] = []
         self._gone: set[tuple[int, int]] = set()  # of which program, from which station, a way has been judged
 
-    def plan(self, number: int, position: Position, event: CycleStart) -> DressPlan:
-        run = self._dresses.run(number, position, event)
+    def run(self, number: int, position: Position, event: CycleStart) -> DressRun:
+        """What a dress program does where a cycle begins at a position, mm."""
+        tables = number, tuple(event.origins.items())
+        key = *tables, tuple(sorted(event.variables.items())), event.modes
+        if key not in self._known:
+            control = replace(  # whose tables and variables are as the dress program of the cycle finds them
+                self.control,
+                variables=event.variables,
+                work_offsets=event.origins,
+                external_offset=ORIGIN,
+                radii={WHEEL_RADIUS: 0.5 * first_diameter(self.job), **self.control.radii},
+            )
+            found = run_dress(self.programs, number, self.job, control, position, event.plan.axis, event.modes)
+            runs = self._runs.setdefault(tables, [])
+            same = next((run for run in runs if is_same(run.plan, found.plan)), None)
+            if same is None:
+                runs.append(found)
+            self._known[key] = same or found
+        run, self._modes = self._known[key], event.modes
         if self._found.get(number) is not run:
             if self.plans.get(number) != run.plan:
                 self._gone = {each for each in self._gone if each[0] != number}
-            self.plans[number], self._found[number] = run.plan, run
-            self.advancing |= {number} if run.advances else set()
-            self.missed[number] = self._missed(run)
-        self._modes = event.modes
-        return self.plans[number]
+            self.plans[number], self._found[number], self.missed[number] = run.plan, run, self._missed(run)
+        return run
 
     def file(self, number: int) -> str:
         program = self.programs.find(number)
@@ -121,8 +89,11 @@ class DressPrograms:
         if self.under_way is not None:
             self._motions.append(motion)
 
-    def end(self, event: DressEnd, axis: int, station: int) -> Executed:
-        """An execution ends; the first one of a program at a station is compared with what it does by itself."""
+    def end(self, event: DressEnd, axis: int, station: int) -> tuple[DressPlan, float, Sequence[Motion]]:
+        """End an execution: what it does, when it began, s, and its motions, if it is the first one at a station.
+
+        The first one is compared with what the program does by itself.
+        """
         plan, number, begun = self.plans[event.program], event.program, self.under_way
         assert begun is not None
         self.under_way = None
@@ -133,7 +104,7 @@ class DressPrograms:
             require_same(run.plan, plan, number)
             self.missed[number] = self._missed(run)
         # that of a later one is not judged, for a control that knows the program goes none
-        return Executed(plan, begun.time, tuple(self._motions) if new else ())
+        return plan, begun.time, self._motions if new else ()
 
     def called(self, position: Position, axis: int) -> Iterator[tuple[int, int]]:
         """Where M98 calls a dress program: its line, 0 in another file than the main program's, and the number.
@@ -142,7 +113,7 @@ class DressPrograms:
         """
         calls = tuple(plain_calls(self.programs, block_delete=self.control.block_delete))
         parts = set(self.plans)
-        while more := {call.called for call in calls if call.caller in parts} - parts:
+        while more := {called for caller, _, called in calls if caller in parts} - parts:
             parts |= more
         for caller, line, number in calls:
             if caller not in parts and (number in self.plans or self._would_dress(number, position, axis)):

@@ -12,19 +12,9 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from grind_env.control import (
-    Arc,
-    Control,
-    ControlError,
-    Line,
-    Motion,
-    Position,
-    Programs,
-    Rapid,
-    Source,
-    dress_program_moves,
-)
+from grind_env.control import Control, ControlError, Programs, dress_program_moves
 from grind_env.control.modal_state import Modes
+from grind_env.control.motions import Arc, Line, Motion, Position, Rapid, Source
 from grind_env.control.words import read_block
 from grind_env.errors import GrindError, listed
 from grind_env.machine.axes import AXES, cross_axis, plunge_axis
@@ -108,21 +98,11 @@ def run_dress(
     return measure_dress(motions, number, job, axis, control, modes)
 
 
-class PlainCall(NamedTuple):
-    """Where M98 calls a program."""
+def plain_calls(programs: Programs, *, block_delete: bool = False) -> Iterator[tuple[int | None, int, int]]:
+    """Yield each call by M98: O number of the caller, line, and O number of what is called.
 
-    caller: int | None
-    """O number of the program that calls; None for a main program without one."""
-    line: int
-    """0 in another file than the main program's."""
-    called: int
-    """O number."""
-
-
-def plain_calls(programs: Programs, *, block_delete: bool = False) -> Iterator[PlainCall]:
-    """Where M98 calls a program.
-
-    A program is read up to the first block that ends it; with `block_delete` blocks that begin with '/' are left out.
+    The caller is None for a main program without a number, and the line 0 in another file than the main program's. A
+    program is read up to the first block that ends it; with `block_delete` blocks that begin with '/' are left out.
     """
     for program in programs:
         for source in program.blocks:
@@ -134,7 +114,7 @@ def plain_calls(programs: Programs, *, block_delete: bool = False) -> Iterator[P
                 continue
             if ("M", 98) in words:
                 line = source.line if source.file == programs.name else 0
-                yield from (PlainCall(program.number, line, number) for letter, number in words if letter == "P")
+                yield from ((program.number, line, number) for letter, number in words if letter == "P")
             if not words.isdisjoint(ENDS):
                 break
 

@@ -11,9 +11,8 @@ It is what the control would make of the program with these words in its text:
 Arcs and dwells take the time that they take. The way back is the control's (22-11).
 """
 
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -25,18 +24,9 @@ from grind_env.machine.axes import cross_axis, plunge_axis
 from grind_env.machine.dress.program import STEP, DressRun
 from grind_env.machine.loops.rules import motion_time
 
-
-@dataclass(frozen=True, slots=True)
-class Laid:
-    """Some legs of N executions, one after the other.
-
-    Attributes:
-        points: from the first begin to the last end, mm, each of shape (N, 3).
-        rates: speeds along them, mm/s, each of shape (N,); 0 along an arc.
-    """
-
-    points: list[Table]
-    rates: list[Table]
+Legs: TypeAlias = tuple[list[Table], list[Table]]
+"""Points of N executions from the first begin to the last end, mm, each of shape (N, 3), and speeds between them, mm/s,
+each of shape (N,); 0 along an arc."""
 
 
 def dress_seconds(run: DressRun, control: Control, passes: Table, feed: Table, depth: Table) -> Table:
@@ -57,8 +47,8 @@ def _seconds(run: DressRun, control: Control, passes: int, feed: Table, depth: T
     out = _way_out(run, control, passes, feed, depth)
     back = _way_back(run, control, out, feed)
     seconds = np.zeros(len(feed))
-    for laid in (out, back):
-        for (begin, end), rate in zip(pairwise(laid.points), laid.rates, strict=True):
+    for points, rates in (out, back):
+        for (begin, end), rate in zip(pairwise(points), rates, strict=True):
             add_times(np.sqrt(((end - begin) ** 2).sum(axis=1)), rate, control.acceleration, seconds)
     return seconds
 
@@ -80,23 +70,23 @@ def _legs(run: DressRun) -> tuple[list[Motion], list[int]]:
     return [run.motions[k] for k in moves], [moves.index(k) for k in run.strokes]
 
 
-def _way_out(run: DressRun, control: Control, passes: int, feed: Table, depth: Table) -> Laid:
+def _way_out(run: DressRun, control: Control, passes: int, feed: Table, depth: Table) -> Legs:
     legs, strokes = _legs(run)
     plunge, cross = plunge_axis(run.axis), cross_axis(run.axis)
     infeeds = [k for k, leg in enumerate(legs) if abs(leg.end[plunge] - leg.start[plunge]) >= STEP]
     first = max([k for k in infeeds if k < strokes[0]], default=strokes[0])
     steps = [range(begin, end + 1) for begin, end in zip([first, *(k + 1 for k in strokes)], strokes, strict=False)]
-    laid = Laid([np.tile(np.array(legs[0].start), (len(feed), 1))], [])
+    points, rates = [np.tile(np.array(legs[0].start), (len(feed), 1))], list[Table]()
 
     def move(leg: Motion, end: Table) -> None:
-        laid.points.append(end)
-        laid.rates.append(_rate(leg, run, control, feed))
+        points.append(end)
+        rates.append(_rate(leg, run, control, feed))
 
     def ways(step: range) -> Table:
         return np.array([np.subtract(legs[k].end, legs[k].start) for k in step])
 
     for leg in legs[:first]:
-        move(leg, laid.points[-1] + np.subtract(leg.end, leg.start))
+        move(leg, points[-1] + np.subtract(leg.end, leg.start))
     for number in range(passes):
         step = steps[min(number, len(steps) - 1)]
         way = ways(step)
@@ -105,27 +95,26 @@ def _way_out(run: DressRun, control: Control, passes: int, feed: Table, depth: T
         infeed = max([k for k in infeeds if k in step], default=None)
         deeper = way[:, plunge].sum() * (depth / run.plan.depth - 1.0)
         for k, each in zip(step, way, strict=True):
-            end = laid.points[-1] + each
+            end = points[-1] + each
             if k == infeed:
                 end[:, plunge] += deeper
             move(legs[k], end)
     for leg in legs[strokes[-1] + 1 :]:
         moved = np.not_equal(leg.end, leg.start)
-        move(leg, np.where(moved, leg.end, laid.points[-1]))
-    return laid
+        move(leg, np.where(moved, leg.end, points[-1]))
+    return points, rates
 
 
-def _way_back(run: DressRun, control: Control, out: Laid, feed: Table) -> Laid:
-    legs, _ = _legs(run)
+def _way_back(run: DressRun, control: Control, out: Legs, feed: Table) -> Legs:
+    (legs, _), (gone, rates) = _legs(run), out
     retrace = [motion for motion in run.motions if motion.source is Source.RETRACE]
     linked = not (len(retrace) <= min(len(legs), REMEMBERED) and legs[len(retrace) - 1].end == legs[-1].end)
     remembered = len(retrace) - linked
     most = REMEMBERED if remembered == len(legs) else remembered
-    arcs = [k for k, rate in enumerate(out.rates) if not rate.any()]
-    remembered = min([most, len(out.rates), *arcs])
+    arcs = [k for k, rate in enumerate(rates) if not rate.any()]
+    remembered = min([most, len(rates), *arcs])
     link = _rate(retrace[0] if linked else legs[-1], run, control, feed)
-    points = [out.points[-1], *out.points[remembered::-1]]
-    return Laid(points, [link, *reversed(out.rates[:remembered])])
+    return [gone[-1], *gone[remembered::-1]], [link, *reversed(rates[:remembered])]
 
 
 def _rate(leg: Motion, run: DressRun, control: Control, feed: Table) -> Table:

@@ -5,19 +5,13 @@ from dataclasses import replace
 from typing import Any
 
 from grind_env.machine.job.job import Job, Station
+from grind_env.process.catalogue import USUAL
 from grind_env.process.entries import Entry, Material
 
 
 def entries_of(job: Job) -> Mapping[str, Entry]:
     """The entries of the catalogue that a job works with, by kind."""
-    setup = job.setup
-    return {
-        "material": job.part.material,
-        "wheel": setup.wheel,
-        "dresser": setup.dresser,
-        "fluid": setup.fluid,
-        "machine": setup.machine,
-    }
+    return {"material": job.part.material, **{kind: getattr(job.setup, kind) for kind in USUAL}}
 
 
 def with_entries(job: Job, changes: Mapping[str, Mapping[str, float]]) -> Job:

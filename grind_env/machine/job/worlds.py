@@ -53,18 +53,12 @@ def known_of(job: Job) -> Uncertainty:
     return usual_uncertainty(job) if job.uncertainty is None else job.uncertainty
 
 
-def worlds(job: Job, uncertainty: Uncertainty, seed: int, count: int) -> tuple[Job, ...]:
-    """Machines that may be that of a job; the first ones of more are the same.
+def world(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: int) -> Job:
+    """A machine that may be that of a job, by its number, with the `root` of the uncertainty.
 
     A number that would be beyond its legal range is the end of it. The drift, which is no number of an entry, is left
-    to those who grind parts on them.
+    to those who grind parts on the machine.
     """
-    root = uncertainty.root
-    return tuple(world(job, uncertainty, root, seed, k) for k in range(count))
-
-
-def world(job: Job, uncertainty: Uncertainty, root: Array, seed: int, number: int) -> Job:
-    """One of the `worlds` by its number, with the `root` of their uncertainty."""
     entries = entries_of(job)
     *normal, force = np.random.default_rng((seed, number)).standard_normal(len(root) + 1).tolist()
     steps = (root @ np.array(normal)).tolist()

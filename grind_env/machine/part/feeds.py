@@ -7,19 +7,7 @@ to cover the width of the part all the way. What is ground by other feed moves i
 from contextlib import suppress
 from dataclasses import replace
 
-from grind_env.control import (
-    Control,
-    ControlError,
-    CyclePlan,
-    CycleStart,
-    CycleStrokes,
-    Infeed,
-    Line,
-    Position,
-    Programs,
-    Source,
-    execute,
-)
+from grind_env.control import Control, ControlError, CyclePlan, CycleStrokes, Line, Position, Programs, execute, motions
 from grind_env.control.geometry import Straight
 from grind_env.control.modes import PLANES
 from grind_env.control.rules import DEPTH_TOLERANCE
@@ -35,7 +23,7 @@ FEED_WORD = "F"
 LEAST_PICK = 2.0 * DEPTH_TOLERANCE
 """mm; its J, for it counts as a plunge where it goes deeper at all; its L is 1."""
 
-SOURCES = (Source.PROGRAM, Source.COMPENSATION)
+SOURCES = (motions.Source.PROGRAM, motions.Source.COMPENSATION)
 """Of the moves that may be strokes: those that an operator asks for in between are none."""
 
 
@@ -54,11 +42,11 @@ def table_axis(programs: Programs, control: Control, radius: float) -> int | Non
     execution.set_wheel_radius(radius)
     with suppress(ControlError):  # for those who run the program
         for event in execution:
-            if isinstance(event, CycleStart):
+            if isinstance(event, motions.CycleStart):
                 return event.plan.axis
             if isinstance(event, Line) and axis is None:
                 axis = 3 - sum(PLANES[execution.modes.plane])
-            grooves |= isinstance(event, Infeed)
+            grooves |= isinstance(event, motions.Infeed)
     return None if grooves else axis
 
 

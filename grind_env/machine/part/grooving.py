@@ -14,14 +14,14 @@ for the control does not dwell at the bottom: a groove stays shallower by what w
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from grind_env.control import Infeed
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.machine.dress.mounting import Mount
-from grind_env.machine.loops.strips import Strips, strips_of
+from grind_env.machine.loops.strips import IDLE, Strips, strips_of
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.state import StrokeParameters, StrokeResult
 
@@ -33,6 +33,23 @@ Direction: TypeAlias = tuple[int, float]
 
 Place: TypeAlias = tuple[float, ...]
 """Coordinates along the two other axes, mm."""
+
+
+class GrooveCut(NamedTuple):
+    """What an infeed amounts to on the part."""
+
+    stroke: StrokeResult
+    b: float = 0.0
+    """Engaged width, mm."""
+    grown: float = 0.0
+    """By how much the part stood higher than when it was cold, mm."""
+    Lw: float = 0.0
+    """Ground length, mm."""
+    plunged: bool = False
+    """Whether it has cut."""
+
+
+NO_CUT = GrooveCut(IDLE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,17 +79,14 @@ class Grooves:
     def __iter__(self) -> Iterator[Groove]:
         return iter(self._grooves.values())
 
-    def grind(self, mount: Mount, event: Infeed, p: StrokeParameters) -> tuple[StrokeResult, float, float] | None:
-        """Make one infeed; None if it goes no deeper than before.
-
-        Returns the cut, the engaged width, and by how much the part stood higher than when it was cold, both mm.
-        """
+    def grind(self, mount: Mount, event: Infeed, p: StrokeParameters) -> GrooveCut:
+        """Make one infeed, which cuts if it goes deeper than before."""
         Z, direction = infeed_depth(event, self.surface), _direction(event)
         place = tuple(round(x, PLACE_DECIMALS) for axis, x in enumerate(event.end) if axis != event.axis)
         groove = self._grooves.get((direction, place), Groove())
         deeper = Z - groove.reached[0]
         if deeper <= DEPTH_TOLERANCE:
-            return None
+            return NO_CUT
         self._grooves[direction, place] = groove
         vw = self.length * event.feed / 60.0 / deeper
         width = self._engaged(direction, place, Z)
@@ -81,7 +95,7 @@ class Grooves:
         wheel, stroke, b, _, grown = strips_of(mount.job.process)(before, *surface, *lies)
         mount.ground(wheel, mount.lived + event.seconds)
         groove.plunges.append((Z, stroke.T))
-        return stroke, b, grown
+        return GrooveCut(stroke, b, grown, self.length, plunged=True)
 
     def _engaged(self, direction: Direction, place: Place, Z: float) -> float:
         """Width that the wheel cuts at depth `Z`, mm: all but what the nearest groove so deep has cut before."""

@@ -15,18 +15,18 @@ from grind_env.machine.dress.mounting import Mount
 from grind_env.machine.dress.program import NO_DRESS, DressPlan
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Stage
 from grind_env.machine.loops.compiled import count_stroke, judge
-from grind_env.machine.loops.strips import IDLE, Strips
+from grind_env.machine.loops.strips import Strips
 from grind_env.machine.loops.tally import NOTHING, count_dress
 from grind_env.machine.loops.zones import strip_centres
 from grind_env.machine.part.coverage import Coverage
 from grind_env.machine.part.gauging import Surface, counted_rise, gauge
-from grind_env.machine.part.grooving import Grooves
+from grind_env.machine.part.grooving import NO_CUT, GrooveCut, Grooves
 from grind_env.machine.part.passes import Dressed, PassedOver, passes_of
 from grind_env.machine.part.rows import table_of
 from grind_env.machine.part.unjudged import Unjudged
 from grind_env.process.cost import STALL, Limits, passed_limits, survival, volume_left
 from grind_env.process.equations import INITIAL_ROUGHNESS
-from grind_env.process.state import StrokeParameters, StrokeResult
+from grind_env.process.state import StrokeParameters
 
 SLOWED = 1.001
 """Torque over that at the power limit from which on a spindle has slowed by what can be told."""
@@ -37,20 +37,6 @@ Ends: TypeAlias = tuple[float, float]
 
 ANYWHERE = -1
 """In place of the number of a station."""
-
-
-class Pass(NamedTuple):
-    """What an infeed amounts to on the part."""
-
-    stroke: StrokeResult
-    b: float
-    """Engaged width, mm."""
-    grown: float
-    """By how much the part stood higher than when it was cold, mm."""
-    Lw: float
-    """Ground length, mm."""
-    plunged: bool
-    """Whether it has cut."""
 
 
 class StageResult(NamedTuple):
@@ -223,21 +209,15 @@ class PartRun:
     def _under(self, edge: Any) -> tuple[Any, Any]:
         return self._centres.searchsorted(edge), self._centres.searchsorted(edge + self.job.setup.wheel.width)
 
-    def infeed(self, mount: Mount, event: Infeed) -> Pass:
+    def infeed(self, mount: Mount, event: Infeed) -> GrooveCut:
         """Infeed into a groove; the cut is idle of a turning tool, above the surface or in the air."""
         self.infeeds += 1
-        grinds = self.job.setup.grooving_wheel and not self.stalled
-        before = mount.present(self.p)
-        cut = self._grooves.grind(mount, event, self.p) if grinds else None
-        if cut is None:
-            return self._counted(Pass(IDLE, 0.0, 0.0, 0.0, plunged=False), event.seconds)
-        done = Pass(*cut, self._grooves.length, plunged=True)
-        self._wear, self._grown = before.W, done.grown
-        return self._counted(done, event.seconds)
-
-    def _counted(self, done: Pass, seconds: float) -> Pass:
-        self.tally = count_stroke(self.tally, done.stroke, seconds, done.plunged, self.p.stall_time)
-        return done
+        grinds, wear = self.job.setup.grooving_wheel and not self.stalled, mount.present(self.p).W
+        cut = self._grooves.grind(mount, event, self.p) if grinds else NO_CUT
+        if cut.plunged:
+            self._wear, self._grown = wear, cut.grown
+        self.tally = count_stroke(self.tally, cut.stroke, event.seconds, cut.plunged, self.p.stall_time)
+        return cut
 
     @property
     def overloaded(self) -> bool:

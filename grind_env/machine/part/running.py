@@ -62,17 +62,13 @@ class Running:
         self.job = job
         self.setup = job.setup
         self._known: dict[tuple[Speed, bool], Setup] = {}
-        self._commanded: Speed | None = None
+        self.commanded: Speed | None = None
         self._turning, self._flowing = 0, False
         self._put_in_force()
 
     @property
     def own(self) -> Speed:
         return Speed(self.job.setup.wheel_speed, self.job.setup.constant_surface_speed)
-
-    @property
-    def commanded(self) -> Speed | None:
-        return self._commanded
 
     @property
     def said_by_job(self) -> str:
@@ -88,7 +84,7 @@ class Running:
 
     @property
     def speed(self) -> Speed:
-        return self.own if self.by_hand or self._commanded is None else self._commanded
+        return self.own if self.by_hand or self.commanded is None else self.commanded
 
     @property
     def turns(self) -> bool:
@@ -111,7 +107,7 @@ class Running:
             found = Speed(math.pi * new * event.speed / 60_000.0, constant=False)
         half = 0.5 / 60.0 if own.constant else 0.5 * math.pi * new / 60_000.0  # of a whole S, m/s
         same = abs(found.surface - own.surface) <= max(half, SAME * own.surface)
-        self._commanded = own if found.constant == own.constant and same else found
+        self.commanded = own if found.constant == own.constant and same else found
         self._put_in_force()
 
     def switch(self, event: Switch) -> None:
@@ -148,35 +144,33 @@ class Running:
 
 
 class Told:
-    """What has been said of wheel and coolant, for each state of them is told of once."""
+    """What has been said of wheel and coolant: each commanded speed, the other sense and the dry wheel once."""
 
     def __init__(self) -> None:
-        self._told: set[tuple[Speed | None, bool]] = set()
-        self._reversed = False
+        self._told: set[Speed | str | None] = set()
 
     def of(self, running: Running, diameter: float) -> Iterator[tuple[str, str]]:
         """What to say of them at a stroke with a wheel of that diameter, mm, each with its subject, if it is new."""
-        if running.is_reversed and not self._reversed:
-            self._reversed = True
+        if running.is_reversed and self._is_new("reversed"):
             yield (
                 "wheel sense",
                 "M04 turns the wheel the other way than M03, for which its flange, guard and nozzle are made; write "
                 'M03, or say spindle = "always on" in [setup] of the job if it is to turn so',
             )
-        speed, dry = running.commanded, running.is_dry
-        if (speed, dry) in self._told:
-            return
-        speeds, dries = {each for each, _ in self._told}, {each for _, each in self._told}
-        self._told.add((speed, dry))
-        text = None if speed in speeds else _of_speed(running, diameter)
+        text = _of_speed(running, diameter) if self._is_new(running.commanded) else None
         if text is not None:
             yield "wheel speed", text
-        if dry and True not in dries:
+        if running.is_dry and self._is_new(DRY):
             yield (
                 "coolant",
                 "the coolant is off, and the part is ground dry; program M08 before this cycle, or say "
                 'coolant = "always on" in [setup] of the job',
             )
+
+    def _is_new(self, state: Speed | str | None) -> bool:
+        known = state in self._told
+        self._told.add(state)
+        return not known
 
 
 def _of_speed(running: Running, diameter: float) -> str | None:

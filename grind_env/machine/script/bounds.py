@@ -21,12 +21,7 @@ def refuse_led_elsewhere(
 ) -> None:
     """Refuse a block whose place other words change, in those before or in itself.
 
-    Args:
-        programs: the program.
-        block: as it is.
-        turned: where the table has come to rest at its other end.
-        across: where the crossovers have come to their other end.
-        both: with both.
+    In `turned` the table has come to rest at its other end, in `across` the crossovers have come to theirs.
     """
     line = block.plan.line
     if turned.start != block.start:

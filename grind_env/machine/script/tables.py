@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from grind_env.arrays import Array
-from grind_env.control import CyclePlan, Dwell, Line
+from grind_env.control import CyclePlan, Line, Position
 from grind_env.control.cycles import RULES
 from grind_env.control.rules import INSTANT
 from grind_env.machine.axes import plunge_axis
@@ -155,13 +155,10 @@ def tables_of(script: Script) -> ScriptTables:
         ends_stage = block.stops > 0 and stage < len(stages)
         judged = block.ends_part or ends_stage
         asked = stages[stage] if ends_stage else job.part
-        limits = job.limits_at(asked)
+        motion, stock = float(len(motions)) if beside else NO_BLOCK, asked.stock if ends_stage else 0.0
+        row = _row(block, job, job.limits_at(asked), reached, starts)
         rows.append(
-            _row(block, job, limits, reached, starts, len(motions) if beside else NO_BLOCK)._replace(
-                wait=wait,
-                judged=float(judged),
-                stock=asked.stock if ends_stage else 0.0,
-            )
+            row._replace(motion=motion, starts_part=float(starts), wait=wait, judged=float(judged), stock=stock)
         )
         motions += beside
         if judged:
@@ -189,17 +186,17 @@ def is_whole(script: Script, tables: ScriptTables) -> bool:
     def covers(block: ScriptBlock, job: Job) -> bool:
         # one zone may also be one that is never under the wheel
         middle, edge = strip_centres(job.part.across, job.part.width)[0], edge_of(block.start, block.plan)
-        return bool(edge <= middle < edge + wheel.width)
+        return block.plan.cross_axis is None and bool(edge <= middle < edge + wheel.width)
 
-    over = all(itertools.starmap(covers, zip(script.blocks, jobs_of(script.job, script.blocks), strict=True)))
-    return over and len(tables.zones) == 1 and all(block.plan.cross_axis is None for block in script.blocks)
+    jobs = jobs_of(script.job, script.blocks)
+    return len(tables.zones) == 1 and all(itertools.starmap(covers, zip(script.blocks, jobs, strict=True)))
 
 
 def _table(rows: list[Any], kind: type[Any]) -> Array:
     return np.array(rows, np.float64).reshape(len(rows), len(kind._fields))
 
 
-def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: bool, motion: float) -> BlockRow:
+def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: bool) -> BlockRow:
     plan, part = block.plan, job.part
     first = block.start[plan.axis]
     stands = block.start[plunge_axis(plan.axis)]
@@ -226,7 +223,7 @@ def _row(block: ScriptBlock, job: Job, limits: Limits, reached: float, starts: b
         place=part.start + 0.5 * part.length,
         cross_start=plan.cross_start if crosses else edge,
         cross_end=plan.cross_end if crosses else edge,
-        motion=motion,
+        motion=NO_BLOCK,
         gauged_at=sum(each.seconds for each in block.beside) + INSTANT if block.gauged_on_the_way else math.inf,
         to_secondary=float(block.to_secondary),
         starts_part=float(starts),
@@ -264,46 +261,34 @@ def _deepest(block: ScriptBlock, job: Job) -> float:
 
 def _motions_of(block: ScriptBlock, job: Job) -> list[FeedMotion]:
     """The motions beside the table, in depth from the zero of the axes, and the rest after them, if there are any."""
-    control, plan, time, rows = job.control, block.plan, 0.0, []
-    plunge = plunge_axis(plan.axis)
-    total = sum(motion.seconds for motion in block.beside)
-    for motion in block.beside:
-        depth, edge = -motion.start[plunge], edge_of(motion.start, plan)
-        way, across = -motion.end[plunge] - depth, edge_of(motion.end, plan) - edge
-        feed = motion.feed if isinstance(motion, Line) else control.rapid_feed
-        rows.append(
-            FeedMotion(
-                begin=time,
-                end=time + motion.seconds,
-                depth=depth,
-                way=way,
-                cross=edge,
-                cross_way=across,
-                path=0.0 if isinstance(motion, Dwell) else float(np.hypot(way, across)),
-                rate=feed / 60.0,
-                last_begin=total - INSTANT,
-                leg_seconds=total,
-                after=GOES_ON,
-            )
+    plan, plunge, total = block.plan, plunge_axis(block.plan.axis), sum(motion.seconds for motion in block.beside)
+
+    def leg(begin: float, seconds: float, start: Position, end: Position, rate: float, after: float) -> FeedMotion:
+        depth, edge = -start[plunge], edge_of(start, plan)
+        way, across = -end[plunge] - depth, edge_of(end, plan) - edge
+        return FeedMotion(
+            begin=begin,
+            end=begin + seconds,
+            depth=depth,
+            way=way,
+            cross=edge,
+            cross_way=across,
+            path=float(np.hypot(way, across)),
+            rate=rate,
+            last_begin=total - INSTANT,
+            leg_seconds=total,
+            after=after,
         )
+
+    time, rows = 0.0, []
+    for motion in block.beside:
+        feed = motion.feed if isinstance(motion, Line) else job.control.rapid_feed
+        rows.append(leg(time, motion.seconds, motion.start, motion.end, feed / 60.0, GOES_ON))
         time += motion.seconds
     if not (rows or block.to_secondary or block.gauged_on_the_way) and block.strokes_alone:
         return []
     end = block.beside[-1].end if rows else block.end
-    rest = FeedMotion(
-        begin=total,
-        end=total,
-        depth=-end[plunge],
-        way=0.0,
-        cross=edge_of(end, plan),
-        cross_way=0.0,
-        path=0.0,
-        rate=1.0,
-        last_begin=total - INSTANT,
-        leg_seconds=total,
-        after=ENDS,
-    )
-    return [*rows, rest]
+    return [*rows, leg(total, 0.0, end, end, 1.0, ENDS)]
 
 
 def _zones(script: Script, rows: Sequence[BlockRow]) -> Array:

@@ -8,12 +8,10 @@ from grind_env.machine.job import Job
 from grind_env.machine.part.feeds import speed_word
 from grind_env.machine.part.part import PartRun
 from grind_env.machine.part.running import Running, Told
-from grind_env.machine.watch.cuts import Cuts
+from grind_env.machine.watch.cuts import Cuts, Overload, Picks
 from grind_env.machine.watch.cycles import Cycle, Cycles
 from grind_env.machine.watch.limits import beyond_picks, beyond_table
 from grind_env.machine.watch.notices import Notices
-from grind_env.machine.watch.picks import Picks
-from grind_env.machine.watch.spindle import Overload
 from grind_env.machine.watch.stops import Stops
 from grind_env.machine.watch.way import ObstacleWatch
 
@@ -77,7 +75,7 @@ class RunWatch:
         self.stops.unload(part, self._last.pop(part.number, None), None)
 
     def unload(self, part: PartRun, stop: ProgramStop | None = None) -> None:
-        cycle, found = self.cycles.cycle, stop is not None and self.way.moves_since(stop.time)
+        cycle = self.cycles.cycle
         self._end_cycle(part)
         if self.way.axis is not None and (cycle is not None or not part.infeeds):
             self.way.judge(part, self.way.axis)
@@ -85,7 +83,7 @@ class RunWatch:
         if part.missed:
             text = f"no infeed reaches the part, whose surface is at {part.job.part.surface:g}"
             self.notices.tell(0, "missed", f"{text}; set part.surface to where the wheel touches")
-        self.way.unload(found=found)
+        self.way.unload()
         part.unjudged += (*self.way.unjudged(part.station), *others)
         self.stops.unload(part, cycle, stop)
 

@@ -88,12 +88,8 @@ def missed_diamond(program: int, tip: Position, begin: Position, end: Position, 
 
 def short_stroke(coordinate: float, axis: str, low: float, high: float) -> str:
     """What to say about a reversal point over the part, or at its very end."""
+    place, remedy = "over the part", "set the reversal points beyond it"
     if not low < coordinate < high:
-        return (
-            f"a stroke turns at {axis}{coordinate:g}, at the end of the part, which lies from {axis}{low:g} to "
-            f"{axis}{high:g}; without overtravel the table turns in the cut: set the reversal point some 20 mm beyond"
-        )
-    return (
-        f"a stroke turns at {axis}{coordinate:g}, over the part, which lies from {axis}{low:g} to "
-        f"{axis}{high:g}; set the reversal points beyond it"
-    )
+        place = "at the end of the part"
+        remedy = "without overtravel the table turns in the cut: set the reversal point some 20 mm beyond"
+    return f"a stroke turns at {axis}{coordinate:g}, {place}, which lies from {axis}{low:g} to {axis}{high:g}; {remedy}"

@@ -1,21 +1,23 @@
-"""What cuts do to the wheel, and those for which the process model does not hold; and dresses that use the wheel up."""
+"""What picks, cuts and dresses do to wheel and spindle, and cuts for which the process model does not hold."""
 
 from typing import Any
 
 import numpy as np
 
 from grind_env.arrays import Array
-from grind_env.control import CycleStrokes, Infeed
+from grind_env.control import Control, CycleStrokes, Infeed, Pick
 from grind_env.machine.axes import AXES
 from grind_env.machine.dress.mounting import first_diameter
 from grind_env.machine.dress.program import DressPlan
 from grind_env.machine.job import Job
 from grind_env.machine.part.feeds import speed_word
-from grind_env.machine.part.part import PartRun
+from grind_env.machine.part.part import SLOWED, PartRun
 from grind_env.machine.part.passes import Dressed
 from grind_env.machine.watch import advice
 from grind_env.machine.watch.notices import Notices
-from grind_env.process.state import StrokeResult, WheelState
+from grind_env.process.cost import STALL
+from grind_env.process.equations import wheel_speed
+from grind_env.process.state import StrokeParameters, StrokeResult, WheelState
 
 TABLE_SPEEDS = (3000.0, 40_000.0)
 """mm/min; table speeds for which the process model holds (model.md, kinematics)."""
@@ -130,3 +132,65 @@ def _destroyed(part: PartRun, before: Any, after: Any) -> Any:
     """Whether cuts have brought the wear flats of the wheel to a limit; `worn_flat_area` keeps them there."""
     limit = part.p.Amax
     return (before > 0.0) & (before < limit) & ((after <= 0.0) | (limit <= after))
+
+
+class Overload:
+    """Tells of the worst stroke or infeed for the spindle as the cycle, or the grooving, ends; `word` is E or F."""
+
+    def __init__(self, notices: Notices) -> None:
+        self.notices, self.word = notices, "E"
+        self._line, self._torque = 0, 0.0  # of the worst one; 0 if there is none
+        self._said = "", ""
+
+    def add(self, rows: Array, p: StrokeParameters) -> None:
+        worst = rows[int(rows["torque"].argmax())]
+        line, torque, limit = int(worst["line"]), float(worst["torque"]), 0.001 * p.power
+        if torque <= SLOWED * p.rs:
+            return
+        if line != self._line:
+            self.end()
+        if torque <= self._torque:
+            return
+        number = int(worst["number"])
+        if worst["groove"] > 0:
+            made, remedy = "in an infeed", "take smaller steps or a lower F"
+        else:
+            made = f"in stroke {number}" if number else "in a stroke"
+            remedy = "lower J or E" if self.word == "E" else f"go less deep or lower {self.word}"
+        if torque >= STALL:
+            subject = "stall"
+            told = (
+                f"stalls, which has {limit:.1f} kW: the wheel retracts, the part is scrap, {p.stall_time:g} s are lost"
+            )
+        else:
+            usual = wheel_speed(float(worst["ds"]), p.n, p.vs_set)
+            subject, told = "spindle", f"slows to {worst['vs']:.1f} of {usual:.1f} m/s at its {limit:.1f} kW"
+        self._line, self._torque = line, torque
+        self._said = subject, f"{made} the spindle {told}; {remedy}, or dress before"
+
+    def end(self) -> None:
+        if self._torque > 0.0:
+            self.notices.tell(self._line, *self._said)
+        self._torque = 0.0
+
+
+class Picks:
+    """Tells of picks that are not finished when the wheel is over the middle of the part; in whole cycles none is."""
+
+    def __init__(self, control: Control, notices: Notices) -> None:
+        self.control, self.notices = control, notices
+        self._pick: Pick | None = None
+        self._last: CycleStrokes | None = None
+
+    def pick(self, event: Pick) -> None:
+        if self._last is not None and self._last.begins[0] > event.begin:  # a whole stroke went by
+            self.notices.tell(event.line, "pick", advice.slow_pick(event, self._last, self.control))
+        self._pick = event
+
+    def strokes(self, event: CycleStrokes) -> None:
+        pick, self._last = self._pick, event
+        if pick is not None and pick.begin < event.begins[0]:
+            middle = event.begins[0] + 0.5 * (event.seconds[0] - self.control.reversal_dwell)
+            if pick.finish > middle:
+                self.notices.tell(event.plan.line, "pick", advice.slow_pick(pick, event, self.control))
+            self._pick = None

@@ -4,7 +4,7 @@ Moves are judged with the cycle or the stroke that comes after them: only then i
 """
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 
 from grind_env.control import Arc, Line, Motion, Source
 from grind_env.control.rules import DEPTH_TOLERANCE, INSTANT
@@ -24,6 +24,11 @@ WATCHED = (Source.PROGRAM, Source.COMPENSATION, Source.INTERRUPT)
 known whether they grind the part."""
 
 
+def shows_place(event: Motion) -> bool:
+    """Whether a motion of the program leaves the wheel where it is known, as a full circle does."""
+    return event.source in WATCHED and (event.start != event.end or isinstance(event, Arc))
+
+
 class ObstacleWatch:
     """Tells of moves into what stands in their way, and keeps those that grind the part.
 
@@ -39,38 +44,30 @@ class ObstacleWatch:
         self.stroked_until = -math.inf
         self.others: Sequence[PartRun] = ()
         self._radius = 0.5 * first_diameter(job)  # of the wheel, mm
-        self._moves: list[Motion] = []  # not yet judged
-        self._found = False  # where the wheel stands before them
+        self._moves: list[tuple[Motion, bool]] = []  # not yet judged, and whether it is known where each begins
         # feed moves that grind the part at a station, by line
         self._passes: dict[int, list[tuple[int, Depths]]] = {}
 
-    @property
-    def found(self) -> bool:
-        return self._found or bool(self._moves)
-
-    def move(self, event: Motion) -> None:
-        if event.source in WATCHED and (event.start != event.end or isinstance(event, Arc)):  # a full circle
-            self._moves.append(event)
+    def move(self, event: Motion, *, found: bool) -> None:
+        if shows_place(event):
+            self._moves.append((event, found))
 
     def judge(self, part: PartRun, axis: int, until: float = math.inf) -> None:
         """Judge moves that have ended by a time, s, but those beside strokes, and forget the others."""
         self.axis = axis
-        self._moves = [move for move in self._moves if move.finish <= until + INSTANT]
-        self._judge(part, self._outside(), axis)
+        ended = [each for each in self._moves if each[0].finish <= until + INSTANT]
         self._moves = []
+        self._judge(part, (each for each in ended if self.stroked_until <= each[0].begin + INSTANT), axis)
 
     def dress(self, part: PartRun, file: str, moves: Sequence[Motion], axis: int) -> None:
         self._judge(part, ((move, True) for move in moves), axis, file)
 
     def grinds(self, part: PartRun) -> bool:
-        moves, axis = enumerate(self._moves), self.axis
-        return axis is not None and any(self._ground(part, move, axis, k > 0) is not None for k, move in moves)
+        axis = self.axis
+        return axis is not None and any(self._ground(part, move, axis, found) for move, found in self._moves)
 
-    def moves_since(self, time: float) -> bool:
-        return any(move.begin > time - INSTANT for move in self._moves)
-
-    def unload(self, *, found: bool) -> None:
-        self._moves, self._found = [], found
+    def unload(self) -> None:
+        self._moves = []
 
     def unjudged(self, station: int) -> Sequence[Unjudged]:
         passes = self._passes.pop(station, [])
@@ -87,13 +84,6 @@ class ObstacleWatch:
         )
         self.notices.tell(lines[0], "pass", text)
         return [Unjudged(tuple(lines), text)]
-
-    def _outside(self) -> Iterator[tuple[Motion, bool]]:
-        """The moves that no stroke has run beside, and whether it is known where each of them begins."""
-        for move in self._moves:
-            if self.stroked_until <= move.begin + INSTANT:
-                yield move, self._found
-            self._found = True
 
     def _judge(self, part: PartRun, moves: Iterable[tuple[Motion, bool]], axis: int, file: str | None = None) -> None:
         """Judge moves, each with whether it is known where it begins.

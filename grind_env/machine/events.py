@@ -1,0 +1,180 @@
+"""What the events of the control mean on the machine: blocks of strokes, dresses, stops, parts that are taken off."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from typing import Any, ClassVar
+
+from grind_env.control import Control, CyclePlan, CycleStrokes, Programs, motions
+from grind_env.control.rules import INSTANT
+from grind_env.machine.dress.dressing import DressPrograms
+from grind_env.machine.dress.mounting import first_diameter
+from grind_env.machine.dress.program import DressRun
+from grind_env.machine.job import Job
+from grind_env.machine.part.feeds import feed_stroke, table_axis
+from grind_env.machine.part.running import Running
+from grind_env.machine.part.stations import alone, met, sweep_of, sweep_of_plan
+from grind_env.machine.watch.way import shows_place
+
+
+class EventConsumer(ABC):
+    """A program on the machine, one event of the control at a time.
+
+    `GrindingRun` grinds what comes of the events; the writer of a script writes it down.
+
+    Attributes:
+        dressing_speed: of the wheel when the last dress began.
+        station_numbers: from 0; none of a job without stations.
+        position: of the axes, mm.
+        axis: along which the table goes in the last block of strokes.
+        plan: of that block; None before the first one.
+        begun: how many blocks of strokes there have been: cycles, and feed moves that are strokes.
+        has_ground: whether a block or a groove has begun.
+        found: whether the program has moved the wheel since an operator has left it somewhere.
+        leaving: M00 that takes the part off once the table stands.
+        stroked_until: time of the control at which the last stroke ended, s.
+        unloaded_at: time of the job at which the part was taken off, s; None while it is worked on.
+    """
+
+    def __init__(self, programs: Programs, job: Job, control: Control) -> None:
+        self.programs, self.job, self.control = programs, job, control
+        self.running, self.station_numbers = Running(job), range(len(job.stations))
+        self.dressing, self.dressing_speed = DressPrograms(programs, job, control), self.running.speed
+        self.position, self.axis, self.begun = control.start, 0, 0
+        self.plan: CyclePlan | None = None
+        self.has_ground = self.found = False
+        self.leaving: motions.ProgramStop | None = None
+        self.stroked_until = self._moved_at = 0.0
+        self.unloaded_at: float | None = None
+
+    def take(self, event: motions.Event) -> None:
+        happen = self.HAPPENINGS.get(type(event))
+        if happen is not None:
+            happen(self, event)
+        if isinstance(event, motions.Motion):
+            self.position = event.end
+            self.dressing.follow(event)
+            if shows_place(event):
+                self.found, self._moved_at = True, event.begin
+
+    def let_part_go(self) -> None:
+        """Take off the part of an M00 beside which the table has gone on, and now stands or is taken over."""
+        stop, self.leaving = self.leaving, None
+        if stop is not None:
+            self.unload(self.stroked_until if self.stroked_until > stop.time + INSTANT else stop.time, stop)
+
+    def unload(self, time: float, stop: motions.ProgramStop | None = None) -> None:
+        """Take the part off, unless it is off; what the program moves after an M00 is found there."""
+        if self.unloaded_at is None:
+            self.unloaded_at = self.take_off(time, stop)
+            self.found = stop is not None and self._moved_at > stop.time - INSTANT
+
+    def _stop(self, event: motions.ProgramStop) -> None:
+        """M00 takes the part off; at M01 it is gauged. Within a dress the operator looks after the dresser instead.
+
+        From a table that reciprocates no part is taken: it stays until the table stands or the next cycle takes over.
+        """
+        if self.dressing.under_way is None:
+            if not event.reciprocating:
+                self.let_part_go()
+            if self.leaving is None and self.has_ground:
+                if event.code == "M01":
+                    self.gauge(event)
+                elif event.reciprocating:
+                    self.leaving = event
+                else:
+                    self.unload(event.time, event)
+
+    def _start_cycle(self, event: motions.CycleStart) -> None:
+        plan, dress = event.plan, None
+        if plan.program is not None:
+            dress = self.dressing.run(plan.program, self.position, event)
+        self._begin(event.time, plan, met(self.job, sweep_of_plan(plan, self.position)), dress)
+
+    def _begin(self, time: float, plan: CyclePlan, stations: Sequence[int], dress: DressRun | None) -> None:
+        self.let_part_go()
+        self.has_ground, self.begun, self.plan, self.axis = True, self.begun + 1, plan, plan.axis
+        self.begin_block(time, plan, stations, dress)
+
+    def _feed(self, move: motions.Line) -> None:
+        axis, jobs = self.along
+        strokes = (feed_stroke(move, axis, job, self.plan) for job in jobs)
+        event = next((each for each in strokes if each is not None), None)
+        if event is None:
+            self.move(move)
+        else:
+            self.position = event.start
+            self._begin(move.begin, event.plan, met(self.job, sweep_of(event)), None)
+            self._stroke(event, 0)
+
+    def _stroke(self, event: CycleStrokes, number: int) -> None:
+        self.stroked_until = event.time
+        self.make_strokes(event, number)
+        self.position = event.end
+
+    @property
+    def line(self) -> int:
+        """Of the block of strokes in force or before; 0 before the first one."""
+        return 0 if self.plan is None else self.plan.line
+
+    @property
+    def along(self) -> tuple[int, Sequence[Job]]:
+        """Along which axis feed moves may be strokes, and the jobs of the parts that these may be over."""
+        axis = self.axis if self.begun else self._first_axis
+        if not self.found or axis is None:
+            return self.axis, ()
+        return axis, [self.job.at_station(k, axis) for k in self.station_numbers] or self.coming_jobs()
+
+    @cached_property
+    def _first_axis(self) -> int | None:
+        return table_axis(self.programs, self.control, 0.5 * first_diameter(self.job))
+
+    @abstractmethod
+    def begin_block(self, time: float, plan: CyclePlan, stations: Sequence[int], dress: DressRun | None) -> None:
+        """Begin a block of strokes that meet stations; a feed move has no dress of its own."""
+
+    @abstractmethod
+    def make_strokes(self, event: CycleStrokes, number: int) -> None:
+        """Make strokes, the first of which has a number within its cycle, or 0."""
+
+    @abstractmethod
+    def move(self, event: motions.Motion) -> None:
+        """Move the wheel, or dwell, without a stroke."""
+
+    @abstractmethod
+    def gauge(self, event: motions.ProgramStop) -> None:
+        """Gauge the part."""
+
+    @abstractmethod
+    def take_off(self, time: float, stop: motions.ProgramStop | None) -> float:
+        """Take the part off; the time of the job, s."""
+
+    @abstractmethod
+    def coming_jobs(self) -> Sequence[Job]:
+        """The job of the part that a feed move may be over; none if it grinds nothing."""
+
+    def start_dress(self, event: motions.DressStart) -> None:
+        """Note that a dress begins, and how fast the wheel turns."""
+        self.dressing.begin(event)
+        self.dressing_speed = self.running.speed
+
+    @abstractmethod
+    def end_dress(self, event: motions.DressEnd) -> None: ...
+
+    @abstractmethod
+    def end(self, event: motions.ProgramEnd) -> None: ...
+
+    HAPPENINGS: ClassVar[Mapping[type[Any], Callable[[Any, Any], None]]] = {
+        motions.CycleStart: _start_cycle,
+        motions.Stroke: lambda self, event: self._stroke(alone(event), event.number or 0),
+        CycleStrokes: lambda self, event: self._stroke(event, 1),
+        motions.Line: _feed,
+        **dict.fromkeys((motions.Rapid, motions.Arc, motions.Dwell), lambda self, event: self.move(event)),
+        motions.DressStart: lambda self, event: self.start_dress(event),
+        motions.DressEnd: lambda self, event: self.end_dress(event),
+        motions.Spindle: lambda self, event: self.running.set_speed(event),
+        motions.Switch: lambda self, event: self.running.switch(event),
+        motions.ProgramStop: _stop,
+        motions.ProgramEnd: lambda self, event: self.end(event),
+    }
+    """What happens with an event; others change nothing but where the axes stand."""
