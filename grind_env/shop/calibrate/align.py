@@ -18,7 +18,7 @@ from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.likeness import FEWEST, FINE, MARGIN, judged, template
 from grind_env.shop.calibrate.logs import Log, averaged
 from grind_env.shop.calibrate.pattern import Pattern
-from grind_env.shop.calibrate.sheet import Floats
+from grind_env.shop.measurements.sheet import Floats
 
 with needing("shop", "a calibration needs"):
     from scipy import fft

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.shop.calibrate.pattern import Pattern
-from grind_env.shop.calibrate.sheet import Floats
+from grind_env.shop.measurements.sheet import Floats
 
 SAME_FEED = 1.04
 """An override by which a machine may differ from its model without one."""

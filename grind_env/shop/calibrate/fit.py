@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from grind_env.errors import listed
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.parameters import Parameter
-from grind_env.shop.calibrate.sheet import Floats
 from grind_env.shop.calibrate.solver import Data, Nuisance, Predict, Solver, bounded
 from grind_env.shop.calibrate.verdict import OWN, FitJudgement, judge
 from grind_env.shop.calibrate.width import WIDTHS, Linear, best_width
+from grind_env.shop.measurements.sheet import Floats
 
 NORMAL_90 = 1.6449
 """Standard deviations on either side in which a normal variable lies with 90 %."""

@@ -10,7 +10,7 @@ from grind_env.extras import needing
 from grind_env.shop.calibrate.alignment import Alignment
 from grind_env.shop.calibrate.logs import Log
 from grind_env.shop.calibrate.pattern import Pattern
-from grind_env.shop.calibrate.sheet import Floats
+from grind_env.shop.measurements.sheet import Floats
 
 with needing("shop", "a calibration needs"):
     from scipy import optimize

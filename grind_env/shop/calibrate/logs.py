@@ -11,10 +11,10 @@ from grind_env.arrays import Numbers
 from grind_env.errors import quoted
 from grind_env.files import shown
 from grind_env.process.entries import Machine
-from grind_env.shop.calibrate.clock import DAY
 from grind_env.shop.calibrate.columns import Map, find_columns
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.sheet import LATEST, WATTS, Floats, Sheet, plain, read_sheet
+from grind_env.shop.measurements.clock import DAY
+from grind_env.shop.measurements.sheet import LATEST, WATTS, Floats, Sheet, plain, read_sheet
 
 LEAST_ROWS = 30
 SECONDS = {"s": 1.0, "sec": 1.0, "sek": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "days": DAY}

@@ -13,7 +13,7 @@ from grind_env.shop.calibrate.idle import SCATTER, idle_at
 from grind_env.shop.calibrate.logs import Log
 from grind_env.shop.calibrate.meter import sharpened
 from grind_env.shop.calibrate.pattern import Pattern
-from grind_env.shop.calibrate.sheet import Floats
+from grind_env.shop.measurements.sheet import Floats
 
 DISCREPANCY, DISCREPANCY_ACROSS = 0.01, 0.03
 """Of the power of a stroke, and of a block of strokes that cross, than which no model of it does better."""

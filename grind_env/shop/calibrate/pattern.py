@@ -12,7 +12,7 @@ from grind_env.control.rules import motion_time
 from grind_env.machine.job import Job
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.forward import Forward
-from grind_env.shop.calibrate.sheet import Floats
+from grind_env.shop.measurements.sheet import Floats
 
 PAUSE = 0.5
 """s; strokes further apart than that are not of one run."""

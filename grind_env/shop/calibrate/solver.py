@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from grind_env.errors import GrindError
 from grind_env.shop.calibrate.parameters import Parameter
-from grind_env.shop.calibrate.sheet import Floats
+from grind_env.shop.measurements.sheet import Floats
 
 OUTLIER = 5.0
 """Errors from which on a measurement is left out."""

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.shop.calibrate.sheet import Floats
 from grind_env.shop.calibrate.solver import Data
+from grind_env.shop.measurements.sheet import Floats
 
 WIDTHS = (0.25, 0.5, 1.0)
 """Shares of its full width that are tried."""
