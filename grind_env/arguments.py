@@ -14,6 +14,7 @@ from typing import Any, NamedTuple, TypeAlias, TypeVar
 import typer
 from typer.models import OptionInfo
 
+from grind_env.command_help import HelpfulCommand
 from grind_env.files import beside, is_file
 from grind_env.targets import Own, Target, check_targets
 from grind_env.toml import files_named
@@ -76,7 +77,7 @@ class Application(typer.Typer):
     """Commands whose files are checked before they do anything."""
 
     def command(self, name: str | None = None, **settings: Any) -> Callable[[Function], Function]:
-        register = super().command(name, **settings)
+        register = super().command(name, **{"cls": HelpfulCommand, **settings})
 
         def add(function: Function) -> Function:
             register(checked(function))

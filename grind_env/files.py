@@ -106,7 +106,7 @@ def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
 
 
 def read_text(path: Path) -> str:
-    """The text in UTF-8 that a file holds, with or without a byte order mark; errors as of `open_file`."""
+    """The text in UTF-8 of a file, with or without a byte order mark; a `ReadError` says why it cannot be read."""
     try:
         return decoded(read_bytes(path))
     except EncodingError as error:
