@@ -82,8 +82,8 @@ class _Binned(NamedTuple):
     size: int
     filled: NDArray[np.complex128]
     sums: NDArray[np.complex128]
+    # Of filled bins, of what is in them and of its square, up to each bin; twice around, shape (3, bins)
     totals: Floats
-    """Of filled bins, of what is in them and of its square, up to each bin; twice around, shape (3, bins)."""
     length: int
     lag: float
 

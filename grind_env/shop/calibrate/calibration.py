@@ -173,8 +173,7 @@ class _Model:
     data: Data
     forward: Forward
     job: Job
-    gain: float
-    """Power of the log over that with the constants of the job."""
+    gain: float  # Power of the log over that with the constants of the job
 
     def predict(self, changes: Changes) -> Floats:
         changed = with_entries(self.job, changes)

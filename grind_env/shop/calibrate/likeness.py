@@ -59,8 +59,7 @@ class Around(NamedTuple):
 
     time: Floats
     rest: Floats
-    beside: Floats
-    """What explains the others, of unit length and at right angles, shape (samples, ...)."""
+    beside: Floats  # What explains the others, of unit length and at right angles, shape (samples, ...)
 
     def likeness(self, shape: Floats) -> tuple[float, float, float]:
         """Correlation of an expected power with the rest, its factor over it, and what both leave open."""

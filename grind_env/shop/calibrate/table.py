@@ -55,8 +55,7 @@ class _Row(NamedTuple):
     """A row that has a response."""
 
     setting: tuple[tuple[str, float], ...]
-    volume: float
-    """mm3/mm; NaN for a wheel that is sharp."""
+    volume: float  # mm3/mm; NaN for a wheel that is sharp
 
 
 def calibrate_table(

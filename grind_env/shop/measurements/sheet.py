@@ -81,23 +81,14 @@ class Heading(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Sheet:
-    """Rows and columns of a file; what is wrong with a cell is a `SheetError` that names it.
+    """Rows and columns of a file; what is wrong with a cell is a `SheetError` that names it."""
 
-    Attributes:
-        path: of the file.
-        headings: of the columns; `column 1` and so on of a file without.
-        rows: of cells as texts.
-        lines: number of the line in the file where each row begins.
-        separator: between columns.
-        remarks: sentences about what was made of the file; reading a column adds its own.
-    """
-
-    path: Path
-    headings: tuple[Heading, ...]
-    rows: Sequence[Sequence[str]]
-    lines: Sequence[int]
-    separator: str
-    remarks: list[str]
+    path: Path  # of the file
+    headings: tuple[Heading, ...]  # of the columns; `column 1` and so on of a file without
+    rows: Sequence[Sequence[str]]  # of cells as texts
+    lines: Sequence[int]  # number of the line in the file where each row begins
+    separator: str  # between columns
+    remarks: list[str]  # sentences about what was made of the file; reading a column adds its own
 
     def texts(self, column: int) -> list[str]:
         return [row[column] for row in self.rows]
