@@ -170,7 +170,7 @@ def trained(path: Path) -> tuple[int, float]:
 app = Application(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
 
 
-@app.command(epilog="Example: python -m agents.train_sb3 --task rush --algorithm sac --steps 200000 -o rush.zip")
+@app.command(epilog="python -m agents.train_sb3 --task rush --algorithm sac --steps 200000 -o rush.zip")
 def main(
     output: Annotated[Path, typer.Option("--output", "-o", help="The .zip file of the agent."), Writes()],
     task: NamedProblem = "power_limited",

@@ -1,24 +1,20 @@
 """Commands that lose no file: each says which of its arguments are files that it reads, and which it writes.
 
-An annotation of an argument says it, beside that of Typer::
-
-    program: Annotated[Path, typer.Argument(metavar="PROGRAM"), PROGRAM]
-    plot: Annotated[Path | None, typer.Option(), Writes()] = None
-
-Before such a command of an `Application` does anything, all that it would write is compared with all that it would
-read, with what these files name in their turn, and with what it would take by itself.
+An annotation beside that of Typer says it: `plot: Annotated[Path | None, typer.Option(), Writes()] = None`. Before
+a command of an `Application` does anything, all that it would write is compared with all that it would read, with what
+these files name in their turn, and with what it would take by itself.
 """
 
 import functools
 import inspect
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import typer
 from typer.models import OptionInfo
 
+from grind_env.command_help import HelpfulCommand
 from grind_env.files import beside, is_file
 from grind_env.targets import Own, Target, check_targets
 from grind_env.toml import files_named
@@ -29,8 +25,7 @@ JOB_SUFFIX = ".toml"
 """Of tasks, and of the job that a program has if none is named."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Reads:
+class Reads(NamedTuple):
     """An argument that names what is read: a file, or several with commas between.
 
     `within` is the pattern of the files that are read of a folder. With `programs` a file that is no TOML is a program:
@@ -39,7 +34,6 @@ class Reads:
 
     within: str = ""
     programs: bool = False
-    toml: bool = False
 
     def named(self, text: str) -> Iterator[Path]:
         """Yield what may be files in an argument."""
@@ -47,8 +41,7 @@ class Reads:
         return Path(text).glob(self.within) if self.within else map(Path, pieces)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Writes:
+class Writes(NamedTuple):
     """An argument that names a file which is written.
 
     `usual` is the suffix of the file that is written if none is named: that of the program. Files of `own` alone are
@@ -60,27 +53,31 @@ class Writes:
     own: Own | None = None
     always: bool = False
     called: bool = False
-    beside: Mapping[str, Own] | None = None
+    beside: Mapping[str, Own] = {}
 
 
-@dataclass(frozen=True, slots=True)
-class Keeps:
+class Keeps(NamedTuple):
     """An argument that names a folder in which a command keeps files under names of its own."""
 
 
-@dataclass(frozen=True, slots=True)
-class Asked:
+class Asked(NamedTuple):
     """An argument that names programs which the operator asks for, as `9200@12.5`."""
 
 
 Role: TypeAlias = Reads | Writes | Keeps | Asked
+
+PROGRAM = Reads(programs=True)
+PROBLEM = Reads(programs=True)
+"""A task, by name or file, or a part program; or several."""
+JOB, FILE, CONFIGS = Reads(), Reads(), Reads(within="*.toml")
+"""A job, any file, a folder of tuned parameters."""
 
 
 class Application(typer.Typer):
     """Commands whose files are checked before they do anything."""
 
     def command(self, name: str | None = None, **settings: Any) -> Callable[[Function], Function]:
-        register = super().command(name, **settings)
+        register = super().command(name, **{"cls": HelpfulCommand, **settings})
 
         def add(function: Function) -> Function:
             register(checked(function))
@@ -91,12 +88,8 @@ class Application(typer.Typer):
 
 def roles_of(function: Callable[..., Any]) -> dict[str, Role]:
     """Return what the arguments of a command are, by name; those that name no file are left out."""
-    return {
-        name: said
-        for name, annotated in _annotated(function).items()
-        for said in annotated
-        if isinstance(said, Reads | Writes | Keeps | Asked)
-    }
+    said = ((name, each) for name, annotated in _annotated(function).items() for each in annotated)
+    return {name: each for name, each in said if isinstance(each, Reads | Writes | Keeps | Asked)}
 
 
 def checked(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -112,8 +105,7 @@ def checked(function: Callable[..., Any]) -> Callable[..., Any]:
 
     @functools.wraps(function)
     def command(**arguments: Any) -> Any:
-        programs = [text for name, role in roles.items() if role is PROGRAM for text in _texts(arguments[name])]
-        program = next(map(Path, programs), None)
+        program = next((Path(text) for role, text in _given(roles, arguments) if role is PROGRAM), None)
         targets = list[Target]()
         for name, role in writes.items():
             named = arguments[name] is not None
@@ -123,7 +115,7 @@ def checked(function: Callable[..., Any]) -> Callable[..., Any]:
             if path is not None:
                 own = role.own if role.always or not named else None
                 targets.append(Target(path=path, option=option, own=own, called=role.called))
-                for suffix, other in (role.beside or {}).items():
+                for suffix, other in role.beside.items():
                     targets.append(Target(path=beside(path, suffix), option=option, own=other, after=path))
         check_targets(targets, _files_read(roles, arguments))
         return function(**arguments)
@@ -136,24 +128,25 @@ def _files_read(roles: Mapping[str, Role], arguments: Mapping[str, Any]) -> Iter
     from grind_env.control.options import interrupts_of
     from grind_env.control.reader import called_files
 
-    asked = [text for name, role in roles.items() if isinstance(role, Asked) for text in _texts(arguments[name])]
-    interrupts = [each.program for each in interrupts_of(asked)]
-    jobs = [arguments[name] for name, role in roles.items() if role is JOB]
-    reads = [
-        (role, text) for name, role in roles.items() if isinstance(role, Reads) for text in _texts(arguments[name])
-    ]
-    for role, path in ((each, path) for each, text in reads for path in each.named(text) if is_file(path)):
-        if role.toml or path.suffix.lower() == JOB_SUFFIX:
+    given = _given(roles, arguments)
+    interrupts = [each.program for each in interrupts_of([text for role, text in given if isinstance(role, Asked)])]
+    needs_job = any(role is JOB for role in roles.values()) and not any(role is JOB for role, _ in given)
+    reads = ((role, path) for role, text in given if isinstance(role, Reads) for path in role.named(text))
+    for role, path in reads:
+        if not is_file(path):
+            continue
+        if role is JOB or path.suffix.lower() == JOB_SUFFIX:
             yield from files_named(path)
         else:
             yield from (path, *(called_files(path, interrupts) if role.programs else ()))
-            if role.programs and jobs and not any(jobs):
+            if role.programs and needs_job:
                 yield from files_named(beside(path, JOB_SUFFIX))
 
 
-def _texts(value: Any) -> list[str]:
-    """Return an argument as the texts that were given."""
-    return [] if value is None else [str(each) for each in (value if isinstance(value, list | tuple) else [value])]
+def _given(roles: Mapping[str, Role], arguments: Mapping[str, Any]) -> list[tuple[Role, str]]:
+    """Return the arguments that name files, as the texts that were given."""
+    values = ((role, arguments[name]) for name, role in roles.items() if arguments[name])
+    return [(role, str(each)) for role, value in values for each in (value if isinstance(value, list) else [value])]
 
 
 def _option(name: str, annotated: Iterable[Any]) -> str:
@@ -168,12 +161,3 @@ def _annotated(function: Callable[..., Any]) -> dict[str, tuple[Any, ...]]:
     """Return what is said of the arguments of a command beside their types."""
     parameters = inspect.signature(function, eval_str=True).parameters
     return {name: getattr(each.annotation, "__metadata__", ()) for name, each in parameters.items()}
-
-
-PROGRAM = Reads(programs=True)
-PROBLEM = Reads(programs=True)
-"""A task, by name or file, or a part program; or several."""
-JOB = Reads(toml=True)
-FILE = Reads()
-CONFIGS = Reads(within="*.toml")
-"""A folder of tuned parameters."""

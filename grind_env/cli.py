@@ -15,6 +15,7 @@ from grind_env.errors import GrindError, printable, quoted
 from grind_env.figures import commands as figure_commands
 from grind_env.shop import commands as shop_commands
 from grind_env.shop.commands.arguments import (
+    AsJson,
     BlockDelete,
     Blocks,
     DressAt,
@@ -22,6 +23,7 @@ from grind_env.shop.commands.arguments import (
     Interrupts,
     JobFile,
     Plant,
+    PlotFile,
     ProgramFile,
     Variables,
 )
@@ -88,7 +90,7 @@ def commands(
         print(FIRST_STEPS)
 
 
-@app.command(epilog="Example: grind check slot.nc --json")
+@app.command(epilog="grind check slot.nc --json")
 def check(
     program: ProgramFile,
     strokes: Strokes = 10,
@@ -137,7 +139,7 @@ def check(
         raise typer.Exit(BAD_INPUT)
 
 
-@app.command(epilog="Example: grind trace slot.nc --strokes 4 --acceleration 2000")
+@app.command(epilog="grind trace slot.nc --strokes 4 --acceleration 2000")
 def trace(
     program: ProgramFile,
     strokes: Strokes = 10,
@@ -171,12 +173,12 @@ def trace(
         raise typer.Exit(BAD_INPUT) from None
 
 
-@app.command(epilog="Example: grind run plate.nc --job plate.toml --plot plate.png --record plate.csv")
+@app.command(epilog="grind run plate.nc --plot plate.png\ngrind run plate.nc --job steel.toml --record strokes.csv")
 def run(
     program: ProgramFile,
     job: JobFile = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
-    plot: Annotated[Path | None, typer.Option(help="Draw the run into this .png, .svg or .pdf file."), Writes()] = None,
+    as_json: AsJson = False,
+    plot: PlotFile = None,
     record: Annotated[
         Path | None, typer.Option(help="Write the strokes to this .csv or .parquet file."), Writes()
     ] = None,
@@ -188,25 +190,10 @@ def run(
     interrupts: Interrupts = None,
     plant: Plant = None,
 ) -> None:
-    """Grind with a program: time, size, roughness, power, temperature and cost of every part.
+    """Grind with a program: time, size, Ra, power, temperature and cost of parts.
 
-    The program grinds one part, and one more after each M00, at which the operator loads the next part and touches the
-    wheel off on it. At M01 the operator gauges the part: the wear of the wheel so far is compensated. The wheel is
-    dressed by D and by the .1 form of a cycle; M98 with the number of the dress program dresses nothing.
-
-    A job file is a TOML text with the part, its limits, wheel, machine and times, such as
-    grind_env/examples/plate_g82.toml. Each table [[part.stages]] in it is a stage with limits of its own, such as
-    roughing; the first M01 after grinding has begun ends the first of them, and so on.
-
-    S, G96 and M03 to M05 turn the wheel and M07 to M09 the coolant on and off; where they are set by hand, the job says
-    spindle = "always on" and coolant = "always on" in [setup]. What the machine, the wheel or the diamond ([diamond] of
-    the job says where it stands) do not bear is warned of.
-
-    Limits that a part exceeds are named below the table, with block, stroke and the words to change. A part is not
-    judged where the program grinds what is not simulated, such as feed moves over it that are no strokes along the
-    table; the lines are named. Exit status 1 means that a part is more likely scrap than good, or not judged.
-
-    Columns of the tables and of --record are on the page "Columns of a run" (docs/reference/columns.md).
+    What M00, M01, spindle and coolant do: docs/howto/shop.md; jobs: docs/howto/job-file.md; columns of the tables and
+    of --record: docs/reference/columns.md. Exit status 1: a part is more likely scrap than good, or not judged.
     """
     from grind_env.control.options import variables_of
     from grind_env.machine.grind import grind_file
@@ -238,7 +225,7 @@ def run(
         raise typer.Exit(GROUND_SCRAP)
 
 
-@app.command(epilog="Example: grind facts --mark decided --page 16-4")
+@app.command(epilog="grind facts --mark decided --page 16-4")
 def facts(
     mark: Annotated[str | None, typer.Option(help="Only facts with this mark: seen, inferred or decided.")] = None,
     page: Annotated[str | None, typer.Option(help="Only facts of this page of a manual, such as 16-13.")] = None,
@@ -271,7 +258,7 @@ def facts(
             console.print(f"    {test}", soft_wrap=True)
 
 
-@app.command(epilog="Example: grind tasks shop.toml")
+@app.command(epilog="grind tasks shop.toml")
 def tasks(
     env_id: Annotated[
         str | None,

@@ -65,9 +65,9 @@ PLAYED_JOB = Own("job that `grind play` has written", re.compile(re.escape(PLAYE
 
 def register(app: typer.Typer) -> None:
     """Add the commands to the application."""
-    app.command(epilog="Example: grind evaluate --env grind/Rush-v0 --policy adaptive_rule --episodes 64")(evaluate)
-    app.command(epilog="Example: grind verify row.json --seed 31415926535897932384")(verify)
-    app.command(epilog="Example: grind play --task power_limited --policy adaptive_rule --no-window")(play)
+    app.command(epilog="grind evaluate --env grind/Rush-v0 --policy adaptive_rule --episodes 64")(evaluate)
+    app.command(epilog="grind verify row.json --seed 31415926535897932384")(verify)
+    app.command(epilog="grind play --task power_limited --policy adaptive_rule --no-window")(play)
 
 
 def evaluate(

@@ -17,7 +17,6 @@ MOST_BYTES = 64_000_000
 """Bytes that are read of a file; a part program of three million blocks is no longer."""
 PATIENCE = 1.0
 """s; how long a pipe without a writer is given to find one."""
-CHUNK = 1 << 16
 AT_ONCE = getattr(os, "O_NONBLOCK", 0)
 """Flag to open a pipe without waiting for who is at its other end."""
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
@@ -33,15 +32,11 @@ class FileError(GrindError):
 
 
 class EncodingError(GrindError):
-    """Bytes that are not text in UTF-8; the message says where and what to do."""
+    """Bytes that are not text in UTF-8."""
 
 
 class ReadError(GrindError):
-    """A file that cannot be read.
-
-    Attributes:
-        reason: why, for a message that says what is to be named in its place.
-    """
+    """A file that cannot be read; `reason` says why."""
 
     def __init__(self, path: Path, reason: str) -> None:
         self.reason = reason
@@ -89,24 +84,18 @@ def open_file(path: Path) -> BinaryIO:
             return io.BytesIO(_received(file, path))
         if not stat.S_ISREG(status.st_mode):
             raise ReadError(path, "it is a device")
-        if status.st_size > MOST_BYTES:
-            raise _too_long(path, MOST_BYTES)
+        _require(path, status.st_size, MOST_BYTES)
         opened.pop_all()
         return file
 
 
 def contents(file: BinaryIO, path: Path, most: int = MOST_BYTES) -> bytes:
-    """Return what an opened file holds.
-
-    Raises:
-        ReadError: it cannot be read, or holds more than `most` bytes.
-    """
+    """Return what an opened file holds; a `ReadError` says that it cannot be read, or holds more than `most` bytes."""
     try:
         data = file.read(most + 1) or b""  # None of a file that the system has yet to write
     except OSError as error:
         raise ReadError(path, error.strerror or "not readable") from None
-    if len(data) > most:
-        raise _too_long(path, most)
+    _require(path, len(data), most)
     return data
 
 
@@ -117,11 +106,7 @@ def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
 
 
 def read_text(path: Path) -> str:
-    """The text in UTF-8 that a file holds, with or without a byte order mark.
-
-    Raises:
-        ReadError: it cannot be read, is too long, or is not in UTF-8.
-    """
+    """The text in UTF-8 of a file, with or without a byte order mark; a `ReadError` says why it cannot be read."""
     try:
         return decoded(read_bytes(path))
     except EncodingError as error:
@@ -129,11 +114,7 @@ def read_text(path: Path) -> str:
 
 
 def decoded(data: bytes) -> str:
-    """The text in UTF-8 that bytes hold, with or without a byte order mark.
-
-    Raises:
-        EncodingError: they are in another code.
-    """
+    """The text that bytes hold; an `EncodingError` says where they are not UTF-8, and what to do."""
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) or b"\0" in data[:4]:
         raise EncodingError("it is in UTF-16, or no text at all; save it as text in UTF-8")
     try:
@@ -149,11 +130,7 @@ def csv_cell(value: object) -> object:
 
 
 def beside(path: Path, suffix: str) -> Path:
-    """The file of the same name with another suffix.
-
-    Raises:
-        FileError: the path ends in no name, as that of a folder may.
-    """
+    """The file of the same name with another suffix; a `FileError` says that the path ends in no name."""
     try:
         return path.with_suffix(suffix)
     except ValueError:
@@ -170,11 +147,9 @@ def status_of(path: Path) -> os.stat_result | None:
         return path.stat()
     except FileNotFoundError:
         return None
-    except OSError as error:
-        why = error.strerror
-    except ValueError:
-        why = "no file can have this name"
-    raise FileError(f"{shown(path)} cannot be written: {why}; name another file")
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", "no file can have this name")
+        raise FileError(f"{shown(path)} cannot be written: {why}; name another file") from None
 
 
 def check_target(path: Path) -> None:
@@ -190,14 +165,12 @@ def check_target(path: Path) -> None:
             raise FileError(f"{shown(path)}: there is no folder {shown(folder)}; make it first")
     if status is not None and stat.S_ISDIR(status.st_mode):
         raise FileError(f"{shown(path)} is a folder; name a file")
-    if status is not None and (not stat.S_ISREG(status.st_mode) or _is_output(status)):
+    if status is not None and (not stat.S_ISREG(status.st_mode) or any(_goes_to(status, each) for each in (1, 2))):
         raise FileError(f"{shown(path)} is a device, a pipe or the output of this command; name a file")
 
 
 def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
-    """Let `write(temporary path)` make a file beside `path`, and move it there.
-
-    What a link leads to is replaced, and not the link.
+    """Let `write(temporary path)` make a file beside `path`, and move it there; a link stays, and leads to it.
 
     Raises:
         FileError: as of `check_target`, or the folder cannot be written to.
@@ -218,12 +191,10 @@ def _place(path: Path) -> Path:
     return Path(os.path.realpath(path))
 
 
-def _is_output(status: os.stat_result) -> bool:
-    """Return whether a file is the one to which standard output or error goes."""
-    for descriptor in (1, 2):
-        with suppress(OSError):  # a caller may have closed it
-            if os.path.samestat(status, os.fstat(descriptor)):
-                return True
+def _goes_to(status: os.stat_result, descriptor: int) -> bool:
+    """Return whether what is written to a descriptor, which a caller may have closed, goes to a file."""
+    with suppress(OSError):
+        return os.path.samestat(status, os.fstat(descriptor))
     return False
 
 
@@ -231,14 +202,13 @@ def _received(pipe: "io.BufferedReader[io.FileIO]", path: Path) -> bytes:
     """Read a pipe until its writers have gone; a first writer has `PATIENCE` to come."""
     watch = select.poll()
     watch.register(pipe, select.POLLIN)
-    first = pipe.raw.read(CHUNK)  # None of a writer that has nothing to say yet
-    if first == b"" and not watch.poll(1000.0 * PATIENCE):
-        first = pipe.raw.read(CHUNK)
-        if first == b"":
-            raise ReadError(path, "nobody writes to this pipe")
+    first = None if watch.poll(1000.0 * PATIENCE) else pipe.raw.read(1)  # None of a writer that is silent so far
+    if first == b"":
+        raise ReadError(path, "nobody writes to this pipe")
     os.set_blocking(pipe.fileno(), True)
     return contents(io.BytesIO((first or b"") + pipe.read(MOST_BYTES + 1)), path, MOST_BYTES)
 
 
-def _too_long(path: Path, most: int) -> ReadError:
-    return ReadError(path, f"it has more than {most / 1e6:g} MB")
+def _require(path: Path, length: int, most: int) -> None:
+    if length > most:
+        raise ReadError(path, f"it has more than {most / 1e6:g} MB")

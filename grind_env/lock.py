@@ -3,7 +3,7 @@
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 if sys.platform != "win32":
@@ -11,29 +11,21 @@ if sys.platform != "win32":
 
 
 @contextmanager
-def alone(path: Path, taken: Exception | None = None) -> Iterator[int]:
-    """Hold the lock that a file stands for; it is open, for a process to share it, and goes in the end.
+def alone(path: Path, taken: Exception | None = None) -> Iterator[None]:
+    """Hold the lock that a file stands for, which goes in the end; the system takes it from a process that ends.
 
-    The system takes the lock from a process that ends, however it ends. Windows has no such locks: nothing is held. If
-    another process has the lock, `taken` is raised; if None, it is waited for.
+    Where another process has the lock, raise `taken`, or wait if None. Windows has no such locks: nothing is held.
     """
-    if sys.platform == "win32":
-        yield -1
-        return
-    while True:
-        descriptor = os.open(path, os.O_RDWR | os.O_CREAT)
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX if taken is None else fcntl.LOCK_EX | fcntl.LOCK_NB)
-            # whoever had it before has removed the file
-            with suppress(FileNotFoundError):
-                if os.path.samestat(os.fstat(descriptor), path.stat()):
+    with ExitStack() as held:
+        while sys.platform != "win32":
+            file = held.enter_context(path.open("ab"))
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX if taken is None else fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError as error:
+                raise (taken or error) from None
+            with suppress(FileNotFoundError):  # whoever had the lock before has removed the file
+                if os.path.samestat(os.fstat(file.fileno()), path.stat()):
+                    held.callback(path.unlink, missing_ok=True)
                     break
-        except BlockingIOError as error:
-            os.close(descriptor)
-            raise (taken or error) from None
-        os.close(descriptor)
-    try:
-        yield descriptor
-    finally:
-        path.unlink(missing_ok=True)
-        os.close(descriptor)
+            held.close()
+        yield

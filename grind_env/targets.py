@@ -5,8 +5,9 @@
 
 import os
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 from grind_env.files import FileError, ReadError, check_target, is_file, open_file, shown, status_of
 
@@ -14,8 +15,7 @@ HEAD = 1 << 16
 """Bytes of a file by which it is known."""
 
 
-@dataclass(frozen=True, slots=True)
-class Own:
+class Own(NamedTuple):
     """Files that a command replaces although nobody has named them to it, or that it goes on with.
 
     Attributes:
@@ -53,22 +53,15 @@ class Target:
     kind: str = "file"
     called: bool = False
 
-    @property
-    def remedy(self) -> str:
-        """What is to be done instead, as a message ends."""
-        return f"name another {self.kind} " + (f"with {self.option}" if self.option else "to write")
-
-    def __str__(self) -> str:
-        """As a message names it."""
-        return shown(self.path) if self.after is None else f"{shown(self.path)}, written beside {shown(self.after)},"
+    def refused(self, why: str) -> FileError:
+        """Return the error that says why the file is not written, and what to do instead."""
+        beside = "" if self.after is None else f", written beside {shown(self.after)},"
+        remedy = f"name another {self.kind} " + (f"with {self.option}" if self.option else "to write")
+        return FileError(f"{shown(self.path)}{beside} {why}{remedy}")
 
 
 def check_targets(targets: Sequence[Target], read: Iterable[Path] = ()) -> None:
-    """Find out, before any work, whether files may be written.
-
-    Args:
-        targets: all that the work writes.
-        read: files that it reads; looked through only if something may be replaced.
+    """Find out, before any work, whether files may be written; `read` are those that the work reads.
 
     Raises:
         FileError: one cannot be written, is read, is written twice, or is there already and not what the work has
@@ -84,18 +77,16 @@ def check_targets(targets: Sequence[Target], read: Iterable[Path] = ()) -> None:
         for path in () if is_values else known:
             if path.samefile(target.path):
                 which = "" if path == target.path else f"{shown(path)}, which is "
-                raise FileError(f"{target} is {which}read here and would be lost; {target.remedy}")
+                raise target.refused(f"is {which}read here and would be lost; ")
         if target.own is not None and not own:
-            raise FileError(
-                f"{target} is there already and would be lost, for it is no {target.own.what}: "
-                f"move it away, or {target.remedy}"
-            )
+            what = target.own.what
+            raise target.refused(f"is there already and would be lost, for it is no {what}: move it away, or ")
     taken = dict[str, Target]()
     for target in targets:
         place = os.path.realpath(target.path).casefold()  # on many a disk capital letters make no difference
         other = taken.setdefault(place, target)
         if other is not target and target.after == other.path:
-            raise FileError(f"{shown(target.path)} is the name of what is written beside it, too; {target.remedy}")
+            raise replace(target, after=None).refused("is the name of what is written beside it, too; ")
         if other is not target:
             options = " and ".join(dict.fromkeys(each.option for each in (other, target) if each.option))
             by = f" with {options}" if options else ""

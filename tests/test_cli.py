@@ -252,7 +252,7 @@ def test_help_has_an_example(command: str, capsys: pytest.CaptureFixture[str]) -
     with pytest.raises(SystemExit) as exit_:
         main([command, "--help"])
     assert exit_.value.code == 0
-    assert f"Example: grind {command} " in capsys.readouterr().out
+    assert f"Examples:\n  grind {command} " in capsys.readouterr().out
 
 
 def test_check_imports_no_compiler_plotting_or_learning_library(tmp_path: Path) -> None:

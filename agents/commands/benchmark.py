@@ -35,9 +35,7 @@ if TYPE_CHECKING:
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
-    app.command(epilog="Example: python -m agents benchmark --tasks core --kinds ppo,dqn --seeds 3 --episodes 256")(
-        benchmark
-    )
+    app.command(epilog="python -m agents benchmark --tasks core --kinds ppo,dqn --seeds 3 --episodes 256")(benchmark)
 
 
 def benchmark(

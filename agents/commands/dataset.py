@@ -34,7 +34,7 @@ PLACE = "MINARI_DATASETS_PATH"
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
-    app.command(epilog="Example: python -m agents dataset --task power_limited --policy adaptive_rule")(dataset)
+    app.command(epilog="python -m agents dataset --task power_limited --policy adaptive_rule")(dataset)
 
 
 def dataset(

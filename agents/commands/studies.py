@@ -196,7 +196,7 @@ COMMANDS = {
 def register(app: typer.Typer) -> None:
     """Add the commands to the application."""
     for name, of in COMMANDS.items():
-        app.command(name=name, help=of.help, epilog=f"Example: python -m agents {name} {of.example}")(command(name, of))
+        app.command(name=name, help=of.help, epilog=f"python -m agents {name} {of.example}")(command(name, of))
 
 
 def command(name: str, of: StudyCommand) -> Callable[..., None]:

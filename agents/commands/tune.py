@@ -17,7 +17,7 @@ from grind_env.policies.tuned import tuned_folder
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
-    epilog = "Example: python -m agents tune --task power_limited --policies belief_rule,look_ahead"
+    epilog = "python -m agents tune --task power_limited --policies belief_rule,look_ahead"
     app.command(name="tune", epilog=epilog)(tuning)
 
 

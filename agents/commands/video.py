@@ -16,7 +16,7 @@ from grind_env.policies.problem import find_problem
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
-    app.command(epilog="Example: python -m agents video --left adaptive_rule --right E8D0 --output demo.gif")(video)
+    app.command(epilog="python -m agents video --left adaptive_rule --right E8D0 --output demo.gif")(video)
 
 
 def video(

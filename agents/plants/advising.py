@@ -3,13 +3,14 @@
 from collections.abc import Callable
 from itertools import product, repeat
 
+from agents.plants.batches import batches, cost_of
 from agents.plants.machines import PARTS, StudyMachine
 from grind_env.envs.job.loading import load_simulation
 from grind_env.envs.job.outline import JobChoice
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.shop.advise.adviser import Adviser, policy_for
 from grind_env.shop.advise.lead import AdviserPolicy
-from grind_env.shop.advise.rehearsal import BatchResult, Decide, advised, as_programmed, batches, cost_of
+from grind_env.shop.advise.rehearsal import BatchResult, Decide, advised, as_programmed
 from grind_env.training.rivals import EVERY, RATIOS, Programmed
 
 

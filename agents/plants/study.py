@@ -8,7 +8,7 @@ from pathlib import Path
 from statistics import mean
 
 from agents.cells import RUNS, sources
-from agents.plants.machines import StudyMachine
+from agents.plants.machines import PARTS, StudyMachine
 from agents.provenance import ROOT
 
 QUESTIONS = {"calibrate": "calibrating", "optimise": "optimising", "advise": "advising", "robust": "robust"}
@@ -57,7 +57,10 @@ def _answer(cell: PlantsTrial) -> Found:
         from agents.plants.advising import advise_on
 
         shifts = advise_on(cell.machine, cell.episodes)
-    numbers = {who: [batch.numbers() for batch in found] for who, found in shifts.items()}
+    from agents.plants.batches import numbers_of
+
+    simulation = cell.machine.simulation(PARTS)
+    numbers = {who: [numbers_of(batch, simulation) for batch in found] for who, found in shifts.items()}
     return {f"{who}_{what}": mean(each[what] for each in of) for who, of in numbers.items() for what in of[0]}
 
 

@@ -12,4 +12,7 @@ def commands_page(app: typer.Typer, name: str) -> str:
     command = get_command(app)
     context = typer.Context(command, info_name=name)
     text = get_docs_for_click(obj=command, ctx=context, name=name)
-    return re.sub(r"^Example: (.+)$", r"```console\n$ \1\n```", text, flags=re.MULTILINE)
+    examples = r"^((?:(?:grind|python -m agents) .+\n)+)$"
+    return re.sub(
+        examples, lambda found: f"```console\n{re.sub('(?m)^', '$ ', found[1].rstrip())}\n```\n", text, flags=re.M
+    )

@@ -18,7 +18,7 @@ app = Application(
 Output = Annotated[Path, typer.Option("--output", "-o", help="The .pdf, .svg or .png file."), Writes()]
 
 
-@app.command(epilog="Example: grind figure dress --env power_limited --E 7 --every 10 -o dress.pdf")
+@app.command(epilog="grind figure dress --env power_limited --E 7 --every 10 -o dress.pdf")
 def dress(
     output: Output,
     env: NamedProblem = "power_limited",
@@ -36,7 +36,7 @@ def dress(
     write_figure(dress_figure(dressed_run(find_problem(env, job, parts), speed, every)), output)
 
 
-@app.command(epilog="Example: grind figure policy-map --env power_limited -o map.pdf")
+@app.command(epilog="grind figure policy-map --env power_limited -o map.pdf")
 def policy_map(
     output: Output,
     env: NamedProblem = "power_limited",

@@ -229,7 +229,7 @@ def calibrate(
 
     Raises:
         CalibrationError: nothing can be fitted; the message says why, and what to do.
-        GrindError: program or job cannot be used.
+        GrindError: a file cannot be used.
     """
     from grind_env.shop.calibrate.calibration import calibrate as from_log
     from grind_env.shop.calibrate.table import calibrate_table

@@ -37,17 +37,11 @@ STROKES = Tally._fields.index("strokes")
 
 
 class Finding(NamedTuple):
-    """Something that was looked at.
+    """Something that was looked at."""
 
-    Attributes:
-        what: it is.
-        found: of it.
-        remedy: what to do; empty where all is well.
-    """
-
-    what: str
-    found: str
-    remedy: str = ""
+    what: str  # it is
+    found: str  # of it
+    remedy: str = ""  # what to do; empty where all is well
 
 
 def findings() -> list[Finding]:

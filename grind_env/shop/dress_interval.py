@@ -11,15 +11,11 @@ LONGEST = 20
 
 @dataclass(frozen=True, slots=True)
 class DressInterval:
-    """The wheel is dressed in the n-th run of a program, in the 2 n-th, and so on; or so by blocks instead of runs.
+    """The wheel is dressed in the n-th run of a program, in the 2 n-th, and so on; or so by blocks instead of runs."""
 
-    Attributes:
-        every: n.
-        of: what is counted: "part" or "run" for runs of the program, as one of them grinds one part or several, or
-            "block" for the blocks that dress.
-    """
-
-    every: int
+    every: int  # n
+    # what is counted: "part" or "run" for runs of the program, as one of them grinds one part or several, or "block"
+    # for the blocks that dress
     of: str = "part"
 
     def due(self, dressing: NDArray[np.bool_], run: NDArray[np.int64]) -> NDArray[np.bool_]:

@@ -84,23 +84,16 @@ class TrialsError(GrindError):
 class Measures(NamedTuple):
     """What each of C candidates comes to on each of N lots: means of a part, shape (C, N), and its limits."""
 
-    cost: Array
-    """$, scrap at its price and the dull wheel that is left among it."""
+    cost: Array  # $, scrap at its price and the dull wheel that is left among it
     seconds: Array
-    Ra: Array
-    """um."""
-    power: Array
-    """Highest that the spindle gave, kW above idle: at most its limit, however much was asked for."""
-    rise: Array
-    """Highest that counts in the last stage, K."""
-    highest_rise: Array
-    """Highest that counts in any stage, K."""
-    size_error: Array
-    """um, without its sign."""
-    scrap: Array
-    """Share of the parts."""
+    Ra: Array  # um
+    power: Array  # Highest that the spindle gave, kW above idle: at most its limit, however much was asked for
+    rise: Array  # Highest that counts in the last stage, K
+    highest_rise: Array  # Highest that counts in any stage, K
+    size_error: Array  # um, without its sign
+    scrap: Array  # Share of the parts
+    # Below which share of each of `LIMITS` parts stay with the confidence asked for; 0 without one; shape (C, 4)
     ratios: Array
-    """Below which share of each of `LIMITS` parts stay with the confidence asked for; 0 without one; shape (C, 4)."""
 
     def violation(self, margins: Array) -> Array:
         """By how much they are beyond shares of the limits, shape (C, 4); 0 if they are not."""
@@ -109,28 +102,18 @@ class Measures(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Trials:
-    """A program for a batch of parts, on lots that are the same for all candidates.
+    """A program for a batch of parts, on lots that are the same for all candidates."""
 
-    Attributes:
-        simulation: of the batch.
-        runs: how often the program is run in it.
-        seeds: of the lots.
-        stand: the cycle blocks of all runs as they stand in the program.
-        alike: whether each run has the same blocks as the first one, with the same settings; not so in a program that
-            counts its parts.
-        execution: time that the control has taken for each run of the program that it has executed, s.
-        drift: logarithmic standard deviation of a step of the forces from part to part.
-        confidence: with which parts are to keep limits, whatever their lot and machine.
-    """
-
-    simulation: JobSimulation
-    runs: int
-    seeds: tuple[tuple[int, ...], ...]
-    stand: tuple[BlockOutline, ...]
+    simulation: JobSimulation  # of the batch
+    runs: int  # how often the program is run in it
+    seeds: tuple[tuple[int, ...], ...]  # of the lots
+    stand: tuple[BlockOutline, ...]  # the cycle blocks of all runs as they stand in the program
+    # whether each run has the same blocks as the first one, with the same settings; not so in a program that counts its
+    # parts
     alike: bool
-    execution: float
-    drift: float = 0.0
-    confidence: float = CONFIDENCE
+    execution: float  # time that the control has taken for each run of the program that it has executed, s
+    drift: float = 0.0  # logarithmic standard deviation of a step of the forces from part to part
+    confidence: float = CONFIDENCE  # with which parts are to keep limits, whatever their lot and machine
 
     @property
     def lots(self) -> int:

@@ -42,10 +42,8 @@ class Warmed(NamedTuple):
 
     name: str
     seconds: float
-    kernels: int
-    """Files that are new in the cache."""
-    left_out: str = ""
-    """Why it has not been done: an extra is not installed."""
+    kernels: int  # Files that are new in the cache
+    left_out: str = ""  # Why it has not been done: an extra is not installed
 
 
 def uses() -> list[Use]:

@@ -34,32 +34,23 @@ class WishError(GrindError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wishes:
-    """What is asked of a search.
+    """What is asked of a search."""
 
-    Attributes:
-        words: of `VARIED`.
-        add: whether words that a cycle block lacks may be added to it.
-        bounds: lowest and highest value by word, in the units of the program; lead in mm or inches a revolution.
-        kept: N words of the cycle blocks that stay as they are.
-        margins: share of its limit that parts must keep, by name, 1 at most; 1 for those not named.
-        confidence: probability with which a part keeps each, whatever its lot and machine are, and with which each end
-            of an interval holds.
-        untried: whether nothing is known of how the program grinds on the machine.
-        objective: of `OBJECTIVES`, what is to become less.
-        within: the most that a part may take in the mean, by the names cost and seconds.
-        free: whether blocks of parts that are alike may have words of their own.
-    """
-
-    words: tuple[str, ...] = USUAL
-    add: bool = False
+    words: tuple[str, ...] = USUAL  # of `VARIED`
+    add: bool = False  # whether words that a cycle block lacks may be added to it
+    # lowest and highest value by word, in the units of the program; lead in mm or inches a revolution
     bounds: Mapping[str, tuple[Decimal, Decimal]] = field(default_factory=dict)
-    kept: frozenset[int] = frozenset()
+    kept: frozenset[int] = frozenset()  # N words of the cycle blocks that stay as they are
+    # share of its limit that parts must keep, by name, 1 at most; 1 for those not named
     margins: Mapping[str, float] = field(default_factory=dict)
+    # probability with which a part keeps each, whatever its lot and machine are, and with which each end of an interval
+    # holds
     confidence: float = CONFIDENCE
-    untried: bool = False
-    objective: str = "cost"
+    untried: bool = False  # whether nothing is known of how the program grinds on the machine
+    objective: str = "cost"  # of `OBJECTIVES`, what is to become less
+    # the most that a part may take in the mean, by the names cost and seconds
     within: Mapping[str, float] = field(default_factory=dict)
-    free: bool = False
+    free: bool = False  # whether blocks of parts that are alike may have words of their own
 
     @property
     def quantity(self) -> str:

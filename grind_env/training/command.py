@@ -26,7 +26,7 @@ NOT_RECOMMENDED = 3
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
-    app.command(epilog="Example: grind train plate.nc --parts 60")(train)
+    app.command(epilog="grind train plate.nc --parts 60\ngrind train rush --seed 1 -o rush.safetensors")(train)
 
 
 def train(
@@ -34,38 +34,27 @@ def train(
         str, typer.Argument(metavar="TASK|PROGRAM", help="Task, id, task file (.toml), or part program."), PROBLEM
     ],
     job: JobFile = None,
-    parts: Annotated[
-        int | None, typer.Option(min=1, help=f"Parts of the batch, of a part program; {BATCH} if not given.")
-    ] = None,
+    parts: Annotated[int | None, typer.Option(min=1, help=f"Parts of the batch of a program; usually {BATCH}.")] = None,
     variables: FirstVariables = None,
     plant: Annotated[
         str,
-        typer.Option(
-            help="Machines to train on, one in every episode: training, public, laws, or model, the simulator itself."
-        ),
+        typer.Option(help="Machines to train on: training, public, laws or model."),
     ] = "training",
     seed: Annotated[int, typer.Option(min=0, help="Of the training.")] = 0,
     steps: Annotated[int, typer.Option(min=10_000, help="Blocks to learn from.")] = 1_000_000,
-    memory: Annotated[
-        str, typer.Option(help="What it remembers or is shown: none, stack, gru, belief, state.")
-    ] = "gru",
-    budget: Annotated[
-        float | None, typer.Option(help="Share of parts that may be scrap; no limit if not given.")
-    ] = None,
+    memory: Annotated[str, typer.Option(help="Of none, stack, gru, belief, state.")] = "gru",
+    budget: Annotated[float | None, typer.Option(help="Share of parts that may be scrap; usually any.")] = None,
     episodes: Annotated[int, typer.Option(min=2, help="Machines to be judged on.")] = 128,
     output: Annotated[
         Path | None,
-        typer.Option(
-            "--output", "-o", help="File of the agent; PROGRAM, or the name of the task, with .safetensors if none."
-        ),
+        typer.Option("--output", "-o", help="The agent; usually PROGRAM or task with .safetensors."),
         Writes(),
     ] = None,
 ) -> None:
-    """Train an agent for `grind advise --policy` in some two minutes, and say whether it is better than no agent.
+    """Train an agent for `grind advise --policy` in two minutes, and judge it.
 
-    The agent (PPO with a GRU) holds no model; it learns on machines with other physics than the simulator's. It is
-    judged on machines with laws that it has not seen, beside the default adviser, the best fixed plan and the program
-    as it is. If training is killed, repeat the command to resume it. Exit status 3: the agent is not recommended.
+    It learns on machines whose physics differs from the simulator's, and is judged on others (docs/howto/train.md).
+    If training is killed, repeat the command to resume it. Exit status 3: the agent is not recommended.
     """
     from grind_env.errors import GrindError, printable, quoted
     from grind_env.extras import needing

@@ -165,7 +165,7 @@ def test_what_a_question_stands_on_is_no_other_command() -> None:
     shop = {
         name: {each.removeprefix("grind_env/shop/") for each in found if "/shop/" in each} for name, found in on.items()
     }
-    assert shop["calibrate"] == {"calibrate"} and "advise" in shop["advise"]
+    assert shop["calibrate"] == {"calibrate", "measurements"} and {"advise", "measurements"} <= shop["advise"]
     assert not {"calibrate", "optimise"} & shop["advise"] and {"calibrate", "optimise"} <= shop["optimise"]
     assert all({"grind_env/process", "grind_env/machine", "agents/plants"} <= found for found in on.values())
 

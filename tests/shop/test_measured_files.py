@@ -21,6 +21,7 @@ from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.gauge import read_gauge
 from grind_env.shop.calibrate.logs import read_log
 from grind_env.shop.calibrate.table import calibrate_table
+from grind_env.shop.measurements.sheet import SheetError
 from grind_env.shop.start.folder import start_folder
 from tests.shop.advising import rows_of
 from tests.shop.coverage import EXAMPLES
@@ -165,7 +166,7 @@ def test_a_volume_is_not_missing_for_its_thousands_mark(volume: str, plain_setti
 
 @pytest.mark.parametrize("volume", ["~1200", "1_200", "±1200", "<1200", "1200 mm"])
 def test_a_volume_that_is_no_number_is_refused(volume: str, tmp_path: Path) -> None:
-    with pytest.raises(CalibrationError, match=re.escape(repr(volume)) + ".* in row 3"):
+    with pytest.raises(SheetError, match=re.escape(repr(volume)) + ".* in row 3"):
         fitted(tmp_path, volume)
 
 
@@ -173,7 +174,7 @@ def test_one_volume_of_many_that_is_no_number_is_no_sharp_wheel(tmp_path: Path) 
     rows = ["downfeed [um];volume;Ra", *["5;40;.3"] * 150]
     rows[70] = "5;~40;.3"
     write(tmp_path / "table.csv", "\n".join(rows))
-    with pytest.raises(CalibrationError, match="column 'volume': the cell is not a number: '~40' in row 71"):
+    with pytest.raises(SheetError, match="column 'volume': the cell is not a number: '~40' in row 71"):
         calibrate_table(tmp_path / "table.csv", EXAMPLES / "plate_g82.toml", names=["roughness"])
 
 
@@ -339,7 +340,7 @@ def test_a_cell_that_is_no_number_is_named(case: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("case", REFUSED)
 def test_a_log_that_cannot_be_read_for_sure_is_refused(case: str, tmp_path: Path) -> None:
     text, reason = REFUSED[case]
-    with pytest.raises(CalibrationError, match=reason) as caught:
+    with pytest.raises((CalibrationError, SheetError), match=reason) as caught:
         read_log(write(tmp_path / "log.csv", text), MACHINE, Map())
     assert "\n" not in str(caught.value) and "log.csv" in str(caught.value) and len(str(caught.value)) < 400
 
@@ -389,7 +390,7 @@ def test_a_gauge_file_is_read_by_the_same_rules(text: str, tmp_path: Path) -> No
     ],
 )
 def test_a_gauge_cell_is_never_missing_in_silence(old: str, new: str, reason: str, tmp_path: Path) -> None:
-    with pytest.raises(CalibrationError, match=re.escape(reason)):
+    with pytest.raises((CalibrationError, SheetError), match=re.escape(reason)):
         read_gauge(write(tmp_path / "gauge.csv", PARTS.replace(old, new)), Map())
 
 

@@ -10,8 +10,8 @@ from grind_env.shop.calibrate.columns import Map, find_columns, read_map
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.gauge import read_gauge
 from grind_env.shop.calibrate.logs import read_log
-from grind_env.shop.calibrate.sheet import LATEST, read_sheet
 from grind_env.shop.calibrate.table import calibrate_table
+from grind_env.shop.measurements.sheet import LATEST, SheetError, read_sheet
 from tests.shop.coverage import EXAMPLES
 
 POWER = 1000.0 + 37.0 * (np.arange(60) % 7)
@@ -108,7 +108,7 @@ def test_units_of_power(tmp_path, unit, said, watts):
     ],
 )
 def test_what_is_hopeless_is_refused_in_one_sentence(tmp_path, rows, message):
-    with pytest.raises(CalibrationError, match=message) as caught:
+    with pytest.raises((CalibrationError, SheetError), match=message) as caught:
         read_log(written(tmp_path, rows), MACHINE, Map())
     assert "\n" not in str(caught.value)
 
@@ -195,7 +195,7 @@ def test_no_word_of_a_map_is_ignored_in_silence(tmp_path, said, reason):
 def test_a_quote_that_is_not_closed_is_told_with_its_row(tmp_path, separator, cell):
     rows = [("time", "power"), *((f"{k}", f"{p:.0f}") for k, p in enumerate(POWER))]
     rows[20] = ("19", cell)
-    with pytest.raises(CalibrationError, match="a quote is not closed in the row '19") as caught:
+    with pytest.raises(SheetError, match="a quote is not closed in the row '19") as caught:
         read_sheet(written(tmp_path, rows, separator=separator))
     assert "\n" not in str(caught.value)
 
@@ -214,7 +214,7 @@ def test_a_number_that_nobody_has_measured_is_told_with_its_column(tmp_path, num
     rows = [headings, *([str(k), "0.3", "2.0", "299.9", str(k)] for k in range(1, 9))]
     rows[4][column] = number
     path = written(tmp_path, rows)
-    with pytest.raises(CalibrationError, match="cannot have been measured; correct that cell") as caught:
+    with pytest.raises(SheetError, match="cannot have been measured; correct that cell") as caught:
         read_gauge(path, Map())
         read_sheet(path).numbers(4, beyond=LATEST)
     assert repr(headings[column].split()[0]) in str(caught.value)
@@ -252,7 +252,7 @@ def test_a_number_of_a_map_is_one_of_a_machine(tmp_path, value):
 def test_a_text_of_many_columns_is_refused_early_and_in_short(tmp_path):
     cells = ["1.5"] * 1_000_000
     began = time.process_time()
-    with pytest.raises(CalibrationError, match="has 1000000 columns between ';'") as caught:
+    with pytest.raises(SheetError, match="has 1000000 columns between ';'") as caught:
         read_log(written(tmp_path, [[f"c{k}" for k in range(len(cells))], cells, cells]), MACHINE, Map())
     assert time.process_time() - began < 10.0
     assert len(str(caught.value)) < 400
@@ -271,5 +271,5 @@ def test_messages_name_a_few_columns_of_many(tmp_path):
 
 def test_an_empty_file_is_called_empty(tmp_path):
     (tmp_path / "log.csv").write_text("\n \n", encoding="utf-8")
-    with pytest.raises(CalibrationError, match="is empty"):
+    with pytest.raises(SheetError, match="is empty"):
         read_sheet(tmp_path / "log.csv")

@@ -12,7 +12,7 @@ from grind_env.envs.job.simulation import JobSimulation
 from grind_env.errors import GrindError, did_you_mean, quoted
 from grind_env.policies.choices import speed_bounds
 from grind_env.process.equations import LEAST_DIAMETER
-from grind_env.shop.calibrate.sheet import NO, YES
+from grind_env.shop.measurements.sheet import NO, YES
 
 LEAST_POWER, LEAST_SIZE = POWER_NOISE_FLOOR, 0.05
 """W and um: below them a number is one of kW or mm, for no meter or gauge tells so little."""

@@ -1,6 +1,6 @@
 """A batch ground on a simulated machine, with E and D of whoever decides: what it costs, and what was read."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,8 +16,6 @@ from grind_env.shop.advise.readings import MachineReadings
 LOTS = 1
 """Seed of lots, stocks and noise: the same for all that is compared."""
 COST, GOOD, RISE = (Outcome._fields.index(name) for name in ("cost", "good", "rise"))
-EARLY = 14
-"""Parts in which an adviser may still feel its way."""
 
 Decide = Callable[[int, MachineReadings | None], JobChoice]
 """Choose E and D of a block, by its number from 0 and what was read of the block before."""
@@ -32,18 +30,14 @@ class BatchResult:
         scrap: probability that each part is scrap.
         speeds: E of each block, mm/min.
         executions: D of each block.
-        power: highest load that was read in each block, over the limit above idle.
-        gauged: size error or Ra that was read of each part, over its limit, whichever is more.
-        slowest: whether each part was finished at the slowest E with a dress: more no E and D can do.
+        readings: what was read of each block.
     """
 
     cost: Array
     scrap: Array
     speeds: Array
     executions: Array
-    power: Array
-    gauged: Array
-    slowest: Array
+    readings: tuple[MachineReadings, ...]
 
     @property
     def mean_cost(self) -> float:
@@ -54,29 +48,6 @@ class BatchResult:
     def mean_scrap(self) -> float:
         """Share of the parts."""
         return float(self.scrap.mean())
-
-    def numbers(self) -> dict[str, float]:
-        """What tables show of it; `late` is what parts cost from the 15th on."""
-        return {
-            "cost": self.mean_cost,
-            "late": float(self.cost[EARLY:].mean()),
-            "scrap": self.mean_scrap,
-            "in_a_row": float(self.in_a_row),
-            "parts_in_a_row": float(self.parts_in_a_row),
-            "dresses": float(self.executions.sum()),
-        }
-
-    @property
-    def in_a_row(self) -> int:
-        """How often a block after one that was read beyond the limit of power was beyond it, too."""
-        beyond = self.power > 1.0
-        return int((beyond[1:] & beyond[:-1]).sum())
-
-    @property
-    def parts_in_a_row(self) -> int:
-        """How often a part after one read beyond the limit of size or Ra was so, too, although more could be done."""
-        beyond = self.gauged > 1.0
-        return int((beyond[1:] & beyond[:-1] & ~self.slowest[1:]).sum())
 
 
 def as_programmed(simulation: JobSimulation) -> Decide:
@@ -97,24 +68,13 @@ def advised(adviser: Adviser) -> Decide:
     return decide
 
 
-def batches(simulation: JobSimulation, decider: Callable[[], Decide], episodes: int) -> list[BatchResult]:
-    """Grind batches, each with a decider of its own; the lots are the same for all deciders."""
-    return [ground(simulation, decider(), LOTS + number) for number in range(episodes)]
-
-
-def cost_of(found: Sequence[BatchResult]) -> float:
-    """Return the mean cost of a part in some batches, $."""
-    return float(np.mean([each.mean_cost for each in found]))
-
-
 def ground(simulation: JobSimulation, decide: Decide, seed: int = LOTS) -> BatchResult:
     """Grind a batch, block by block."""
     episodes = simulation.start([np.random.default_rng(seed)])
     job, blocks = simulation.job, simulation.blocks
-    cost, scrap = np.zeros(simulation.parts), np.zeros(simulation.parts)
-    speeds, executions, power = (np.zeros(len(blocks)) for _ in range(3))
-    gauged, slowest, readings, heat = np.zeros(simulation.parts), np.zeros(simulation.parts, bool), None, 0.0
-    lowest = 1000.0 * simulation.task.action.speed_ends[0]
+    cost, scrap = np.zeros((2, simulation.parts))
+    speeds, executions = np.zeros((2, len(blocks)))
+    told, readings, heat = list[MachineReadings](), None, 0.0
     for number, block in enumerate(blocks):
         choice = decide(number, readings)
         outcomes, _ = simulation.step(episodes, np.array([choice.speed]), np.array([float(choice.executions)]))
@@ -125,16 +85,8 @@ def ground(simulation: JobSimulation, decide: Decide, seed: int = LOTS) -> Batch
         if block.finished:
             readings = replace(readings, burn=heat > job.of_part(block.part + 1).limits.rise)
         speeds[number], executions[number] = choice
-        power[number] = (readings.peak_power or 0.0) / job.limits.power
-        slowest[block.part] = choice.speed <= lowest and choice.executions > 0
-        if readings.size_error is not None and job.part.tolerance > 0.0:
-            gauged[block.part] = abs(readings.size_error) / job.part.tolerance
-        if readings.Ra_before is not None and block.part > 0 and job.limits.roughness > 0.0:
-            # Ra comes when the next part has been ground
-            gauged[block.part - 1] = max(gauged[block.part - 1], readings.Ra_before / job.limits.roughness)
-    return BatchResult(
-        cost=cost, scrap=scrap, speeds=speeds, executions=executions, power=power, gauged=gauged, slowest=slowest
-    )
+        told.append(readings)
+    return BatchResult(cost=cost, scrap=scrap, speeds=speeds, executions=executions, readings=tuple(told))
 
 
 def read(simulation: JobSimulation, episodes: Any, number: int) -> MachineReadings:

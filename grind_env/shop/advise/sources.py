@@ -11,8 +11,16 @@ from typing import Any, BinaryIO, NamedTuple, Protocol
 from grind_env.errors import GrindError, quoted
 from grind_env.files import shown
 from grind_env.shop.advise.readings import ReadingError
-from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.sheet import MICROMETRES, MILLIMETRES, WATTS, Sheet, is_missing, read_measured, sheet_of
+from grind_env.shop.measurements.sheet import (
+    MICROMETRES,
+    MILLIMETRES,
+    WATTS,
+    Sheet,
+    SheetError,
+    is_missing,
+    read_measured,
+    sheet_of,
+)
 
 POLL = 0.5
 """s between two looks at a file that grows."""
@@ -85,7 +93,7 @@ class CsvSource:
     def _text(self) -> str:
         try:
             text = read_measured(self.path)
-        except CalibrationError as error:
+        except SheetError as error:
             raise InputError(str(error)) from None
         return text[: text.rfind("\n") + 1] if self.follow else text
 
@@ -99,7 +107,7 @@ class CsvSource:
             if twice is not None:
                 raise ReadingError(f"{shown(self.path)} has more than one column {quoted(twice)}: leave one of them")
             columns = [_readings(sheet, column) for column in range(len(names))]
-        except CalibrationError as error:
+        except SheetError as error:
             raise ReadingError(str(error)) from None
         return [
             ReadingsRow(dict(zip(names, cells, strict=True)), f"{shown(self.path)}, row {line}")

@@ -4,8 +4,7 @@ From a log of the spindle's power beside its part program, or from a table of se
 
 | module | what it does |
 | --- | --- |
-| `sheet.py`, `clock.py` | a measured file of a shop as numbers, times and words, for the adviser, too |
-| `columns.py` | finds its columns by their names |
+| `columns.py` | finds the columns of a measured file (`shop/measurements`) by their names |
 | `logs.py`, `gauge.py` | time and power of a log; what was measured of each part |
 | `pattern.py`, `align.py`, `alignment.py` | where the strokes of the program lie in time, and where in the log |
 | `likeness.py` | how like the log is to them there, beside what lies around, as the meter shows it |

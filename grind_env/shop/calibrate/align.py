@@ -18,7 +18,7 @@ from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.likeness import FEWEST, FINE, MARGIN, judged, template
 from grind_env.shop.calibrate.logs import Log, averaged
 from grind_env.shop.calibrate.pattern import Pattern
-from grind_env.shop.calibrate.sheet import Floats
+from grind_env.shop.measurements.sheet import Floats
 
 with needing("shop", "a calibration needs"):
     from scipy import fft
@@ -82,8 +82,8 @@ class _Binned(NamedTuple):
     size: int
     filled: NDArray[np.complex128]
     sums: NDArray[np.complex128]
+    # Of filled bins, of what is in them and of its square, up to each bin; twice around, shape (3, bins)
     totals: Floats
-    """Of filled bins, of what is in them and of its square, up to each bin; twice around, shape (3, bins)."""
     length: int
     lag: float
 

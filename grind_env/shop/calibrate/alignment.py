@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.shop.calibrate.pattern import Pattern
-from grind_env.shop.calibrate.sheet import Floats
+from grind_env.shop.measurements.sheet import Floats
 
 SAME_FEED = 1.04
 """An override by which a machine may differ from its model without one."""
@@ -22,23 +22,14 @@ ODD, POOR = 3.0, 0.8
 
 @dataclass(frozen=True, slots=True)
 class Alignment:
-    """Where the runs of a program lie in a log; arrays have shape (executions, runs).
+    """Where the runs of a program lie in a log; arrays have shape (executions, runs)."""
 
-    Attributes:
-        begin: of each run, s of the log.
-        override: of the feed in it.
-        correlation: of the power expected in it with that of the log; NaN if the log has no samples there.
-        gain: of the power in the log over that expected.
-        rest: standard deviation of the power in the log from what is expected, in its unit.
-        time_unit: s of a unit of the log's time; 1 unless it was found out.
-    """
-
-    begin: Floats
-    override: Floats
-    correlation: Floats
-    gain: Floats
-    rest: Floats
-    time_unit: float = 1.0
+    begin: Floats  # of each run, s of the log
+    override: Floats  # of the feed in it
+    correlation: Floats  # of the power expected in it with that of the log; NaN if the log has no samples there
+    gain: Floats  # of the power in the log over that expected
+    rest: Floats  # standard deviation of the power in the log from what is expected, in its unit
+    time_unit: float = 1.0  # s of a unit of the log's time; 1 unless it was found out
 
     @property
     def executions(self) -> int:

@@ -28,10 +28,10 @@ from grind_env.shop.calibrate.parameters import HEAT, chosen_parameters, free_pa
 from grind_env.shop.calibrate.pattern import Pattern, pattern_of
 from grind_env.shop.calibrate.remarks import log_remarks, overridden
 from grind_env.shop.calibrate.result import Calibration, Idle
-from grind_env.shop.calibrate.sheet import Floats
 from grind_env.shop.calibrate.solver import Changes, Data
 from grind_env.shop.calibrate.uncertain import missed
 from grind_env.shop.calibrate.verdict import Errors
+from grind_env.shop.measurements.sheet import Floats
 from grind_env.toml import read_toml
 
 LEAST_POWER = 0.002
@@ -173,8 +173,7 @@ class _Model:
     data: Data
     forward: Forward
     job: Job
-    gain: float
-    """Power of the log over that with the constants of the job."""
+    gain: float  # Power of the log over that with the constants of the job
 
     def predict(self, changes: Changes) -> Floats:
         changed = with_entries(self.job, changes)

@@ -26,7 +26,7 @@ from typing import Any
 from grind_env.errors import did_you_mean, listed, quoted
 from grind_env.files import ReadError, shown
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.sheet import BEYOND, Sheet, plain
+from grind_env.shop.measurements.sheet import BEYOND, Sheet, plain
 from grind_env.toml import TomlError, read_toml
 
 WORDS: Mapping[str, Mapping[str, Sequence[str]]] = read_toml(Path(__file__).with_name("words.toml"))

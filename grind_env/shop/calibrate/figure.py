@@ -9,8 +9,8 @@ from grind_env.render.curves import BLUE, GREY, INK, ORANGE, RED
 from grind_env.render.figures import new_figure
 from grind_env.render.graphs import Graph, RuleLine, Series, draw_graph
 from grind_env.shop.calibrate.result import Calibration
-from grind_env.shop.calibrate.sheet import Floats
 from grind_env.shop.calibrate.solver import ABSOLUTE, LINEAR, YES_OR_NO
+from grind_env.shop.measurements.sheet import Floats
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

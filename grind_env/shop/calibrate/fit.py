@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from grind_env.errors import listed
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.parameters import Parameter
-from grind_env.shop.calibrate.sheet import Floats
 from grind_env.shop.calibrate.solver import Data, Nuisance, Predict, Solver, bounded
 from grind_env.shop.calibrate.verdict import OWN, FitJudgement, judge
 from grind_env.shop.calibrate.width import WIDTHS, Linear, best_width
+from grind_env.shop.measurements.sheet import Floats
 
 NORMAL_90 = 1.6449
 """Standard deviations on either side in which a normal variable lies with 90 %."""
@@ -42,61 +42,39 @@ class Left:
     """What a fit leaves open: constants, the free term among them even where none of it was used.
 
     That a model agrees with a log does not say that it does so at other speeds and depths.
-
-    Attributes:
-        parameters: these.
-        z: of each, in prior spreads from its prior.
-        spread: posterior spread of each over that of the prior.
-        covariance: of `z`.
     """
 
-    parameters: tuple[Parameter, ...]
-    z: Floats
-    spread: Floats
-    covariance: Floats
+    parameters: tuple[Parameter, ...]  # these
+    z: Floats  # of each, in prior spreads from its prior
+    spread: Floats  # posterior spread of each over that of the prior
+    covariance: Floats  # of `z`
 
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """What was found.
+    """What was found."""
 
-    Attributes:
-        parameters: that were fitted, those that the measurements do not tell among them.
-        x: of each, in prior spreads from its prior; 0 if the measurements do not tell it. Behind them the nuisances:
-            scales, then the drift where a free term was used.
-        spread: posterior spread of each over that of the prior, the others being as uncertain as they are; with how far
-            it has moved because those that are not told were put back to their priors.
-        told: whether the measurements tell it.
-        covariance: of `x`.
-        width: how much of the free term was used, a share of its full width.
-        scales: logarithm of the factor of each meter whose scale is uncertain, by kind of measurement.
-        scale_spreads: posterior spread of these.
-        drift: logarithm of the level of the power at the end of the log over that at its begin.
-        factors: by which the errors of each kind were enlarged.
-        used: which measurements took part.
-        predicted: of all measurements, with the scales.
-        nominal: the same with the catalogue as it was, and the scales that fit it best.
-        held_out: as a fit to the other parts or settings predicts each; NaN where there is one alone.
-        gain: mean square of what is missed of the power of parts left out in turn, over that without a free term.
-        left: what it leaves open.
-    """
-
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[Parameter, ...]  # that were fitted, those that the measurements do not tell among them
+    # of each, in prior spreads from its prior; 0 if the measurements do not tell it. Behind them the nuisances: scales,
+    # then the drift where a free term was used
     x: Floats
+    # posterior spread of each over that of the prior, the others being as uncertain as they are; with how far it has
+    # moved because those that are not told were put back to their priors
     spread: Floats
-    told: NDArray[np.bool_]
-    covariance: Floats
-    width: float
+    told: NDArray[np.bool_]  # whether the measurements tell it
+    covariance: Floats  # of `x`
+    width: float  # how much of the free term was used, a share of its full width
+    # logarithm of the factor of each meter whose scale is uncertain, by kind of measurement
     scales: Mapping[str, float]
-    scale_spreads: Mapping[str, float]
-    drift: float
-    factors: Mapping[str, float]
-    used: NDArray[np.bool_]
-    predicted: Floats
-    nominal: Floats
-    held_out: Floats
-    gain: float
-    left: Left
+    scale_spreads: Mapping[str, float]  # posterior spread of these
+    drift: float  # logarithm of the level of the power at the end of the log over that at its begin
+    factors: Mapping[str, float]  # by which the errors of each kind were enlarged
+    used: NDArray[np.bool_]  # which measurements took part
+    predicted: Floats  # of all measurements, with the scales
+    nominal: Floats  # the same with the catalogue as it was, and the scales that fit it best
+    held_out: Floats  # as a fit to the other parts or settings predicts each; NaN where there is one alone
+    gain: float  # mean square of what is missed of the power of parts left out in turn, over that without a free term
+    left: Left  # what it leaves open
 
     @property
     def z(self) -> Floats:
@@ -115,25 +93,16 @@ class _Place:
 
 @dataclass(frozen=True, slots=True)
 class FitProblem:
-    """What is fitted to what.
+    """What is fitted to what."""
 
-    Attributes:
-        parameters: that may move.
-        scales: logarithmic spread of the factor of the meter of a kind of measurement, where it is uncertain.
-        data: the measurements.
-        predict: what would be measured with changed constants, shape as of `data.value`.
-        free: the free term at its full width; empty for none.
-        jumps: whether what is predicted jumps where constants change, as under a wheel that crosses.
-        left_out: kinds of measurement that take no part.
-    """
-
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[Parameter, ...]  # that may move
+    # logarithmic spread of the factor of the meter of a kind of measurement, where it is uncertain
     scales: Mapping[str, float]
-    data: Data
-    predict: Predict
-    free: tuple[Parameter, ...] = ()
-    jumps: bool = False
-    left_out: tuple[str, ...] = ()
+    data: Data  # the measurements
+    predict: Predict  # what would be measured with changed constants, shape as of `data.value`
+    free: tuple[Parameter, ...] = ()  # the free term at its full width; empty for none
+    jumps: bool = False  # whether what is predicted jumps where constants change, as under a wheel that crosses
+    left_out: tuple[str, ...] = ()  # kinds of measurement that take no part
 
     @property
     def unfree(self) -> NDArray[np.bool_]:

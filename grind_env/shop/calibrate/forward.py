@@ -10,7 +10,7 @@ from grind_env.envs.job.text import repeated
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.run import GrindingRun
-from grind_env.shop.calibrate.sheet import Floats
+from grind_env.shop.measurements.sheet import Floats
 
 
 class Forward:

@@ -16,8 +16,8 @@ from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.shop.calibrate.columns import Map, find_columns
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.sheet import MICROMETRES, MILLIMETRES, Floats, Sheet, read_sheet
 from grind_env.shop.calibrate.solver import YES_OR_NO
+from grind_env.shop.measurements.sheet import MICROMETRES, MILLIMETRES, Floats, Sheet, read_sheet
 
 MOST_DIGITS = 18
 """Of the number of a part; one with more of them is none."""

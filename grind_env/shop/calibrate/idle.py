@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.sheet import Floats
+from grind_env.shop.measurements.sheet import Floats
 
 NEIGHBOURS = 40
 """Samples between strokes from which the idle power under a stroke is read."""

@@ -10,7 +10,7 @@ from grind_env.extras import needing
 from grind_env.shop.calibrate.alignment import Alignment
 from grind_env.shop.calibrate.logs import Log
 from grind_env.shop.calibrate.pattern import Pattern
-from grind_env.shop.calibrate.sheet import Floats
+from grind_env.shop.measurements.sheet import Floats
 
 with needing("shop", "a calibration needs"):
     from scipy import optimize
@@ -59,8 +59,7 @@ class Around(NamedTuple):
 
     time: Floats
     rest: Floats
-    beside: Floats
-    """What explains the others, of unit length and at right angles, shape (samples, ...)."""
+    beside: Floats  # What explains the others, of unit length and at right angles, shape (samples, ...)
 
     def likeness(self, shape: Floats) -> tuple[float, float, float]:
         """Correlation of an expected power with the rest, its factor over it, and what both leave open."""

@@ -11,10 +11,10 @@ from grind_env.arrays import Numbers
 from grind_env.errors import quoted
 from grind_env.files import shown
 from grind_env.process.entries import Machine
-from grind_env.shop.calibrate.clock import DAY
 from grind_env.shop.calibrate.columns import Map, find_columns
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.sheet import LATEST, WATTS, Floats, Sheet, plain, read_sheet
+from grind_env.shop.measurements.clock import DAY
+from grind_env.shop.measurements.sheet import LATEST, WATTS, Floats, Sheet, plain, read_sheet
 
 LEAST_ROWS = 30
 SECONDS = {"s": 1.0, "sec": 1.0, "sek": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "days": DAY}
@@ -36,33 +36,19 @@ EXACT, SHARE, AMPERES, GUESSED, UNKNOWN = 0.02, 0.05, 0.08, 0.3, 1.0
 
 @dataclass(frozen=True, slots=True)
 class Log:
-    """What was logged.
+    """What was logged."""
 
-    Attributes:
-        time: of each row, s, rising; from any origin.
-        power: of the spindle with its idling, W; if the scale of the meter is not known, in its unit.
-        dressing: whether the wheel was being dressed.
-        scale_spread: logarithmic spread of the factor of the meter; 0 where a map says it.
-        lag: time constant of the meter, as far as it is known, s.
-        scale: that factor where a map says it, else 1; `power` is without it.
-        known_scale: whether `power` is in W.
-        unit: of the power in the log.
-        sure_of_time: whether the unit of time is stated, and not to be found out.
-        remarks: what was made of the file, as sentences.
-        full: power at which a meter in per cent shows 100, W; None of other meters.
-    """
-
-    time: Floats
-    power: Floats
-    dressing: NDArray[np.bool_]
-    scale_spread: float
-    known_scale: bool
-    unit: str
-    sure_of_time: bool
-    remarks: tuple[str, ...]
-    full: float | None = None
-    scale: float = 1.0
-    lag: float = 0.0
+    time: Floats  # of each row, s, rising; from any origin
+    power: Floats  # of the spindle with its idling, W; if the scale of the meter is not known, in its unit
+    dressing: NDArray[np.bool_]  # whether the wheel was being dressed
+    scale_spread: float  # logarithmic spread of the factor of the meter; 0 where a map says it
+    known_scale: bool  # whether `power` is in W
+    unit: str  # of the power in the log
+    sure_of_time: bool  # whether the unit of time is stated, and not to be found out
+    remarks: tuple[str, ...]  # what was made of the file, as sentences
+    full: float | None = None  # power at which a meter in per cent shows 100, W; None of other meters
+    scale: float = 1.0  # that factor where a map says it, else 1; `power` is without it
+    lag: float = 0.0  # time constant of the meter, as far as it is known, s
 
     @property
     def interval(self) -> float:

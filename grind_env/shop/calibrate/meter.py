@@ -9,7 +9,7 @@ from grind_env.shop.calibrate.alignment import Alignment
 from grind_env.shop.calibrate.likeness import clarity, refined
 from grind_env.shop.calibrate.logs import Log, averaged
 from grind_env.shop.calibrate.pattern import Pattern
-from grind_env.shop.calibrate.sheet import Floats
+from grind_env.shop.measurements.sheet import Floats
 
 FINEST = 0.05
 """s; rows closer together than that are averaged."""

@@ -13,7 +13,7 @@ from grind_env.shop.calibrate.idle import SCATTER, idle_at
 from grind_env.shop.calibrate.logs import Log
 from grind_env.shop.calibrate.meter import sharpened
 from grind_env.shop.calibrate.pattern import Pattern
-from grind_env.shop.calibrate.sheet import Floats
+from grind_env.shop.measurements.sheet import Floats
 
 DISCREPANCY, DISCREPANCY_ACROSS = 0.01, 0.03
 """Of the power of a stroke, and of a block of strokes that cross, than which no model of it does better."""
@@ -40,28 +40,17 @@ class Observations:
 
     Arrays have a value for each stroke; for each run if strokes are too short for the log; for each block of a cycle
     that crosses.
-
-    Attributes:
-        execution: of the program, from 0.
-        run: of the program.
-        stroke: of the program; the first of those of which it is the mean.
-        time: of its middle, s of the log.
-        power: mean above idle, W; in the unit of the log if the scale of its meter is not known.
-        error: its standard error.
-        idle: power of the idling spindle under it.
-        weights: of the strokes of all executions in it, shape (observations, executions x strokes).
-        by_stroke: whether each is of one stroke, but for those of cycles that cross.
     """
 
-    execution: Numbers
-    run: Numbers
-    stroke: Numbers
-    time: Floats
-    power: Floats
-    error: Floats
-    idle: Floats
-    weights: Floats
-    by_stroke: bool
+    execution: Numbers  # of the program, from 0
+    run: Numbers  # of the program
+    stroke: Numbers  # of the program; the first of those of which it is the mean
+    time: Floats  # of its middle, s of the log
+    power: Floats  # mean above idle, W; in the unit of the log if the scale of its meter is not known
+    error: Floats  # its standard error
+    idle: Floats  # power of the idling spindle under it
+    weights: Floats  # of the strokes of all executions in it, shape (observations, executions x strokes)
+    by_stroke: bool  # whether each is of one stroke, but for those of cycles that cross
 
 
 def observe(log: Log, pattern: Pattern, found: Alignment) -> Observations:
@@ -137,18 +126,12 @@ def _refuse_without_idle(time: Floats, starts: Floats, stops: Floats, of: Number
 class _Samples(NamedTuple):
     """The samples of a log, sorted by strokes."""
 
-    of: Numbers
-    """Of each sample the number of its stroke, or -1."""
-    above: Floats
-    """Of each its power above idle, W."""
-    counts: Numbers
-    """Of each stroke how many samples it has while the wheel is over the part."""
-    noise: float
-    """Of a sample, W."""
-    idle: Floats
-    """Under each stroke, W."""
-    idle_error: Floats
-    """Standard error of that, W."""
+    of: Numbers  # Of each sample the number of its stroke, or -1
+    above: Floats  # Of each its power above idle, W
+    counts: Numbers  # Of each stroke how many samples it has while the wheel is over the part
+    noise: float  # Of a sample, W
+    idle: Floats  # Under each stroke, W
+    idle_error: Floats  # Standard error of that, W
 
 
 def _tells(samples: _Samples, members: Numbers) -> bool:

@@ -45,27 +45,16 @@ USUAL_FLOOR, USUAL_CEILING = 0.02, 50.0
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A constant that is fitted.
+    """A constant that is fitted."""
 
-    Attributes:
-        kind: of its entry, such as material.
-        entry: name of that.
-        key: field of it.
-        prior: value in the catalogue.
-        spread: standard deviation around it before measuring, logarithmic, or of an exponent itself.
-        unit: of the value.
-        low: least legal value.
-        high: greatest one.
-    """
-
-    kind: str
-    entry: str
-    key: str
-    prior: float
-    spread: float
-    unit: str
-    low: float
-    high: float
+    kind: str  # of its entry, such as material
+    entry: str  # name of that
+    key: str  # field of it
+    prior: float  # value in the catalogue
+    spread: float  # standard deviation around it before measuring, logarithmic, or of an exponent itself
+    unit: str  # of the value
+    low: float  # least legal value
+    high: float  # greatest one
 
     @property
     def name(self) -> str:

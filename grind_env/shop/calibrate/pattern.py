@@ -12,7 +12,7 @@ from grind_env.control.rules import motion_time
 from grind_env.machine.job import Job
 from grind_env.shop.calibrate.errors import CalibrationError
 from grind_env.shop.calibrate.forward import Forward
-from grind_env.shop.calibrate.sheet import Floats
+from grind_env.shop.measurements.sheet import Floats
 
 PAUSE = 0.5
 """s; strokes further apart than that are not of one run."""
@@ -27,35 +27,24 @@ class Pattern:
 
     A run is a sequence of strokes between which nothing happens: how long a dress, a stop or a load takes is not for
     the program to say.
-
-    Attributes:
-        run: to which it belongs, from 0.
-        line: of its cycle block.
-        part: which of those that one execution grinds, from 0.
-        crosses: whether it is of a cycle that crosses. Which part of the width one of its strokes cuts depends on more
-            than a log tells; what a whole block of them takes does not.
-        way: along the table, mm.
-        near: of that way before the part begins, mm.
-        far: up to where the part ends, mm; as `near` if it passes beside the part.
-        feed: mm/s.
-        rest: between its motion and the next stroke of its run, s: the reversal, and picks that the table waits for.
-        pause: before each run, the shortest, s, shape (runs,).
-        acceleration: of the table, mm/s2.
-        overridable: whether a feed override leaves its strokes where they are; where the program moves the axes beside
-            the table and dwells, it does not.
     """
 
-    run: Numbers
-    line: Numbers
-    part: Numbers
+    run: Numbers  # to which it belongs, from 0
+    line: Numbers  # of its cycle block
+    part: Numbers  # which of those that one execution grinds, from 0
+    # whether it is of a cycle that crosses. Which part of the width one of its strokes cuts depends on more than a log
+    # tells; what a whole block of them takes does not
     crosses: NDArray[np.bool_]
-    way: Floats
-    near: Floats
-    far: Floats
-    feed: Floats
+    way: Floats  # along the table, mm
+    near: Floats  # of that way before the part begins, mm
+    far: Floats  # up to where the part ends, mm; as `near` if it passes beside the part
+    feed: Floats  # mm/s
+    # between its motion and the next stroke of its run, s: the reversal, and picks that the table waits for
     rest: Floats
-    pause: Floats
-    acceleration: float
+    pause: Floats  # before each run, the shortest, s, shape (runs,)
+    acceleration: float  # of the table, mm/s2
+    # whether a feed override leaves its strokes where they are; where the program moves the axes beside the table and
+    # dwells, it does not
     overridable: bool
 
     @property

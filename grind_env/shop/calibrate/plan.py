@@ -36,19 +36,12 @@ LETTERS = "XYZ"
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """A program whose log tells much.
+    """A program whose log tells much."""
 
-    Attributes:
-        text: of it.
-        blocks: what it varies, E in mm/min and pick in mm.
-        power: highest share of the limit of the power that is expected of it.
-        rise: the same of the temperature.
-    """
-
-    text: str
-    blocks: tuple[tuple[float, float], ...]
-    power: float
-    rise: float
+    text: str  # of it
+    blocks: tuple[tuple[float, float], ...]  # what it varies, E in mm/min and pick in mm
+    power: float  # highest share of the limit of the power that is expected of it
+    rise: float  # the same of the temperature
 
     def __str__(self) -> str:
         cuts = ", ".join(f"E{feed:.0f} with picks of {pick:.3f} mm" for feed, pick in self.blocks)

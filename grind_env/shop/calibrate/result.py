@@ -16,10 +16,10 @@ from grind_env.shop.calibrate.errors import CalibrationError, WorseFit
 from grind_env.shop.calibrate.fit import NORMAL_90, Fit
 from grind_env.shop.calibrate.observe import Observations
 from grind_env.shop.calibrate.parameters import Parameter
-from grind_env.shop.calibrate.sheet import Floats
 from grind_env.shop.calibrate.solver import Data, changes_of
 from grind_env.shop.calibrate.uncertain import uncertainty_lines
 from grind_env.shop.calibrate.verdict import FitJudgement, FitVerdict
+from grind_env.shop.measurements.sheet import Floats
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

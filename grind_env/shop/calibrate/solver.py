@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from grind_env.errors import GrindError
 from grind_env.shop.calibrate.parameters import Parameter
-from grind_env.shop.calibrate.sheet import Floats
+from grind_env.shop.measurements.sheet import Floats
 
 OUTLIER = 5.0
 """Errors from which on a measurement is left out."""
@@ -54,20 +54,14 @@ YES_OR_NO = "burn"
 
 @dataclass(frozen=True, slots=True)
 class Data:
-    """Measurements; arrays have a value for each.
+    """Measurements; arrays have a value for each."""
 
-    Attributes:
-        value: measured.
-        error: standard error, in the unit of the value if its kind has additive errors, else relative; of yes or no
-            the share of yes that passes for no.
-        kind: such as power or Ra.
-        part: number of the part that it is of, from 1; the setting of a table.
-    """
-
-    value: Floats
+    value: Floats  # measured
+    # standard error, in the unit of the value if its kind has additive errors, else relative; of yes or no the share of
+    # yes that passes for no
     error: Floats
-    kind: NDArray[np.str_]
-    part: NDArray[np.int64]
+    kind: NDArray[np.str_]  # such as power or Ra
+    part: NDArray[np.int64]  # number of the part that it is of, from 1; the setting of a table
 
     @property
     def kinds(self) -> tuple[str, ...]:
@@ -83,15 +77,10 @@ class Data:
 
 @dataclass(frozen=True, slots=True)
 class Nuisance:
-    """What multiplies measurements besides the constants, and is in no catalogue.
+    """What multiplies measurements besides the constants, and is in no catalogue."""
 
-    Attributes:
-        spread: logarithmic standard deviation before measuring.
-        effect: on each measurement, over its own logarithm.
-    """
-
-    spread: float
-    effect: Floats
+    spread: float  # logarithmic standard deviation before measuring
+    effect: Floats  # on each measurement, over its own logarithm
 
 
 def bounded(x: Floats) -> Floats:

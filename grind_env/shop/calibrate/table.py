@@ -27,9 +27,9 @@ from grind_env.shop.calibrate.fit import Fit, FitProblem, fit_and_judge
 from grind_env.shop.calibrate.parameters import chosen_parameters
 from grind_env.shop.calibrate.remarks import overridden
 from grind_env.shop.calibrate.result import Calibration
-from grind_env.shop.calibrate.sheet import MICROMETRES, MILLIMETRES, WATTS, Floats, read_sheet
 from grind_env.shop.calibrate.solver import Changes, Data
 from grind_env.shop.calibrate.uncertain import missed
+from grind_env.shop.measurements.sheet import MICROMETRES, MILLIMETRES, WATTS, Floats, read_sheet
 from grind_env.validation.rig import SHARP, Rig, SetUp
 
 SETTINGS = ("wheel_speed", "table_speed", "downfeed", "width", "length", "lead", "depth", "volume")
@@ -55,8 +55,7 @@ class _Row(NamedTuple):
     """A row that has a response."""
 
     setting: tuple[tuple[str, float], ...]
-    volume: float
-    """mm3/mm; NaN for a wheel that is sharp."""
+    volume: float  # mm3/mm; NaN for a wheel that is sharp
 
 
 def calibrate_table(

@@ -7,8 +7,8 @@ from grind_env.machine.job import Job
 from grind_env.machine.job.worlds import USUAL_DRIFT
 from grind_env.shop.calibrate.fit import Fit
 from grind_env.shop.calibrate.parameters import chosen_parameters
-from grind_env.shop.calibrate.sheet import Floats
 from grind_env.shop.calibrate.solver import Data
+from grind_env.shop.measurements.sheet import Floats
 
 ENOUGH_PARTS = 4
 """From which on it can be told whether levels wander from part to part."""

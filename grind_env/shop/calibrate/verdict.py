@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from grind_env.errors import listed
 from grind_env.extras import needing
-from grind_env.shop.calibrate.sheet import Floats
 from grind_env.shop.calibrate.solver import ABSOLUTE, LINEAR, YES_OR_NO, Data
+from grind_env.shop.measurements.sheet import Floats
 
 with needing("shop", "a calibration needs"):
     from scipy import special

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.shop.calibrate.sheet import Floats
 from grind_env.shop.calibrate.solver import Data
+from grind_env.shop.measurements.sheet import Floats
 
 WIDTHS = (0.25, 0.5, 1.0)
 """Shares of its full width that are tried."""
@@ -21,22 +21,14 @@ ENOUGH_PARTS = 2
 
 @dataclass(frozen=True, slots=True)
 class Linear:
-    """A fit as far as it is linear around its place.
+    """A fit as far as it is linear around its place."""
 
-    Attributes:
-        x: variables there, in spreads of the prior.
-        rest: residuals there of the measurements used, in the errors of the fit.
-        slopes: of these, shape (used, variables).
-        used: which measurements.
-        enlarged: errors of the fit over `Data.loose_error`, in which fits are compared.
-        fixed: of each variable, whether its prior stays as it is where the width of the free term changes.
-    """
-
-    x: Floats
-    rest: Floats
-    slopes: Floats
-    used: NDArray[np.bool_]
-    enlarged: Floats
+    x: Floats  # variables there, in spreads of the prior
+    rest: Floats  # residuals there of the measurements used, in the errors of the fit
+    slopes: Floats  # of these, shape (used, variables)
+    used: NDArray[np.bool_]  # which measurements
+    enlarged: Floats  # errors of the fit over `Data.loose_error`, in which fits are compared
+    # of each variable, whether its prior stays as it is where the width of the free term changes
     fixed: NDArray[np.bool_]
 
     def covariance(self, width: float) -> Floats:

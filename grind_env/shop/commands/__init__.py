@@ -10,18 +10,24 @@ from grind_env.shop.commands.report import report
 from grind_env.shop.commands.start import catalogue, init, job
 from grind_env.shop.commands.sweep import sweep
 
+EXAMPLES = {
+    init: ("grind init my_part", "grind init rail && grind run rail/part.nc"),
+    job: ("grind job --template > plate.toml",),
+    catalogue: ("grind catalogue wheel a60j",),
+    report: ("grind report plate.nc", "grind report plate.nc --job steel.toml -o steel.html"),
+    optimise: ("grind optimise plate.nc -o better.nc", "grind optimise plate.nc --vary E,D,J --margin power=.85"),
+    sweep: ("grind sweep plate.nc --plot plate.png", "grind sweep plate.nc --E 8000..24000 --dress-every 1..20"),
+    advise: ("grind advise plate.nc --measurements measured.csv --follow", "grind advise plate.nc --plant public:3"),
+    calibrate: (
+        "grind calibrate log.csv --program plate.nc --job plate.toml -o shop.toml",
+        "grind calibrate settings.csv --job plate.toml --report fit.html",
+    ),
+    warm_up: ("grind warm-up",),
+    doctor: ("grind doctor",),
+}
+
 
 def register(app: typer.Typer) -> None:
     """Add the commands to the application."""
-    app.command(epilog="Example: grind init my_part")(init)
-    app.command(epilog="Example: grind job --template > plate.toml")(job)
-    app.command(epilog="Example: grind catalogue wheel a60j")(catalogue)
-    app.command(epilog="Example: grind report plate.nc --job plate.toml -o plate.html")(report)
-    app.command(epilog="Example: grind optimise plate.nc --vary E,D,J --margin power=.85 -o plate_opt.nc")(optimise)
-    app.command(epilog="Example: grind sweep plate.nc --E 8000..24000 --dress-every 1..20 --plot plate.png")(sweep)
-    app.command(epilog="Example: grind advise plate.nc --parts 30 --measurements measured.csv --follow")(advise)
-    app.command(
-        epilog="Example: grind calibrate log.csv --program plate.nc --job plate.toml --gauge parts.csv -o shop.toml"
-    )(calibrate)
-    app.command(epilog="Example: grind warm-up")(warm_up)
-    app.command(epilog="Example: grind doctor")(doctor)
+    for command, examples in EXAMPLES.items():
+        app.command(epilog="\n".join(examples))(command)

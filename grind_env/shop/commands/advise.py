@@ -44,13 +44,10 @@ def advise(
     why: Annotated[bool, typer.Option("--why", help="Say what is behind the advice.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print advice as JSON objects, one a line.")] = False,
 ) -> None:
-    """Advise at the machine: E and D of the next block from readings of the blocks before, one line a block.
+    """Advise at the machine on E and D of the next block, from readings.
 
-    Readings are typed in, or come as JSON lines or rows of a CSV. All may be missing: mean_power, first_power,
-    peak_power (W above idle); of a finished part size_error, Ra, Ra_before (um), burn (1 or 0), diameter (mm), new_lot,
-    new_wheel (1 or 0); E and D where they were not the advised ones.
-
-    A session goes on where it was stopped. With --plant it is rehearsed on a simulated machine.
+    Readings: mean_power, first_power, peak_power (W above idle), E, D; of a finished part size_error, Ra, Ra_before
+    (um), burn (1 or 0), diameter (mm), new_lot, new_wheel. All may be missing. A session resumes where it stopped.
     """
     from grind_env.control.options import variables_of
     from grind_env.shop.advise.command import AdviceRequest, open_session, rehearse

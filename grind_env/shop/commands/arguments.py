@@ -14,44 +14,22 @@ ProgramFile = Annotated[Path, typer.Argument(metavar="PROGRAM", help="Part progr
 JobFile = Annotated[Path | None, typer.Option("--job", help="Job file; PROGRAM with .toml if not given."), JOB]
 Runs = Annotated[int, typer.Option(min=1, max=1000, help="Runs of a batch.")]
 ReportFile = Annotated[Path | None, typer.Option("--report", help="Write the result up as this .html file."), Writes()]
+PlotFile = Annotated[Path | None, typer.Option("--plot", help="Draw it into this .png, .svg or .pdf file."), Writes()]
+AsJson = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")]
 Seed = Annotated[int, typer.Option(min=0, help="Of lots and search.")]
 BlockDelete = Annotated[bool, typer.Option("--block-delete", help="Skip blocks that begin with '/'.")]
 Blocks = Annotated[int | None, typer.Option(help="Most blocks and strokes; usually 500000.")]
-GrooveRetract = Annotated[
-    float | None,
-    typer.Option(help="Of G76 and G77, mm; usually 0.5 mm, or 0.02 in under G70."),
-]
+GrooveRetract = Annotated[float | None, typer.Option(help="Of G76 and G77, mm; usually 0.5 (0.02 in by G70).")]
 Variables = Annotated[
-    list[str] | None,
-    typer.Option("--set", help="# variable at the start, '#101=15000'; repeatable."),
+    list[str] | None, typer.Option("--set", help="# variable at the start, '#101=15000'; repeatable.")
 ]
-FirstVariables = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set",
-        help="# variable before the first part: '#500=0'.",
-    ),
-]
-Plant = Annotated[
-    str | None,
-    typer.Option(help="Another machine: meter:7, held-out:5, module:name."),
-]
+FirstVariables = Annotated[list[str] | None, typer.Option("--set", help="# variable before the first part: '#500=0'.")]
+Plant = Annotated[str | None, typer.Option(help="Another machine: meter:7, held-out:5, module:name.")]
 OtherPart = Annotated[bool, typer.Option("--other-part", help="Accept an agent of another part.")]
 Untried = Annotated[bool, typer.Option("--untried", help="The program has never ground good parts here.")]
-DressAt = Annotated[
-    list[float] | None,
-    typer.Option(
-        help="The operator asks for a dress, s on the clock of the control, which counts no loading; repeatable."
-    ),
-]
+DressAt = Annotated[list[float] | None, typer.Option(help="The operator asks for a dress then, s; repeatable.")]
 Interrupts = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--interrupt",
-        help="The operator asks for a program in between: 9200@12.5 is O9200 at 12.5 s, 9200@12.5:1 of type 1, after "
-        "which the axes do not return; repeatable.",
-    ),
-    Asked(),
+    list[str] | None, typer.Option("--interrupt", help="And for O9200 at 12.5 s: 9200@12.5; repeatable."), Asked()
 ]
 
 

@@ -8,7 +8,7 @@ import typer
 
 from grind_env.arguments import FILE, JOB, PROGRAM, Writes
 from grind_env.errors import GrindError
-from grind_env.shop.commands.arguments import ReportFile, prepare_report
+from grind_env.shop.commands.arguments import AsJson, ReportFile, prepare_report
 from grind_env.terminal import table_console
 
 NOT_TO_USE = 3
@@ -25,30 +25,22 @@ def calibrate(
         Path | None, typer.Option("--output", "-o", help="Write the catalogue to this .toml file."), Writes()
     ] = None,
     program: Annotated[
-        Path | None, typer.Option(help="Part program that was logged; without it LOG is a table of settings."), PROGRAM
+        Path | None, typer.Option(help="That was logged; without it LOG is a table of settings."), PROGRAM
     ] = None,
     gauge: Annotated[Path | None, typer.Option(help="What was measured of the parts, a row each."), FILE] = None,
     map_file: Annotated[Path | None, typer.Option("--map", help="Which column is what, a .toml file."), FILE] = None,
-    names: Annotated[
-        str, typer.Option("--fit", help="Constants to fit, with commas between; auto: those that the log tells.")
-    ] = "auto",
+    names: Annotated[str, typer.Option("--fit", help="Constants with commas between, or what the log tells.")] = "auto",
     force: Annotated[bool, typer.Option("--force", help="Write it, too, where the catalogue predicts better.")] = False,
     plan: Annotated[
-        Path | None, typer.Option(help="Write what to log, made of the program, into this .nc file; no LOG."), Writes()
+        Path | None, typer.Option(help="Write a program to log, made of --program, into this file."), Writes()
     ] = None,
     report: ReportFile = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
+    as_json: AsJson = False,
 ) -> None:
-    """Fit the process model to a log of the spindle's power, or to a table of settings.
+    """Fit the process model to a log of spindle power or to a table of settings.
 
-    The first line says whether the model may be used, and for what. A model that predicts parts left out in turn worse
-    than the catalogue is not written without --force (exit status 3). A job takes up what is written by [catalogue]
-    files = ["shop.toml"].
-
-    A log has columns of time and power, a gauge file a row for every part: size (stock left), Ra, burn (yes or no),
-    diameter of the wheel. Cells may be empty. A table has a row for each setting of a freshly dressed wheel.
-
-    --map names columns, units and what is known of the meter, in [log], [gauge] and [table]; see docs/howto/shop.md.
+    A job takes the result up by [catalogue] files = ["shop.toml"]. Columns and maps: docs/howto/shop.md.
+    Exit status 3: the model must not be used, for the catalogue predicts parts that are left out better.
     """
     from rich.console import Console
 

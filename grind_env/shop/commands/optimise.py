@@ -8,9 +8,11 @@ import typer
 
 from grind_env.arguments import Writes
 from grind_env.shop.commands.arguments import (
+    AsJson,
     FirstVariables,
     JobFile,
     Plant,
+    PlotFile,
     ProgramFile,
     ReportFile,
     Runs,
@@ -29,9 +31,7 @@ def optimise(
     job: JobFile = None,
     vary: Annotated[
         str | None,
-        typer.Option(
-            help="E, D, J, L, lead, depth, passes, interval; usually E, D, interval, as far as they are there."
-        ),
+        typer.Option(help="E, D, J, L, lead, depth, passes, interval; usually E, D, interval."),
     ] = None,
     bounds: Annotated[list[str] | None, typer.Option(help="Ranges: E=5000..25000,interval=1..8.")] = None,
     margin: Annotated[
@@ -50,17 +50,14 @@ def optimise(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Write the program here, if it is better."), Writes()
     ] = None,
-    plot: Annotated[
-        Path | None, typer.Option(help="Draw cost over time into this .png, .svg or .pdf file."), Writes()
-    ] = None,
+    plot: PlotFile = None,
     report: ReportFile = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
+    as_json: AsJson = False,
 ) -> None:
-    """Optimise a part program: search E and D (or J, L and dress settings) for a lower cost per part within the limits.
+    """Optimise a part program: E and D for a lower cost per part within limits.
 
-    The new program is written only if it is significantly cheaper, keeps the limits, and keeps the rule on risk: on 95
-    of 100 machines a part costs at most 1.05 times what it costs with the program as it is, 1.2 times without a
-    calibration. Exit status 3: nothing better, or the model scraps the program as it is; 4: none keeps the limits.
+    The new program is written only if it is significantly cheaper and keeps limits and risk (docs/howto/shop.md).
+    Exit status 3: nothing better, or the model scraps the program as it is; 4: none keeps the limits.
     """
     from grind_env.control.options import variables_of
     from grind_env.machine.job.file import job_beside, load_job

@@ -26,11 +26,7 @@ def report(
     job: JobFile = None,
     output: Annotated[
         Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            help="The .html file; usually PROGRAM with .html.",
-        ),
+        typer.Option("--output", "-o", help="The .html file; usually PROGRAM with .html."),
         Writes(usual=SUFFIXES[0], own=PAGE),
     ] = None,
     block_delete: BlockDelete = False,
@@ -41,10 +37,9 @@ def report(
     interrupts: Interrupts = None,
     plant: Plant = None,
 ) -> None:
-    """Grind with a program as `grind run` does, and write it up as one HTML file that works offline and prints on A4.
+    """Grind with a program and write one HTML page that works offline.
 
-    Verdict, margin to each limit, a table of the blocks, plots, parts, dresses, cost, warnings, the program with
-    remarks, and what the numbers rest on. Needs the extra [shop].
+    Verdict, margin to each limit, blocks, plots, parts, dresses, cost, warnings. Needs the extra [shop].
     """
     from grind_env.control.options import variables_of
     from grind_env.errors import printable

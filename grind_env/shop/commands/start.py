@@ -13,7 +13,7 @@ from grind_env.terminal import table_console
 def init(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Is made if need be."), Keeps()],
 ) -> None:
-    """Write a program, its job, a catalogue of the shop, a notebook and a sample log; they run as they are.
+    """Write a program, its job, a catalogue, a notebook and a sample log that run.
 
     The log is made up, for `grind calibrate`: a log of your spindle takes its place. Nothing is overwritten.
     """

@@ -9,7 +9,16 @@ import typer
 
 from grind_env.arguments import Writes
 from grind_env.files import write_atomically
-from grind_env.shop.commands.arguments import FirstVariables, JobFile, ProgramFile, Runs, Seed, Untried
+from grind_env.shop.commands.arguments import (
+    AsJson,
+    FirstVariables,
+    JobFile,
+    PlotFile,
+    ProgramFile,
+    Runs,
+    Seed,
+    Untried,
+)
 from grind_env.terminal import table_console
 
 NOTHING_BETTER = 3
@@ -18,10 +27,12 @@ NOTHING_BETTER = 3
 def sweep(
     program: ProgramFile,
     job: JobFile = None,
-    speed: Annotated[str | None, typer.Option("--E", help="As 8000..24000, mm/min, of the first block.")] = None,
-    every: Annotated[str | None, typer.Option("--dress-every", help="As 1..20: a dress on every n-th part.")] = None,
-    lead: Annotated[str | None, typer.Option(help="Of the dress, as .05..0.2, mm a revolution.")] = None,
-    depth: Annotated[str | None, typer.Option(help="Of the dress, as .005..0.03, mm a pass.")] = None,
+    speed: Annotated[str | None, typer.Option("--E", help="Of the first block, mm/min; usually half to twice.")] = None,
+    every: Annotated[
+        str | None, typer.Option("--dress-every", help="Parts from dress to dress; usually 1..20.")
+    ] = None,
+    lead: Annotated[str | None, typer.Option(help="Of the dress, mm a revolution: .05..0.2.")] = None,
+    depth: Annotated[str | None, typer.Option(help="Of the dress, mm a pass: .005..0.03.")] = None,
     parts: Runs = 50,
     seed: Seed = 1,
     output: Annotated[
@@ -31,15 +42,12 @@ def sweep(
     ] = None,
     variables: FirstVariables = None,
     untried: Untried = False,
-    plot: Annotated[Path | None, typer.Option(help="Draw it into this .png, .svg or .pdf file."), Writes()] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
+    plot: PlotFile = None,
+    as_json: AsJson = False,
 ) -> None:
-    """Show what a part costs, and how near its limits are, over E and dress interval, then over dress lead and depth.
+    """Show cost and limits over E and dress interval, then over lead and depth.
 
-    Without a range E goes from half to twice its value, and dress intervals from 1 to 20. The last column names the
-    worst limit that 95 of 100 parts do not keep, or the rule on risk: on 95 of 100 machines a part costs at most 1.05
-    times what it costs with the program as it is, 1.2 times without a calibration.
-
+    The last column names the worst limit that 95 of 100 parts do not keep, or risk (docs/howto/shop.md).
     Exit status 3: with -o no point costs less, or the model scraps the program as it is.
     """
     from grind_env.control.options import variables_of

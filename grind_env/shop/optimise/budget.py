@@ -23,19 +23,12 @@ class TimeUp(Exception):
 
 @dataclass(slots=True)
 class Budget:
-    """Some time of the clock, or some programs.
+    """Some time of the clock, or some programs."""
 
-    Attributes:
-        seconds: of the clock; infinite where programs are counted.
-        programs: that a search tries at most; a comparison has a quarter as many.
-        judging: time that is kept for the judgement, s.
-        began: reading of the clock at its begin, s.
-    """
-
-    seconds: float = math.inf
-    programs: float = math.inf
-    judging: float = 0.0
-    began: float = field(default_factory=lambda: monotonic())
+    seconds: float = math.inf  # of the clock; infinite where programs are counted
+    programs: float = math.inf  # that a search tries at most; a comparison has a quarter as many
+    judging: float = 0.0  # time that is kept for the judgement, s
+    began: float = field(default_factory=lambda: monotonic())  # reading of the clock at its begin, s
 
     @property
     def spent(self) -> float:

@@ -24,19 +24,12 @@ _LINE_END = re.compile(r"\r\n|\r|\n")
 
 
 class Counting(NamedTuple):
-    """How a dress interval is written.
+    """How a dress interval is written."""
 
-    Attributes:
-        interval: what is counted.
-        due: number of the variable that is 1 where a dress is due, else 0.
-        counter: number of the variable that counts.
-        before: blocks before which it is counted.
-    """
-
-    interval: DressInterval
-    due: int
-    counter: int
-    before: tuple[SourceText, ...]
+    interval: DressInterval  # what is counted
+    due: int  # number of the variable that is 1 where a dress is due, else 0
+    counter: int  # number of the variable that counts
+    before: tuple[SourceText, ...]  # blocks before which it is counted
 
     def word(self, executions: Decimal) -> str:
         """What stands behind the letter of a D word."""

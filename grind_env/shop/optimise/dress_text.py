@@ -40,27 +40,17 @@ class DressTextError(GrindError):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DressText:
-    """A dress program as it is written.
+    """A dress program as it is written."""
 
-    Attributes:
-        simulation: of the program that it belongs to.
-        text: of the file.
-        number: its O number.
-        run: one execution.
-        sources: its blocks.
-        feeds: F words of the passes with their blocks.
-        infeeds: infeed words of the passes with their blocks, in the order of the passes; None without their own.
-        unit: mm of a unit of its words.
-    """
-
-    simulation: JobSimulation
-    text: ProgramText
-    number: int
-    run: DressRun
-    sources: Sequence[SourceText]
-    feeds: Sequence[tuple[SourceText, Word]]
+    simulation: JobSimulation  # of the program that it belongs to
+    text: ProgramText  # of the file
+    number: int  # its O number
+    run: DressRun  # one execution
+    sources: Sequence[SourceText]  # its blocks
+    feeds: Sequence[tuple[SourceText, Word]]  # F words of the passes with their blocks
+    # infeed words of the passes with their blocks, in the order of the passes; None without their own
     infeeds: Sequence[tuple[SourceText, Word, float]]
-    unit: Decimal
+    unit: Decimal  # mm of a unit of its words
 
     def own(self, name: str) -> Decimal:
         """What it says, in its own units."""

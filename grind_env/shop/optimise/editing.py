@@ -41,17 +41,11 @@ class WordEdit(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class ProgramText:
-    """The text of a program file as the control counts its lines and columns.
+    """The text of a program file as the control counts its lines and columns."""
 
-    Attributes:
-        encoding: of the file.
-        mark: the byte order mark, if there is one.
-        lines: with their ends.
-    """
-
-    encoding: str
-    mark: str
-    lines: tuple[str, ...]
+    encoding: str  # of the file
+    mark: str  # the byte order mark, if there is one
+    lines: tuple[str, ...]  # with their ends
 
     @property
     def text(self) -> str:

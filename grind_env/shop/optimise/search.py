@@ -34,28 +34,19 @@ MOST_PAIRS = 14
 
 @dataclass(slots=True)
 class Search:
-    """What has been evaluated.
+    """What has been evaluated."""
 
-    Attributes:
-        objective: costs of points, shape (C, variables) -> (C,); called once for each point. `TimeUp` from it ends the
-            search without those points.
-        counts: how many values each variable has.
-        is_up: whether the time is up.
-        at_once: points that the objective gets at a time, at most.
-        advance: called with the number of points after each call of the objective.
-        most: points that are evaluated.
-        costs: of all points evaluated.
-        ended_early: whether the time, or `most`, was up before it had ended.
-    """
-
+    # costs of points, shape (C, variables) -> (C,); called once for each point. `TimeUp` from it ends the search
+    # without those points
     objective: Callable[[NDArray[np.int64]], Array]
-    counts: Sequence[int]
-    is_up: Callable[[], bool] = lambda: False
-    at_once: int = AT_ONCE
+    counts: Sequence[int]  # how many values each variable has
+    is_up: Callable[[], bool] = lambda: False  # whether the time is up
+    at_once: int = AT_ONCE  # points that the objective gets at a time, at most
+    # called with the number of points after each call of the objective
     advance: Callable[[int], object] = lambda count: None
-    most: float = math.inf
-    costs: dict[Point, float] = field(default_factory=dict)
-    ended_early: bool = False
+    most: float = math.inf  # points that are evaluated
+    costs: dict[Point, float] = field(default_factory=dict)  # of all points evaluated
+    ended_early: bool = False  # whether the time, or `most`, was up before it had ended
 
     @property
     def ranked(self) -> list[Point]:

@@ -26,11 +26,10 @@ class Spot(NamedTuple):
 
     source: SourceText
     letter: str
-    form: str
-    """Its number as it is written, or what a new one is to look like."""
+    form: str  # Its number as it is written, or what a new one is to look like
     missing: bool
+    # The one that the block assigns and the word reads; None if the number stands in the word
     variable: int | None = None
-    """The one that the block assigns and the word reads; None if the number stands in the word."""
 
     @property
     def place(self) -> str:

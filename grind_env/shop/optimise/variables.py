@@ -62,26 +62,16 @@ ONE = Decimal(1)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SearchVariable:
-    """Something that a search may change.
+    """Something that a search may change."""
 
-    Attributes:
-        name: one of `VARIED` but the interval.
-        place: the block or the program in which it stands, as tables show it.
-        blocks: numbers of the cycle blocks of one run that it holds for.
-        own: what the program says, in its own units; of a lead the F of the passes.
-        levels: values that are tried, ascending, in the same units.
-        unit: mm in one of them.
-        at: where it is written: a word of a cycle block, or a dress program.
-        twins: words of blocks of parts that are alike, which say the same; their blocks are among `blocks`.
-    """
-
-    name: str
-    place: str
-    blocks: tuple[int, ...]
-    own: Decimal
-    levels: tuple[Decimal, ...]
-    unit: Decimal
-    at: Spot | DressText
+    name: str  # one of `VARIED` but the interval
+    place: str  # the block or the program in which it stands, as tables show it
+    blocks: tuple[int, ...]  # numbers of the cycle blocks of one run that it holds for
+    own: Decimal  # what the program says, in its own units; of a lead the F of the passes
+    levels: tuple[Decimal, ...]  # values that are tried, ascending, in the same units
+    unit: Decimal  # mm in one of them
+    at: Spot | DressText  # where it is written: a word of a cycle block, or a dress program
+    # words of blocks of parts that are alike, which say the same; their blocks are among `blocks`
     twins: tuple["SearchVariable", ...] = ()
 
     @property
@@ -114,17 +104,12 @@ class SearchVariable:
 
 
 class SearchSpace(NamedTuple):
-    """What can be varied, and sentences on what cannot.
+    """What can be varied, and sentences on what cannot."""
 
-    Attributes:
-        variables: words and dress programs.
-        intervals: how often blocks with D words may dress; that of every part alone where there is no choice.
-        remarks: the sentences.
-    """
-
-    variables: tuple[SearchVariable, ...]
+    variables: tuple[SearchVariable, ...]  # words and dress programs
+    # how often blocks with D words may dress; that of every part alone where there is no choice
     intervals: tuple[DressInterval, ...]
-    remarks: tuple[str, ...]
+    remarks: tuple[str, ...]  # the sentences
 
 
 def choices_of(

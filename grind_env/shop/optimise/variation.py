@@ -65,38 +65,22 @@ class ScriptRanges(NamedTuple):
 
 
 class Variation(NamedTuple):
-    """A program of which some words are varied.
+    """A program of which some words are varied."""
 
-    Attributes:
-        programs: the program.
-        text: of its file.
-        job: the job.
-        runs: how often it is run.
-        seed: of lots and search.
-        wishes: what is asked of it.
-        choices: what is varied; a point of the search has a number of a level for each variable, and then that of an
-            interval.
-        ranges: of J and L, as `trials_of` takes them.
-        margins: of the limits, as shares of them, shape (4,).
-        once: one run of the program on the expected lot.
-        base: the batch with the program as it is, on any lots.
-        budget: time that there is.
-        fleet: machines on which it is tried; None for that of the job alone.
-    """
-
-    programs: Programs
-    text: ProgramText
-    job: Job
-    runs: int
-    seed: int
-    wishes: Wishes
+    programs: Programs  # the program
+    text: ProgramText  # of its file
+    job: Job  # the job
+    runs: int  # how often it is run
+    seed: int  # of lots and search
+    wishes: Wishes  # what is asked of it
+    # what is varied; a point of the search has a number of a level for each variable, and then that of an interval
     choices: SearchSpace
-    ranges: ScriptRanges
-    margins: Array
-    once: Trials
-    base: Trials
-    budget: Budget
-    fleet: Fleet | None = None
+    ranges: ScriptRanges  # of J and L, as `trials_of` takes them
+    margins: Array  # of the limits, as shares of them, shape (4,)
+    once: Trials  # one run of the program on the expected lot
+    base: Trials  # the batch with the program as it is, on any lots
+    budget: Budget  # time that there is
+    fleet: Fleet | None = None  # machines on which it is tried; None for that of the job alone
 
     def trials(self, use: LotUse, lots: int | None = None) -> Trials:
         """Return the program as it is, on lots and machines of its own for each use; as many as of `LOTS` if None."""

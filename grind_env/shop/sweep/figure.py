@@ -47,17 +47,11 @@ AXES = {
 
 
 class SweepPanel(NamedTuple):
-    """Costs over a setting, and limits below them.
+    """Costs over a setting, and limits below them."""
 
-    Attributes:
-        name: of the setting.
-        lines: points by the name of their line; the best one is that of `row`.
-        row: points whose limits are shown.
-    """
-
-    name: str
-    lines: Mapping[str, Sequence[SweepPoint]]
-    row: Sequence[SweepPoint]
+    name: str  # of the setting
+    lines: Mapping[str, Sequence[SweepPoint]]  # points by the name of their line; the best one is that of `row`
+    row: Sequence[SweepPoint]  # points whose limits are shown
 
 
 def draw_sweep(found: Sweep) -> "Figure":

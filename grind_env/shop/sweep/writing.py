@@ -29,17 +29,11 @@ ROUNDING = 0.001
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recommended:
-    """The program with the words of the best point of a sweep.
+    """The program with the words of the best point of a sweep."""
 
-    Attributes:
-        data: its file.
-        cost: $ a part, on the lots of the sweep.
-        keeps_limits: as of its point.
-    """
-
-    data: bytes
-    cost: float
-    keeps_limits: bool
+    data: bytes  # its file
+    cost: float  # $ a part, on the lots of the sweep
+    keeps_limits: bool  # as of its point
 
 
 def recommended(

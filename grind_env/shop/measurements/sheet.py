@@ -17,10 +17,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.errors import quoted
+from grind_env.errors import GrindError, quoted
 from grind_env.files import ReadError, read_bytes, shown
-from grind_env.shop.calibrate.clock import CLOCK, DATE, clock_seconds
-from grind_env.shop.calibrate.errors import CalibrationError
+from grind_env.shop.measurements.clock import CLOCK, DATE, clock_seconds
 
 Floats = NDArray[np.float64]
 
@@ -64,6 +63,10 @@ NUMBERS = {".": _number_with(r"\.", ","), ",": _number_with(",", r"\.")}
 _VALUES = (*NUMBERS.values(), CLOCK, re.compile(DATE))
 
 
+class SheetError(GrindError):
+    """A measured file that is no table, or a cell that cannot be read."""
+
+
 class _Record(NamedTuple):
     line: int
     cells: list[str]
@@ -78,23 +81,14 @@ class Heading(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Sheet:
-    """Rows and columns of a file; what is wrong with a cell is a `CalibrationError` that names it.
+    """Rows and columns of a file; what is wrong with a cell is a `SheetError` that names it."""
 
-    Attributes:
-        path: of the file.
-        headings: of the columns; `column 1` and so on of a file without.
-        rows: of cells as texts.
-        lines: number of the line in the file where each row begins.
-        separator: between columns.
-        remarks: sentences about what was made of the file; reading a column adds its own.
-    """
-
-    path: Path
-    headings: tuple[Heading, ...]
-    rows: Sequence[Sequence[str]]
-    lines: Sequence[int]
-    separator: str
-    remarks: list[str]
+    path: Path  # of the file
+    headings: tuple[Heading, ...]  # of the columns; `column 1` and so on of a file without
+    rows: Sequence[Sequence[str]]  # of cells as texts
+    lines: Sequence[int]  # number of the line in the file where each row begins
+    separator: str  # between columns
+    remarks: list[str]  # sentences about what was made of the file; reading a column adds its own
 
     def texts(self, column: int) -> list[str]:
         return [row[column] for row in self.rows]
@@ -127,7 +121,7 @@ class Sheet:
         unit = unit if said is None else str(said)
         factor = units.get(plain(unit).replace("^", "") or next(iter(units)))
         if factor is None:
-            raise CalibrationError(
+            raise SheetError(
                 f"{shown(self.path)}: column {quoted(name)} is in {quoted(unit)}, but its unit must be one of "
                 f"{', '.join(units)}; convert it"
             )
@@ -160,15 +154,15 @@ class Sheet:
             several = f"{len(bad)} cells are not {what}, the first one" if len(bad) > 1 else f"the cell is not {what}:"
             said = f"column {name}: {several} {quoted(texts[bad[0]])} in row {self.lines[bad[0]]}"
             if _are_many(bad, values.size - len(unread) + len(bad), bad_share):
-                raise CalibrationError(
+                raise SheetError(
                     f"{shown(self.path)}, {said}; correct or empty such cells, or delete rows that are no measurements"
                 )
             self.remarks.append(f"{said}; left out")
         return values
 
-    def not_measured(self, column: int, row: int) -> CalibrationError:
+    def not_measured(self, column: int, row: int) -> SheetError:
         """Return the error of a cell whose number cannot have been measured."""
-        return CalibrationError(
+        return SheetError(
             f"{shown(self.path)}, row {self.lines[row]}: {quoted(self.rows[row][column])} in column "
             f"{quoted(self.headings[column].name)} cannot have been measured; correct that cell, or leave it empty"
         )
@@ -187,7 +181,7 @@ class Sheet:
         whole = [len(cell.lstrip("+-")) for cell in cells.values() if cell.lstrip("+-").isdigit()]
         if point == comma and decimal in marks and (len(marks) > 1 or (3 in whole and max(whole) < 4)):
             digits = re.sub("[.,]", "", example)
-            raise CalibrationError(
+            raise SheetError(
                 f"{shown(self.path)}, {said} is {digits} or a number with decimals; write {digits} or {example}0"
             )
         if decimal not in example or point == comma:
@@ -196,10 +190,10 @@ class Sheet:
 
 
 def read_sheet(path: Path) -> Sheet:
-    """Read a file of rows and columns; a `CalibrationError` says what is wrong with it."""
+    """Read a file of rows and columns; a `SheetError` says what is wrong with it."""
     text = read_measured(path)
     if not text.strip():
-        raise CalibrationError(f"{shown(path)} is empty; export the measurements again")
+        raise SheetError(f"{shown(path)} is empty; export the measurements again")
     separator, columns = _layout(path, text)
     records = [record for record in _records(path, text, separator) if any(record.cells)]
     looked = _rows_of(records)
@@ -207,7 +201,7 @@ def read_sheet(path: Path) -> Sheet:
     measured = [k for k, cells in enumerate(filled) if cells and 2 * sum(map(_is_value, cells)) >= len(cells)]
     first = next((k for k, record in enumerate(records) if _is_row(record.cells, measured)), None)
     if first is None:
-        raise CalibrationError(f"{shown(path)} has no row of numbers; export the log as text with a heading and rows")
+        raise SheetError(f"{shown(path)} has no row of numbers; export the log as text with a heading and rows")
     named = [
         k for k in range(first) if sum(map(bool, records[k].cells)) > 1 and not any(map(_is_value, records[k].cells))
     ]
@@ -230,18 +224,18 @@ def sheet_of(path: Path, text: str) -> Sheet | None:
 
 
 def read_measured(path: Path) -> str:
-    """Return the text of a file in UTF-8, UTF-16 or a code of Windows; a `CalibrationError` says that it is none."""
+    """Return the text of a file in UTF-8, UTF-16 or a code of Windows; a `SheetError` says that it is none."""
     try:
         data = read_bytes(path)
     except ReadError as error:
-        raise CalibrationError(f"{error}; name a text file such as an export to CSV") from None
+        raise SheetError(f"{error}; name a text file such as an export to CSV") from None
     marked, zero = data[:2] in (b"\xff\xfe", b"\xfe\xff"), data[:4].find(b"\0")
     try:
         text = data.decode("utf-16" if marked else {-1: "utf-8-sig", 1: "utf-16-le"}.get(zero, "utf-16-be"))
     except UnicodeDecodeError:
         text = "\0" if marked or zero >= 0 else data.decode("cp1252", "replace")
     if data[:4] == b"PK\x03\x04" or "\0" in text[:1000]:
-        raise CalibrationError(f"{shown(path)} is no text; export it as CSV, for a spreadsheet file cannot be read")
+        raise SheetError(f"{shown(path)} is no text; export it as CSV, for a spreadsheet file cannot be read")
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
@@ -265,7 +259,7 @@ def _records(path: Path, text: str, separator: str) -> list[_Record]:
             records.append(_Record(line, [cell.strip() for cell in cells]))
             line = reader.line_num + 1
     except csv.Error:
-        raise CalibrationError(
+        raise SheetError(
             f"{shown(path)} is no table from row {line} on: a quote is not closed in the row {quoted(lines[line - 1])}"
             ", or its cells are too long; close or delete the quote"
         ) from None
@@ -283,7 +277,7 @@ def _sheet(
         line, cells = records[wide[0]]
         said = f"{shown(path)}, row {line} has {len(cells)} cells, but the header {width}"
         if strict or _are_many(wide, len(records)):
-            raise CalibrationError(f"{said}: name every column, and put cells that contain '{separator}' into quotes")
+            raise SheetError(f"{said}: name every column, and put cells that contain '{separator}' into quotes")
         remarks.append(f"{said}; {len(wide)} such rows were left out")
     kept = [record for record in records if not any(record.cells[width:])]
     rows = [(*record.cells[:width], *[""] * (width - len(record.cells))) for record in kept]
@@ -301,14 +295,14 @@ def _layout(path: Path, text: str) -> tuple[str, int]:
             continue
         columns = Counter(map(len, rows)).most_common(1)[0][0]
         if columns > MOST_COLUMNS:
-            raise CalibrationError(
+            raise SheetError(
                 f"{shown(path)} has {columns} columns between '{separator}'; export those that were measured, "
                 f"{MOST_COLUMNS} at most"
             )
         values = [_is_value(cell) or is_missing(cell) for cells in rows for cell in cells]
         layouts.append((sum(values) / len(values), separator, columns))
     if not layouts:
-        raise CalibrationError(
+        raise SheetError(
             f"{shown(path)} has no columns; between them must stand ';', ',', '|', a tabulator or blanks, the same in "
             "all rows"
         )

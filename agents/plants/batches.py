@@ -1,0 +1,44 @@
+"""Batches with E and D of whoever decides: what they cost, and how often a limit is passed twice in a row."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from grind_env.envs.job.simulation import JobSimulation
+from grind_env.shop.advise.rehearsal import LOTS, BatchResult, Decide, ground
+
+EARLY = 14
+"""Parts in which an adviser may still feel its way."""
+
+
+def batches(simulation: JobSimulation, decider: Callable[[], Decide], episodes: int) -> list[BatchResult]:
+    """Grind batches, each with a decider of its own; the lots are the same for all deciders."""
+    return [ground(simulation, decider(), LOTS + number) for number in range(episodes)]
+
+
+def cost_of(found: Sequence[BatchResult]) -> float:
+    """Return the mean cost of a part in some batches, $."""
+    return float(np.mean([each.mean_cost for each in found]))
+
+
+def numbers_of(batch: BatchResult, simulation: JobSimulation) -> dict[str, float]:
+    """Return what tables show of a batch; `late` is what parts cost from the 15th on."""
+    job, lowest = simulation.job, 1000.0 * simulation.task.action.speed_ends[0]
+    power = np.array([(each.peak_power or 0.0) / job.limits.power for each in batch.readings])
+    # of each part the size error or Ra over its limit, whichever is more, and whether E and D can do no more for it
+    gauged, slowest = np.zeros(simulation.parts), np.zeros(simulation.parts, bool)
+    for number, (block, readings) in enumerate(zip(simulation.blocks, batch.readings, strict=True)):
+        slowest[block.part] = batch.speeds[number] <= lowest and batch.executions[number] > 0
+        if readings.size_error is not None and job.part.tolerance > 0.0:
+            gauged[block.part] = abs(readings.size_error) / job.part.tolerance
+        if readings.Ra_before is not None and block.part > 0 and job.limits.roughness > 0.0:
+            gauged[block.part - 1] = max(gauged[block.part - 1], readings.Ra_before / job.limits.roughness)
+    beyond, off = power > 1.0, gauged > 1.0
+    return {
+        "cost": batch.mean_cost,
+        "late": float(batch.cost[EARLY:].mean()),
+        "scrap": batch.mean_scrap,
+        "in_a_row": float((beyond[1:] & beyond[:-1]).sum()),
+        "parts_in_a_row": float((off[1:] & off[:-1] & ~slowest[1:]).sum()),
+        "dresses": float(batch.executions.sum()),
+    }
