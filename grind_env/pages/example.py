@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from grind_env.envs.tables import COST_TERMS, reward_terms
+from grind_env.envs.cost import COST_TERMS, reward_terms
 from grind_env.pages.sheet import TaskSheet
 
 COUNT = 4
