@@ -30,18 +30,21 @@ STROKES = Tally._fields.index("strokes")
 
 
 class Placed(NamedTuple):
-    """Where a block lies on the part of one machine: depths in mm as of `BlockRow`, and what its plan has of them."""
+    """Where a block lies on the part of one machine, as of `BlockRow` and of its plan.
+
+    `start`, `bottom`, `finish` and `finish_besides` are mm.
+    """
 
     start: float
     bottom: float
     finish: float
     finish_besides: float
     depth: float
-    """From `start` to `bottom`."""
+    """From `start` to `bottom`, mm."""
     pre_dress: float
     """1 for a dress before the first stroke, else 0."""
     motion: float
-    """Row of its first motion beside the table; `NO_BLOCK` without any."""
+    """Index of its first motion beside the table; `NO_BLOCK` without any."""
     pick: float
     """By how much a stroke goes deeper at most, mm; negative where that has to be found."""
 
