@@ -17,9 +17,9 @@ import numpy as np
 
 from agents.provenance import ROOT
 from grind_env.envs.contexts import find_split
+from grind_env.envs.cost import Outcome
 from grind_env.envs.simulation import Simulation, advance
 from grind_env.envs.splits import EVERY, SPLITS
-from grind_env.envs.tables import Outcome
 from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds, start_episodes
 from grind_env.policies.held import model_beside
 from grind_env.policies.policy import Policy

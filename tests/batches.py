@@ -1,16 +1,19 @@
 """One cycle on each of many machines, as arrays of records: what tests and the benchmark hand to the loops."""
 
+import math
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
 from grind_env.arrays import Array
 from grind_env.control.cycles.plunge import PlungeCycle
+from grind_env.envs.feed_motions import Infeed
 from grind_env.kernel.columns import dtype_of
-from grind_env.machine.loops.batch import NO_MOTIONS, longest_plunges
+from grind_env.machine.loops.batch import NO_MOTIONS, longest_first_of
 from grind_env.machine.loops.courses import COURSES
 from grind_env.machine.loops.cycle import PartState, Stroking
-from grind_env.machine.loops.feeding import FEED
+from grind_env.machine.loops.feeding import FEED, FULL, Feeding
 from grind_env.machine.loops.loops import loops_of, zoned_loops_of
 from grind_env.machine.loops.tally import Tally
 from grind_env.process.process import PROCESS
@@ -40,7 +43,7 @@ def grind_cycles(cycles: Array, parameters: Array, wheels: Array, parts: Array, 
         Tallies, shape (N,), dtype `TALLY`.
     """
     tallies, order = np.zeros(len(cycles), TALLY), np.empty(len(cycles), np.int64)
-    longest_plunges(as_table(cycles), np.arange(len(cycles)), order)
+    longest_first_of(PlungeCycle)(as_table(cycles), np.arange(len(cycles)), order)
     tables = as_table(cycles), as_table(parameters), as_table(wheels), as_table(parts), as_table(tallies)
     # the kernel releases the GIL, and threads take machines in turn: all get long and short cycles alike
     with ThreadPoolExecutor(threads) as pool:
@@ -56,3 +59,27 @@ def cold(wheel: WheelState) -> tuple[float, ...]:
 def as_table(records: Array) -> Array:
     """View a contiguous array of records, shape (N,), as float64, shape (N, fields)."""
     return records.view(np.float64).reshape(records.shape[0], -1)
+
+
+def feeding_row(
+    infeed: Infeed, E: float, motion: int, pre_dress: float, numbers: Mapping[str, float]
+) -> tuple[float, ...]:
+    """The row of a G81 block at E (mm/min) whose motions begin in row `motion`; widths and dress are in `numbers`."""
+    seconds = infeed.travel + infeed.dwell
+    given = {name: value for name, value in numbers.items() if name in Stroking._fields}
+    stroking = Stroking(
+        **given,
+        speed=E / 60.0,
+        first_seconds=seconds,
+        stroke_seconds=seconds,
+        set_out=seconds,
+        start=0.0,
+        surface=0.0,
+        bottom=infeed.target,
+        full_plunge=FULL * infeed.rate * seconds,
+        finish=infeed.target,
+        cross_start=0.0,
+        cross_end=0.0,
+    )
+    travels = infeed.travel, infeed.travel, infeed.dwell, infeed.acceleration
+    return *stroking, *Feeding(pre_dress, *travels, 0.0, 0.0, 0.0, float(motion), math.inf)

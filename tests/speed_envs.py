@@ -11,12 +11,12 @@ from gymnasium import spaces
 from rich.table import Table
 
 from grind_env.arrays import Array
-from grind_env.envs.blocks import step
-from grind_env.envs.blocks.episode import EpisodeGenerator
+from grind_env.control.cycles.plunge import PlungeCycle
+from grind_env.envs.blocks.simulation import NO_SETTINGS
 from grind_env.envs.gauge import GAUGE
-from grind_env.envs.tables import shop_row
+from grind_env.envs.transition import Choices, EpisodeArrays, Scratch, Tables, stages_of
 from grind_env.kernel import compile_at_once
-from grind_env.machine.loops.batch import CYCLE_FIELDS, NO_MOTIONS, longest_plunges
+from grind_env.machine.loops.batch import NO_MOTIONS, longest_first_of
 from grind_env.machine.loops.tally import Tally
 from grind_env.process.process import PROCESS
 from tests.batches import PLUNGES
@@ -70,18 +70,15 @@ def vector_rounds(
     blocks, n, _ = actions.shape
     env = gym.make_vec(env_id, n, autoreset_mode="SameStep").unwrapped
     episodes, simulation = env.episodes, env.simulation
-    cycles = np.empty((n, CYCLE_FIELDS))
-    parameters = np.empty((n, simulation.branches.base.shape[1]))
     results = np.zeros((n, len(Tally._fields)))
     everyone, order = np.arange(n), np.empty(n, np.int64)
-    nothing = np.zeros(n)
-    shops, drawn = np.array([shop_row(env.task)]), EpisodeGenerator(env.task)
-    prepare = step.blocks_work(PROCESS, GAUGE).prepare
-    base, sigmas = simulation.branches.base, (drawn.kinds, drawn.spreads)
-    tables = step.Tables(simulation.kinds, base, shops, *sigmas, cycles, parameters)
+    nothing, longest_first = np.zeros(n), longest_first_of(PlungeCycle)
+    prepare, grind, _ = stages_of(PROCESS, GAUGE, True)
+    tables = Tables(*simulation._tables(Scratch().take(n)))
+    cycles, parameters = tables.cycles, tables.parameters
 
     def kernel() -> None:
-        longest_plunges(cycles, everyone, order)
+        longest_first(cycles, everyone, order)
         PLUNGES.lanes(cycles, parameters, episodes.wheels, episodes.parts, results, NO_MOTIONS, order, 0, 1)
 
     for _ in rounds(time.perf_counter() + SECONDS):
@@ -89,11 +86,17 @@ def vector_rounds(
         env.reset(seed=0)
         for k, action in enumerate(actions):
             wheels, parts = episodes.wheels.copy(), episodes.parts.copy()
-            choices = step.Choices(*env.codec.decode(action), nothing)
+            memory, stages = episodes.memory.copy(), episodes.stages.copy()
+            choices = Choices(*env.codec.decode(action), nothing, NO_SETTINGS)
+            state = EpisodeArrays(*episodes.in_order())
             results[:] = 0.0
-            prepare(tables, step.EpisodeArrays(**episodes.arrays()), choices, everyone, results)
+            prepare(tables, state, choices, everyone, results)
+            ready, tallies = (episodes.wheels.copy(), episodes.parts.copy()), results.copy()
+            grind(tables, state, choices, everyone, results)  # which writes the cycles, too
+            (episodes.wheels[:], episodes.parts[:]), results[:] = ready, tallies
             cores[k] = seconds(clock, kernel)
             episodes.wheels[:], episodes.parts[:] = wheels, parts
+            episodes.memory[:], episodes.stages[:] = memory, stages
             steps[k] = seconds(clock, env.step, action)
         yield steps, cores, seconds(clock, env.reset)
 

@@ -45,7 +45,7 @@ def fitted(cuts: MeanCuts, power: Array) -> Array:
     """Return the regression of a shop without a model: log P/b = c + e log a + f log v + g log(V' + 10).
 
     Depth of cut a, mm, width b, mm, and volume V', mm3/mm, are those of the machine of the catalogue, which is more
-    than a shop knows; v is the programmed table speed, mm/s. By power in W; a strong stroke counts more than a weak one.
+    than a shop knows; v is the programmed table speed, mm/s. By power in W; strong strokes count more than weak ones.
     """
     usable = (power > 0.0) & (cuts.a > LEAST) & (cuts.b > 0.0)
     some = MeanCuts(*(each[usable] for each in cuts))

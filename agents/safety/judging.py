@@ -7,8 +7,9 @@ import numpy as np
 
 from agents.cells import sources
 from grind_env.arrays import Table
+from grind_env.envs.cost import Outcome
 from grind_env.envs.simulation import Simulation, advance
-from grind_env.envs.tables import KindRow, Outcome
+from grind_env.envs.tables import KindRow
 from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes
 from grind_env.policies.naming import named_policy
 from grind_env.policies.policy import Policy, reveal

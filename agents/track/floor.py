@@ -12,9 +12,9 @@ import numpy as np
 from agents.track.adapter import TrackShift
 from grind_env.arrays import Array
 from grind_env.envs.contexts import Given
+from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tables import Outcome
 from grind_env.plants import Plant, Plants
 from grind_env.policies.evaluation import SEEDS, Evaluation, roll_out, steps
 from grind_env.policies.held import model_of, on

@@ -11,16 +11,12 @@ import numpy as np
 from grind_env.envs.arguments import check_flags, is_full
 from grind_env.envs.blocks.program import check_task
 from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.cost import Outcome
 from grind_env.envs.env import GrindEnv, renders
-from grind_env.envs.infeed.simulation import InfeedSimulation
 from grind_env.envs.machines import plants_of
-from grind_env.envs.strips.simulation import StripSimulation
-from grind_env.envs.tables import Outcome
 from grind_env.envs.tasks import Task, load_task
 from grind_env.envs.vector_env import side_by_side
 
-SIMULATIONS = {"G81": InfeedSimulation, "G82": BlockSimulation, "G83": StripSimulation}
-"""What steps the blocks of a task, by their cycle."""
 SPEEDS = 12
 """E that divide its range geometrically, if the task has no levels."""
 INTERVALS = (1, 2, 3, 5, 8, 12, 20)
@@ -30,12 +26,12 @@ EPISODES = 16
 COST = Outcome._fields.index("cost")
 
 
-def usual_cost(task: Task, kind: type[BlockSimulation]) -> float:
+def usual_cost(task: Task) -> float:
     """Mean cost of a block, $, by the cheapest pair of an E and a dress interval for all blocks.
 
     One execution a dress, on the same few episodes: what lots, stocks and wheels differ in decides what a plan costs.
     """
-    simulation = kind(replace(task, reference_cost=1.0))
+    simulation = BlockSimulation(replace(task, reference_cost=1.0))
     low, high = task.action.speed_ends
     tried = [float(round(speed)) for speed in np.geomspace(1000.0 * low, 1000.0 * high, SPEEDS)]
     if task.action.speed_levels is not None:
@@ -65,10 +61,10 @@ def simulation_of(
     """
     check_flags(predress=predress)
     check_task(task, cycle)
-    full, kind = is_full(task.observation if observation is None else observation), SIMULATIONS[task.cycle]
+    full = is_full(task.observation if observation is None else observation)
     if task.reference_cost == 0.0:
-        task = replace(task, reference_cost=usual_cost(task, kind))
-    return kind(task, full=full, pre_dress=predress, plants=plants_of(plant, task.plant))
+        task = replace(task, reference_cost=usual_cost(task))
+    return BlockSimulation(task, full=full, pre_dress=predress, plants=plants_of(plant, task.plant))
 
 
 @renders

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_flags, check_render
 from grind_env.envs.contexts import Given, drawn, read_options
+from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.machines import machines_of
 from grind_env.envs.observations import Reading
 from grind_env.envs.shown import shown_space
 from grind_env.envs.simulation import Simulation, Written
-from grind_env.envs.tables import Outcome
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.render import ansi, frames

@@ -1,7 +1,5 @@
 """The state of N episodes side by side, and the copies of them that a planner tries something on."""
 
-import functools
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from operator import attrgetter
 from typing import Any, TypeVar
@@ -11,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from grind_env.arrays import Numbers, Table
 from grind_env.envs.tape import BLOCKS, DRAWN, SOURCE, TapeRow
+from grind_env.envs.transition import EpisodeArrays
 from grind_env.errors import GrindError
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.process.state import WheelState
@@ -22,10 +21,8 @@ NOISE = [TapeRow._fields.index(name) for name in TapeRow._fields if name.endswit
 DRAWN_FROM = [k for k in range(SOURCE) if k not in (BLOCKS, DRAWN)]
 
 
-@functools.cache
-def _getter(*names: str) -> Callable[[Any], tuple[Any, ...]]:
-    """Gets attributes in a third of the time that it takes one by one."""
-    return attrgetter(*names)
+_of_step = attrgetter(*EpisodeArrays._fields)
+"""Gets attributes in a third of the time that it takes one by one."""
 
 
 @dataclass(slots=True)
@@ -37,7 +34,10 @@ class Episodes:
     are drawn from, shape (N, SOURCE). `schedule` has the index of the kind of every block, shape (N, blocks), as
     `draw_rows` takes it. `wheels`, `parts` and `memory`, in the units of their fields, have shape (N, fields of
     `WheelState`, `PartState` or `ShopMemory`). Behind a wheel stands what process and gauge remember besides. `block`
-    is the index of the coming block, shape (N,).
+    is the index of the coming block, shape (N,). `stages`, in the units of its fields, is what each part has come to
+    since it was last judged, shape (N, fields of `StageSoFar`); `surfaces`, in the units of theirs, are the parts in
+    zones, shape (N, zones, fields of `Zone`); `machine` is the number of that on which each runs, shape (N,), and
+    `forces` a factor on its forces in each row of the script, shape (N, 1 or rows).
     """
 
     tape: Table
@@ -47,14 +47,18 @@ class Episodes:
     memory: Table
     source: Table
     schedule: NDArray[np.int16]
+    stages: Table
+    surfaces: Table
+    machine: Numbers
+    forces: Table
 
     def arrays(self) -> dict[str, Any]:
         """All of them by name."""
         return {name: getattr(self, name) for name in self.__dataclass_fields__}
 
     def in_order(self) -> tuple[Any, ...]:
-        """All of them, in the order in which the compiled step takes them."""
-        return _getter(*self.__dataclass_fields__)(self)
+        """What the compiled step takes of them, in its order."""
+        return _of_step(self)
 
     def wheel(self, i: int) -> WheelState:
         """The wheel of episode i."""

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from grind_env.arrays import Array
 from grind_env.envs.arguments import is_full
+from grind_env.envs.cost import Outcome, reward_terms
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tables import Outcome, reward_terms
 from grind_env.kernel import entry, inlined
 from grind_env.kernel.tiers import as_written
 from grind_env.process.cost import SCRAP_BELOW

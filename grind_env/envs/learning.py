@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from grind_env.arrays import Array
 from grind_env.envs.actions import ActionCodec
+from grind_env.envs.cost import Outcome
 from grind_env.envs.shown import MemoryForm, Standard, memories_of, remembered
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tables import Outcome
 
 REWARD = Outcome._fields.index("reward")
 WORST_REWARD = -10.0

@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 from grind_env.arrays import Numbers, Table
 from grind_env.belief.hidden import FACTORS, Hidden, Judged
 from grind_env.belief.wheel import BeliefError
+from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tables import KindRow, Outcome
+from grind_env.envs.tables import KindRow
 from grind_env.envs.tape import TapeRow
 from grind_env.machine.loops.shift import entries_of
 

@@ -17,6 +17,8 @@ from grind_env.kernel import inlined
 
 SIZE_NOISE = 0.7
 """um; standard deviation of the size gauge (scenarios, section 3, like the noise below)."""
+TAPER_NOISE = SIZE_NOISE * 2.0**0.5
+"""um; of a taper as gauged, the difference of two sizes."""
 ROUGHNESS_NOISE = 0.06
 """Relative standard deviation of the roughness gauge."""
 BOOK = "by the shop's book: less what dresses take off, and the wear when it is gauged"
@@ -59,7 +61,7 @@ class Readings(NamedTuple):
     """Everything that is observed before a block, in physical units; `readings` says what each one means.
 
     `mean_power`, `first_power` and `peak_power` are W. `last_speed` is m/min. `last_pick`, `last_width`, `diameter`,
-    `pick`, `width`, `length` and `diamond_flat` are mm. `size_error`, `roughness_limit`, `tolerance` and
+    `pick`, `width`, `length` and `diamond_flat` are mm. `size_error`, `roughness_limit`, `tolerance`, `taper` and
     `dressed_roughness` are um. `volume` and `wheel_volume` are mm3/mm, `dressed_density` is 1/mm2. `time_to_due` is s.
     `scrap` is $. `part_rise` is a temperature difference, K.
 
@@ -98,6 +100,7 @@ class Readings(NamedTuple):
     executions_left: float
     time_to_due: float
     slack: float
+    taper: float
     wear_flat: float
     loading: float
     diamond_flat: float
@@ -155,6 +158,10 @@ def readings(task: Task, *, full: bool, pre_dress: bool = False) -> tuple[Readin
         absent |= {"time_to_due", "slack"}
     if all(kind.starts_part for kind in task.kinds):
         absent.add("part_rise")
+    if task.cycle == "G81":
+        absent.add("pick")
+    if task.cycle != "G83":
+        absent.add("taper")
     shown = (reading for reading in _table(task) if reading.name not in absent)
     return measured_first((*shown, *_one_hot(task)))
 
@@ -209,7 +216,12 @@ def _table(task: Task) -> list[Reading]:
     period = (
         max(task.nominal_seconds(kind, task.due.speed) for kind in task.kinds) * task.due.blocks if task.due else 1.0
     )
+    # what an infeed covers in a stroke of 3 m/min is 0.06 mm
+    deepest = 5.0 if task.cycle == "G81" else 2.0
+    left = "stock left on the last finished part"
+    left += " where it is farthest from its size" if task.cycle == "G83" else ""
     factor = task.spread.measurement
+    taper_noise = f"{TAPER_NOISE * factor:.2g} um" if factor > 0.0 else "exact"
     power_noise, size_noise, wheel_noise, ra_noise = (
         (
             f"{100.0 * POWER_NOISE * factor:g} % + {POWER_NOISE_FLOOR * factor:g} W",
@@ -228,10 +240,9 @@ def _table(task: Task) -> list[Reading]:
         Reading("peak_power", "W", 0.0, power, 0.0, POWER_RANGE, power_noise, "highest load of the last block"),
         Reading("last_speed", "m/min", centre, half, -1.1, 1.0, "exact", "E of the last block"),
         Reading("last_executions", "", most / 2.0, most / 2.0, -1.0, 1.0, "exact", "D of the last block"),
-        Reading("last_pick", "mm", 0.0, 0.02, 0.0, 2.0, "exact", "depth per stroke of the last block"),
+        Reading("last_pick", "mm", 0.0, 0.02, 0.0, deepest, "exact", "depth per stroke of the last block"),
         Reading("last_width", "mm", 0.0, 60.0, 0.0, 5.0, "exact", "width of the last block"),
-        Reading("size_error", "um", 0.0, tolerance, -5.0, 5.0, size_noise,
-                "stock left on the last finished part"),
+        Reading("size_error", "um", 0.0, tolerance, -5.0, 5.0, size_noise, left),
         Reading("roughness", "Ra/limit", 0.0, 1.0, 0.0, 5.0, f"{ra_noise}every third part, one part late",
                 "Ra of the last gauged part over its limit"),
         Reading("parts_since_gauged", "", 0.0, 10.0, 0.0, 1.0, "exact", "parts since that gauging"),
@@ -258,6 +269,8 @@ def _table(task: Task) -> list[Reading]:
         Reading("time_to_due", "s", 0.0, period, -50.0, 10.0, "exact", "time to the next due date, negative if late"),
         Reading("slack", "log", 0.0, 1.0, math.log(LEAST_SLACK), 5.0, "exact",
                 "ln of the time to the next due date over the nominal time of the work up to it"),
+        Reading("taper", "um", 0.0, tolerance, 0.0, 5.0, taper_noise,
+                "range of the size across the last finished part"),
         Reading("wear_flat", "", 0.0, 0.05, 0.0, 5.0, "hidden", "wear-flat area A"),
         Reading("loading", "", 0.0, 1.0, 0.0, 1.0, "hidden", "loading"),
         Reading("diamond_flat", "mm", 0.0, 0.2, 0.0, 20.0, "hidden", "wear flat of the diamond"),

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from grind_env.arrays import Numbers, Table
 from grind_env.envs.branches import Branches
 from grind_env.envs.contexts import Given
+from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import Episodes, EpisodesT
 from grind_env.envs.observations import Reading
-from grind_env.envs.tables import Outcome
 from grind_env.envs.tasks import Task
 from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord

@@ -15,13 +15,13 @@ from grind_env.arrays import Array
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.arguments import check_count, check_flags, check_render
 from grind_env.envs.contexts import Given, drawn, option_items, read_all_options, read_options
+from grind_env.envs.cost import Outcome
 from grind_env.envs.env import EpisodeLength, GrindEnv
 from grind_env.envs.infos import InfoWriter
 from grind_env.envs.machines import machines_of
 from grind_env.envs.observations import Reading
 from grind_env.envs.shown import shown_space
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tables import Outcome
 from grind_env.envs.tasks import TaskError
 from grind_env.envs.threads import step_shared
 from grind_env.errors import GrindError

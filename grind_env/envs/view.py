@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from typing import Any
 
+from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import Episodes
-from grind_env.envs.tables import Outcome
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
 from grind_env.process.cost import Limits

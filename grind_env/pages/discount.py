@@ -7,8 +7,8 @@ which nothing is left to chance: of all plans with one table speed and one execu
 import numpy as np
 
 from grind_env.envs.contexts import Given
+from grind_env.envs.cost import Outcome
 from grind_env.envs.simulation import Simulation, advance
-from grind_env.envs.tables import Outcome
 
 KEPT = 0.9
 """Share that is left, at the end of the interval, of what a dress saves there."""

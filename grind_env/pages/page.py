@@ -6,9 +6,9 @@ import re
 from collections.abc import Callable
 from typing import Any
 
+from grind_env.envs.cost import COST_TERMS, reward_terms
 from grind_env.envs.docstrings import meanings
 from grind_env.envs.learning import WORST_REWARD
-from grind_env.envs.tables import COST_TERMS, reward_terms
 from grind_env.pages.discount import KEPT, discount_of, dress_interval
 from grind_env.pages.rewards import RewardSpan
 from grind_env.pages.sheet import TaskSheet, sheet

@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from grind_env.control.rules import motion_time
-from grind_env.envs.tables import reward_terms
+from grind_env.envs.cost import reward_terms
 from grind_env.envs.tasks import Kind, Task
 from grind_env.process.cost import MOST_HANDOVER_DRESSES
 

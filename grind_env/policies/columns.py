@@ -1,6 +1,7 @@
 """The columns of the tables of `Episodes` that policies read and simulations write."""
 
-from grind_env.envs.tables import Outcome, ShopMemory
+from grind_env.envs.cost import Outcome
+from grind_env.envs.history import ShopMemory
 from grind_env.envs.tape import TapeRow
 from grind_env.process.state import WheelState
 

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from grind_env.arrays import Array
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.contexts import Given, find_split
+from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.splits import EVERY, SPLITS
-from grind_env.envs.tables import Outcome
 from grind_env.errors import GrindError, quoted
 from grind_env.policies.choices import Decision
 from grind_env.policies.held import parted

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from grind_env.arrays import Array
 from grind_env.control import Programs, execute
 from grind_env.control.control import BLOCK_BUDGET
+from grind_env.envs.cost import Outcome
 from grind_env.envs.job.outline import BlockOutline, JobProgramError
 from grind_env.envs.job.simulation import JobSimulation, ranges_of
 from grind_env.envs.job.text import Batch, batch_of
-from grind_env.envs.tables import Outcome
 from grind_env.errors import GrindError
 from grind_env.machine.job import Job, JobError
 from grind_env.machine.loops.tally import Tally

@@ -19,11 +19,11 @@ from gymnasium import spaces
 from torch import Tensor, nn
 
 from grind_env.arrays import Array
+from grind_env.envs.cost import Outcome
 from grind_env.envs.learning import eased, lateness, usual
 from grind_env.envs.memory import Flags
 from grind_env.envs.shown import CLIP, Standard
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tables import Outcome
 from grind_env.policies.evaluation import nobody
 from grind_env.policies.held import model_of
 from grind_env.policies.learned.network import Actor, LearnedPolicy, Network

@@ -16,9 +16,9 @@ from agents.track.knowing import FIXED, PLANNER
 from agents.track.page import page, tables_of
 from agents.track.running import TrackRun, TrackTrial, run
 from agents.track.scores import beaten, machine_scores, resampled, scored, worst_of
+from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tables import Outcome
 from grind_env.errors import GrindError
 from grind_env.kernel.random import philox
 from grind_env.machine.loops.rows import OWN_FROM

@@ -13,12 +13,13 @@ from grind_env.belief.hidden import Belief, Hidden, Signals
 from grind_env.belief.wheel import BeliefError, WheelBelief, hypercube
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.contexts import Fixed, Given
+from grind_env.envs.cost import Outcome
 from grind_env.envs.memory import belief_entries
 from grind_env.envs.model import MemberModel
 from grind_env.envs.names import task_names
 from grind_env.envs.observations import bounds, physical
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tables import Outcome, kind_row
+from grind_env.envs.tables import kind_row
 from grind_env.envs.tasks import Spread, Task, load_task
 from grind_env.kernel import logistic
 from grind_env.machine.loops.tally import Tally

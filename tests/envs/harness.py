@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 import grind_env
 from grind_env.envs.actions import ActionCodec
 from grind_env.envs.contexts import Given
+from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import NOISE, Episodes
 from grind_env.envs.job.tape import NEW_LOT, JobGenerator, conditions_of
 from grind_env.envs.names import environment_id, task_names
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tables import Outcome
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task, load_task
 from grind_env.machine.job import Lots, PartConditions

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grind_env.envs.blocks.program import job_from_surface
+from grind_env.envs.blocks.program import job_of
+from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.ids import wide_plates
-from grind_env.envs.strips.simulation import StripSimulation
 from grind_env.envs.tasks import TaskError, read_task
 from grind_env.pages import page, summary
 from tests.envs.harness import assert_same
@@ -27,7 +27,7 @@ def test_the_nominal_context_leaves_nothing_to_chance() -> None:
 
 
 def test_picked_episodes_go_on_like_the_ones_they_were_picked_from() -> None:
-    simulation = StripSimulation(read_task("wide_plates"))
+    simulation = BlockSimulation(read_task("wide_plates"))
     episodes = simulation.start([np.random.default_rng(seed) for seed in (0, 1)])
     E, D = np.array([9000.0, 14_000.0]), np.array([0.0, 1.0])
     simulation.step(episodes, E, D)
@@ -66,7 +66,7 @@ def test_a_wheel_that_is_destroyed_grinds_on() -> None:
     assert np.isfinite(reward) and env.observation_space.contains(observation)
     record = env.record()
     # it stands in the records as the wheel with the largest flats that there is
-    assert record.strokes["A"].max() == job_from_surface(env.task).setup.wheel.wear_flat_limit
+    assert record.strokes["A"].max() == job_of(env.task, []).setup.wheel.wear_flat_limit
     assert sum("destroys the wheel; usual are " in warning for warning in record.warnings) == 1
 
 

@@ -10,12 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import read
-from grind_env.envs.blocks.program import conditions, job_from_surface
+from grind_env.envs.blocks.program import conditions, job_of
+from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.contexts import Fixed, Given, nominal_context
 from grind_env.envs.env import GrindEnv
+from grind_env.envs.history import ShopMemory
 from grind_env.envs.ids import wide_plates
 from grind_env.envs.observations import physical
-from grind_env.envs.strips.simulation import StripEpisodes, StripSimulation
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import read_task
 from grind_env.machine.grind import grind
@@ -42,7 +43,7 @@ def play(env: GrindEnv, seed: int, policy_seed: int, parts: int = PARTS) -> list
 def ground(env: GrindEnv, parts: int = PARTS) -> GrindingRecord:
     """The program of the episode under `machine.grind`, with the wheel and the parts of its seed."""
     drawn = env.simulation.start([np.random.default_rng(env.np_random_seed)])
-    job = job_from_surface(env.task)
+    job = job_of(env.task, env.blocks)
     job = replace(job, wheel=replace(job.wheel, diamond_flat=drawn.wheel(0).wd))
     return grind(read(env.part_program()), job, conditions=conditions(env.task, drawn.tape[0])[:parts])
 
@@ -194,16 +195,15 @@ def test_taper_and_worst_size_are_read_after_every_part() -> None:
 
 
 def test_gauge_noise_differs_from_part_to_part_and_is_that_of_two_sizes() -> None:
-    simulation = StripSimulation(read_task("wide_plates"))
+    simulation = BlockSimulation(read_task("wide_plates"))
     exact = Given(fixed=Fixed(noise=0.0))
     tapers = list[list[np.ndarray]]()
     for noisy in (Given(), exact):
         episodes = simulation.start([np.random.default_rng(seed) for seed in range(40)], [noisy] * 40)
-        assert isinstance(episodes, StripEpisodes)
         tapers.append([])
         for _ in range(simulation.task.blocks):
             simulation.step(episodes, np.full(40, 12_000.0), np.zeros(40))
-            tapers[-1].append(episodes.taper.copy())
+            tapers[-1].append(episodes.memory[:, ShopMemory._fields.index("taper")].copy())
     noise = np.array(tapers[0]) - np.array(tapers[1])
     assert noise.std() == pytest.approx(0.7 * 2**0.5, rel=0.06)
     assert len(np.unique(noise)) == noise.size

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from grind_env.envs.blocks.simulation import BlockSimulation
-from grind_env.envs.tables import Outcome
+from grind_env.envs.cost import Outcome
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task, load_task, task_names
 from grind_env.machine.loops.tally import Tally

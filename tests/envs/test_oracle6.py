@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from grind_env.envs.blocks.simulation import BlockSimulation
-from grind_env.envs.tables import Outcome
+from grind_env.envs.cost import Outcome
 from grind_env.envs.tasks import load_task
 from tests.envs.harness import actions, assert_same, native, rollout, start
 from tests.policies.optimum import exact_optimum

@@ -18,9 +18,9 @@ from grind_env.control import read
 from grind_env.envs.blocks.program import CycleBlock, coming_block, conditions, job
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.contexts import Fixed, Given
+from grind_env.envs.cost import Outcome
 from grind_env.envs.names import environment_id, task_names
 from grind_env.envs.splits import EVERY, SPLITS
-from grind_env.envs.tables import Outcome
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Kind, load_task
 from grind_env.machine.grind import grind

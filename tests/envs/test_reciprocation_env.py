@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import read
-from grind_env.envs.blocks.program import conditions, job_from_surface
+from grind_env.envs.blocks.program import conditions, job_of
+from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.ids import reciprocation
-from grind_env.envs.infeed.simulation import InfeedSimulation
 from grind_env.envs.names import task_names
 from grind_env.envs.observations import physical
 from grind_env.envs.tape import TapeRow
@@ -34,7 +34,7 @@ def play(env: GrindEnv, seed: int, policy_seed: int, blocks: int) -> list[dict[s
 def ground(env: GrindEnv, blocks: int) -> GrindingRecord:
     """The program of the episode, run with the operator's requests."""
     assert env.episodes is not None
-    job = job_from_surface(env.task)
+    job = job_of(env.task, env.blocks)
     wheel = env.simulation.start([np.random.default_rng(env.np_random_seed)]).wheel(0)
     job = dataclasses.replace(job, wheel=dataclasses.replace(job.wheel, diamond_flat=wheel.wd))
     control = dataclasses.replace(job.control, operator_dress_at=env.operator_dress_at())
@@ -123,7 +123,7 @@ def test_the_depth_of_a_stroke_follows_the_infeed_of_the_task() -> None:
     task = dataclasses.replace(read_task("reciprocation"), infeed=0.2)
     picks = []
     for each in (task, read_task("reciprocation")):
-        simulation = InfeedSimulation(each)
+        simulation = BlockSimulation(each)
         episodes = simulation.start([np.random.default_rng(0)])
         simulation.step(episodes, np.array([12_000.0]), np.array([0.0]))
         picks.append(float(physical(simulation.observe(episodes)[0], simulation.entries)["last_pick"]))

@@ -7,9 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import Line, Source, execute, read
-from grind_env.envs.infeed.infeed import Infeed, Segment, segments, write_motions
-from grind_env.envs.infeed.step import feeding_of, infeed_stroking
-from grind_env.envs.tables import KindRow, Shop
+from grind_env.envs.feed_motions import Infeed, Segment, segments, write_motions
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.loops.cycle import PartState
@@ -18,12 +16,11 @@ from grind_env.machine.part.rows import WHEEL_FIELDS
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.process import PROCESS
-from tests.batches import FEEDS, PART, TALLY, WHEEL, as_table
+from tests.batches import FEEDS, PART, TALLY, WHEEL, as_table, feeding_row
 from tests.examples import examples
 from tests.machine.harness import DRESS, DRESS_NUMBERS, job, start_wheel
 
 ACCELERATION, DWELL = 1000.0, 0.15
-NO_KIND, NO_SHOP = KindRow(*[0.0] * len(KindRow._fields)), Shop(*[0.0] * len(Shop._fields))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -51,10 +48,8 @@ class Case:
         )
 
     def row(self, dress_seconds: float, motion: int) -> tuple[float, ...]:
-        kind = NO_KIND._replace(width=20.0, length=200.0)
-        shop = NO_SHOP._replace(dress_seconds=dress_seconds, **DRESS_NUMBERS)
-        stroking = infeed_stroking(kind, shop, float(self.E), self.infeed_block)
-        return *stroking, *feeding_of(self.infeed_block, float(self.pre_dress), motion)
+        numbers = {"width": 20.0, "length": 200.0, "dress_seconds": dress_seconds, **DRESS_NUMBERS}
+        return feeding_row(self.infeed_block, float(self.E), motion, float(self.pre_dress), numbers)
 
     @property
     def segments(self) -> list[Segment]:

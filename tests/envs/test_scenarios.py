@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.cost import Outcome
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tables import Outcome
 from grind_env.envs.tasks import load_task
 from tests.envs.harness import Array, alike, start
 

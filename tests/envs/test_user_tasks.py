@@ -13,7 +13,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from grind_env.control import read
-from grind_env.envs.blocks.program import conditions, job, job_from_surface, request_times
+from grind_env.envs.blocks.program import conditions, job, job_of, request_times
 from grind_env.envs.names import FOLDER, environment_id, shipped_names
 from grind_env.envs.tasks import Kind, Task, TaskError, load_task, read_task
 from grind_env.envs.tasks.reading import TABLES
@@ -279,7 +279,7 @@ def test_the_machine_grinds_the_same_parts_from_the_program_of_a_file(
     task, wheel = env.task, env.episodes.wheel(0)
     count = min(task.blocks, 3)
     infos = [env.step(env.action_space.sample())[4] for _ in range(count)]
-    shop = job(task, *task.kinds[:1]) if cycle == "G82" else job_from_surface(task)
+    shop = job(task, *task.kinds[:1]) if cycle == "G82" else job_of(task, [])
     start = WheelStart(
         diameter=wheel.ds,
         diamond_flat=wheel.wd,

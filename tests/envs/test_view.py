@@ -4,9 +4,9 @@ import pytest
 
 import grind_env
 from grind_env.envs import any_task
+from grind_env.envs.history import ShopMemory
 from grind_env.envs.names import task_names
 from grind_env.envs.observations import physical
-from grind_env.envs.tables import ShopMemory
 from grind_env.envs.tasks import load_task
 from grind_env.envs.view import coming_part, extent_of
 

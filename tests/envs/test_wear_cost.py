@@ -8,9 +8,9 @@ import pytest
 
 from grind_env.envs import any_task
 from grind_env.envs.contexts import CONTEXT_FACTORS, Given, read_options, without_effect
+from grind_env.envs.cost import Outcome
 from grind_env.envs.names import shipped_names
 from grind_env.envs.simulation import Simulation, advance
-from grind_env.envs.tables import Outcome
 from grind_env.envs.tasks import Task, read_task
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.process.equations import LEAST_DIAMETER

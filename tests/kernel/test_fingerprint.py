@@ -249,14 +249,14 @@ def test_a_fingerprint_is_that_of_another_process_and_place_until_a_file_of_the_
     shutil.copytree(
         Path(grind_env.__file__).parent, tmp_path / "grind_env", ignore=shutil.ignore_patterns("__pycache__")
     )
-    rooms = ("envs.blocks.step", "process.process", "envs.gauge", "machine.loops.batch")
+    rooms = ("envs.transition", "process.process", "envs.gauge", "machine.loops.batch")
     names = tuple(f"grind_env.{room}" for room in rooms)
     script = (
         "import importlib; from grind_env.kernel.fingerprint import fingerprint\n"
         "thing = frozenset(map(str, range(50)))\ndef kernel(x): return x in thing, x in {'a', 'b', 'c', 'd'}\n"
         f"kernels = [vars(importlib.import_module(name)) for name in {names}]\n"
-        "step = kernels[0]['blocks_step'](kernels[1]['PROCESS'], kernels[2]['GAUGE'])\n"
-        "print(fingerprint(step), fingerprint(kernels[3]['longest_plunges']), fingerprint(kernel))"
+        "step = kernels[0]['step_of'](kernels[1]['PROCESS'], kernels[2]['GAUGE'], True)\n"
+        "print(fingerprint(step), fingerprint(kernels[3]['as_they_come']), fingerprint(kernel))"
     )
 
     def found(seed: int) -> list[str]:
@@ -270,9 +270,9 @@ def test_a_fingerprint_is_that_of_another_process_and_place_until_a_file_of_the_
         return run.stdout.split()
 
     before = found(1)
-    step, process, gauge, batch = map(importlib.import_module, names)
-    blocks_step = step.blocks_step(process.PROCESS, gauge.GAUGE)
-    assert before[:2] == [fingerprint(blocks_step), fingerprint(batch.longest_plunges)]
+    transition, process, gauge, batch = map(importlib.import_module, names)
+    step = transition.step_of(process.PROCESS, gauge.GAUGE, True)
+    assert before[:2] == [fingerprint(step), fingerprint(batch.as_they_come)]
     assert before == found(2)
     with (tmp_path / "grind_env/kernel/elementary.py").open("a", encoding="utf-8") as file:
         file.write("# an intrinsic might be different\n")

@@ -8,10 +8,10 @@ import pytest
 
 from grind_env.arrays import Array
 from grind_env.control import read
+from grind_env.envs.cost import Outcome
 from grind_env.envs.job.simulation import JobEpisodes, JobSimulation
 from grind_env.envs.job.text import with_words_chosen
 from grind_env.envs.program_episode import Words
-from grind_env.envs.tables import Outcome
 from grind_env.machine.job import Job, Stage, WheelStart
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.machine.loops.tally import Tally

@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import read
+from grind_env.envs.cost import Outcome
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.program_episode import Words
-from grind_env.envs.tables import Outcome
 from grind_env.errors import GrindError
 from grind_env.machine.dress.mounting import first_wheel, new_wheel
 from grind_env.machine.dress.program import run_dress

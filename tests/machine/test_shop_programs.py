@@ -9,8 +9,8 @@ import pytest
 
 from grind_env.cli import main
 from grind_env.control import Programs, check, read, read_file
+from grind_env.envs.cost import Outcome
 from grind_env.envs.job.simulation import JobSimulation
-from grind_env.envs.tables import Outcome
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job
 from grind_env.machine.loops.tally import Tally

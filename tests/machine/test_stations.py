@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import read
+from grind_env.envs.cost import Outcome
 from grind_env.envs.job.outline import JobProgramError
 from grind_env.envs.job.simulation import JobSimulation
-from grind_env.envs.tables import Outcome
 from grind_env.machine.grind import grind
 from grind_env.machine.job import Job, JobError, Part, PartConditions, Station
 from grind_env.machine.job.file import load_job

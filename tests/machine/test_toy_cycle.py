@@ -15,14 +15,14 @@ from grind_env.control.cycles import RULES, Rules
 from grind_env.control.motions import CyclePlan
 from grind_env.control.rules import DEPTH_TOLERANCE, depth_after_pick, dresses_due, motion_time
 from grind_env.kernel import inlined
-from grind_env.machine.loops.batch import NO_MOTIONS
+from grind_env.machine.loops.batch import CYCLE_FIELDS, NO_MOTIONS
 from grind_env.machine.loops.courses import COURSES, course_of
 from grind_env.machine.loops.cycle import PartState, Stroking
 from grind_env.machine.loops.loops import Loops, loops_of
 from grind_env.machine.loops.zones import EDGES
-from grind_env.machine.script.replay import blocks_of
+from grind_env.machine.script.replay import Placed, blocks_of
 from grind_env.machine.script.script import script_of
-from grind_env.machine.script.tables import tables_of
+from grind_env.machine.script.tables import BlockRow, PlanRow, tables_of
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.process import Drive
 from tests.batches import FEEDS, PART, TALLY, WHEEL, as_table, cold
@@ -180,6 +180,17 @@ def test_the_interpreter_and_the_compiled_loop_run_it_alike(
     assert tally["seconds"] == pytest.approx(seconds, rel=1e-12)
 
 
+class OneBlock(NamedTuple):
+    """What `grind_blocks` takes as a script."""
+
+    blocks: Any
+    plans: Any
+    motions: Any
+    placed: Any
+    cycles: Any
+    numbers: Any
+
+
 def test_a_script_of_it_is_replayed(loops: Loops, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(RULES, "G82", G84)
     monkeypatch.setitem(COURSES, "G82", COURSE)
@@ -187,10 +198,14 @@ def test_a_script_of_it_is_replayed(loops: Loops, monkeypatch: pytest.MonkeyPatc
     for case in CASES[:6]:
         record = run(case.text, job())
         script = tables_of(script_of(read(case.text + DRESS), job()))
+        row, plan = BlockRow(*script.blocks[0]), PlanRow(*script.plans[0])
+        depths = row.start, row.bottom, row.finish, row.finish_besides, plan.depth
+        placed = np.array([Placed(*depths, plan.pre_dress, row.motion, -1.0)])
+        one = OneBlock(script.blocks, script.plans, script.motions, placed, np.empty((1, CYCLE_FIELDS)), np.empty(1))
         _, parameters, wheels, parts, tallies = tables([case])
         updated = map(as_table, (wheels, parts, tallies))
         first, drive, room = np.zeros(1, np.int64), np.array([Drive(1.0, 0.15)]), (np.empty(1), np.empty(1))
-        grind_blocks(script, first, script.own, drive, parameters, *updated, *room, first)
+        grind_blocks(one, first, script.own, drive, parameters, *updated, *room, first)
         depths, dresses = case.strokes_and_dresses()
         assert (tallies["strokes"], tallies["dresses"]) == (len(depths), len(dresses))
         assert parts["Z"] == pytest.approx(depths[-1])

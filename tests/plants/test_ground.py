@@ -10,9 +10,9 @@ import pytest
 
 from grind_env.arrays import Array
 from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.cost import Outcome
 from grind_env.envs.gauge import noisy
 from grind_env.envs.simulation import Written
-from grind_env.envs.tables import Outcome
 from grind_env.envs.tasks import read_task
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.machine.loops.tally import Tally

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from grind_env.envs.blocks.simulation import BlockSimulation
-from grind_env.envs.tables import Outcome
+from grind_env.envs.cost import Outcome
 from grind_env.envs.tasks import Task, load_task
 from grind_env.policies.evaluation import cost_per_good_part, episode_seeds, run_seeds
 from grind_env.policies.problem import find_problem

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from grind_env.envs.tables import Outcome
+from grind_env.envs.cost import Outcome
 from grind_env.policies.columns import AREA
 from grind_env.policies.columns import PRESSURE as PRESSURE_FACTOR
 from grind_env.policies.scripted.estimator import SharpnessEstimator

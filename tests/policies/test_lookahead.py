@@ -5,7 +5,7 @@ import pytest
 
 from grind_env.belief.hidden import Belief
 from grind_env.envs.blocks.simulation import BlockSimulation
-from grind_env.envs.tables import Outcome
+from grind_env.envs.cost import Outcome
 from grind_env.envs.tasks import Spread, load_task
 from grind_env.policies.choices import nearest_speed, speed_grid
 from grind_env.policies.evaluation import episode_seeds, run_seeds, start_episodes

@@ -14,12 +14,12 @@ import pytest
 
 from grind_env.arrays import Array
 from grind_env.control import read
-from grind_env.envs.any_task import SIMULATIONS
 from grind_env.envs.blocks.simulation import BlockSimulation
+from grind_env.envs.cost import Outcome
 from grind_env.envs.gauge import GAUGE
+from grind_env.envs.history import ShopMemory
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.simulation import Simulation, Written
-from grind_env.envs.tables import Outcome, ShopMemory
 from grind_env.envs.tasks import read_task
 from grind_env.kernel import exp, inlined
 from grind_env.kernel.columns import replacer
@@ -235,7 +235,7 @@ TASKS = ("power_limited", "reciprocation", "wide_plates")
 
 def simulation_of(name: str, process: Process = TOY, gauge: Gauge = METER) -> BlockSimulation:
     task = read_task(name)
-    return SIMULATIONS[task.cycle](task, process=process, gauge=gauge)
+    return BlockSimulation(task, process=process, gauge=gauge)
 
 
 CHOICES = [(9000.0, 0.0), (21_000.0, 2.0), (14_000.0, 0.0), (6000.0, 1.0), (12_000.0, 0.0)]

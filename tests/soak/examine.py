@@ -15,11 +15,11 @@ import numpy as np
 from grind_env.arrays import Array
 from grind_env.control import Control, ControlError, Dwell, Programs, check, read
 from grind_env.control.control import WHEEL_RADIUS
+from grind_env.envs.cost import Outcome
 from grind_env.envs.job.outline import JobProgramError
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.job.text import with_words_chosen
 from grind_env.envs.program_episode import PassageError, ProgramEpisode
-from grind_env.envs.tables import Outcome
 from grind_env.errors import GrindError
 from grind_env.machine.dress.mounting import first_diameter
 from grind_env.machine.grind import grind, refuse_unjudged

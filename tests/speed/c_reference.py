@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from grind_env.control.cycles.plunge import PlungeProgress
-from grind_env.machine.loops.batch import longest_plunges
+from grind_env.control.cycles.plunge import PlungeCycle, PlungeProgress
+from grind_env.machine.loops.batch import longest_first_of
 from grind_env.process.state import StrokeConstants
 from tests.batches import CYCLE, PARAMETERS, PART, TALLY, WHEEL
 
@@ -72,7 +72,7 @@ def compiled(folder: Path, lanes: int) -> Loop:
     def plunges(*tables: Any) -> None:
         machines = len(tables[0])
         order = np.empty(machines, np.int64)
-        longest_plunges(tables[0], np.arange(machines), order)
+        longest_first_of(PlungeCycle)(tables[0], np.arange(machines), order)
         pointers = (table.ctypes.data_as(ctypes.c_void_p) for table in (*tables, order))
         run(*pointers, ctypes.c_int64(machines))
 

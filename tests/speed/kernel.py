@@ -8,19 +8,20 @@ import llvmlite.binding
 import numpy as np
 
 from grind_env.arrays import Array
+from grind_env.control.cycles.plunge import PlungeCycle
 from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.control.rules import DEPTH_TOLERANCE, motion_time
 from grind_env.envs.blocks.episode import EpisodeGenerator
-from grind_env.envs.infeed.infeed import write_motions
-from grind_env.envs.infeed.step import feeding_of, infeed_of, infeed_stroking
-from grind_env.envs.tables import kind_row, shop_row
+from grind_env.envs.cost import shop_row
+from grind_env.envs.feed_motions import infeed_of, write_motions
+from grind_env.envs.tables import kind_row
 from grind_env.envs.tasks import Task, load_task, read_task
 from grind_env.kernel import compile_at_once
-from grind_env.machine.loops.batch import NO_MOTIONS, longest_plunges
+from grind_env.machine.loops.batch import NO_MOTIONS, longest_first_of
 from grind_env.machine.loops.feeding import FeedMotion
 from grind_env.machine.loops.rows import RULES_FROM
 from grind_env.machine.loops.zones import strip_centres, strip_zones
-from tests.batches import CYCLE, FEEDS, PARAMETERS, PART, PLUNGES, TALLY, TRAVERSES, WHEEL, as_table, cold
+from tests.batches import CYCLE, FEEDS, PARAMETERS, PART, PLUNGES, TALLY, TRAVERSES, WHEEL, as_table, cold, feeding_row
 from tests.speed.c_reference import LANES, Loop, compiled, compiler
 from tests.speed.turns import Ratios, fresh_process, in_turns, over, seconds_of
 
@@ -63,7 +64,7 @@ def cycles(machines: int, seed: int = 0) -> tuple[np.ndarray, ...]:
 def plunges(*tables: np.ndarray) -> None:
     """G82 in lanes, with the sorting."""
     order = np.empty(len(tables[0]), np.int64)
-    longest_plunges(tables[0], np.arange(len(tables[0])), order)
+    longest_first_of(PlungeCycle)(tables[0], np.arange(len(tables[0])), order)
     PLUNGES.lanes(*tables, NO_MOTIONS, order, 0, 1)
 
 
@@ -76,9 +77,10 @@ def feedings(machines: int, seed: int = 0) -> tuple[tuple[np.ndarray, ...], Loop
     motions = np.zeros((2 * (most + 1) * machines, len(FeedMotion._fields)))
     for first in range(0, len(motions), 2 * (most + 1)):
         speed, executions = rng.uniform(3000.0, 30_000.0), float(rng.integers(0, most + 1))
-        infeed = infeed_of(kind, kind.stock, speed, shop.dwell, executions, shop.acceleration, rate)
+        table = shop.dwell, executions, shop.acceleration, rate
+        infeed = infeed_of(kind.stroke, kind.sparkout, kind.stock, speed, *table)
         write_motions(motions, first, infeed)
-        rows.append((*infeed_stroking(kind, shop, speed, infeed), *feeding_of(infeed, 0.0, first)))
+        rows.append(feeding_row(infeed, speed, first, 0.0, kind._asdict() | shop._asdict()))
 
     def feeds(*tables: np.ndarray) -> None:
         FEEDS.lanes(*tables, motions, np.arange(machines), 0, 1)

@@ -4,8 +4,10 @@ from typing import Any
 
 import numpy as np
 
+from grind_env.envs.cost import Shop, read_shop
+from grind_env.envs.history import read_memory
 from grind_env.envs.observations import LEAST_SLACK, Layout, Readings
-from grind_env.envs.tables import Shop, read_kind, read_memory, read_shop
+from grind_env.envs.tables import read_kind
 from grind_env.envs.tape import TapeRow, place_of, read_row
 from grind_env.kernel import entry, inlined, log
 from grind_env.kernel.columns import lane_writer
@@ -116,6 +118,7 @@ def observe_block(
         executions_left=(seen.diameter - shop.least_diameter) / execution_depth,
         time_to_due=time_to_due,
         slack=slack,
+        taper=seen.taper,
         wear_flat=wheel.A,
         loading=wheel.lam,
         diamond_flat=wheel.wd,

@@ -7,7 +7,7 @@ Interpreting that program with `machine.grind` gives the record that the agent's
 import functools
 import itertools
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -18,9 +18,10 @@ from grind_env.belief.hidden import FACTORS
 from grind_env.control import Motion, ProgramEnd, Programs, ProgramStop, Source, execute, read
 from grind_env.control.cycles import RULES
 from grind_env.envs.episodes import Episodes
-from grind_env.envs.tables import ShopMemory
+from grind_env.envs.feed_motions import infeed_of, segments
+from grind_env.envs.history import ShopMemory
 from grind_env.envs.tape import SPARE_FACTORS, TapeRow
-from grind_env.envs.tasks import DRESS_CLEARANCE, PICK_FEED, Kind, Task, TaskError
+from grind_env.envs.tasks import CROSS_FEED, DRESS_CLEARANCE, PICK_FEED, Kind, Task, TaskError
 from grind_env.errors import quoted
 from grind_env.machine.dress.program import run_dress
 from grind_env.machine.job import Job, Part, PartConditions, Setup, Stage, Times
@@ -46,6 +47,10 @@ REQUEST = "OPERATOR ASKS FOR A DRESS"
 """Comment on the dwell in which the operator's request is served."""
 
 
+NO_WHEEL = WheelState(*[0.0] * len(WheelState._fields))
+"""Of a block of which the text alone counts."""
+
+
 class CycleBlock(NamedTuple):
     """The cycle block of one step."""
 
@@ -56,15 +61,15 @@ class CycleBlock(NamedTuple):
     """Depth that it had to remove, mm."""
     speed: float
     """E, mm/min."""
-    executions: int
+    executions: int = 0
     """D."""
-    pre_dress: bool
+    pre_dress: bool = False
     """Whether the block begins with a dress (G82.1)."""
-    wheel: WheelState
+    wheel: WheelState = NO_WHEEL
     """With which it began."""
-    wheel_changes: int
+    wheel_changes: int = 0
     """Wheel changes of the episode before the block."""
-    own: tuple[float, ...]
+    own: tuple[float, ...] = ()
     """What process and gauge remembered besides the wheel as it began."""
     stroke: tuple[float, float] | None = None
     """Time of a stroke and of the rest at its end, s; None where they are those of the control."""
@@ -89,20 +94,41 @@ def coming_block(
 
 
 def block_text(task: Task, block: CycleBlock) -> str:
-    """The G82 block as the control reads it."""
+    """The cycle block as the control reads it, of a G81 with its infeeds, dwells and G80, a line each."""
     overrun, kind = task.setup.overrun, block.kind
-    words = (
-        f"X{number(kind.length + overrun)}",
-        f"I{number(-overrun)}",
-        f"Y{number(-(block.surface + block.stock))}",
-        f"J{number(-kind.pick)}",
-        f"L{kind.sparkout + 1}",
-        f"F{number(PICK_FEED)}",
-        f"E{number(block.speed)}",
-        f"P{DRESS_PROGRAM}",
-        f"D{block.executions}",
-    )
-    return ("G82.1 " if block.pre_dress else "G82 ") + " ".join(words)
+    table = f"X{number(kind.length + overrun)} I{number(-overrun)}"
+    speed = f"E{number(block.speed)} P{DRESS_PROGRAM}"
+    code = f"{task.cycle}.1" if block.pre_dress else task.cycle
+    if task.cycle == "G81":
+        return "\n".join([f"{code} {table} {speed}", *_infeeds(task, block), "G80"])
+    depth = f"Y{number(-(block.surface + block.stock))} J{number(-kind.pick)}"
+    if task.cycle == "G83":
+        across = f"Z{number(kind.width - task.wheel.width)} K{number(task.cross_pick)} L{kind.sparkout}"
+        return f"{code} {table} {depth} {across} F{number(CROSS_FEED)} {speed} D{block.executions}"
+    return f"{code} {table} {depth} L{kind.sparkout + 1} F{number(PICK_FEED)} {speed} D{block.executions}"
+
+
+def _infeeds(task: Task, block: CycleBlock) -> list[str]:
+    """The infeeds of a G81 and the dwells after them, some of which ask for a dress."""
+    machine, rate, stroke = task.machine, task.infeed / 60.0, task.stroke_length(block.kind)
+    numbers = block.stock, block.speed, machine.reversal_dwell, float(block.executions), machine.acceleration, rate
+    infeed = infeed_of(stroke, float(block.kind.sparkout), *numbers)
+    if block.stroke is not None:
+        infeed = infeed._replace(travel=block.stroke[0], dwell=block.stroke[1])
+    lines = []
+    for k, part in enumerate(segments(infeed)):
+        request = f" ({REQUEST})" if k < block.executions else ""
+        lines += [f"G01 Y{number(-part.end)} F{number(task.infeed)}", f"G04 X{number(part.dwell)}{request}"]
+    return lines
+
+
+def lines_of(task: Task, block: CycleBlock) -> list[str]:
+    """A block as part of a program; the wheel sets out from the surface, of a G82 from the depth of its first pick."""
+    text = block_text(task, block)
+    if task.cycle != "G82":
+        return [*approach(task, 0.0), text, *(["G80"] if task.cycle == "G83" else [])]
+    first = min(block.surface + block.kind.pick, block.surface + block.stock)
+    return [*approach(task, first), text, "G80"]
 
 
 def approach(task: Task, depth: float) -> list[str]:
@@ -122,7 +148,7 @@ def start_of(task: Task) -> list[str]:
     return [f"O0001 ({title})", "G71 G90 G94 G19 G40", f"{speed} M03", "M08"]
 
 
-def program_of(task: Task, blocks: Sequence[CycleBlock], lines_of: Callable[[CycleBlock], list[str]]) -> str:
+def program_of(task: Task, blocks: Sequence[CycleBlock]) -> str:
     """A main program of the lines of each block, M00 before each further part, and the dress program.
 
     Where the episode changed the wheel, the operator does so at that M00 or M01.
@@ -135,7 +161,7 @@ def program_of(task: Task, blocks: Sequence[CycleBlock], lines_of: Callable[[Cyc
                 lines.append(f"M00 ({change}RETRACT, LOAD THE NEXT PART, TOUCH OFF AT Y0)")
             else:
                 lines.append(f"M01 ({change}RETRACT, GAUGE THE PART)")
-        lines += lines_of(block)
+        lines += lines_of(task, block)
     return "\n".join([*lines, "M09", "M05", "M30", *dress_program(task), ""])
 
 
@@ -213,9 +239,12 @@ def job(task: Task, *kinds: Kind, first: float | None = None) -> Job:
     return replace(bare, times=replace(times, dress_setup=beyond))
 
 
-def job_from_surface(task: Task) -> Job:
-    """The job of a task whose wheel sets out from the surface of each part: there it first meets a dress program."""
-    return job(task, *task.kinds, first=0.0)
+def job_of(task: Task, blocks: Sequence[CycleBlock]) -> Job:
+    """The job of a program of these blocks, for nominal parts; the kinds of the first part give it its own."""
+    if task.cycle != "G82":
+        return job(task, *task.kinds, first=0.0)
+    first = next((k for k, block in enumerate(blocks) if block.kind.ends_part), len(blocks) - 1)
+    return job(task, *(block.kind for block in blocks[: first + 1]))
 
 
 def part_of(task: Task, kinds: Sequence[Kind], stocks: Sequence[float], material: str) -> Part:

@@ -1,8 +1,4 @@
-"""Episodes of a task whose steps are cycle blocks: a step is a G82, and other forms change what they must.
-
-One compiled call steps all of them: cycle parameters from (E, D), the block kernel, cost, and the readings of
-the next observation.
-"""
+"""Episodes of a task whose steps are cycle blocks: its program has holes for E and D, and its tape says the stocks."""
 
 import copy
 from collections.abc import Mapping, Sequence
@@ -18,33 +14,36 @@ from grind_env.envs.blocks.branches import BlockBranches
 from grind_env.envs.blocks.episode import EpisodeGenerator
 from grind_env.envs.blocks.observe import heat_column, observe_blocks
 from grind_env.envs.blocks.program import (
-    CycleBlock,
-    approach,
     block_text,
     coming_block,
     conditions,
-    job,
+    job_of,
     program_of,
     request_times,
 )
-from grind_env.envs.blocks.step import NEW_PART, blocks_step
+from grind_env.envs.blocks.script import task_script
 from grind_env.envs.contexts import Given, drawn, without_effect
+from grind_env.envs.cost import Outcome, Shop, shop_row
 from grind_env.envs.episodes import Episodes, EpisodesT, check_running
 from grind_env.envs.gauge import GAUGE, noisy
+from grind_env.envs.history import ShopMemory
 from grind_env.envs.observations import Reading, constant_readings, physical, readings, scaling
 from grind_env.envs.simulation import Written
-from grind_env.envs.tables import Outcome, Shop, ShopMemory, kind_table, shop_row
+from grind_env.envs.tables import kind_table
 from grind_env.envs.tape import AHEAD, BLOCKS, DRAWN, SOURCE, TapeRow
 from grind_env.envs.tasks import Task
+from grind_env.envs.transition import NEW_PART, STAGE_FIELDS, Scratch, Tables, step_of
 from grind_env.envs.view import view_of
 from grind_env.kernel import MANY, MANY_ROWS, compile_at_once
 from grind_env.machine.grind import grind
-from grind_env.machine.job import Job, WheelStart
-from grind_env.machine.loops.batch import CYCLE_FIELDS
+from grind_env.machine.job import WheelStart
 from grind_env.machine.loops.cycle import PartState
-from grind_env.machine.loops.rows import OWN_FROM
+from grind_env.machine.loops.feeding import Feeding
+from grind_env.machine.loops.rows import OWN_FROM, RULES_FROM
+from grind_env.machine.loops.strips import Zone
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.record import GrindingRecord
+from grind_env.machine.script.settings import SETTINGS
 from grind_env.process.gauge import Gauge
 from grind_env.process.process import PROCESS, Process, joined
 from grind_env.process.state import WheelState
@@ -55,6 +54,8 @@ if TYPE_CHECKING:
 
 BOOKED, VOLUME = ShopMemory._fields.index("diameter"), ShopMemory._fields.index("volume")
 DIAMETER, LEAST_DIAMETER = WheelState._fields.index("ds"), Shop._fields.index("least_diameter")
+CYCLES = Tables._fields.index("cycles") - Tables._fields.index("parameters")
+NO_SETTINGS = np.empty((0, SETTINGS))
 NOTHING_GROUND = np.array(NEW_PART)
 NOTHING_KNOWN = np.array(ShopMemory(*[0.0] * len(ShopMemory._fields))._replace(gauged=-1.0, survival=1.0))
 
@@ -86,7 +87,6 @@ class BlockSimulation:
     """
 
     compiled: ClassVar[bool] = True
-    _step_of = staticmethod(blocks_step)
 
     def __init__(
         self,
@@ -104,20 +104,24 @@ class BlockSimulation:
         own = joined(process.own, gauge.own)
         self.plants = plants
         self.process, self.gauge, self._own, self._heat = process, gauge, tuple(own()), heat_column(own)
-        self.entries = self._readings(task, full=full, pre_dress=pre_dress)
+        self.entries = readings(task, full=full, pre_dress=pre_dress)
         self.kinds, self.branches = kind_table(task), BlockBranches(task)
+        script = task_script(task, self.kinds)
+        self._lead, self._whole = script.lead, script.whole
+        self._script, self._base, self._cooler = script.tables, self.branches.base[None], np.zeros((1, 1))
+        self._zones = 0 if script.whole else len(script.tables.zones)
+        self._infeed = task.infeed / 60.0
         self.usual: Mapping[str, float] = constant_readings(task, pre_dress=pre_dress)
         self._shops = np.array([shop_row(task)])
         self._materials = len(task.materials)
         self._scaling = scaling(task, self.entries)
         self._generator = EpisodeGenerator(task)
-        # reused from step to step, because the system maps tens of MB slowly; a step takes one, so threads share none
-        self._free: list[tuple[Table, ...]] = []
+        self._scratch = Scratch()
 
     def __getstate__(self) -> dict[str, Any]:
         """What grinds and shows other machines is found again by their name."""
         left_out = ("process", "gauge") if self.plants is not None else ()
-        return {name: value for name, value in vars(self).items() if name not in left_out} | {"_free": []}
+        return {name: value for name, value in vars(self).items() if name not in left_out}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         vars(self).update(state)
@@ -151,9 +155,8 @@ class BlockSimulation:
         return Episodes(**self._room(n, whole))
 
     def _room(self, n: int, whole: bool) -> dict[str, Any]:
-        """The arrays that every form has."""
         blocks = self.task.blocks
-        return room_for(n, blocks, blocks if whole else min(AHEAD, blocks), self._own)
+        return room_for(n, blocks, blocks if whole else min(AHEAD, blocks), self._own, self._zones)
 
     def whole(self, episodes: EpisodesT) -> EpisodesT:
         """As `Simulation.whole`; what has not been kept of the tapes is drawn again."""
@@ -196,38 +199,35 @@ class BlockSimulation:
         active: NDArray[np.int64] | None = None,
     ) -> tuple[Table, Table]:
         n = len(episodes.block)
-        choice = (speeds, executions, np.zeros(n) if pre_dresses is None else pre_dresses)
-        scratch = self._scratch(n)
-        results = self._run(episodes, choice, np.arange(n) if active is None else active, scratch)
-        self._free.append(scratch)
+        choice = speeds, executions, np.zeros(n) if pre_dresses is None else pre_dresses
+        room = self._scratch.take(n)
+        results = self._run(episodes, choice, np.arange(n) if active is None else active, room)
+        self._scratch.give_back(room)
         return results
 
     def _run(
-        self, episodes: Episodes, choice: tuple[Table, ...], active: NDArray[np.int64], scratch: tuple[Table, ...]
+        self, episodes: Episodes, choice: tuple[Table, ...], active: NDArray[np.int64], room: tuple[Any, ...]
     ) -> tuple[Table, Table]:
-        """Step the episodes in `active` and leave the cycles of the blocks in `scratch`."""
+        """Step the episodes in `active` and leave the cycles of the blocks in `room`."""
         check_running(episodes, active, episodes.source[:, BLOCKS])
         n = len(episodes.block)
         outcomes, results = np.zeros((n, len(Outcome._fields))), np.zeros((n, len(Tally._fields)))
-        step = self._step_of(self.process, self.gauge)
+        step = step_of(self.process, self.gauge, self._whole)
         if active.size >= MANY_ROWS:
             compile_at_once()
-        step(self._tables(scratch), episodes.in_order(), choice, active, results, outcomes)
+        step(self._tables(room), episodes.in_order(), (*choice, NO_SETTINGS), active, results, outcomes)
         return outcomes, results
 
-    def _scratch(self, n: int) -> tuple[Table, ...]:
-        """Return arrays of n rows or more that no other step uses."""
-        try:
-            scratch = self._free.pop()
-        except IndexError:
-            scratch = ()
-        if scratch and len(scratch[0]) >= n:
-            return scratch
-        return tuple(np.empty((n, *shape)) for shape in self._scratch_shapes())
-
-    def _scratch_shapes(self) -> tuple[tuple[int, ...], ...]:
-        """Return the shape of a row of each scratch array."""
-        return (CYCLE_FIELDS,), self.branches.base.shape[1:]
+    def _tables(self, room: tuple[Any, ...]) -> tuple[Any, ...]:
+        """Return the tables of the compiled step, with room for N machines; of a G81 the step writes the motions."""
+        blocks, plans, own, ways, motions, zones = self._script
+        if self._infeed > 0.0:
+            most = 2 * (self.task.action.executions + 1)
+            motions = np.empty((len(room[0]) * most, motions.shape[1]))
+        script = blocks, plans, own, ways, motions, zones
+        drawn = self._generator.kinds, self._generator.spreads
+        numbers = self.kinds, self._base, self._cooler, self._shops, *drawn, self._lead, self._infeed, 0.0
+        return *script, *numbers, *room
 
     def over(self, episodes: Episodes) -> NDArray[np.bool_]:
         return episodes.block >= self.task.blocks
@@ -249,16 +249,27 @@ class BlockSimulation:
         return observations
 
     def read(self, observation: NDArray[np.float32]) -> dict[str, Table]:
-        return readings_of(observation, self.entries, self.usual)
+        seen = readings_of(observation, self.entries, self.usual)
+        # power is spent on the width of the wheel, of a part that is wider
+        return seen | {"last_width": np.minimum(seen["last_width"], self.task.wheel.width)}
 
     def block(self, episodes: Episodes, i: int, speed: float, executions: float, pre_dress: float = 0.0) -> Any:
-        return coming_block(self.task, episodes, i, speed, executions, pre_dress)
+        block = coming_block(self.task, episodes, i, speed, executions, pre_dress)
+        if self._infeed == 0.0 or self.process.before is None:
+            return block
+        # how long a stroke takes on a table with a speed of its own, a copy shows
+        room = self._scratch.take(1)
+        choice = tuple(np.array([number]) for number in (speed, executions, pre_dress))
+        self._run(episodes.pick([i]), choice, np.arange(1), room)
+        found = Feeding(*room[CYCLES][0, RULES_FROM : RULES_FROM + len(Feeding._fields)].tolist())
+        self._scratch.give_back(room)
+        return block._replace(stroke=(found.travel, found.dwell))
 
     def text(self, block: Any) -> str:
         return block_text(self.task, block)
 
     def program(self, blocks: Sequence[Any]) -> str:
-        return program_of(self.task, blocks, self._lines)
+        return program_of(self.task, blocks)
 
     def written(self, episodes: Episodes, i: int, blocks: Sequence[Any]) -> Written:
         program, found, start = self.program(blocks), blocks[0].wheel, self.task.start
@@ -269,7 +280,7 @@ class BlockSimulation:
             volume_since_dress=None if start.wear_flat_area is None else found.V,
         )
         parts, own = conditions(self.task, self.tape(episodes, i)), blocks[0].own[: len(self.process.own._fields)]
-        shop = replace(self._job(blocks), wheel=wheel, parts=tuple(parts), process=self.process, own=own)
+        shop = replace(job_of(self.task, blocks), wheel=wheel, parts=tuple(parts), process=self.process, own=own)
         return Written(program, shop, request_times(read(program), shop))
 
     def record(self, episodes: Episodes, i: int, blocks: Sequence[Any]) -> GrindingRecord:
@@ -279,31 +290,12 @@ class BlockSimulation:
     def view(self, episodes: Episodes, i: int, blocks: Sequence[Any], outcomes: Sequence[Outcome]) -> EpisodePicture:
         return view_of(self.task, episodes, i, blocks, outcomes, self.text(blocks[-1]) if blocks else "")
 
-    def _lines(self, block: CycleBlock) -> list[str]:
-        """Write a block as part of a program."""
-        first = min(block.surface + block.kind.pick, block.surface + block.stock)
-        return [*approach(self.task, first), self.text(block), "G80"]
 
-    @staticmethod
-    def _readings(task: Task, *, full: bool, pre_dress: bool) -> tuple[Reading, ...]:
-        """The entries of the observation."""
-        return readings(task, full=full, pre_dress=pre_dress)
-
-    def _tables(self, scratch: tuple[Table, ...]) -> tuple[Any, ...]:
-        """Return the tables of the compiled step, with scratch arrays of N rows."""
-        drawn = self._generator.kinds, self._generator.spreads
-        return self.kinds, self.branches.base, self._shops, *drawn, *scratch
-
-    def _job(self, blocks: Sequence[Any]) -> Job:
-        """The job of their program, for nominal parts and a new wheel; the kinds of the first part give it its own."""
-        first = next((k for k, block in enumerate(blocks) if block.kind.ends_part), len(blocks) - 1)
-        return job(self.task, *(block.kind for block in blocks[: first + 1]))
-
-
-def room_for(n: int, blocks: int, rows: int, own: tuple[float, ...]) -> dict[str, Any]:
+def room_for(n: int, blocks: int, rows: int, own: tuple[float, ...], zones: int) -> dict[str, Any]:
     """Arrays for N episodes of that many blocks, by name.
 
-    Tapes have so many `rows`, and `own` is what process and gauge remember at the start.
+    Tapes have so many `rows`, and `own` is what process and gauge remember at the start; parts have so many `zones`, or
+    none that the wheel covers.
     """
     return {
         "tape": np.empty((n, rows, len(TapeRow._fields))),
@@ -313,6 +305,10 @@ def room_for(n: int, blocks: int, rows: int, own: tuple[float, ...]) -> dict[str
         "memory": np.empty((n, len(ShopMemory._fields))),
         "source": np.zeros((n, SOURCE)),
         "schedule": np.zeros((n, blocks), np.int16),
+        "stages": np.zeros((n, STAGE_FIELDS)),
+        "surfaces": np.empty((n, zones, len(Zone._fields))),
+        "machine": np.zeros(n, np.int64),
+        "forces": np.ones((n, 1)),
     }
 
 
@@ -327,6 +323,7 @@ def forget(episodes: Episodes, index: Numbers, volume: float, own: tuple[float, 
     episodes.memory[index] = NOTHING_KNOWN
     episodes.memory[index, VOLUME] = volume
     episodes.memory[index, BOOKED] = episodes.wheels[index, DIAMETER]
+    episodes.stages[index], episodes.machine[index], episodes.forces[index] = 0.0, 0, 1.0
 
 
 def seat(episodes: Episodes, index: Numbers, given: Sequence[Given]) -> None:

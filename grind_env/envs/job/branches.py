@@ -1,7 +1,6 @@
 """The cycle blocks of a program, which a branch may try one by one: each is a row, and the same text is a kind."""
 
 from collections.abc import Mapping, Sequence
-from typing import cast
 
 import numpy as np
 
@@ -9,8 +8,8 @@ from grind_env.arrays import Numbers, Table
 from grind_env.control.rules import motion_time
 from grind_env.envs.blocks.branches import KIND, TAPE_STOCK
 from grind_env.envs.episodes import Episodes, EpisodesT
-from grind_env.envs.job.episodes import JobEpisodes
 from grind_env.envs.job.outline import BlockOutline
+from grind_env.envs.tape import BLOCKS, DRAWN
 from grind_env.machine.dress.mounting import USUAL_DEPTH, USUAL_LEAD, first_wheel
 from grind_env.machine.job import Job
 from grind_env.process.cost import running_cost
@@ -75,15 +74,16 @@ class ProgramBranches:
         return range(block, last + 1)
 
     def lengthened(self, episodes: EpisodesT, blocks: range) -> EpisodesT:
-        """The episodes themselves: what a tape of one block says holds for those after it."""
-        return episodes
+        tape = np.repeat(episodes.tape, len(blocks), axis=1)
+        tape[:, :, KIND] = blocks
+        return episodes.on(tape)
 
     def first_wheels(self, count: int) -> Table:
         """As `Branches.first_wheels`: all the same."""
         return np.tile(self.wheel, (count, 1))
 
     def load(self, episodes: Episodes, index: Numbers, rows: Numbers, stocks: Table) -> None:
-        mine = cast(JobEpisodes, episodes)
-        mine.block[index] = mine.first[index] = rows
-        mine.tape[index, 0, KIND] = rows
-        mine.tape[index, 0, TAPE_STOCK] = stocks * self._stocks[rows]
+        episodes.block[index] = 0
+        episodes.tape[index, 0, KIND] = rows
+        episodes.tape[index, 0, TAPE_STOCK] = stocks * self._stocks[rows]
+        episodes.source[index[:, None], [BLOCKS, DRAWN]] = (len(self._blocks) - rows)[:, None]

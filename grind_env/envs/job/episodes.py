@@ -6,33 +6,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from grind_env.arrays import Numbers, Table
+from grind_env.arrays import Table
 from grind_env.envs.episodes import Episodes, EpisodesT
-from grind_env.envs.job.step import JobArrays
 from grind_env.envs.program_episode import ProgramEpisode
+from grind_env.envs.tape import BLOCKS, DRAWN
+from grind_env.envs.transition import KIND
 
 
 @dataclass(slots=True)
 class JobEpisodes(Episodes):
-    """The state of N episodes.
+    """The state of N episodes; `programs` are those under execution if the control runs them."""
 
-    `stages` is what each part has come to since it was last judged, shape (N, fields of `step.StageSoFar`); `surfaces`
-    are the parts in zones, shape (N, zones, fields of `Zone`); `first` is the number of the block that each tape begins
-    with, shape (N,); `machine` is the number of that on which each runs (`JobSimulation.on_machines`), shape (N,), and
-    `forces` a factor on its forces in each block, shape (N, 1 or blocks); `programs` are those under execution if the
-    control runs them.
-    """
-
-    stages: Table
-    surfaces: Table
-    first: Numbers
-    machine: Numbers
-    forces: Table
     programs: list[ProgramEpisode]
-
-    def compiled_arrays(self) -> JobArrays:
-        """What the compiled step takes of them."""
-        return JobArrays(*(getattr(self, name) for name in JobArrays._fields))
 
     def pick(self, index: ArrayLike) -> "JobEpisodes":
         """Copies of the episodes at `index` (which may repeat); a program under execution is run anew."""
@@ -41,12 +26,8 @@ class JobEpisodes(Episodes):
         programs = [copy.deepcopy(self.programs[i]) for i in chosen.tolist()] if self.programs else []
         return JobEpisodes(programs=programs, **arrays)
 
-    def coming(self) -> Table:
-        at = np.minimum(self.block - self.first, self.tape.shape[1] - 1)
-        return np.asarray(self.tape[np.arange(len(at)), at])
-
-    def window(self: EpisodesT, tape: Table, owner: Numbers, first: int, blocks: int) -> EpisodesT:
-        """As `Episodes.window`; the wheel left behind is charged for after the last block of the program only."""
-        at = np.full(len(owner), first)
-        cut = {"tape": tape[owner, first : first + blocks], "block": at, "first": at.copy()}
-        return replace(self, **cut)
+    def on(self: EpisodesT, tape: Table) -> EpisodesT:
+        """As `Episodes.on`; they end, and the wheel is charged for, after the last block of the program only."""
+        source = self.source.copy()
+        source[:, [BLOCKS, DRAWN]] = self.schedule.shape[1] - tape[:, :1, KIND]
+        return replace(self, tape=tape, source=source)

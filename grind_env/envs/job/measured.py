@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.envs.blocks.simulation import BOOKED, DIAMETER
+from grind_env.envs.cost import Outcome
 from grind_env.envs.gauge import GAUGE
+from grind_env.envs.history import ShopMemory
 from grind_env.envs.job.simulation import JobSimulation
-from grind_env.envs.job.step import Found, settle_of
 from grind_env.envs.job.tape import NEW_LOT
 from grind_env.envs.observations import gauged_diameter
-from grind_env.envs.tables import Outcome, ShopMemory
+from grind_env.envs.transition import EpisodeArrays, Found, settle_of
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.script.settings import D, E
 
@@ -118,8 +119,8 @@ class MeasuredEpisode:
         if measured.diameter is not None:
             episodes.wheels[0, DIAMETER] = measured.diameter
         outcome, found_row = np.zeros((1, OUTCOME_FIELDS)), np.array([found])
-        state, shops = episodes.compiled_arrays(), simulation.shops
-        settle = settle_of(simulation.job.process, GAUGE)
+        state, shops = EpisodeArrays(*episodes.in_order()), simulation.shops
+        _, settle = settle_of(simulation.job.process, GAUGE)
         settle(simulation.kinds, shops, state, settings, np.array([0]), tallies, found_row, outcome)
         if ends:
             episodes.memory[0, GAUGED] = NONE_GAUGED if measured.Ra is None else self._roughness(measured.Ra)

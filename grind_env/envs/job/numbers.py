@@ -7,9 +7,10 @@ import numpy as np
 
 from grind_env.arrays import Table
 from grind_env.control.rules import DEPTH_TOLERANCE
+from grind_env.envs.cost import Shop
 from grind_env.envs.job.outline import BlockOutline
 from grind_env.envs.program_episode import BlockRun
-from grind_env.envs.tables import KindRow, Shop
+from grind_env.envs.tables import KindRow
 from grind_env.machine.dress.mounting import first_wheel
 from grind_env.machine.job import Job
 from grind_env.machine.loops.feeding import FULL
@@ -34,7 +35,6 @@ def kind_of(block: BlockOutline, job: Job) -> KindRow:
         starts_part=float(block.starts_part),
         ends_part=float(block.finished),
         counts_all=float(part.rise_allowance > 0.0),
-        wait=0.0,
         rise=limits.rise,
         power=limits.power,
         roughness=limits.roughness,

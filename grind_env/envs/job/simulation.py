@@ -20,8 +20,10 @@ from grind_env.control.rewriting import with_words
 from grind_env.envs.blocks.observe import heat_column, observe_blocks
 from grind_env.envs.blocks.simulation import DIAMETER, forget, readings_of, room_for, seat, without_least_diameter
 from grind_env.envs.contexts import Given, drawn
+from grind_env.envs.cost import Outcome, Shop
 from grind_env.envs.episodes import Episodes, EpisodesT, check_running
 from grind_env.envs.gauge import GAUGE, noisy
+from grind_env.envs.history import FOUND
 from grind_env.envs.job.branches import ProgramBranches
 from grind_env.envs.job.episodes import JobEpisodes
 from grind_env.envs.job.numbers import kind_of, machines_of, shop_of, tally_of
@@ -37,20 +39,19 @@ from grind_env.envs.job.outline import (
     refuse_more,
 )
 from grind_env.envs.job.readings import ACTION, coming, constant_readings, job_readings, job_task, kinds_of
-from grind_env.envs.job.step import FOUND_FIELDS, STAGE_FIELDS, Found, jobs_step, settle_of
 from grind_env.envs.job.tape import JobGenerator, barred_factors, conditions_of
 from grind_env.envs.job.text import with_words_chosen
 from grind_env.envs.job.view import RunBlock, job_view
 from grind_env.envs.observations import scaling
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step_all
 from grind_env.envs.simulation import Written
-from grind_env.envs.tables import FOUND, Outcome, Shop
+from grind_env.envs.tape import BLOCKS, DRAWN, DrawnKind, Sigmas
+from grind_env.envs.transition import FOUND_FIELDS, EpisodeArrays, Found, Scratch, settle_of, step_of
 from grind_env.kernel import MANY, MANY_ROWS, compile_at_once
 from grind_env.machine.job import Job, PartConditions, require_conditions
 from grind_env.machine.loops.compiled import handover_cost
 from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.rows import OWN_FROM
-from grind_env.machine.loops.strips import Zone
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.record import GrindingRecord
 from grind_env.machine.script.block import ScriptError
@@ -59,13 +60,14 @@ from grind_env.machine.script.script import Script, script_of
 from grind_env.machine.script.settings import D, E, Ranges, own_settings
 from grind_env.machine.script.tables import is_whole, tables_of
 from grind_env.process.gauge import Gauge
-from grind_env.process.process import Drive, joined
+from grind_env.process.process import joined
 from grind_env.render.view import EpisodePicture
 
 if TYPE_CHECKING:
     from grind_env.plants import Plant, Plants
 
 CHANGE_SECONDS = Shop._fields.index("change_seconds")
+NOTHING_DRAWN = np.zeros((1, len(DrawnKind._fields))), np.zeros((1, len(Sigmas._fields)))
 COST, STROKES = Outcome._fields.index("cost"), Tally._fields.index("strokes")
 
 
@@ -133,7 +135,7 @@ class JobSimulation:
             job, gauge = replace(job.on(plants.first), own=()), noisy(plants.first.gauge)
         self.plants: Plants | None = None  # what the program costs, it costs on the model
         self.unread = refuse_many(programs, job)
-        self.gauge = gauge
+        self.gauge, self._scratch = gauge, Scratch()
         self._remember(job)
         task = job_task(name or Path(programs.name).stem, job, spread, file)
         self.programs, self.job, self.spread = programs, job, spread
@@ -162,8 +164,8 @@ class JobSimulation:
                 f"{programs.name} makes no stroke: it has no cycle block {codes_said('or')} and no feed move along the "
                 "table over the part, and no E, F or D to choose"
             )
-        self._zones = 1 if self.script is None else len(self.tables.zones)
-        self._whole = self.script is not None and is_whole(self.script, self.tables)
+        self._whole = self.script is None or is_whole(self.script, self.tables)
+        self._zones = 0 if self._whole else len(self.tables.zones)
         self.part_of_block = np.array([block.part for block in self.blocks])
         self.parts = parts_of(self.blocks)
         require_conditions(job.parts, self.parts, programs.name)
@@ -178,7 +180,7 @@ class JobSimulation:
         self.usual = {"last_width": engaged, "stock": 1.0, "tolerance": job.part.tolerance, **constant}
         self.kinds = np.array([kind_of(block, job.of_part(block.part + 1)) for block in self.blocks])
         self._own = np.array([own_settings(block.plan, block.dress) for block in self.blocks])
-        self.shops = np.array([shop_of(job, 1.0)])
+        self.shops, self._lead = np.array([shop_of(job, 1.0)]), np.full(len(self.blocks), -1.0)
         self._said_of = coming(self.blocks, self.entries)
         said = np.isfinite(self._said_of).all(axis=0)
         self._said, self._read = np.flatnonzero(said), np.flatnonzero(~said)
@@ -285,12 +287,7 @@ class JobSimulation:
         """As `Simulation.room`; the tape of a program is always whole."""
         blocks = len(self.blocks)
         return JobEpisodes(
-            **room_for(n, blocks, blocks, self._start),
-            stages=np.zeros((n, STAGE_FIELDS)),
-            surfaces=np.empty((n, self._zones, len(Zone._fields))),
-            first=np.zeros(n, np.int64),
-            machine=np.zeros(n, np.int64),
-            forces=np.ones((n, 1)),
+            **room_for(n, blocks, blocks, self._start, self._zones),
             programs=[],
         )
 
@@ -320,10 +317,7 @@ class JobSimulation:
 
     def clear(self, episodes: Episodes, index: Numbers) -> None:
         forget(episodes, index, self.task.start.volume, self._start)
-        mine = _job_episodes(episodes)
-        mine.stages[index] = 0.0
-        mine.first[index] = mine.machine[index] = 0
-        mine.forces[index] = 1.0
+        episodes.source[index[:, None], [BLOCKS, DRAWN]] = len(self.blocks)
 
     def holding(self, plant: "Plant") -> "JobSimulation":
         twin = copy.copy(self)
@@ -333,14 +327,14 @@ class JobSimulation:
     def taken(self, episodes: Episodes, choice: tuple[Table, ...]) -> tuple[Table, ...]:
         """E and D as the coming blocks take them: E as a word says it or as it is, and D where there is such a word."""
         speeds, executions = choice
-        number = np.minimum(episodes.block, self.task.blocks - 1)
+        number = self.branches.rows_of(episodes.coming())
         inches = np.round(speeds / INCH, 4) * INCH
         said = np.where(self._inch[number], inches, np.rint(speeds))
         said = np.where(speeds == self._own[number, E], speeds, said)
         return said, executions * self._takes_dresses[number]
 
     def over(self, episodes: Episodes) -> NDArray[np.bool_]:
-        return episodes.block >= len(self.blocks)
+        return np.asarray(episodes.block >= episodes.source[:, BLOCKS])
 
     def block(self, episodes: Episodes, i: int, speed: float, executions: float, pre_dress: float = 0.0) -> RunBlock:
         return RunBlock(int(episodes.block[i]), float(speed), int(executions), episodes.own(i))
@@ -382,7 +376,7 @@ class JobSimulation:
 
     def own_settings(self, episodes: Episodes) -> Table:
         """What the program itself sets in the coming blocks, shape (N, fields of `BlockSettings`)."""
-        return self._own.take(episodes.block, axis=0, mode="clip")
+        return self._own[self.branches.rows_of(episodes.coming())]
 
     def step(
         self,
@@ -403,7 +397,7 @@ class JobSimulation:
         assert isinstance(episodes, JobEpisodes)
         n = len(episodes.block)
         active = np.arange(n) if active is None else active
-        check_running(episodes, active, len(self.blocks))
+        check_running(episodes, active, episodes.source[:, BLOCKS])
         outcomes, tallies = np.zeros((n, len(Outcome._fields))), np.zeros((n, len(Tally._fields)))
         chosen = self.own_settings(episodes)
         if settings is not None:
@@ -416,12 +410,12 @@ class JobSimulation:
             self._execute(episodes, chosen, active, tallies, outcomes)
             return outcomes, tallies
         approach, (_, base, cooler, _) = self.script.approach, self.machines
-        room = np.empty((n, base.shape[2])), np.empty(n), np.empty(n), np.empty((n, len(Drive._fields)))
-        tables = *self.tables, self.kinds, base, cooler, self.shops, approach, *room
-        step = jobs_step(self.process, self.gauge, self._whole)
+        step, none, room = step_of(self.process, self.gauge, self._whole), np.zeros(n), self._scratch.take(n)
+        tables = *self.tables, self.kinds, base, cooler, self.shops, *NOTHING_DRAWN, self._lead, 0.0, approach, *room
         if active.size >= MANY_ROWS:
             compile_at_once()
-        step(tables, tuple(episodes.compiled_arrays()), (chosen,), active, tallies, outcomes)
+        step(tables, episodes.in_order(), (none, none, none, chosen), active, tallies, outcomes)
+        self._scratch.give_back(room)
         return outcomes, tallies
 
     def observe(self, episodes: Episodes) -> NDArray[np.float32]:
@@ -474,8 +468,8 @@ class JobSimulation:
             episodes.wheels[i, :OWN_FROM], episodes.wheels[i, OWN_FROM : OWN_FROM + own.size] = machine.wheel, own
             episodes.parts[i] = PartState(Z=machine.part.deepest, S=machine.part.stock - 0.001 * error, Rs=roughness)
         episodes.memory[active, FOUND] = before
-        state = episodes.compiled_arrays()
-        settle = settle_of(self.process, self.gauge)
+        state = EpisodeArrays(*episodes.in_order())
+        _, settle = settle_of(self.process, self.gauge)
         settle(self.kinds, self.shops, state, chosen, active, tallies, found, outcomes)
 
     def _handover(self, program: ProgramEpisode, run: BlockRun) -> float:

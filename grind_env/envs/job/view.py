@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.job.outline import BlockOutline, parts_of
 from grind_env.envs.job.readings import ACTION
-from grind_env.envs.tables import Outcome
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.view import STOCK_ROOM, ground_block
 from grind_env.machine.job import Job

@@ -3,14 +3,13 @@
 The longest predicted cycles come first, so that the lanes end together; very many machines come as they are.
 """
 
+import functools
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from grind_env.arrays import Array
-from grind_env.control.cycles.plunge import PlungeCycle
-from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.kernel import entry
 from grind_env.kernel.columns import column_reader
 from grind_env.machine.loops.courses import COURSES
@@ -32,20 +31,30 @@ NO_MOTIONS = np.empty((0, 0))
 """Of cycles whose strokes lie where their picks have led."""
 
 
-def longest_first_of(rules: type[Any]) -> Callable[[Array, Array, Array], None]:
+@entry
+def as_they_come(cycles: Array, machines: Array, order: Array) -> None:
+    """Write `machines` into `order` as they are."""
+    # a loop: for a copy of all numba compiles what it would say of unequal shapes
+    for k in range(machines.size):
+        order[k] = machines[k]
+
+
+@functools.cache
+def longest_first_of(rules: Any) -> Callable[[Array, Array, Array], None]:
     """Compiled `longest_first(cycles, machines, order)` for cycles whose rules have these numbers.
 
     It writes `machines` into `order`, longest predicted cycle first (counting sort, stable). Very few begin together
-    anyway. Of very many the order matters to the last ones only, and rows are read faster in their own.
+    anyway. Of very many the order matters to the last ones only, and rows are read faster in their own. Cycles whose
+    strokes nothing predicts come as they are.
     """
+    if not {"depth", "primary_pick", "secondary_pick", "at_depth"} <= {*rules._fields}:
+        return as_they_come
     read_cycle = column_reader(rules, RULES_FROM)
 
     @entry
     def longest_first(cycles: Array, machines: Array, order: Array) -> None:
         if machines.size <= LANES or machines.size >= MANY:
-            # a loop: for a copy of all numba compiles what it would say of unequal shapes
-            for k in range(machines.size):
-                order[k] = machines[k]
+            as_they_come(cycles, machines, order)
             return
         count = np.zeros(LONGEST_BUCKET + 1, np.int64)
         bucket = np.empty(machines.size, np.int64)
@@ -62,6 +71,3 @@ def longest_first_of(rules: type[Any]) -> Callable[[Array, Array, Array], None]:
             count[bucket[k]] += 1
 
     return longest_first
-
-
-longest_plunges, longest_traverses = longest_first_of(PlungeCycle), longest_first_of(TraverseCycle)

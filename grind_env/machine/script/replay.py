@@ -2,7 +2,7 @@
 
 import functools
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from grind_env.control.cycles import RULES, Rules
 from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.kernel import entry, inlined, inlined_rule
 from grind_env.kernel.columns import column_reader, column_writer, replacer
-from grind_env.machine.loops.batch import CYCLE_FIELDS, NO_MOTIONS
+from grind_env.machine.loops.batch import NO_MOTIONS, longest_first_of
 from grind_env.machine.loops.courses import COURSES, Course
 from grind_env.machine.loops.cycle import PartState, Stroking
 from grind_env.machine.loops.feeding import FEED, FULL, Feeding, deepest_pick
@@ -29,6 +29,39 @@ down_to = replacer(Stroking, "full_plunge", "finish")
 STROKES = Tally._fields.index("strokes")
 
 
+class Placed(NamedTuple):
+    """Where a block lies on the part of one machine, as of `BlockRow` and of its plan.
+
+    `start`, `bottom`, `finish` and `finish_besides` are mm.
+    """
+
+    start: float
+    bottom: float
+    finish: float
+    finish_besides: float
+    depth: float
+    """From `start` to `bottom`, mm."""
+    pre_dress: float
+    """1 for a dress before the first stroke, else 0."""
+    motion: float
+    """Index of its first motion beside the table; `NO_BLOCK` without any."""
+    pick: float
+    """By how much a stroke goes deeper at most, mm; negative where that has to be found."""
+
+
+BESIDE, PICK = Placed._fields.index("motion"), Placed._fields.index("pick")
+read_placed, write_placed = column_reader(Placed), column_writer(Placed)
+lying = replacer(BlockRow, "start", "bottom", "finish", "finish_besides", "motion")
+to_depth = replacer(PlanRow, "depth", "pre_dress")
+
+
+@inlined
+def place_written(placed: Any, i: int, row: BlockRow, plan: Any) -> None:
+    """Let the block of machine i lie where the program has it."""
+    here = row.start, row.bottom, row.finish, row.finish_besides
+    write_placed(placed, i, Placed(*here, plan.depth, plan.pre_dress, row.motion, -1.0))
+
+
 @inlined
 def plan_of(row: BlockRow, own: Any, settings: BlockSettings) -> Any:
     """The plan of a block with settings in place of its own; its Q is as its J if it has none (ruling 4)."""
@@ -39,9 +72,11 @@ def plan_of(row: BlockRow, own: Any, settings: BlockSettings) -> Any:
 
 @inlined
 def chosen_block(script: Any, number: int, settings: Any, i: int) -> tuple[BlockRow, Any, BlockSettings]:
-    """Block `number` of a script, its plan, and the settings with which machine i runs it."""
-    row, chosen = read_block(script.blocks, number), read_settings(settings, i)
-    return row, plan_of(row, read_plan(script.plans, number), chosen), chosen
+    """Block `number` of a script where machine i has it, its plan, and the settings with which it is run."""
+    row, chosen, placed = read_block(script.blocks, number), read_settings(settings, i), read_placed(script.placed, i)
+    row = lying(row, (placed.start, placed.bottom, placed.finish, placed.finish_besides, placed.motion))
+    plan = to_depth(read_plan(script.plans, number), (placed.depth, placed.pre_dress))
+    return row, plan_of(row, plan, chosen), chosen
 
 
 @inlined
@@ -147,21 +182,28 @@ def _never(cycle: Any) -> bool:
 
 
 @inlined
-def _none(numbers: Any, cycles: Any, parameters: Any, wheels: Any, surfaces: Any, tallies: Any) -> None:
+def _none(numbers: Any, active: Any, cycles: Any, parameters: Any, wheels: Any, surfaces: Any, tallies: Any) -> None:
     pass
 
 
 def _in_turn(loops: Mapping[str, Loops]) -> Callable[..., None]:
-    """`run(numbers, cycles, parameters, wheels, surfaces, tallies)`: machines by the numbers of their cycles."""
+    """`run(numbers, active, cycles, parameters, wheels, surfaces, tallies)`: by the numbers of the cycles."""
     (code, first), *others = loops.items()
-    number, grind_cycles = NUMBERS[code], first.lanes
+    number, grind_cycles, cycle = NUMBERS[code], first.lanes, COURSES[code].cycle
+    longest_first = longest_first_of(cycle)  # type: ignore[arg-type]
     grind_others = _in_turn(dict(others)) if others else _none
 
     @entry
-    def run(numbers: Any, cycles: Any, parameters: Any, wheels: Any, surfaces: Any, tallies: Any) -> None:
-        order = np.flatnonzero(numbers == number)
+    def run(numbers: Any, active: Any, cycles: Any, parameters: Any, wheels: Any, surfaces: Any, tallies: Any) -> None:
+        mine, count = np.empty(active.size, np.int64), 0
+        for i in active:
+            if numbers[i] == number:
+                mine[count] = i
+                count += 1
+        order = np.empty(count, np.int64)
+        longest_first(cycles, mine[:count], order)
         grind_cycles(cycles, parameters, wheels, surfaces, tallies, NO_MOTIONS, order, 0, 1)
-        grind_others(numbers, cycles, parameters, wheels, surfaces, tallies)
+        grind_others(numbers, active, cycles, parameters, wheels, surfaces, tallies)
 
     return run
 
@@ -193,7 +235,8 @@ def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., f
         """Run a block on each of some machines.
 
         Args:
-            script: the program, with the fields of `ScriptTables`.
+            script: `blocks`, `plans` and `motions` of `ScriptTables`; where blocks lie, `placed`, shape (N, fields
+                of `Placed`); room for `cycles`, shape (N, `CYCLE_FIELDS`), and their `numbers`, shape (N,).
             block: number of the block of each machine, shape (N,), int64.
             settings: of that block, shape (N, fields of `BlockSettings`).
             drives: what the table makes of its commands in it, shape (N, fields of `Drive`).
@@ -205,23 +248,26 @@ def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., f
             across: whether the cycle has come to its end where its crossover ends, shape (N,); written.
             active: machines to run, int64.
         """
-        n = block.size
-        cycles, numbers = np.empty((n, CYCLE_FIELDS)), np.full(n, NO_COURSE)
-        feeding, feeds = np.empty(n, np.int64), 0
+        cycles, numbers = script.cycles, script.numbers
+        feeding, feeds = np.empty(active.size, np.int64), 0
         for i in active:
             row, plan, chosen = chosen_block(script, block[i], settings, i)
-            picks[i] = max(min(deepest_plunge(plan), plan.depth), row.start + row.surface - deepest(surfaces, i))
+            picks[i] = script.placed[i, PICK]
+            if picks[i] < 0.0:
+                picks[i] = max(min(deepest_plunge(plan), plan.depth), row.start + row.surface - deepest(surfaces, i))
             numbers[i] = row.cycle
             write_stroking(cycles, i, stroking_of(row, plan, chosen, read_drive(drives, i)))
             across[i] = write_rules(row.cycle, plan, row.coverage, cycles, i)
-        grind_cycles(numbers, cycles, parameters, wheels, surfaces, tallies)
+        grind_cycles(numbers, active, cycles, parameters, wheels, surfaces, tallies)
         for i in active:
-            row, plan, chosen = chosen_block(script, block[i], settings, i)
-            if row.motion >= 0.0:
+            if script.placed[i, BESIDE] >= 0.0:
+                row, plan, chosen = chosen_block(script, block[i], settings, i)
                 stroking, before = read_stroking(cycles, i), deepest(surfaces, i)
                 dwell = read_drive(drives, i).dwell
                 cycle = feeding_of(row, plan, stroking.speed, dwell, tallies[i, STROKES])
-                most, reached = deepest_pick(stroking, cycle, before, script.motions)
+                most, reached = script.placed[i, PICK], row.bottom
+                if most < 0.0:
+                    most, reached = deepest_pick(stroking, cycle, before, script.motions)
                 full = stroking.full_plunge
                 if row.cycle == NO_COURSE:
                     full = FULL * most

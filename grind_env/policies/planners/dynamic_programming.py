@@ -6,9 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.arrays import Array
+from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import Episodes
+from grind_env.envs.history import ShopMemory
 from grind_env.envs.simulation import Simulation, advance
-from grind_env.envs.tables import KindRow, Outcome, ShopMemory
+from grind_env.envs.tables import KindRow
 from grind_env.envs.tasks import Task
 from grind_env.machine.loops.tally import Tally
 from grind_env.policies.choices import Decision, all_choices

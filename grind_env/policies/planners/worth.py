@@ -15,10 +15,12 @@ import numpy as np
 
 from grind_env.arrays import Array, Numbers
 from grind_env.belief.hidden import FACTORS
+from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import Episodes
+from grind_env.envs.history import ShopMemory
 from grind_env.envs.model import MemberModel
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tables import KindRow, Outcome, ShopMemory
+from grind_env.envs.tables import KindRow
 from grind_env.envs.tape import TapeRow
 from grind_env.policies.choices import Decision, all_choices
 from grind_env.policies.columns import AREA, COST, LOADING, NEW_LOT, PRESSURE, STOCK

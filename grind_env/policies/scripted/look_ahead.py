@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from grind_env.arrays import Array
 from grind_env.belief.wheel import WheelBelief
+from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import Episodes
+from grind_env.envs.history import ShopMemory
 from grind_env.envs.model import MemberModel
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tables import Outcome, ShopMemory
 from grind_env.envs.tasks import Task
 from grind_env.policies.choices import Decision, cheapest_choice
 from grind_env.policies.columns import AREA, COST, LOADING, PRESSURE, ROUGHNESS

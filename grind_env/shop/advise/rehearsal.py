@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from grind_env.arrays import Array
+from grind_env.envs.cost import Outcome
 from grind_env.envs.job.outline import JobChoice
 from grind_env.envs.job.simulation import JobSimulation
-from grind_env.envs.tables import Outcome
 from grind_env.shop.advise.adviser import Adviser
 from grind_env.shop.advise.readings import MachineReadings
 

@@ -1,5 +1,7 @@
 """The commands of `grind` for one's own programs, jobs and logs, a module for each; `start.py` has the first ones."""
 
+from collections.abc import Callable
+
 import typer
 
 from grind_env.shop.commands.advise import advise
@@ -10,7 +12,7 @@ from grind_env.shop.commands.report import report
 from grind_env.shop.commands.start import catalogue, init, job
 from grind_env.shop.commands.sweep import sweep
 
-EXAMPLES = {
+EXAMPLES: dict[Callable[..., None], tuple[str, ...]] = {
     init: ("grind init my_part", "grind init rail && grind run rail/part.nc"),
     job: ("grind job --template > plate.toml",),
     catalogue: ("grind catalogue wheel a60j",),

@@ -1,4 +1,4 @@
-"""Plain reciprocation with an infeed by the program: G81, `G01 Y.. F..`, a dwell for spark-out, G80.
+"""Motions of plain reciprocation with an infeed by the program: G81, `G01 Y.. F..`, a dwell for spark-out, G80.
 
 The table reciprocates on its own while the program feeds the wheel down, so that a stroke is as deep as the infeed has
 come when the table passes its middle. G81 has no auto-dress: the operator asks for the dresses. For D of them the
@@ -52,6 +52,28 @@ class Segment(NamedTuple):
     """Strokes from its begin to the dress, or to G80."""
     dwell: float
     """Programmed dwell after the infeed, s; whole ms."""
+
+
+@entry
+def infeed_of(
+    stroke: float, sparkout: float, stock: float, E: float, dwell: float, D: float, acceleration: float, rate: float
+) -> Infeed:
+    """The infeed of the G81 block that grinds `stock` mm with D requests and F `rate` (mm/s).
+
+    The table goes at E (mm/min) over the `stroke`, mm, rests for `dwell` s, and makes `sparkout` strokes in the end;
+    `acceleration` is mm/s2.
+
+    An entry and not inlined, because the program text needs it in every step of the single environment, too.
+    """
+    return Infeed(
+        travel=motion_time(stroke, E / 60.0, acceleration),
+        dwell=dwell,
+        rate=rate,
+        acceleration=acceleration,
+        target=stock,
+        requests=D,
+        sparkout=sparkout + 1.0,
+    )
 
 
 @inlined

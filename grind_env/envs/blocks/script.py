@@ -1,0 +1,73 @@
+"""The script of a task: a row for every pair of kind and material, kind by kind, whose depths the noise tape says."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from grind_env.arrays import Table
+from grind_env.control import CycleAhead, CycleStart, Motion, execute, read
+from grind_env.envs.blocks.program import CycleBlock, job_of, program_of
+from grind_env.envs.cost import shop_row
+from grind_env.envs.tables import KindRow
+from grind_env.envs.tasks import Kind, Task
+from grind_env.machine.script.block import RestTimes, ScriptBlock
+from grind_env.machine.script.script import Script
+from grind_env.machine.script.settings import DRESS_PASSES, OWN_WORDS
+from grind_env.machine.script.tables import BlockRow, ScriptTables, is_whole, tables_of
+
+
+class TaskScript(NamedTuple):
+    """A task as the compiled step has it."""
+
+    tables: ScriptTables
+    lead: Table
+    """How far below the surface the cycle of each row begins, mm, shape (rows,)."""
+    whole: bool
+    """Whether the wheel covers the parts."""
+
+
+def task_script(task: Task, kinds: Table) -> TaskScript:
+    """The script of a task, whose kinds in every material have these numbers, shape (rows, fields of `KindRow`).
+
+    The wheel's way to a block lies within the time for which the machine waits for its part.
+    """
+    scripts = [_script_of(task, kind) for kind in task.kinds]
+    found, shop = [tables_of(script) for script in scripts], shop_row(task)
+    rows = np.arange(len(kinds)) // len(task.materials)
+    plans, own, ways = (np.concatenate([each[k] for each in found])[rows] for k in (1, 2, 3))
+    # the mean infeed of a dress program is off by rounding
+    own[:, DRESS_PASSES:] = shop.dress_passes, shop.dress_feed, shop.dress_depth, shop.dress_seconds
+    blocks = [
+        _row(task, task.kinds[k], BlockRow(*found[k].blocks[0]), KindRow(*row))
+        for k, row in zip(rows.tolist(), kinds.tolist(), strict=True)
+    ]
+    zones = np.concatenate([found[k].zones for k in rows.tolist()], axis=1)
+    tables = ScriptTables(np.array(blocks), plans, own, ways, found[0].motions, zones)
+    lead = np.array([task.kinds[k].pick if task.cycle == "G82" else 0.0 for k in rows.tolist()])
+    return TaskScript(tables, lead, all(map(is_whole, scripts, found)))
+
+
+def _script_of(task: Task, kind: Kind) -> Script:
+    """The script of a block on a part of its own."""
+    block = CycleBlock(replace(kind, starts_part=True), 0.0, kind.stock, 1000.0 * task.action.speed_ends[0])
+    programs, job, stands = read(program_of(task, [block])), job_of(task, [block]), (0.0, 0.0, 0.0)
+    events = execute(programs, replace(job.control, announce_cycles=True))
+    for event in events:
+        if isinstance(event, Motion):
+            stands = event.end
+        elif isinstance(event, CycleAhead):
+            text = event.block
+        elif isinstance(event, CycleStart):
+            plan = event.plan
+            break
+    ways = (RestTimes(),) * 4
+    ground = ScriptBlock(text, False, plan, stands, stands, False, None, ways=ways, ends_part=True)
+    return Script(programs, job, (ground,), 0.0, OWN_WORDS)
+
+
+def _row(task: Task, kind: Kind, row: BlockRow, numbers: KindRow) -> BlockRow:
+    """The row of a block of a kind: after every one the part is gauged and judged by the limits of the kind."""
+    limits = {name: getattr(numbers, name) for name in ("rise", "power", "roughness", "size", "counts_all")}
+    begins = {"starts_part": numbers.starts_part, "ends_part": numbers.ends_part, "wait": task.wait_seconds(kind)}
+    return row._replace(**limits, **begins, gauged=1.0, judged=1.0, stock=0.0)

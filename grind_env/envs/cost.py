@@ -1,0 +1,204 @@
+"""What a block costs: the terms of the reward."""
+
+from typing import NamedTuple
+
+from grind_env.envs.tables import KindRow
+from grind_env.envs.tape import TapeRow
+from grind_env.envs.tasks import Task
+from grind_env.kernel import inlined
+from grind_env.kernel.columns import column_reader, column_writer
+from grind_env.machine.loops.cycle import PartState
+from grind_env.machine.loops.tally import Tally
+from grind_env.process.cost import NO_LIMIT, Rates, expenses, volume_left
+
+COST_TERMS = ("time", "wheel", "dress", "scrap", "handover")
+"""Terms of the cost of a step that every task has."""
+
+
+class Shop(NamedTuple):
+    """The numbers of a task that are the same for all its blocks.
+
+    `acceleration` is mm/s2, `dwell`, `dress_seconds` and `change_seconds` are s. `dress_passes` is the number of passes
+    of an execution, `dress_feed` is mm/s. `dress_depth`, of a pass, and `new_diameter` are mm. `hourly` is $/h,
+    `wheel_price` $/mm3, `dress_price` $ per execution; `reference_cost`, of a block, and `change_price` are $.
+    """
+
+    acceleration: float
+    dwell: float
+    dress_passes: float
+    dress_feed: float
+    dress_depth: float
+    dress_seconds: float
+    hourly: float
+    wheel_price: float
+    dress_price: float
+    reference_cost: float
+    late_price: float
+    """Of lateness, $/h."""
+    least_diameter: float
+    """Below it the wheel is changed, mm; 0 for never."""
+    wheel_width: float
+    """Of the whole wheel, mm."""
+    new_diameter: float
+    change_price: float
+    change_seconds: float
+    materials: float
+    """Number of materials: each kind of blocks stands in a table once for each of them."""
+
+
+class Outcome(NamedTuple):
+    """What one step gives back.
+
+    `time_cost`, `wheel_cost`, `dress_cost`, `scrap_cost`, `handover_cost` and `late_cost` are $.
+    `roughness` and `size_error` are um.
+    """
+
+    time_cost: float
+    wheel_cost: float
+    dress_cost: float
+    scrap_cost: float
+    handover_cost: float
+    late_cost: float
+    change_cost: float
+    """Price of a new wheel, $."""
+    cost: float
+    """Sum of the terms above, $."""
+    reward: float
+    """Ratio of minus that sum to the reference cost of a block."""
+    good: float
+    """Probability that the part that this block finished is good; 0 if it finished none."""
+    finished: float
+    """1 if the block finished a part."""
+    seconds: float
+    """Time of the block, with loading and wheel change, s."""
+    burn_ratio: float
+    """Burn ratio of the plunge that comes nearest to burning or is farthest beyond: 1 at the threshold."""
+    rise: float
+    """Highest temperature rise that counts, K."""
+    peak_power: float
+    """Highest power that the spindle gave, W: at most its limit, however high its load."""
+    peak_torque: float
+    """Ratio to that at which the spindle stalls."""
+    roughness: float
+    size_error: float
+    power_ratio: float
+    """Ratio of the highest load to the power limit."""
+    roughness_ratio: float
+    """Ratio of Ra of the surface to its limit; 0 where there is none."""
+
+
+read_shop, write_outcome = column_reader(Shop), column_writer(Outcome)
+
+
+def shop_row(task: Task) -> Shop:
+    """The numbers that are the same for all blocks of a task."""
+    rates = task.rates
+    return Shop(
+        acceleration=task.machine.acceleration,
+        dwell=task.machine.reversal_dwell,
+        dress_passes=float(task.dress.passes),
+        dress_feed=task.dress_feed,
+        dress_depth=task.dress.depth,
+        dress_seconds=task.dress_seconds,
+        hourly=rates.hourly,
+        wheel_price=rates.wheel,
+        dress_price=rates.dress,
+        reference_cost=task.reference_cost,
+        late_price=task.due.late if task.due else 0.0,
+        least_diameter=task.wheel.minimum_diameter if task.wheel_change else 0.0,
+        wheel_width=task.wheel.width,
+        new_diameter=task.wheel.diameter,
+        change_price=task.wheel_change.price if task.wheel_change else 0.0,
+        change_seconds=task.wheel_change.seconds if task.wheel_change else 0.0,
+        materials=float(len(task.materials)),
+    )
+
+
+def reward_terms(task: Task) -> dict[str, int]:
+    """The terms of the reward of a task by name, and the column of `Outcome` that holds the cost of each."""
+    names = [*COST_TERMS]
+    if task.due is not None:
+        names.append("late")
+    if task.wheel_change is not None:
+        names.append("change")
+    return {name: Outcome._fields.index(f"{name}_cost") for name in names}
+
+
+@inlined
+def counted_rise(kind: KindRow, result: Tally) -> float:
+    """Highest temperature rise that counts, K: of all plunges, or of those that no later one grinds off."""
+    return result.plunge_rise if kind.counts_all > 0.0 else result.finish_rise
+
+
+@inlined
+def rates_of(shop: Shop) -> Rates:
+    """The prices of a task."""
+    return Rates(shop.hourly, shop.wheel_price, shop.dress_price)
+
+
+@inlined
+def outcome_of(
+    kind: KindRow,
+    row: TapeRow,
+    shop: Shop,
+    part: PartState,
+    result: Tally,
+    clock: float,
+    diameter: float,
+    size_error: float,
+    rise: float,
+    good: float,
+    change: float,
+    handover: float,
+) -> Outcome:
+    """What a block has cost and made.
+
+    Args:
+        kind: of the block.
+        row: of the tape.
+        shop: numbers of the task.
+        part: after the block.
+        result: of its cycle, with all its time but a wheel change's.
+        clock: before it, s.
+        diameter: true one of the wheel before it, mm.
+        size_error: stock left on the part, um.
+        rise: highest temperature rise that counts, K.
+        good: probability that the part is still good.
+        change: 1 if the wheel is changed after the block.
+        handover: price of handing over the wheel, $.
+
+    No more of a wheel can be worn and dressed off than is left of it.
+    """
+    seconds = result.seconds + change * shop.change_seconds
+    clock += seconds
+    finished = kind.ends_part
+    removed = min(result.worn + result.dressed_off, volume_left(diameter, shop.wheel_width))
+    rates = rates_of(shop)
+    time_cost, wheel_cost, dress_cost = expenses(seconds, removed, result.dresses, rates)
+    scrap_cost = finished * kind.scrap * (1.0 - good)
+    late_cost = row.is_due * shop.late_price * max(clock - row.due, 0.0) / 3600.0
+    change_cost = change * shop.change_price
+    roughness_ratio = part.Rs / kind.roughness if kind.roughness > NO_LIMIT else 0.0
+    cost = time_cost + wheel_cost + dress_cost + scrap_cost + handover + late_cost + change_cost
+    return Outcome(
+        time_cost=time_cost,
+        wheel_cost=wheel_cost,
+        dress_cost=dress_cost,
+        scrap_cost=scrap_cost,
+        handover_cost=handover,
+        late_cost=late_cost,
+        change_cost=change_cost,
+        cost=cost,
+        reward=-cost / shop.reference_cost,
+        good=finished * good,
+        finished=finished,
+        seconds=seconds,
+        burn_ratio=result.burn_ratio,
+        rise=rise,
+        peak_power=min(result.peak_load, kind.power),
+        peak_torque=result.peak_torque,
+        roughness=part.Rs,
+        size_error=size_error,
+        power_ratio=result.peak_load / kind.power,
+        roughness_ratio=roughness_ratio,
+    )

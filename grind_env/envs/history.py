@@ -1,0 +1,174 @@
+"""What the shop floor remembers from block to block, and what of it is measured."""
+
+from typing import NamedTuple
+
+from grind_env.envs.cost import Outcome, Shop
+from grind_env.envs.observations import GAUGE_EVERY
+from grind_env.envs.tables import KindRow
+from grind_env.envs.tape import TapeRow
+from grind_env.kernel import inlined
+from grind_env.kernel.columns import column_reader, column_writer, replacer
+from grind_env.machine.loops.tally import Tally, has_stalled, mean_first_power, mean_last_power
+from grind_env.process.gauge import Shown
+
+
+class ShopMemory(NamedTuple):
+    """What the shop floor remembers from block to block.
+
+    `speed` is E in m/min, `pick` and `width` are mm, of the last block. The readings `mean_power`, `first_power` and
+    `peak_power` are W, `size_error` is um. `roughness` is a ratio to its limit. `executions`, of the last block,
+    `since_gauged`, `blocks_since_dress`, `dresses`, `parts` and `wheel_changes` are numbers of them.
+    """
+
+    speed: float
+    executions: float
+    pick: float
+    width: float
+    mean_power: float
+    first_power: float
+    peak_power: float
+    size_error: float
+    roughness: float
+    gauged: float
+    """Ratio to its limit of the roughness gauged on the last gauged part, not yet known; negative if none."""
+    since_gauged: float
+    volume: float
+    """Depth by the pre-gauge times length ground since the last dress, mm3/mm."""
+    blocks_since_dress: float
+    dresses: float
+    parts: float
+    survival: float
+    """Probability that the part in work is still good."""
+    stalled: float
+    """1 if the spindle has stalled on it."""
+    pre_dress: float
+    """1 if the last block began with a dress."""
+    clock: float
+    """Time since the start of the episode, s."""
+    wheel_changes: float
+    diameter: float
+    """Of the wheel as the shop's book says, mm: what dresses take off is compensated, wear when it is gauged."""
+    found_diameter: float
+    """True one of the wheel before the block, mm; nobody reads it, but no more can be lost than is left of it."""
+    taper: float
+    """Of the last finished part as gauged, um; 0 of one that the wheel covers."""
+
+
+read_memory, write_memory = column_reader(ShopMemory), column_writer(ShopMemory)
+FOUND = ShopMemory._fields.index("found_diameter")
+with_powers = replacer(Shown, "mean_power", "first_power", "peak_power")
+
+
+@inlined
+def booked_diameter(shown: Shown, shop: Shop, old: ShopMemory, off: float, gauged: bool, change: float) -> float:
+    """The diameter in the shop's book after a block, mm.
+
+    Args:
+        shown: after it.
+        shop: numbers of the task.
+        old: what was remembered before it.
+        off: what its dresses have taken off the diameter, mm.
+        gauged: whether the wear is known before the next block.
+        change: 1 if the wheel is changed after the block.
+    """
+    known = shown.diameter if gauged else old.diameter - off
+    return shop.new_diameter if change > 0.0 else known
+
+
+@inlined
+def truth_of(result: Tally, outcome: Outcome, diameter: float) -> Shown:
+    """What meter and gauges ought to show after a block, of the wheel its diameter, mm."""
+    return Shown(
+        mean_power=mean_last_power(result),
+        first_power=mean_first_power(result),
+        peak_power=result.peak_load,
+        size_error=outcome.size_error,
+        roughness=outcome.roughness_ratio,
+        diameter=diameter,
+    )
+
+
+@inlined
+def noise_of(row: TapeRow) -> Shown:
+    """The noise of what they show after a block."""
+    return Shown(
+        mean_power=row.mean_noise,
+        first_power=row.first_noise,
+        peak_power=row.peak_noise,
+        size_error=row.size_noise,
+        roughness=row.roughness_noise,
+        diameter=row.wheel_noise,
+    )
+
+
+@inlined
+def legible(shown: Shown, result: Tally, change: float) -> Shown:
+    """What of it is read: no power where there is none to be read, or the wheel is changed (1) after the block."""
+    # of a new wheel nothing is known yet
+    mean = shown.mean_power if result.last_count > 0.0 and change == 0.0 else 0.0
+    first = shown.first_power if result.first_count > 0.0 else 0.0
+    # nor is there a peak where the wheel has only passed above a part on which the spindle had stalled
+    peak = shown.peak_power if result.peak_load > 0.0 else 0.0
+    return with_powers(shown, (mean, first, peak))
+
+
+@inlined
+def remembered(
+    kind: KindRow,
+    result: Tally,
+    old: ShopMemory,
+    shown: Shown,
+    outcome: Outcome,
+    good: float,
+    change: float,
+    E: float,
+    D: float,
+    pre_dress: float,
+    volume: float,
+    diameter: float,
+    taper: float,
+) -> ShopMemory:
+    """What the shop floor remembers after a block that was run with E (mm/min), D and perhaps a pre-dress (1).
+
+    `shown` is what was read of it, `volume` what has been ground since the last dress of the block, mm3/mm, and
+    `diameter` that of the wheel after it, mm, both by book-keeping; `taper` is that of the part as gauged, um. The
+    other arguments are those of `outcome_of`, and what came of it.
+    """
+    ends = kind.ends_part > 0.0
+    size_error = shown.size_error if ends else old.size_error
+    known = ends and old.gauged >= 0.0
+    roughness = old.gauged if known else old.roughness
+    since_gauged = 1.0 if known else old.since_gauged + outcome.finished
+    gauged = -1.0 if ends else old.gauged
+    if ends and int(old.parts) % GAUGE_EVERY == 0:
+        gauged = shown.roughness
+    taper = taper if ends else old.taper
+    sharpened = result.dresses + change > 0.0
+    stalled = 1.0 if has_stalled(result) else 0.0
+    volume = (0.0 if change > 0.0 else volume) + (0.0 if sharpened else old.volume)
+    blocks_since_dress = 0.0 if sharpened else old.blocks_since_dress + 1.0
+    return ShopMemory(
+        speed=E / 1000.0,
+        executions=D,
+        pick=kind.pick,
+        width=kind.width,
+        mean_power=shown.mean_power,
+        first_power=shown.first_power,
+        peak_power=shown.peak_power,
+        size_error=size_error,
+        roughness=roughness,
+        gauged=gauged,
+        since_gauged=since_gauged,
+        volume=volume,
+        blocks_since_dress=blocks_since_dress,
+        dresses=old.dresses + result.dresses,
+        parts=old.parts + outcome.finished,
+        survival=good,
+        stalled=stalled,
+        pre_dress=pre_dress,
+        clock=old.clock + outcome.seconds,
+        wheel_changes=old.wheel_changes + change,
+        diameter=diameter,
+        found_diameter=old.found_diameter,
+        taper=taper,
+    )

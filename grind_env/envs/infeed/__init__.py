@@ -1,1 +1,0 @@
-"""`grind/Reciprocation-v0`: G81 with a continuous infeed."""

@@ -1,0 +1,671 @@
+"""The compiled step of every environment: load the part, run the cycle block, price it, read the gauges, go on.
+
+A row of the noise tape says which block comes: its row in the script, of a task a kind of block in a material, and its
+stock. Arrays come in plain tuples: Python hands over three of them (1.8 us) about as fast as all their arrays one by
+one (1.2 us), and named ones much slower (6 us).
+"""
+
+import functools
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from grind_env.belief.hidden import FACTORS
+from grind_env.envs.cost import Shop, counted_rise, outcome_of, read_shop, write_outcome
+from grind_env.envs.drawing import TAPER, deviation, words_of
+from grind_env.envs.feed_motions import infeed_of, write_motions
+from grind_env.envs.history import (
+    FOUND,
+    ShopMemory,
+    booked_diameter,
+    legible,
+    noise_of,
+    read_memory,
+    remembered,
+    truth_of,
+    write_memory,
+)
+from grind_env.envs.observations import TAPER_NOISE
+from grind_env.envs.tables import read_kind
+from grind_env.envs.tape import (
+    BLOCKS,
+    KEY_0,
+    KEY_1,
+    NOISE_FACTOR,
+    SPARE_FACTORS,
+    TapeRow,
+    draw_rows,
+    place_of,
+    read_row,
+    read_sigmas,
+)
+from grind_env.kernel import entry, inlined
+from grind_env.kernel.columns import column_reader, column_writer, replacer
+from grind_env.machine.dress.mounting import USUAL_DEPTH, USUAL_LEAD
+from grind_env.machine.loops.batch import CYCLE_FIELDS
+from grind_env.machine.loops.cycle import PartState, dress_lead, measured
+from grind_env.machine.loops.rows import (
+    OWN_FROM,
+    read_parameters,
+    read_part,
+    read_tally,
+    read_wheel,
+    read_zone,
+    write_part,
+    write_wheel,
+    write_zone,
+)
+from grind_env.machine.loops.shift import shift_of
+from grind_env.machine.loops.tally import Tally
+from grind_env.machine.part.gauging import gauge_zones
+from grind_env.machine.script.block import RestTimes
+from grind_env.machine.script.replay import (
+    Placed,
+    place_written,
+    read_block,
+    read_drive,
+    read_plan,
+    whole_blocks_of,
+    write_placed,
+    zoned_blocks_of,
+)
+from grind_env.machine.script.settings import BlockSettings, D, E, read_settings
+from grind_env.machine.script.tables import BlockRow
+from grind_env.process.cost import STALL, Limits, Rates, handover_cost, survival
+from grind_env.process.equations import INITIAL_ROUGHNESS
+from grind_env.process.gauge import Gauge
+from grind_env.process.process import Drive, Moment, Process, joined
+from grind_env.process.state import FORCES, StrokeParameters, WheelState
+from grind_env.process.stroke import dressed_wheel
+
+TOGETHER = 1024
+"""Episodes that are prepared, ground and settled in one go, few enough that their rows stay in a near cache."""
+DIAMETER = WheelState._fields.index("ds")
+FACTOR_COLUMNS = tuple(TapeRow._fields.index(name) for name in FACTORS)
+SPARE_COLUMNS = tuple(TapeRow._fields.index(name) for name in SPARE_FACTORS)
+PARAMETER_COLUMNS = tuple(StrokeParameters._fields.index(name) for name in FACTORS)
+FORCE_COLUMNS = tuple(StrokeParameters._fields.index(name) for name in FORCES)
+KIND, MATERIAL, STOCK = (TapeRow._fields.index(name) for name in ("kind", "material", "stock"))
+CHANGES, SURVIVAL, STALLED, CLOCK, PICK = (
+    ShopMemory._fields.index(name) for name in ("wheel_changes", "survival", "stalled", "clock", "pick")
+)
+SECONDS, TORQUE = Tally._fields.index("seconds"), Tally._fields.index("peak_torque")
+BEFORE, AFTER = RestTimes._fields.index("before"), RestTimes._fields.index("after")
+FINISH = Placed._fields.index("finish")
+NEW_PART = PartState(Z=0.0, S=0.0, Rs=INITIAL_ROUGHNESS)
+
+
+class StageSoFar(NamedTuple):
+    """What a part has come to since the operator last judged it, and where the machine stands."""
+
+    torque: float
+    """Highest torque of a stroke over that at which the spindle stalls."""
+    rise: float
+    """Highest temperature rise that counts, K."""
+    gone: float
+    """Time of the program since the last part was taken off, s."""
+    gauged: float
+    """1 if the wear of the wheel is known, else 0."""
+    rested: float
+    """Time since the last stroke, or since the wheel was changed after it, s."""
+
+
+class Found(NamedTuple):
+    """What is found after a block."""
+
+    good: float
+    """Probability that the part is good so far; of several parts finished in one block their mean."""
+    size_error: float
+    """Stock left where the part is farthest from its size, um."""
+    change: float
+    """1 if the wheel is changed, else 0."""
+    handover: float
+    """Price of handing over the wheel, $."""
+    pick: float
+    """By how much a stroke has gone deeper at most, mm."""
+    taper: float = 0.0
+    """Of the part as gauged, um."""
+
+
+read_stage, write_stage = column_reader(StageSoFar), column_writer(StageSoFar)
+with_stage, gone_on = replacer(StageSoFar, "torque", "rise", "gauged"), replacer(StageSoFar, "gone", "rested")
+with_seconds, write_drive, read_found = replacer(Tally, "seconds"), column_writer(Drive), column_reader(Found)
+STAGE_FIELDS, FOUND_FIELDS = len(StageSoFar._fields), len(Found._fields)
+
+
+class Tables(NamedTuple):
+    """A script, the numbers of its task or job, and room for N machines. The first six are those of `ScriptTables`."""
+
+    blocks: Any
+    plans: Any
+    own: Any
+    ways: Any
+    motions: Any
+    zones: Any
+    kinds: Any
+    """Of each row, shape (rows, fields of `KindRow`)."""
+    base: Any
+    """Parameters of each machine that this may be, shape (machines, 1 or rows, fields of `StrokeParameters`)."""
+    cooler: Any
+    """By how much the limits of temperature of each lie above those of the rows, K, shape (machines, 1 or rows)."""
+    shops: Any
+    """Numbers of the task or job, shape (1, fields of `Shop`)."""
+    drawn: Any
+    """Numbers of the kinds that rows of the tape are drawn with, shape (kinds, fields of `DrawnKind`)."""
+    spreads: Any
+    """Shape (1, fields of `Sigmas`)."""
+    lead: Any
+    """How far below the surface the cycle of a row begins that grinds the stock on the tape, mm; negative of a row
+    whose depths the script says; shape (rows,)."""
+    infeed: float
+    """F of a G81 that grinds the stock on the tape, mm/s; else 0."""
+    approach: float
+    """Time of the program up to its first block, s."""
+    parameters: Any
+    """Room for those of the machines, shape (N, fields of `StrokeParameters`)."""
+    picks: Any
+    """Room for the deepest picks, mm, shape (N,)."""
+    across: Any
+    """Room for whether the wheel stands where a crossover ends, shape (N,)."""
+    drives: Any
+    """Room for what the tables make of their commands, shape (N, fields of `Drive`)."""
+    placed: Any
+    """Room for where the blocks lie, shape (N, fields of `Placed`)."""
+    rows: Any
+    """Room for the rows of the script that they are, shape (N,), int64."""
+    settings: Any
+    """Room for what is set, shape (N, fields of `BlockSettings`)."""
+    cycles: Any
+    """Room for the cycles, shape (N, `CYCLE_FIELDS`)."""
+    numbers: Any
+    """Room for their numbers, shape (N,)."""
+
+
+class EpisodeArrays(NamedTuple):
+    """The state of N episodes, as in `Episodes`; all but schedule, machine and forces are updated."""
+
+    tape: Any
+    """Shape (N, rows, fields of `TapeRow`)."""
+    block: Any
+    """Number of the coming block, shape (N,), int64."""
+    wheels: Any
+    """Shape (N, fields of `WheelState`, of the `own` of the process, and of that of the gauge)."""
+    parts: Any
+    """As they are gauged, shape (N, fields of `PartState`)."""
+    memory: Any
+    """Shape (N, fields of `ShopMemory`)."""
+    source: Any
+    """Shape (N, SOURCE)."""
+    schedule: Any
+    """Shape (N, blocks), int16."""
+    stages: Any
+    """Shape (N, fields of `StageSoFar`)."""
+    surfaces: Any
+    """Of parts in zones, shape (N, zones, fields of `Zone`)."""
+    machine: Any
+    """Number of the machine on which each runs, shape (N,), int64."""
+    forces: Any
+    """Factor on the forces in each row of the script, shape (N, 1 or rows)."""
+
+
+class Choices(NamedTuple):
+    """What is chosen for the coming block of N episodes, all but the settings of shape (N,)."""
+
+    speeds: Any
+    """E, mm/min."""
+    executions: Any
+    """D."""
+    pre_dresses: Any
+    """1 for a dress before the first plunge, else 0."""
+    settings: Any
+    """All that is set, shape (N, fields of `BlockSettings`); without rows where the other words are those of the
+    script."""
+
+
+class Scratch:
+    """Room of steps, used again and again, because the system maps tens of MB slowly; a step has its own."""
+
+    def __init__(self) -> None:
+        self._free: list[tuple[Any, ...]] = []
+
+    def __reduce__(self) -> tuple[type["Scratch"], tuple[()]]:
+        return Scratch, ()
+
+    def take(self, n: int) -> tuple[Any, ...]:
+        """Arrays of N rows or more: what `Tables` has from `parameters` on."""
+        room = self._free.pop() if self._free else ()
+        if room and len(room[0]) >= n:
+            return room
+        fields = StrokeParameters, Drive, Placed, BlockSettings
+        parameters, drives, placed, settings = (np.empty((n, len(record._fields))) for record in fields)
+        rows, cycles = np.empty(n, np.int64), np.empty((n, CYCLE_FIELDS))
+        return parameters, np.empty(n), np.empty(n), drives, placed, rows, settings, cycles, np.empty(n)
+
+    def give_back(self, room: tuple[Any, ...]) -> None:
+        """Let another step have it."""
+        self._free.append(room)
+
+
+class StepStages(NamedTuple):
+    """The compiled parts of a step."""
+
+    prepare: Callable[..., None]
+    """`prepare(tables, episodes, choices, active, results)`: where the blocks lie, parameters, loaded parts; what
+    results hold before a cycle (a spindle that has stalled on the part) is written, too."""
+    grind: Callable[..., None]
+    """`grind(tables, episodes, choices, active, results)`: runs the cycles."""
+    settle: Callable[..., None]
+    """`settle(tables, episodes, choices, active, results, outcomes)`: writes what they have cost and shown, and goes on
+    to the next blocks."""
+
+
+class Kept(NamedTuple):
+    """A way to keep the surfaces of parts."""
+
+    surfaces: str
+    """What of `EpisodeArrays` holds them."""
+    blocks_of: Callable[[Process], Callable[..., None]]
+    """Of `machine.script.replay`."""
+    lay: Callable[..., None]
+    """`lay(surfaces, i, zones)`: puts a new part on machine i."""
+    gauge: Callable[..., tuple[PartState, float]]
+    """`gauge(surfaces, i, stock)`: the part on machine i, with its size where it is farthest from a stock, mm, and its
+    taper, um."""
+    error: Callable[..., float]
+    """`error(episodes, i, spreads)`: of that taper as it is gauged after the coming block of episode i, um."""
+
+
+@inlined
+def row_of(episodes: Any, i: int, place: int, shop: Shop) -> int:
+    """Row of the script, of which the coming block of episode i is."""
+    return int(episodes.tape[i, place, KIND]) * int(shop.materials) + int(episodes.tape[i, place, MATERIAL])
+
+
+@inlined
+def write_factored(parameters: Any, i: int, base: Any, number: int, tape: Any, place: int, changed: bool) -> None:
+    """Write row `number` of the nominal parameters to episode i, with the factors in a row of its tape.
+
+    Those of the spare wheel, if the wheel has been changed.
+    """
+    # a loop: with numba's copy of a slice, all of `prepare` takes 40 % longer
+    for k in range(base.shape[1]):
+        parameters[i, k] = base[number, k]
+    for k in range(len(FACTOR_COLUMNS)):
+        column = SPARE_COLUMNS[k] if changed else FACTOR_COLUMNS[k]
+        parameters[i, PARAMETER_COLUMNS[k]] *= tape[i, place, column]
+
+
+@inlined
+def write_forces(parameters: Any, i: int, factor: float) -> None:
+    """Scale all forces of episode i."""
+    for column in FORCE_COLUMNS:
+        parameters[i, column] *= factor
+
+
+@inlined
+def write_settings(tables: Any, choices: Any, i: int, number: int) -> None:
+    """Write what is set in the block of episode i: all that is chosen, or E, D and the other words of the script."""
+    if choices.settings.shape[0] > 0:
+        for k in range(tables.settings.shape[1]):
+            tables.settings[i, k] = choices.settings[i, k]
+    else:
+        for k in range(tables.settings.shape[1]):
+            tables.settings[i, k] = tables.own[number, k]
+        tables.settings[i, E], tables.settings[i, D] = choices.speeds[i], choices.executions[i]
+
+
+@inlined
+def write_placed_by_tape(tables: Any, i: int, surface: float, stock: float, number: int, pre_dress: float) -> None:
+    """Let the block of machine i grind so much stock, mm, from a surface on."""
+    row, pick = read_block(tables.blocks, number), read_settings(tables.settings, i).J
+    target = surface + stock
+    first = min(surface + pick, target)
+    start = min(surface + tables.lead[number], target)
+    here = start, first + (target - first), target, target, target - start
+    write_placed(tables.placed, i, Placed(*here, pre_dress, row.motion, pick))
+
+
+@inlined
+def write_infeed(tables: Any, i: int, stock: float, number: int, pre_dress: float) -> None:
+    """Let the G81 of machine i grind so much stock, mm, and write its motions, whose dwells hang on E and D."""
+    row, kind, drive = read_block(tables.blocks, number), read_kind(tables.kinds, number), read_drive(tables.drives, i)
+    speed, requests = drive.share * tables.settings[i, E], tables.settings[i, D]
+    table = drive.dwell, requests, row.acceleration, tables.infeed
+    infeed = infeed_of(row.stroke_length, kind.sparkout, stock, speed, *table)
+    motion = i * (tables.motions.shape[0] // tables.rows.size)
+    write_motions(tables.motions, motion, infeed)
+    pick = infeed.rate * (infeed.travel + infeed.dwell)
+    write_placed(tables.placed, i, Placed(0.0, stock, stock, stock, stock, pre_dress, float(motion), pick))
+
+
+@inlined
+def on_the_part(row: BlockRow, stage: StageSoFar, wheel: WheelState) -> tuple[StageSoFar, WheelState]:
+    """Stage and wheel as a block finds them; of a wheel that has been touched off or gauged the wear is compensated."""
+    starts = row.starts_part > 0.0
+    if starts or stage.gauged > 0.0:
+        wheel = measured(wheel)
+    if starts:
+        stage = with_stage(stage, (0.0, 0.0, 0.0))
+    return stage, wheel
+
+
+@inlined
+def judged(
+    row: BlockRow, part: PartState, tally: Tally, stage: StageSoFar, size_error: float, before: float, cooler: float
+) -> tuple[float, StageSoFar]:
+    """Probability that the part is good so far, and what its stage has come to.
+
+    Args:
+        row: of the block.
+        part: after it.
+        tally: of the block.
+        stage: before it.
+        size_error: um.
+        before: probability that the part was good before the block.
+        cooler: by how much the limit of temperature lies above that of the block, K.
+    """
+    torque = max(stage.torque, tally.peak_torque)
+    rise = max(stage.rise, tally.plunge_rise if row.counts_all > 0.0 else tally.finish_rise)
+    good = before
+    if row.judged > 0.0:
+        limits = Limits(rise=row.rise + cooler, power=row.power, roughness=row.roughness, size=row.size)
+        good = before * survival(rise, torque, part.Rs, size_error, limits)
+        torque, rise = 0.0, 0.0
+    if row.ends_part > 0.0 and part.Z <= 0.0:  # no stroke has reached some of it
+        good = 0.0
+    return good, with_stage(stage, (torque, rise, row.gauged))
+
+
+@inlined
+def new_wheel(settings: BlockSettings, shop: Shop, worn: WheelState, p: StrokeParameters) -> WheelState:
+    """The wheel that comes in place of a worn one, dressed as the block is: the operator runs its dress program."""
+    wheel = dressed_wheel(shop.new_diameter, worn.wd, USUAL_LEAD, USUAL_DEPTH, p)
+    if settings.dress_passes > 0.0:
+        lead = dress_lead(wheel, settings.dress_feed, p)
+        wheel = dressed_wheel(shop.new_diameter, worn.wd, lead, settings.dress_depth, p)
+    return wheel
+
+
+@inlined
+def price_of_handover(own: BlockSettings, shop: Shop, wheel: WheelState, p: StrokeParameters) -> float:
+    """Price of the dull wheel that the last block leaves, $; 0 without a dress program to sharpen it with.
+
+    `own` are the program's settings of that block: who gets the wheel sharpens it as the program says, and no choice in
+    a block that perhaps dresses nothing makes that cheaper.
+    """
+    if own.dress_passes <= 0.0:
+        return 0.0
+    rates = Rates(shop.hourly, shop.wheel_price, shop.dress_price)
+    lead = dress_lead(wheel, own.dress_feed, p)
+    return handover_cost(wheel, own.dress_passes, lead, own.dress_depth, own.dress_seconds, p, rates)
+
+
+@functools.cache
+def settle_of(process: Process, gauge: Gauge) -> tuple[Callable[..., None], Callable[..., None]]:
+    """What is compiled of blocks that have been run, `settle_one` and `settle_blocks`."""
+    read, own = gauge.read, joined(process.own, gauge.own)
+    read_own, write_own = column_reader(own, OWN_FROM), column_writer(own, OWN_FROM)
+
+    @inlined
+    def settle_one(
+        i: int,
+        kinds: Any,
+        number: int,
+        shop: Shop,
+        episodes: Any,
+        chosen: BlockSettings,
+        pre_dress: float,
+        by_tape: bool,
+        tally: Tally,
+        seen: Found,
+        outcomes: Any,
+    ) -> None:
+        place = place_of(episodes.block[i], episodes.tape.shape[1])
+        kind, row = read_kind(kinds, number), read_row(episodes.tape[i], place)
+        part, old = read_part(episodes.parts, i), read_memory(episodes.memory, i)
+        rise = counted_rise(kind, tally)
+        before = old.clock, old.found_diameter
+        outcome = outcome_of(
+            kind, row, shop, part, tally, *before, seen.size_error, rise, seen.good, seen.change, seen.handover
+        )
+        write_outcome(outcomes, i, outcome)
+        # the wheel is touched off on the next part
+        truth = truth_of(tally, outcome, episodes.wheels[i, DIAMETER])
+        shown, own = read(truth, read_own(episodes.wheels, i), old.clock + outcome.seconds, noise_of(row))
+        write_own(episodes.wheels, i, own)
+        shown = legible(shown, tally, seen.change)
+        # executions stand evenly in the depth: of the stock on the tape an equal share is ground after the last one
+        share = row.gauged * kind.length / (tally.dresses - pre_dress + 1.0)
+        volume = share if by_tape else tally.deepened * kind.length
+        off = 2.0 * tally.dresses * chosen.dress_passes * chosen.dress_depth
+        # blocks of a task are gauged one by one; the wheel of a program is entered in the book between its parts
+        diameter = booked_diameter(shown, shop, old, off, by_tape or kind.ends_part > 0.0, seen.change)
+        good, change, E, D = seen.good, seen.change, chosen.E, chosen.D
+        new = remembered(kind, tally, old, shown, outcome, good, change, E, D, pre_dress, volume, diameter, seen.taper)
+        write_memory(episodes.memory, i, new)
+        episodes.memory[i, PICK] = seen.pick
+        episodes.block[i] += 1
+
+    @entry
+    def settle_blocks(
+        kinds: Any,
+        shops: Any,
+        episodes: EpisodeArrays,
+        settings: Any,
+        active: Any,
+        tallies: Any,
+        found: Any,
+        outcomes: Any,
+    ) -> None:
+        """Write what blocks that were run elsewhere have cost and shown, and go on to the next ones.
+
+        Args:
+            kinds: of `Tables`.
+            shops: numbers of the job.
+            episodes: their memory and block numbers are updated.
+            settings: of the blocks, shape (N, fields of `BlockSettings`).
+            active: indices of the episodes.
+            tallies: of the blocks, with all their time.
+            found: shape (N, fields of `Found`).
+            outcomes: written.
+        """
+        shop = read_shop(shops, 0)
+        for i in active:
+            number = row_of(episodes, i, place_of(episodes.block[i], episodes.tape.shape[1]), shop)
+            chosen, tally, seen = read_settings(settings, i), read_tally(tallies, i), read_found(found, i)
+            settle_one(i, kinds, number, shop, episodes, chosen, 0.0, False, tally, seen, outcomes)
+
+    return settle_one, settle_blocks
+
+
+@functools.cache
+def stages_of(process: Process, gauge: Gauge, whole: bool) -> StepStages:
+    """The parts of the step of scripts on parts that the wheel covers in the `whole`, or in zones."""
+    surfaces, blocks_of, lay, gauge_part, error_of = KEPT_WHOLE if whole else KEPT_IN_ZONES
+    kept, grind_blocks = EpisodeArrays._fields.index(surfaces), blocks_of(process)
+    (pass_time, before), (settle_one, _) = shift_of(process), settle_of(process, gauge)
+
+    @inlined
+    def came_and_waited(tables: Any, number: int, row: BlockRow, stage: StageSoFar) -> tuple[float, float]:
+        """Time on the way to the first block, and that for which the machine waits for a part to be ready, s."""
+        came = tables.approach if number == 0 else 0.0
+        gone = tables.approach if number == 0 else stage.gone
+        return came, max(row.wait - gone, 0.0)
+
+    @entry
+    def prepare(tables: Tables, episodes: EpisodeArrays, choices: Choices, active: Any, results: Any) -> None:
+        shop = read_shop(tables.shops, 0)
+        for i in active:
+            place = place_of(episodes.block[i], episodes.tape.shape[1])
+            number = row_of(episodes, i, place, shop)
+            tables.rows[i] = number
+            row, stage = read_block(tables.blocks, number), read_stage(episodes.stages, i)
+            changed, base = episodes.memory[i, CHANGES] > 0.0, tables.base[episodes.machine[i]]
+            write_factored(tables.parameters, i, base, min(number, base.shape[0] - 1), episodes.tape, place, changed)
+            write_forces(tables.parameters, i, episodes.forces[i, min(number, episodes.forces.shape[1] - 1)])
+            write_settings(tables, choices, i, number)
+            came, waited = came_and_waited(tables, number, row, stage)
+            starts, rested = row.starts_part > 0.0, stage.rested + came + waited
+            pass_time(episodes.wheels, tables.parameters, i, rested, starts)
+            stage, wheel = on_the_part(row, stage, read_wheel(episodes.wheels, i))
+            if starts:
+                lay(episodes[kept], i, tables.zones[:, min(number, tables.zones.shape[1] - 1)])
+            write_stage(episodes.stages, i, stage)
+            write_wheel(episodes.wheels, i, wheel)
+            episodes.memory[i, FOUND] = wheel.ds
+            results[i, TORQUE] = 0.0 if starts else episodes.memory[i, STALLED] * STALL
+            seconds, speed = episodes.memory[i, CLOCK] + came + waited, tables.settings[i, E]
+            moment = Moment(number=float(episodes.block[i]), seconds=seconds, place=row.place, E=speed)
+            write_drive(tables.drives, i, before(episodes.wheels, tables.parameters, i, row.dwell, moment))
+            surface, stock = read_part(episodes.parts, i).Z, episodes.tape[i, place, STOCK]
+            if tables.infeed > 0.0:
+                write_infeed(tables, i, stock, number, choices.pre_dresses[i])
+            elif tables.lead[number] >= 0.0:
+                write_placed_by_tape(tables, i, 0.0 if starts else surface, stock, number, choices.pre_dresses[i])
+            else:
+                place_written(tables.placed, i, row, read_plan(tables.plans, number))
+
+    @entry
+    def grind(tables: Tables, episodes: EpisodeArrays, choices: Choices, active: Any, results: Any) -> None:
+        grind_blocks(
+            tables,
+            tables.rows,
+            tables.settings,
+            tables.drives,
+            tables.parameters,
+            episodes.wheels,
+            episodes[kept],
+            results,
+            tables.picks,
+            tables.across,
+            active,
+        )
+
+    @entry
+    def settle(
+        tables: Tables, episodes: EpisodeArrays, choices: Choices, active: Any, results: Any, outcomes: Any
+    ) -> None:
+        shop = read_shop(tables.shops, 0)
+        for i in active:
+            number, p = tables.rows[i], read_parameters(tables.parameters, i)
+            row, tally = read_block(tables.blocks, number), read_tally(results, i)
+            wheel, stage = read_wheel(episodes.wheels, i), read_stage(episodes.stages, i)
+            place, by_tape = place_of(episodes.block[i], episodes.tape.shape[1]), tables.lead[number] >= 0.0
+            stock = row.stock if row.stock > 0.0 else episodes.tape[i, place, STOCK]
+            stock = tables.placed[i, FINISH] if by_tape else stock
+            part, taper = gauge_part(episodes[kept], i, stock)
+            write_part(episodes.parts, i, part)
+            good = 1.0 if row.starts_part > 0.0 else episodes.memory[i, SURVIVAL]
+            size_error = 1000.0 * (stock - part.S)
+            cooler = tables.cooler[episodes.machine[i], min(number, tables.cooler.shape[1] - 1)]
+            good, stage = judged(row, part, tally, stage, size_error, good, cooler)
+            even = tally.strokes == 2.0 * np.floor(0.5 * tally.strokes)
+            corner = (0 if even else 1) + (2 if tables.across[i] > 0.0 else 0)
+            on_the_way, afterwards = tables.ways[number, corner, BEFORE], tables.ways[number, corner, AFTER]
+            came, waited = came_and_waited(tables, number, row, stage)
+            tally = with_seconds(tally, (came + waited + tally.seconds + on_the_way + afterwards,))
+            results[i, SECONDS] = tally.seconds
+            chosen = read_settings(tables.settings, i)
+            change = 1.0 if row.gauged > 0.0 and wheel.ds < shop.least_diameter else 0.0
+            rested = on_the_way
+            if change > 0.0:
+                pass_time(episodes.wheels, tables.parameters, i, rested, False)
+                pass_time(episodes.wheels, tables.parameters, i, shop.change_seconds, False)
+                rested = 0.0
+                wheel = new_wheel(chosen, shop, wheel, p)
+                write_wheel(episodes.wheels, i, wheel)
+            last = episodes.block[i] + 1 == episodes.source[i, BLOCKS]
+            handover = price_of_handover(read_settings(tables.own, number), shop, wheel, p) if last else 0.0
+            write_stage(episodes.stages, i, gone_on(stage, (afterwards, rested + afterwards)))
+            taper, pre_dress = taper + error_of(episodes, i, tables.spreads), choices.pre_dresses[i]
+            seen = Found(
+                good=good, size_error=size_error, change=change, handover=handover, pick=tables.picks[i], taper=taper
+            )
+            settle_one(
+                i,
+                tables.kinds,
+                number,
+                shop,
+                episodes,
+                chosen,
+                pre_dress,
+                by_tape,
+                tally,
+                seen,
+                outcomes,
+            )
+        draw_rows(
+            episodes.tape, episodes.block, episodes.source, episodes.schedule, tables.drawn, tables.spreads, active
+        )
+
+    return StepStages(prepare, grind, settle)
+
+
+@functools.cache
+def step_of(process: Process, gauge: Gauge, whole: bool) -> Callable[..., None]:
+    """The compiled step of scripts on parts that the wheel covers in the `whole`, or in zones."""
+    prepare, grind, settle = stages_of(process, gauge, whole)
+
+    @entry
+    def step(tables: Any, episodes: Any, choices: Any, active: Any, results: Any, outcomes: Any) -> None:
+        """Grind the next block of the episodes in `active`.
+
+        Args:
+            tables: what `Tables` names, as a tuple, like the next two.
+            episodes: what `EpisodeArrays` names; updated.
+            choices: what `Choices` names.
+            active: indices of the episodes to step, int64.
+            results: shape (N, fields of `Tally`), all 0; written in the rows of `active`.
+            outcomes: shape (N, fields of `Outcome`); written likewise.
+        """
+        numbers, state, chosen = Tables(*tables), EpisodeArrays(*episodes), Choices(*choices)
+        for first in range(0, active.size, TOGETHER):
+            some = active[first : first + TOGETHER]
+            prepare(numbers, state, chosen, some, results)
+            grind(numbers, state, chosen, some, results)
+            settle(numbers, state, chosen, some, results, outcomes)
+
+    return step
+
+
+@inlined
+def _lay_whole(surfaces: Any, i: int, zones: Any) -> None:
+    write_part(surfaces, i, NEW_PART)
+
+
+@inlined
+def _gauge_whole(surfaces: Any, i: int, stock: float) -> tuple[PartState, float]:
+    return read_part(surfaces, i), 0.0
+
+
+@inlined
+def _none(episodes: Any, i: int, spreads: Any) -> float:
+    return 0.0
+
+
+@inlined
+def _lay_zones(surfaces: Any, i: int, zones: Any) -> None:
+    for number in range(zones.shape[0]):
+        write_zone(surfaces[i], number, read_zone(zones, number))
+
+
+@inlined
+def _gauge_zones(surfaces: Any, i: int, stock: float) -> tuple[PartState, float]:
+    found = gauge_zones(surfaces[i], stock)
+    # a zone that no stroke has reached counts as all of them
+    reached = read_zone(surfaces[i], 0).reached
+    for number in range(surfaces.shape[1]):
+        reached = min(reached, read_zone(surfaces[i], number).reached)
+    return PartState(Z=reached, S=stock - 0.001 * found.worst_error, Rs=found.Ra), found.taper
+
+
+@inlined
+def _taper_error(episodes: Any, i: int, spreads: Any) -> float:
+    spread = episodes.source[i, NOISE_FACTOR] * read_sigmas(spreads, 0).measurement * TAPER_NOISE
+    word, _, _, _ = words_of(episodes.source[i, KEY_0], episodes.source[i, KEY_1], TAPER, episodes.block[i])
+    return deviation(spread, word)
+
+
+KEPT_WHOLE = Kept("parts", whole_blocks_of, _lay_whole, _gauge_whole, _none)
+KEPT_IN_ZONES = Kept("surfaces", zoned_blocks_of, _lay_zones, _gauge_zones, _taper_error)
