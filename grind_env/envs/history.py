@@ -3,13 +3,15 @@
 from typing import NamedTuple
 
 from grind_env.envs.cost import Outcome, Shop
-from grind_env.envs.observations import GAUGE_EVERY
 from grind_env.envs.tables import KindRow
 from grind_env.envs.tape import TapeRow
 from grind_env.kernel import inlined
 from grind_env.kernel.columns import column_reader, column_writer, replacer
 from grind_env.machine.loops.tally import Tally, has_stalled, mean_first_power, mean_last_power
 from grind_env.process.gauge import Shown
+
+GAUGE_EVERY = 3
+"""Parts from one roughness gauging to the next."""
 
 
 class ShopMemory(NamedTuple):

@@ -15,6 +15,7 @@ from grind_env.belief.hidden import FACTORS
 from grind_env.envs.cost import Shop, counted_rise, outcome_of, read_shop, write_outcome
 from grind_env.envs.drawing import TAPER, deviation, words_of
 from grind_env.envs.feed_motions import infeed_of, write_motions
+from grind_env.envs.gauge import TAPER_NOISE
 from grind_env.envs.history import (
     FOUND,
     ShopMemory,
@@ -26,7 +27,6 @@ from grind_env.envs.history import (
     truth_of,
     write_memory,
 )
-from grind_env.envs.observations import TAPER_NOISE
 from grind_env.envs.tables import read_kind
 from grind_env.envs.tape import (
     BLOCKS,
