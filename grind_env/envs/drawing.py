@@ -140,8 +140,9 @@ def draw_lanes(lanes: Any) -> None:
     for lane in range(LANES):
         _, key_0, key_1, number, part = read_block(lanes, lane)
         lot, kA, pm, stock = words_of(key_0, key_1, PART, part)
-        gauge, part_ra, _, _ = words_of(key_0, key_1, GAUGES, part)
-        _, _, mean, first = words_of(key_0, key_1, GAUGES, number)
+        gauge, part_ra, mean, first = words_of(key_0, key_1, GAUGES, number)
+        if part != number:
+            gauge, part_ra, _, _ = words_of(key_0, key_1, GAUGES, part)
         peak, size, roughness, wheel = words_of(key_0, key_1, READINGS, number)
         drawn = Drawn(lot, kA, pm, stock, gauge, part_ra, mean, first, peak, size, roughness, wheel)
         write_drawn(lanes, lane, drawn)

@@ -403,7 +403,6 @@ def observe_block(
     """Write the readings of episode i to its lane, and the flags of its observation."""
     rows = tape.shape[1]
     materials = layout.materials.size
-    execution_depth = 2.0 * shop.dress_passes * shop.dress_depth
     wheel, seen = read_wheel(wheels, i), read_memory(memory, i)
     ahead = block[i] < total
     row = read_row(tape[i], place_of(min(block[i], total - 1), rows))
@@ -441,7 +440,7 @@ def observe_block(
         new_lot=here * row.new_lot,
         remaining=(total - block[i]) / total,
         last_pre_dress=seen.pre_dress,
-        executions_left=(seen.diameter - shop.least_diameter) / execution_depth,
+        executions_left=(seen.diameter - shop.least_diameter) / shop.execution_depth,
         time_to_due=time_to_due,
         slack=slack,
         taper=seen.taper,

@@ -21,7 +21,7 @@ from grind_env.envs.contexts import Given, drawn
 from grind_env.envs.cost import Outcome, Shop
 from grind_env.envs.episodes import Episodes, EpisodesT, check_running
 from grind_env.envs.gauge import noisy
-from grind_env.envs.history import ShopMemory
+from grind_env.envs.history import History
 from grind_env.envs.observations import Reading, Scaling, heat_column, observe_blocks, physical
 from grind_env.envs.tape import AHEAD, BLOCKS, DRAWN, SOURCE, TapeRow
 from grind_env.envs.tasks import Task
@@ -43,10 +43,10 @@ from grind_env.render.view import EpisodePicture
 if TYPE_CHECKING:
     from grind_env.plants import Plant, Plants
 
-BOOKED, VOLUME = ShopMemory._fields.index("diameter"), ShopMemory._fields.index("volume")
+BOOKED, VOLUME = History._fields.index("diameter"), History._fields.index("volume")
 DIAMETER, LEAST_DIAMETER = WheelState._fields.index("ds"), Shop._fields.index("least_diameter")
 NOTHING_GROUND = np.array(NEW_PART)
-NOTHING_KNOWN = np.array(ShopMemory(*[0.0] * len(ShopMemory._fields))._replace(gauged=-1.0, survival=1.0))
+NOTHING_KNOWN = np.array(History(*[0.0] * len(History._fields))._replace(gauged=-1.0, survival=1.0))
 NO_SETTINGS = np.empty((0, SETTINGS))
 
 SimulationT = TypeVar("SimulationT", bound="Simulation")
@@ -131,12 +131,12 @@ class Simulation(ABC):
         return self.task.blocks
 
     def start(
-        self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None, *, whole: bool = True
+        self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None, *, full_tape: bool = True
     ) -> Episodes:
-        """New episodes, one from each generator, with what is given of each; `whole` as for `room`."""
+        """New episodes, one from each generator, with what is given of each; `full_tape` as for `room`."""
         if len(rngs) >= MANY:
             compile_at_once()
-        episodes = self.room(len(rngs), whole=whole)
+        episodes = self.room(len(rngs), full_tape=full_tape)
         self.restart_all(episodes, range(len(rngs)), rngs, [Given()] * len(rngs) if given is None else given)
         return episodes
 
@@ -155,21 +155,21 @@ class Simulation(ABC):
     def _set_up(self, episodes: Episodes, index: Sequence[int], given: Sequence[Given]) -> None:  # noqa: B027
         """Set up what the episodes at `index` need besides, which is nothing where compiled code runs them."""
 
-    def room(self, n: int, *, whole: bool = True) -> Episodes:
+    def room(self, n: int, *, full_tape: bool = True) -> Episodes:
         """Arrays for N episodes, of which none has been drawn.
 
-        With whole tapes, or, for all but a user's own program, with rows for the coming blocks only.
+        With full tapes, or, for all but a user's own program, with rows for the coming blocks only.
         """
-        return Episodes(**self._room(n, whole))
+        return Episodes(**self._room(n, full_tape))
 
-    def _room(self, n: int, whole: bool) -> dict[str, Any]:
+    def _room(self, n: int, full_tape: bool) -> dict[str, Any]:
         blocks, zones = self.task.blocks, 0 if self._covered else len(self.tables.zones)
         return {
-            "tape": np.empty((n, blocks if whole else min(AHEAD, blocks), len(TapeRow._fields))),
+            "tape": np.empty((n, blocks if full_tape else min(AHEAD, blocks), len(TapeRow._fields))),
             "block": np.zeros(n, np.int64),
             "wheels": np.empty((n, OWN_FROM + len(self._own))),
             "parts": np.empty((n, len(PartState._fields))),
-            "memory": np.empty((n, len(ShopMemory._fields))),
+            "memory": np.empty((n, len(History._fields))),
             "source": np.zeros((n, SOURCE)),
             "schedule": np.zeros((n, blocks), np.int16),
             "stages": np.zeros((n, STAGE_FIELDS)),

@@ -108,8 +108,9 @@ def job_drawn(
 ) -> JobTape:
     """An episode of a job of that many parts with one block each."""
     blocks, wheel = np.arange(parts), np.zeros(len(WheelState._fields))
-    tape, wheels = np.empty((1, parts, len(TapeRow._fields))), np.empty((1, len(wheel)))
-    drawn: Any = SimpleNamespace(tape=tape, wheels=wheels, source=np.zeros((1, SOURCE)))
+    tape, source = np.empty((1, parts, len(TapeRow._fields))), np.zeros((1, SOURCE))
+    numbers = {"block": np.zeros(1, np.int64), "schedule": np.zeros((1, parts), np.int16)}
+    drawn: Any = SimpleNamespace(tape=tape, source=source, wheels=np.empty((1, len(wheel))), **numbers)
     generator = JobGenerator(blocks.tolist(), lots, [0.2] * parts, spread, wheel)
     generator.begin(drawn, np.array([0]), [rng], [given])
     return job_tape(tape[0], conditions_of(tape[0], blocks, parts, [0.2] * parts), blocks)

@@ -30,7 +30,6 @@ def kind_of(block: BlockOutline, job: Job) -> KindRow:
         width=part.width,
         # the volume since a dress is that per width of the wheel in use
         length=part.length * part.width / min(part.width, job.setup.wheel.width),
-        stroke=abs(block.plan.primary - block.plan.secondary),
         scrap=part.scrap_cost,
         starts_part=float(block.starts_part),
         ends_part=float(block.finished),
@@ -46,12 +45,7 @@ def shop_of(job: Job, reference_cost: float) -> Shop:
     """The numbers of a job that are the same for all its blocks; each block has the dress of its own program."""
     rates, change = job.rates, job.times.wheel_change
     return Shop(
-        acceleration=job.control.acceleration,
-        dwell=job.control.reversal_dwell,
-        dress_passes=0.0,
-        dress_feed=0.0,
-        dress_depth=0.0,
-        dress_seconds=0.0,
+        execution_depth=0.0,
         hourly=rates.hourly,
         wheel_price=rates.wheel,
         dress_price=rates.dress,

@@ -44,7 +44,7 @@ from grind_env.envs.observations import scaling
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step_all
 from grind_env.envs.simulation import DIAMETER, Simulation, Written
 from grind_env.envs.tape import BLOCKS
-from grind_env.envs.transition import FOUND_FIELDS, EpisodeArrays, Found, settle_of
+from grind_env.envs.transition import FOUND_FIELDS, KIND, EpisodeArrays, Found, settle_of
 from grind_env.machine.job import Job, PartConditions, require_conditions
 from grind_env.machine.loops.compiled import handover_cost
 from grind_env.machine.loops.cycle import PartState
@@ -250,7 +250,7 @@ class JobSimulation(Simulation):
                 episodes.programs[i] = ProgramEpisode(self.programs, job, conditions, course_of(self.blocks))
         return episodes
 
-    def room(self, n: int, *, whole: bool = True) -> JobEpisodes:
+    def room(self, n: int, *, full_tape: bool = True) -> JobEpisodes:
         return JobEpisodes(**self._room(n, True), programs=[])
 
     def _set_up(self, episodes: Episodes, index: Sequence[int], given: Sequence[Given]) -> None:
@@ -268,7 +268,7 @@ class JobSimulation(Simulation):
     def taken(self, episodes: Episodes, choice: tuple[Table, ...]) -> tuple[Table, ...]:
         """E and D as the coming blocks take them: E as a word says it or as it is, and D where there is such a word."""
         speeds, executions = choice
-        number = self.branches.rows_of(episodes.coming())
+        number = self._rows(episodes)
         inches = np.round(speeds / INCH, 4) * INCH
         said = np.where(self._inch[number], inches, np.rint(speeds))
         said = np.where(speeds == self._settings[number, E], speeds, said)
@@ -312,9 +312,16 @@ class JobSimulation(Simulation):
         """The words that say a choice in a block."""
         return self.blocks[block].words(JobChoice(speed, int(executions)))
 
+    def _rows(self, episodes: Episodes) -> Numbers:
+        """Numbers of the coming blocks, or of the last ones on the tapes, shape (N,)."""
+        at = np.minimum(episodes.block, episodes.tape.shape[1] - 1)
+        if episodes.tape.shape[1] == len(self.blocks):
+            return np.asarray(at)
+        return np.asarray(episodes.tape[np.arange(len(at)), at, KIND]).astype(np.int64)
+
     def own_settings(self, episodes: Episodes) -> Table:
         """What the program itself sets in the coming blocks, shape (N, fields of `BlockSettings`)."""
-        return self._settings[self.branches.rows_of(episodes.coming())]
+        return self._settings[self._rows(episodes)]
 
     def step(
         self,
