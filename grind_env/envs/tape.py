@@ -189,7 +189,7 @@ class DrawnKind(NamedTuple):
     seconds: float
     """Nominal time, for the due dates, s."""
     part: float
-    """Number by which its part is drawn, from 0; negative for that of the block."""
+    """Index of the part by which it is drawn; negative for that of the block."""
 
 
 read_drawn_kind = column_reader(DrawnKind)

@@ -32,7 +32,8 @@ STROKES = Tally._fields.index("strokes")
 class Placed(NamedTuple):
     """Where a block lies on the part of one machine, as of `BlockRow` and of its plan.
 
-    `start`, `bottom`, `finish` and `finish_besides` are mm.
+    `start`, `bottom`, `finish` and `finish_besides` are mm. What the table makes of its commands, as of `Drive`: `share`,
+    a ratio, and `dwell`, s.
     """
 
     start: float
@@ -48,10 +49,9 @@ class Placed(NamedTuple):
     pick: float
     """By how much a stroke goes deeper at most, mm; negative where that has to be found, which a run does."""
     share: float
-    """As of `Drive`, like the next one."""
     dwell: float
     across: float
-    """Once it has been run, 1 if its cycle has come to its end where its crossover ends, else 0."""
+    """1 if its cycle has come to its end where its crossover ends, once it has been run; else 0."""
 
 
 CYCLE = BlockRow._fields.index("cycle")
