@@ -18,17 +18,12 @@ COST_TERMS = ("time", "wheel", "dress", "scrap", "handover")
 class Shop(NamedTuple):
     """The numbers of a task that are the same for all its blocks.
 
-    `acceleration` is mm/s2, `dwell`, `dress_seconds` and `change_seconds` are s. `dress_passes` is the number of passes
-    of an execution, `dress_feed` is mm/s. `dress_depth`, of a pass, and `new_diameter` are mm. `hourly` is $/h,
-    `wheel_price` $/mm3, `dress_price` $ per execution; `reference_cost`, of a block, and `change_price` are $.
+    `hourly` is $/h, `wheel_price` $/mm3, `dress_price` $ per execution; `reference_cost`, of a block, and
+    `change_price` are $; `new_diameter` is mm, `change_seconds` are s.
     """
 
-    acceleration: float
-    dwell: float
-    dress_passes: float
-    dress_feed: float
-    dress_depth: float
-    dress_seconds: float
+    execution_depth: float
+    """By which a dress execution makes the diameter smaller, mm; 0 where each block has its own."""
     hourly: float
     wheel_price: float
     dress_price: float
@@ -94,12 +89,7 @@ def shop_row(task: Task) -> Shop:
     """The numbers that are the same for all blocks of a task."""
     rates = task.rates
     return Shop(
-        acceleration=task.machine.acceleration,
-        dwell=task.machine.reversal_dwell,
-        dress_passes=float(task.dress.passes),
-        dress_feed=task.dress_feed,
-        dress_depth=task.dress.depth,
-        dress_seconds=task.dress_seconds,
+        execution_depth=task.execution_depth,
         hourly=rates.hourly,
         wheel_price=rates.wheel,
         dress_price=rates.dress,

@@ -111,12 +111,13 @@ class Drawn(NamedTuple):
 
 
 class Block(NamedTuple):
-    """A block that is drawn: its episode, the key of that, and its number."""
+    """A block that is drawn: its episode, the key of that, its number, and that by which its part is drawn."""
 
     episode: float
     key_0: float
     key_1: float
     number: float
+    part: float
 
 
 LANES = 8
@@ -137,9 +138,11 @@ def draw_lanes(lanes: Any) -> None:
             are written.
     """
     for lane in range(LANES):
-        _, key_0, key_1, number = read_block(lanes, lane)
-        lot, kA, pm, stock = words_of(key_0, key_1, PART, number)
+        _, key_0, key_1, number, part = read_block(lanes, lane)
+        lot, kA, pm, stock = words_of(key_0, key_1, PART, part)
         gauge, part_ra, mean, first = words_of(key_0, key_1, GAUGES, number)
+        if part != number:
+            gauge, part_ra, _, _ = words_of(key_0, key_1, GAUGES, part)
         peak, size, roughness, wheel = words_of(key_0, key_1, READINGS, number)
         drawn = Drawn(lot, kA, pm, stock, gauge, part_ra, mean, first, peak, size, roughness, wheel)
         write_drawn(lanes, lane, drawn)

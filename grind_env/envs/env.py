@@ -195,7 +195,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
         [given] = drawn(simulation, [given], rngs)
         self.plant = "" if given.plant is None else given.plant.text
         if self.episodes is None:
-            self.episodes = simulation.start(rngs, [given], whole=False)
+            self.episodes = simulation.start(rngs, [given], full_tape=False)
         else:
             simulation.restart_all(self.episodes, [0], rngs, [given])
         self._follow()

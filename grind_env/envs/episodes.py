@@ -33,7 +33,7 @@ class Episodes:
     take turns, of the coming block and of the next one. `source`, in the units of `Origin` and `Carried`, is what rows
     are drawn from, shape (N, SOURCE). `schedule` has the index of the kind of every block, shape (N, blocks), as
     `draw_rows` takes it. `wheels`, `parts` and `memory`, in the units of their fields, have shape (N, fields of
-    `WheelState`, `PartState` or `ShopMemory`). Behind a wheel stands what process and gauge remember besides. `block`
+    `WheelState`, `PartState` or `History`). Behind a wheel stands what process and gauge remember besides. `block`
     is the index of the coming block, shape (N,). `stages`, in the units of its fields, is what each part has come to
     since it was last judged, shape (N, fields of `StageSoFar`); `surfaces`, in the units of theirs, are the parts in
     zones, shape (N, zones, fields of `Zone`); `machine` is the number of that on which each runs, shape (N,), and

@@ -2,9 +2,46 @@
 
 from typing import Any
 
-from grind_env.envs.observations import gauged_diameter, measured_power, measured_roughness, measured_size
+import numpy as np
+
+from grind_env.belief.sensor import POWER_NOISE, POWER_NOISE_FLOOR
 from grind_env.kernel import inlined
 from grind_env.process.gauge import TRUTH, Gauge, Shown, beside
+
+SIZE_NOISE = 0.7
+"""um; standard deviation of the size gauge (scenarios, section 3, like the noise below)."""
+TAPER_NOISE = SIZE_NOISE * 2.0**0.5
+"""um; of a taper as gauged, the difference of two sizes."""
+ROUGHNESS_NOISE = 0.06
+"""Relative standard deviation of the roughness gauge."""
+
+
+@inlined
+def measured_power(power: float, z: float) -> float:
+    """A power reading, W; z is standard normal times the task's factor on the noise, as for the next two readings."""
+    return max(power * (1.0 + POWER_NOISE * z) + POWER_NOISE_FLOOR * z, 0.0)
+
+
+@inlined
+def measured_size(size_error: float, z: float) -> float:
+    """A reading of the size gauge, um."""
+    return size_error + SIZE_NOISE * z
+
+
+@inlined
+def measured_roughness(ratio: float, z: float) -> float:
+    """A reading of the roughness gauge over the limit."""
+    return ratio * (1.0 + ROUGHNESS_NOISE * z)
+
+
+@inlined
+def gauged_diameter(diameter: float, z: float) -> float:
+    """The wheel diameter that the shop enters after touching off or gauging, mm, to the 0.001 mm of an offset.
+
+    Twice the error of the size gauge, because that says where the wheel's edge stands.
+    """
+    micrometres: float = np.floor(1000.0 * diameter + 2.0 * SIZE_NOISE * z + 0.5)
+    return micrometres / 1000.0
 
 
 class Noisy(Gauge):

@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 from grind_env.envs.cost import Outcome, Shop
-from grind_env.envs.observations import GAUGE_EVERY
 from grind_env.envs.tables import KindRow
 from grind_env.envs.tape import TapeRow
 from grind_env.kernel import inlined
@@ -11,8 +10,11 @@ from grind_env.kernel.columns import column_reader, column_writer, replacer
 from grind_env.machine.loops.tally import Tally, has_stalled, mean_first_power, mean_last_power
 from grind_env.process.gauge import Shown
 
+GAUGE_EVERY = 3
+"""Parts from one roughness gauging to the next."""
 
-class ShopMemory(NamedTuple):
+
+class History(NamedTuple):
     """What the shop floor remembers from block to block.
 
     `speed` is E in m/min, `pick` and `width` are mm, of the last block. The readings `mean_power`, `first_power` and
@@ -54,13 +56,13 @@ class ShopMemory(NamedTuple):
     """Of the last finished part as gauged, um; 0 of one that the wheel covers."""
 
 
-read_memory, write_memory = column_reader(ShopMemory), column_writer(ShopMemory)
-FOUND = ShopMemory._fields.index("found_diameter")
+read_memory, write_memory = column_reader(History), column_writer(History)
+FOUND = History._fields.index("found_diameter")
 with_powers = replacer(Shown, "mean_power", "first_power", "peak_power")
 
 
 @inlined
-def booked_diameter(shown: Shown, shop: Shop, old: ShopMemory, off: float, gauged: bool, change: float) -> float:
+def booked_diameter(shown: Shown, shop: Shop, old: History, off: float, gauged: bool, change: float) -> float:
     """The diameter in the shop's book after a block, mm.
 
     Args:
@@ -116,7 +118,7 @@ def legible(shown: Shown, result: Tally, change: float) -> Shown:
 def remembered(
     kind: KindRow,
     result: Tally,
-    old: ShopMemory,
+    old: History,
     shown: Shown,
     outcome: Outcome,
     good: float,
@@ -127,7 +129,7 @@ def remembered(
     volume: float,
     diameter: float,
     taper: float,
-) -> ShopMemory:
+) -> History:
     """What the shop floor remembers after a block that was run with E (mm/min), D and perhaps a pre-dress (1).
 
     `shown` is what was read of it, `volume` what has been ground since the last dress of the block, mm3/mm, and
@@ -147,7 +149,7 @@ def remembered(
     stalled = 1.0 if has_stalled(result) else 0.0
     volume = (0.0 if change > 0.0 else volume) + (0.0 if sharpened else old.volume)
     blocks_since_dress = 0.0 if sharpened else old.blocks_since_dress + 1.0
-    return ShopMemory(
+    return History(
         speed=E / 1000.0,
         executions=D,
         pick=kind.pick,

@@ -1,28 +1,53 @@
-"""What an environment is without Gymnasium: N episodes side by side, and all that there is to say of them.
+"""A problem without Gymnasium: N episodes side by side, and all that there is to say of them.
 
-Policies, evaluations, trainings and the environments themselves see no more of a problem than this contract. Every
+Policies, evaluations, trainings and the environments themselves see no more of a problem than this class. Every
 environment that chooses E and D has a simulation, as `env.unwrapped.simulation`; the single one steps one episode of
 it, the native vector one and the planners many. What a planner, a belief or an adviser needs beyond it are its
-`branches`.
+`branches`. Tasks (`blocks/simulation.py`) and users' programs (`job/simulation.py`) differ in what draws their
+episodes, in the script that they run, and in how an episode is written down and shown.
 """
 
+import copy
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.arrays import Numbers, Table
 from grind_env.envs.branches import Branches
-from grind_env.envs.contexts import Given
-from grind_env.envs.cost import Outcome
-from grind_env.envs.episodes import Episodes, EpisodesT
-from grind_env.envs.observations import Reading
+from grind_env.envs.contexts import Given, drawn
+from grind_env.envs.cost import Outcome, Shop
+from grind_env.envs.episodes import Episodes, EpisodesT, check_running
+from grind_env.envs.gauge import noisy
+from grind_env.envs.history import History
+from grind_env.envs.observations import Reading, Scaling, heat_column, observe_blocks, physical
+from grind_env.envs.tape import AHEAD, BLOCKS, DRAWN, SOURCE, TapeRow
 from grind_env.envs.tasks import Task
+from grind_env.envs.transition import NEW_PART, STAGE_FIELDS, Scratch, step_of
+from grind_env.kernel import MANY, MANY_ROWS, compile_at_once
 from grind_env.machine.job import Job
+from grind_env.machine.loops.cycle import PartState
+from grind_env.machine.loops.rows import OWN_FROM
+from grind_env.machine.loops.strips import Zone
+from grind_env.machine.loops.tally import Tally
 from grind_env.machine.record import GrindingRecord
-from grind_env.process.process import Process
+from grind_env.machine.script.settings import SETTINGS
+from grind_env.machine.script.tables import ScriptTables
+from grind_env.process.gauge import Gauge
+from grind_env.process.process import Process, joined
+from grind_env.process.state import WheelState
 from grind_env.render.view import EpisodePicture
+
+if TYPE_CHECKING:
+    from grind_env.plants import Plant, Plants
+
+BOOKED, VOLUME = History._fields.index("diameter"), History._fields.index("volume")
+DIAMETER, LEAST_DIAMETER = WheelState._fields.index("ds"), Shop._fields.index("least_diameter")
+NOTHING_GROUND = np.array(NEW_PART)
+NOTHING_KNOWN = np.array(History(*[0.0] * len(History._fields))._replace(gauged=-1.0, survival=1.0))
+NO_SETTINGS = np.empty((0, SETTINGS))
 
 SimulationT = TypeVar("SimulationT", bound="Simulation")
 
@@ -38,69 +63,161 @@ class Written(NamedTuple):
     """Times of the control, s, at which the operator asks for a dress while the program runs."""
 
 
-class Simulation(Protocol):
-    """A problem: it draws and steps episodes, says what is observed of them, writes them down and shows them."""
+class Simulation(ABC):
+    """A problem: it draws and steps episodes, says what is observed of them, writes them down and shows them.
 
-    @property
-    def task(self) -> Task:
-        """Names and limits; a simulation of a program has one that says the same of it."""
+    Attributes:
+        task: names and limits; a simulation of a program has one that says the same of it.
+        entries: of the observation, the measured ones first.
+        usual: readings that the environment does not show because they never change, by name.
+        kinds: numbers of the rows of its script, shape (rows, fields of `KindRow`).
+        process: what grinds.
+        gauge: what is measured of it.
+        plants: machines that are not the model, of which each episode has one; None for the model.
+        branches: what planners, beliefs and advisers need beside.
+        compiled: whether compiled code runs a step, so that many branches can be tried before a choice.
+        pre_dress: whether a choice has a third number: 1 for a dress before the first plunge.
+        barred: what a context of `grind_env.envs.contexts` cannot fix, each with the reason.
+        shops: numbers of the task, shape (1, fields of `Shop`).
+    """
 
-    @property
-    def entries(self) -> tuple[Reading, ...]:
-        """Of the observation, the measured ones first."""
+    task: Task
+    entries: tuple[Reading, ...]
+    usual: Mapping[str, float]
+    kinds: Table
+    process: Process
+    gauge: Gauge
+    plants: "Plants | None" = None
+    branches: Branches
+    compiled: bool = True
+    pre_dress: bool = False
+    barred: Mapping[str, str]
+    shops: Table
+    tables: ScriptTables
+    """Of its script."""
+    _generator: Any
+    _scaling: Scaling
+    _lead: Table
+    """As of `transition.Tables`, like the next ones."""
+    _base: Table
+    _cooler: Table
+    _infeed: float = 0.0
+    _approach: float = 0.0
+    _covered: bool
+    """Whether the wheel covers the parts."""
+    _own: tuple[float, ...]
+    """What process and gauge remember at the start."""
+    _heat: int
 
-    @property
-    def kinds(self) -> Table:
-        """Numbers of the kinds of blocks, shape (rows, fields of `KindRow`)."""
+    def _grind_with(self, process: Process, gauge: Gauge, own: tuple[float, ...] | None = None) -> None:
+        """Take over a process and a gauge, and what both remember at the start."""
+        joint = joined(process.own, gauge.own)
+        self.process, self.gauge, self._heat, self._scratch = process, gauge, heat_column(joint), Scratch()
+        self._own = tuple(joint()) if own is None else (*own, *gauge.own())
 
-    @property
-    def process(self) -> Process:
-        """What grinds."""
+    def __getstate__(self) -> dict[str, Any]:
+        """What grinds and shows other machines is found again by their name."""
+        left_out = ("process", "gauge") if self.plants is not None else ()
+        return {name: value for name, value in vars(self).items() if name not in left_out}
 
-    @property
-    def branches(self) -> Branches:
-        """What planners, beliefs and advisers need beside."""
-
-    @property
-    def pre_dress(self) -> bool:
-        """Whether a choice has a third number: 1 for a dress before the first plunge."""
-
-    @property
-    def barred(self) -> Mapping[str, str]:
-        """What a context of `grind_env.envs.contexts` cannot fix, each with the reason."""
-
-    @property
-    def compiled(self) -> bool:
-        """Whether compiled code runs a step, so that many branches can be tried before a choice."""
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        if self.plants is not None:
+            self.process, self.gauge = self.plants.first.process, noisy(self.plants.first.gauge)
 
     @property
     def most_steps(self) -> int:
         """Steps of an episode at most."""
+        return self.task.blocks
 
     def start(
-        self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None, *, whole: bool = True
+        self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None, *, full_tape: bool = True
     ) -> Episodes:
-        """New episodes, one from each generator, with what is given of each; `whole` as for `room`."""
+        """New episodes, one from each generator, with what is given of each; `full_tape` as for `room`."""
+        if len(rngs) >= MANY:
+            compile_at_once()
+        episodes = self.room(len(rngs), full_tape=full_tape)
+        self.restart_all(episodes, range(len(rngs)), rngs, [Given()] * len(rngs) if given is None else given)
+        return episodes
 
     def restart_all(
         self, episodes: Episodes, index: Sequence[int], rngs: Sequence[np.random.Generator], given: Sequence[Given]
     ) -> None:
         """Put new episodes in place of those at `index`, one from each generator, with what is given of each."""
+        rows = np.array(index)
+        given = drawn(self, given, rngs)
+        self._generator.begin(episodes, rows, rngs, given)
+        self.clear(episodes, rows)
+        if self.plants is not None:
+            episodes.wheels[rows, OWN_FROM:] = [each.plant.first.own for each in given if each.plant is not None]
+        self._set_up(episodes, index, given)
 
-    def room(self, n: int, *, whole: bool = True) -> Episodes:
+    def _set_up(self, episodes: Episodes, index: Sequence[int], given: Sequence[Given]) -> None:  # noqa: B027
+        """Set up what the episodes at `index` need besides, which is nothing where compiled code runs them."""
+
+    def room(self, n: int, *, full_tape: bool = True) -> Episodes:
         """Arrays for N episodes, of which none has been drawn.
 
-        With whole tapes, or, for all but a user's own program, with rows for the coming blocks only.
+        With full tapes, or, for all but a user's own program, with rows for the coming blocks only.
         """
+        return Episodes(**self._room(n, full_tape))
+
+    def _room(self, n: int, full_tape: bool) -> dict[str, Any]:
+        blocks, zones = self.task.blocks, 0 if self._covered else len(self.tables.zones)
+        return {
+            "tape": np.empty((n, blocks if full_tape else min(AHEAD, blocks), len(TapeRow._fields))),
+            "block": np.zeros(n, np.int64),
+            "wheels": np.empty((n, OWN_FROM + len(self._own))),
+            "parts": np.empty((n, len(PartState._fields))),
+            "memory": np.empty((n, len(History._fields))),
+            "source": np.zeros((n, SOURCE)),
+            "schedule": np.zeros((n, blocks), np.int16),
+            "stages": np.zeros((n, STAGE_FIELDS)),
+            "surfaces": np.empty((n, zones, len(Zone._fields))),
+            "machine": np.zeros(n, np.int64),
+            "forces": np.ones((n, 1)),
+        }
 
     def whole(self, episodes: EpisodesT) -> EpisodesT:
-        """Copies with whole tapes."""
+        """Copies with whole tapes; what has not been kept of them is drawn again."""
+        copies = episodes.pick(np.arange(len(episodes.block)))
+        if copies.tape.shape[1] < self.task.blocks:
+            block, copies.block = copies.block, np.zeros_like(copies.block)
+            copies.tape, copies.source[:, DRAWN] = self._room(len(block), True)["tape"], 0.0
+            self._generator.draw(copies)
+            copies.block = block
+        return copies
+
+    def tape(self, episodes: Episodes, i: int) -> Table:
+        """The whole tape of episode i, shape (blocks, fields of `TapeRow`)."""
+        return np.asarray(self.whole(episodes.pick([i])).tape[0])
 
     def clear(self, episodes: Episodes, index: Numbers) -> None:
         """Forget what the episodes at `index`, shape (M,), have done but for their wheels: none has begun."""
+        episodes.wheels[index, OWN_FROM:] = self._own
+        episodes.block[index] = 0
+        episodes.parts[index] = NOTHING_GROUND
+        episodes.memory[index] = NOTHING_KNOWN
+        episodes.memory[index, VOLUME] = self.task.start.volume
+        episodes.memory[index, BOOKED] = episodes.wheels[index, DIAMETER]
+        episodes.stages[index], episodes.machine[index], episodes.forces[index] = 0.0, 0, 1.0
+
+    def without_wheel_changes(self: SimulationT) -> SimulationT:
+        """The same, but a wheel is changed only when it is said."""
+        twin = copy.copy(self)
+        twin.shops = self.shops.copy()
+        twin.shops[:, LEAST_DIAMETER] = 0.0
+        return twin
+
+    def holding(self: SimulationT, plant: "Plant") -> SimulationT:
+        """The same, in which whatever begins without being drawn is on a machine of the same families."""
+        twin = copy.copy(self)
+        twin._own = plant.own
+        return twin
 
     def taken(self, episodes: Episodes, choice: tuple[Table, ...]) -> tuple[Table, ...]:
         """What the coming blocks make of a choice, each of shape (N,)."""
+        return choice
 
     def step(
         self,
@@ -109,6 +226,7 @@ class Simulation(Protocol):
         executions: Table,
         pre_dresses: Table | None = None,
         *,
+        settings: Table | None = None,
         active: NDArray[np.int64] | None = None,
     ) -> tuple[Table, Table]:
         """Grind the next block of the episodes in `active` (indices; all by default).
@@ -118,38 +236,88 @@ class Simulation(Protocol):
             speeds: E in mm/min, shape (N,).
             executions: D, shape (N,).
             pre_dresses: 1 for a dress before the first plunge, else 0, shape (N,); none by default.
+            settings: of a user's program alone, shape (N, fields of `BlockSettings`): J, L and dress settings in place
+                of those of the program; its E and D do not count.
             active: indices of the episodes to step; they must not be over.
 
         Returns:
-            Outcomes, shape (N, fields of `Outcome`), and results of the cycles, shape (N, fields of
-            `Tally`); rows of the others are 0.
+            Outcomes, shape (N, fields of `Outcome`), and results of the cycles, with all the time of their blocks,
+            shape (N, fields of `Tally`); rows of the others are 0.
 
         Raises:
             EpisodeOver: an episode in `active` has run its last block.
             GrindError: a block cannot be run so; every episode is then as it was before.
         """
+        n = len(episodes.block)
+        none = np.zeros(n) if pre_dresses is None else pre_dresses
+        choice = speeds, executions, none, NO_SETTINGS if settings is None else settings
+        room = self._scratch.take(n)
+        results = self._run(episodes, choice, np.arange(n) if active is None else active, room)
+        self._scratch.give_back(room)
+        return results
+
+    def _run(
+        self, episodes: Episodes, choice: tuple[Table, ...], active: NDArray[np.int64], room: tuple[Any, ...]
+    ) -> tuple[Table, Table]:
+        """Step the episodes in `active` and leave the cycles of the blocks in `room`."""
+        check_running(episodes, active, episodes.source[:, BLOCKS])
+        n = len(episodes.block)
+        outcomes, results = np.zeros((n, len(Outcome._fields))), np.zeros((n, len(Tally._fields)))
+        step = step_of(self.process, self.gauge, self._covered)
+        if active.size >= MANY_ROWS:
+            compile_at_once()
+        step(self._tables(room), episodes.in_order(), choice, active, results, outcomes)
+        return outcomes, results
+
+    def _tables(self, room: tuple[Any, ...]) -> tuple[Any, ...]:
+        """Return the tables of the compiled step, with room for N machines; of a G81 the step writes the motions."""
+        blocks, plans, own, ways, motions, zones = self.tables
+        if self._infeed > 0.0:
+            most = 2 * (self.task.action.executions + 1)
+            motions = np.empty((len(room[0]) * most, motions.shape[1]))
+        numbers = self.kinds, self._base, self._cooler, self.shops, self._generator.kinds, self._generator.spreads
+        return blocks, plans, own, ways, motions, zones, *numbers, self._lead, self._infeed, self._approach, *room
 
     def over(self, episodes: Episodes) -> NDArray[np.bool_]:
         """Which episodes have ground their last block, shape (N,)."""
+        return np.asarray(episodes.block >= episodes.source[:, BLOCKS])
 
     def observe(self, episodes: Episodes) -> NDArray[np.float32]:
         """Observations of the coming blocks, shape (N, entries), float32.
 
         After the last block of an episode the coming block reads as zeros.
         """
+        observations = np.zeros((len(episodes.block), len(self.entries)), np.float32)
+        observe_blocks(
+            self.kinds,
+            self.task.blocks,
+            episodes.tape,
+            episodes.block,
+            episodes.wheels,
+            self._heat,
+            episodes.memory,
+            self.shops,
+            *self._scaling,
+            observations,
+        )
+        return observations
 
     def read(self, observation: NDArray[np.float32]) -> dict[str, Table]:
         """What observations say in physical units, by name, each shape (N,), with what never changes."""
+        constant = {name: np.full(len(observation), value) for name, value in self.usual.items()}
+        seen = constant | physical(observation, self.entries[: observation.shape[1]])
+        # power is spent on the width of the wheel, of a part that is wider
+        return seen | {"last_width": np.minimum(seen["last_width"], self.task.wheel.width)}
 
-    def without_wheel_changes(self: SimulationT) -> SimulationT:
-        """The same, but a wheel is changed only when it is said."""
-
+    @abstractmethod
     def block(self, episodes: Episodes, i: int, speed: float, executions: float, pre_dress: float = 0.0) -> Any:
         """What there is to say of the step that episode i takes next: `text` and the methods below take it."""
 
+    @abstractmethod
     def text(self, block: Any) -> str:
         """What the control reads for it."""
 
+    @abstractmethod
     def program(self, blocks: Sequence[Any]) -> str:
         """The part program of an episode of these steps, with its dress program.
 
@@ -157,12 +325,15 @@ class Simulation(Protocol):
             GrindError: no one text says them.
         """
 
+    @abstractmethod
     def written(self, episodes: Episodes, i: int, blocks: Sequence[Any]) -> Written:
         """Episode i, of which these steps have been taken: at least one."""
 
+    @abstractmethod
     def record(self, episodes: Episodes, i: int, blocks: Sequence[Any]) -> GrindingRecord:
         """Its strokes, dresses and finished parts, as `machine.grind` records them."""
 
+    @abstractmethod
     def view(self, episodes: Episodes, i: int, blocks: Sequence[Any], outcomes: Sequence[Outcome]) -> EpisodePicture:
         """What a picture of episode i shows, of which these steps have been taken with these outcomes."""
 

@@ -22,8 +22,6 @@ class KindRow(NamedTuple):
     sparkout: float
     width: float
     length: float
-    stroke: float
-    """Distance between the reversal points, mm."""
     scrap: float
     starts_part: float
     ends_part: float
@@ -47,7 +45,6 @@ def kind_row(task: Task, kind: Kind) -> KindRow:
         sparkout=float(kind.sparkout),
         width=kind.width,
         length=kind.length,
-        stroke=task.stroke_length(kind),
         scrap=kind.scrap,
         starts_part=float(kind.starts_part),
         ends_part=float(kind.ends_part),

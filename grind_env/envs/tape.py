@@ -161,6 +161,8 @@ class Carried(NamedTuple):
     """Number of parts begun after the first."""
     due: float
     """Next due date, s."""
+    stock: float
+    """Of the part, mm."""
 
 
 SOURCE = len(Origin._fields) + len(Carried._fields)
@@ -186,10 +188,12 @@ class DrawnKind(NamedTuple):
     """Index among the materials of the task."""
     seconds: float
     """Nominal time, for the due dates, s."""
+    part: float
+    """Index of the part by which it is drawn; negative for that of the block."""
 
 
 read_drawn_kind = column_reader(DrawnKind)
-SECONDS = DrawnKind._fields.index("seconds")
+SECONDS, PART = DrawnKind._fields.index("seconds"), DrawnKind._fields.index("part")
 
 
 class Sigmas(NamedTuple):
@@ -222,6 +226,10 @@ class Sigmas(NamedTuple):
     """Ratio of the time to a due date to the nominal time, at least."""
     most_slack: float
     """That ratio at most."""
+    whole_micrometres: float
+    """1 if stocks are on the resolution of the control."""
+    new_wheels: float
+    """1 if a wheel that comes in place of the first one has factors of its own."""
 
 
 read_sigmas, read_wheel = column_reader(Sigmas), column_reader(OtherWheel)
@@ -248,6 +256,8 @@ def origin_of(
         if wheels.shape[0] > 0:
             other = read_wheel(wheels, int(uniform(wheel_word) * wheels.shape[0]))
     growth, ranges = split.reach * sigmas.wheel_growth, split.bits
+    spare_kA_word = spare_kA_word if sigmas.new_wheels > 0.0 else kA_word
+    spare_ra_word = spare_ra_word if sigmas.new_wheels > 0.0 else ra_word
     ageing = 1.0 + sigmas.coolant_ageing * (2.0 * uniform(ageing_word) - 1.0)
     return Origin(
         key_0=key_0,
@@ -292,10 +302,11 @@ def draw_row(tape: Any, of: Block, drawn: Drawn, source: Any, schedule: Any, kin
     number, begins = schedule[i, k] >> 1, schedule[i, k] & 1 > 0
     kind, period, noise = read_drawn_kind(kinds, number), int(sigmas.due_blocks), origin.noise
     starts = kind.starts_part > 0.0
-    kA, pm, part_ra, parts, due = old.kA, old.pm, old.part_ra, old.parts, old.due
+    kA, pm, part_ra, parts, due, of_part = old.kA, old.pm, old.part_ra, old.parts, old.due, old.stock
     if k == 0:
         part_ra, parts, due = 1.0, -1.0 if starts else 0.0, 0.0
-    new_lot, stock, gauged = begins, kind.stock, kind.stock
+    stock = of_part if kind.part >= 0.0 else kind.stock  # blocks of a program say themselves how deep they go
+    new_lot, gauged = begins, stock
     if starts or begins:
         # a lot that differs from the last one in nothing is no new lot
         lots = starts and (np.isnan(origin.kA) or np.isnan(origin.pm))
@@ -308,7 +319,8 @@ def draw_row(tape: Any, of: Block, drawn: Drawn, source: Any, schedule: Any, kin
             part_ra = log_normal(sigmas.part_roughness, drawn.part_ra) if np.isnan(origin.ra_scale) else 1.0
             relative = origin.stocks * max(kind.least_stock, 1.0 + spread(sigmas.stock, drawn.stock))
             stock = kind.stock * unless(origin.stock, relative)
-            stock = np.floor(1000.0 * stock + 0.5) / 1000.0
+            stock = np.floor(1000.0 * stock + 0.5) / 1000.0 if sigmas.whole_micrometres > 0.0 else stock
+            of_part = stock
             gauged = max(stock + spread(noise * sigmas.gauge, drawn.gauge), 0.3 * kind.stock)
     work, last = 0.0, 0.0
     if period > 0:
@@ -346,7 +358,7 @@ def draw_row(tape: Any, of: Block, drawn: Drawn, source: Any, schedule: Any, kin
         is_due=last,
     )
     write_row(tape[i], place_of(k, tape.shape[1]), row)
-    write_carried(source, i, Carried(kA=kA, pm=pm, part_ra=part_ra, parts=parts, due=due))
+    write_carried(source, i, Carried(kA=kA, pm=pm, part_ra=part_ra, parts=parts, due=due, stock=of_part))
 
 
 @entry
@@ -375,7 +387,9 @@ def draw_rows(tape: Any, block: Any, source: Any, schedule: Any, kinds: Any, spr
     for i in active:
         first, end = int(source[i, DRAWN]), min(block[i] + tape.shape[1], int(source[i, BLOCKS]))
         for k in range(first, end):
-            of = Block(episode=float(i), key_0=source[i, KEY_0], key_1=source[i, KEY_1], number=float(k))
+            part = kinds[schedule[i, k] >> 1, PART]
+            part = part if part >= 0.0 else float(k)
+            of = Block(episode=float(i), key_0=source[i, KEY_0], key_1=source[i, KEY_1], number=float(k), part=part)
             write_block(lanes, waiting, of)
             waiting += 1
             if waiting == LANES:

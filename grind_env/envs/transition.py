@@ -12,12 +12,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from grind_env.belief.hidden import FACTORS
-from grind_env.envs.cost import Shop, counted_rise, outcome_of, read_shop, write_outcome
+from grind_env.envs.cost import Shop, counted_rise, outcome_of, rates_of, read_shop, write_outcome
 from grind_env.envs.drawing import TAPER, deviation, words_of
 from grind_env.envs.feed_motions import infeed_of, write_motions
+from grind_env.envs.gauge import TAPER_NOISE
 from grind_env.envs.history import (
     FOUND,
-    ShopMemory,
+    History,
     booked_diameter,
     legible,
     noise_of,
@@ -26,7 +27,6 @@ from grind_env.envs.history import (
     truth_of,
     write_memory,
 )
-from grind_env.envs.observations import TAPER_NOISE
 from grind_env.envs.tables import read_kind
 from grind_env.envs.tape import (
     BLOCKS,
@@ -44,7 +44,7 @@ from grind_env.kernel import entry, inlined
 from grind_env.kernel.columns import column_reader, column_writer, replacer
 from grind_env.machine.dress.mounting import USUAL_DEPTH, USUAL_LEAD
 from grind_env.machine.loops.batch import CYCLE_FIELDS
-from grind_env.machine.loops.cycle import PartState, dress_lead, measured
+from grind_env.machine.loops.cycle import PartState, dress_lead
 from grind_env.machine.loops.rows import (
     OWN_FROM,
     read_parameters,
@@ -64,7 +64,6 @@ from grind_env.machine.script.replay import (
     Placed,
     place_written,
     read_block,
-    read_drive,
     read_plan,
     whole_blocks_of,
     write_placed,
@@ -72,7 +71,7 @@ from grind_env.machine.script.replay import (
 )
 from grind_env.machine.script.settings import BlockSettings, D, E, read_settings
 from grind_env.machine.script.tables import BlockRow
-from grind_env.process.cost import STALL, Limits, Rates, handover_cost, survival
+from grind_env.process.cost import STALL, Limits, handover_cost, survival
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.gauge import Gauge
 from grind_env.process.process import Drive, Moment, Process, joined
@@ -81,18 +80,18 @@ from grind_env.process.stroke import dressed_wheel
 
 TOGETHER = 1024
 """Episodes that are prepared, ground and settled in one go, few enough that their rows stay in a near cache."""
-DIAMETER = WheelState._fields.index("ds")
+DIAMETER, WEAR = WheelState._fields.index("ds"), WheelState._fields.index("W")
 FACTOR_COLUMNS = tuple(TapeRow._fields.index(name) for name in FACTORS)
 SPARE_COLUMNS = tuple(TapeRow._fields.index(name) for name in SPARE_FACTORS)
 PARAMETER_COLUMNS = tuple(StrokeParameters._fields.index(name) for name in FACTORS)
 FORCE_COLUMNS = tuple(StrokeParameters._fields.index(name) for name in FORCES)
 KIND, MATERIAL, STOCK = (TapeRow._fields.index(name) for name in ("kind", "material", "stock"))
 CHANGES, SURVIVAL, STALLED, CLOCK, PICK = (
-    ShopMemory._fields.index(name) for name in ("wheel_changes", "survival", "stalled", "clock", "pick")
+    History._fields.index(name) for name in ("wheel_changes", "survival", "stalled", "clock", "pick")
 )
 SECONDS, TORQUE = Tally._fields.index("seconds"), Tally._fields.index("peak_torque")
 BEFORE, AFTER = RestTimes._fields.index("before"), RestTimes._fields.index("after")
-FINISH = Placed._fields.index("finish")
+FINISH, DEEPEST, ACROSS = (Placed._fields.index(name) for name in ("finish", "pick", "across"))
 NEW_PART = PartState(Z=0.0, S=0.0, Rs=INITIAL_ROUGHNESS)
 
 
@@ -130,7 +129,8 @@ class Found(NamedTuple):
 
 read_stage, write_stage = column_reader(StageSoFar), column_writer(StageSoFar)
 with_stage, gone_on = replacer(StageSoFar, "torque", "rise", "gauged"), replacer(StageSoFar, "gone", "rested")
-with_seconds, write_drive, read_found = replacer(Tally, "seconds"), column_writer(Drive), column_reader(Found)
+with_seconds, read_found = replacer(Tally, "seconds"), column_reader(Found)
+with_words, write_row = replacer(BlockSettings, "E", "D"), column_writer(BlockSettings)
 STAGE_FIELDS, FOUND_FIELDS = len(StageSoFar._fields), len(Found._fields)
 
 
@@ -164,12 +164,6 @@ class Tables(NamedTuple):
     """Time of the program up to its first block, s."""
     parameters: Any
     """Room for those of the machines, shape (N, fields of `StrokeParameters`)."""
-    picks: Any
-    """Room for the deepest picks, mm, shape (N,)."""
-    across: Any
-    """Room for whether the wheel stands where a crossover ends, shape (N,)."""
-    drives: Any
-    """Room for what the tables make of their commands, shape (N, fields of `Drive`)."""
     placed: Any
     """Room for where the blocks lie, shape (N, fields of `Placed`)."""
     rows: Any
@@ -178,8 +172,6 @@ class Tables(NamedTuple):
     """Room for what is set, shape (N, fields of `BlockSettings`)."""
     cycles: Any
     """Room for the cycles, shape (N, `CYCLE_FIELDS`)."""
-    numbers: Any
-    """Room for their numbers, shape (N,)."""
 
 
 class EpisodeArrays(NamedTuple):
@@ -194,7 +186,7 @@ class EpisodeArrays(NamedTuple):
     parts: Any
     """As they are gauged, shape (N, fields of `PartState`)."""
     memory: Any
-    """Shape (N, fields of `ShopMemory`)."""
+    """Shape (N, fields of `History`)."""
     source: Any
     """Shape (N, SOURCE)."""
     schedule: Any
@@ -234,13 +226,15 @@ class Scratch:
 
     def take(self, n: int) -> tuple[Any, ...]:
         """Arrays of N rows or more: what `Tables` has from `parameters` on."""
-        room = self._free.pop() if self._free else ()
+        try:  # threads may take the last one at once
+            room = self._free.pop()
+        except IndexError:
+            room = ()
         if room and len(room[0]) >= n:
             return room
-        fields = StrokeParameters, Drive, Placed, BlockSettings
-        parameters, drives, placed, settings = (np.empty((n, len(record._fields))) for record in fields)
-        rows, cycles = np.empty(n, np.int64), np.empty((n, CYCLE_FIELDS))
-        return parameters, np.empty(n), np.empty(n), drives, placed, rows, settings, cycles, np.empty(n)
+        records = StrokeParameters, Placed, BlockSettings
+        parameters, placed, settings = (np.empty((n, len(record._fields))) for record in records)
+        return parameters, placed, np.empty(n, np.int64), settings, np.empty((n, CYCLE_FIELDS))
 
     def give_back(self, room: tuple[Any, ...]) -> None:
         """Let another step have it."""
@@ -260,7 +254,7 @@ class StepStages(NamedTuple):
     to the next blocks."""
 
 
-class Kept(NamedTuple):
+class SurfaceStore(NamedTuple):
     """A way to keep the surfaces of parts."""
 
     surfaces: str
@@ -307,47 +301,37 @@ def write_forces(parameters: Any, i: int, factor: float) -> None:
 def write_settings(tables: Any, choices: Any, i: int, number: int) -> None:
     """Write what is set in the block of episode i: all that is chosen, or E, D and the other words of the script."""
     if choices.settings.shape[0] > 0:
-        for k in range(tables.settings.shape[1]):
-            tables.settings[i, k] = choices.settings[i, k]
+        write_row(tables.settings, i, read_settings(choices.settings, i))
     else:
-        for k in range(tables.settings.shape[1]):
-            tables.settings[i, k] = tables.own[number, k]
-        tables.settings[i, E], tables.settings[i, D] = choices.speeds[i], choices.executions[i]
+        own = read_settings(tables.own, number)
+        write_row(tables.settings, i, with_words(own, (choices.speeds[i], choices.executions[i])))
 
 
 @inlined
-def write_placed_by_tape(tables: Any, i: int, surface: float, stock: float, number: int, pre_dress: float) -> None:
+def write_placed_by_tape(
+    tables: Any, i: int, surface: float, stock: float, number: int, pre_dress: float, drive: Drive
+) -> None:
     """Let the block of machine i grind so much stock, mm, from a surface on."""
     row, pick = read_block(tables.blocks, number), read_settings(tables.settings, i).J
     target = surface + stock
     first = min(surface + pick, target)
     start = min(surface + tables.lead[number], target)
     here = start, first + (target - first), target, target, target - start
-    write_placed(tables.placed, i, Placed(*here, pre_dress, row.motion, pick))
+    write_placed(tables.placed, i, Placed(*here, pre_dress, row.motion, pick, drive.share, drive.dwell, 0.0))
 
 
 @inlined
-def write_infeed(tables: Any, i: int, stock: float, number: int, pre_dress: float) -> None:
+def write_infeed(tables: Any, i: int, stock: float, number: int, pre_dress: float, drive: Drive) -> None:
     """Let the G81 of machine i grind so much stock, mm, and write its motions, whose dwells hang on E and D."""
-    row, kind, drive = read_block(tables.blocks, number), read_kind(tables.kinds, number), read_drive(tables.drives, i)
+    row, kind = read_block(tables.blocks, number), read_kind(tables.kinds, number)
     speed, requests = drive.share * tables.settings[i, E], tables.settings[i, D]
     table = drive.dwell, requests, row.acceleration, tables.infeed
     infeed = infeed_of(row.stroke_length, kind.sparkout, stock, speed, *table)
     motion = i * (tables.motions.shape[0] // tables.rows.size)
     write_motions(tables.motions, motion, infeed)
     pick = infeed.rate * (infeed.travel + infeed.dwell)
-    write_placed(tables.placed, i, Placed(0.0, stock, stock, stock, stock, pre_dress, float(motion), pick))
-
-
-@inlined
-def on_the_part(row: BlockRow, stage: StageSoFar, wheel: WheelState) -> tuple[StageSoFar, WheelState]:
-    """Stage and wheel as a block finds them; of a wheel that has been touched off or gauged the wear is compensated."""
-    starts = row.starts_part > 0.0
-    if starts or stage.gauged > 0.0:
-        wheel = measured(wheel)
-    if starts:
-        stage = with_stage(stage, (0.0, 0.0, 0.0))
-    return stage, wheel
+    here = 0.0, stock, stock, stock, stock
+    write_placed(tables.placed, i, Placed(*here, pre_dress, float(motion), pick, drive.share, drive.dwell, 0.0))
 
 
 @inlined
@@ -396,9 +380,8 @@ def price_of_handover(own: BlockSettings, shop: Shop, wheel: WheelState, p: Stro
     """
     if own.dress_passes <= 0.0:
         return 0.0
-    rates = Rates(shop.hourly, shop.wheel_price, shop.dress_price)
     lead = dress_lead(wheel, own.dress_feed, p)
-    return handover_cost(wheel, own.dress_passes, lead, own.dress_depth, own.dress_seconds, p, rates)
+    return handover_cost(wheel, own.dress_passes, lead, own.dress_depth, own.dress_seconds, p, rates_of(shop))
 
 
 @functools.cache
@@ -482,7 +465,7 @@ def settle_of(process: Process, gauge: Gauge) -> tuple[Callable[..., None], Call
 @functools.cache
 def stages_of(process: Process, gauge: Gauge, whole: bool) -> StepStages:
     """The parts of the step of scripts on parts that the wheel covers in the `whole`, or in zones."""
-    surfaces, blocks_of, lay, gauge_part, error_of = KEPT_WHOLE if whole else KEPT_IN_ZONES
+    surfaces, blocks_of, lay, gauge_part, error_of = WHOLE if whole else IN_ZONES
     kept, grind_blocks = EpisodeArrays._fields.index(surfaces), blocks_of(process)
     (pass_time, before), (settle_one, _) = shift_of(process), settle_of(process, gauge)
 
@@ -503,28 +486,31 @@ def stages_of(process: Process, gauge: Gauge, whole: bool) -> StepStages:
             row, stage = read_block(tables.blocks, number), read_stage(episodes.stages, i)
             changed, base = episodes.memory[i, CHANGES] > 0.0, tables.base[episodes.machine[i]]
             write_factored(tables.parameters, i, base, min(number, base.shape[0] - 1), episodes.tape, place, changed)
-            write_forces(tables.parameters, i, episodes.forces[i, min(number, episodes.forces.shape[1] - 1)])
+            factor = episodes.forces[i, min(number, episodes.forces.shape[1] - 1)]
+            if factor != 1.0:
+                write_forces(tables.parameters, i, factor)
             write_settings(tables, choices, i, number)
             came, waited = came_and_waited(tables, number, row, stage)
             starts, rested = row.starts_part > 0.0, stage.rested + came + waited
             pass_time(episodes.wheels, tables.parameters, i, rested, starts)
-            stage, wheel = on_the_part(row, stage, read_wheel(episodes.wheels, i))
+            if starts or stage.gauged > 0.0:  # touched off or gauged: the wear of the wheel is known and compensated
+                episodes.wheels[i, WEAR] = 0.0
             if starts:
                 lay(episodes[kept], i, tables.zones[:, min(number, tables.zones.shape[1] - 1)])
-            write_stage(episodes.stages, i, stage)
-            write_wheel(episodes.wheels, i, wheel)
-            episodes.memory[i, FOUND] = wheel.ds
+                write_stage(episodes.stages, i, with_stage(stage, (0.0, 0.0, 0.0)))
+            episodes.memory[i, FOUND] = episodes.wheels[i, DIAMETER]
             results[i, TORQUE] = 0.0 if starts else episodes.memory[i, STALLED] * STALL
             seconds, speed = episodes.memory[i, CLOCK] + came + waited, tables.settings[i, E]
             moment = Moment(number=float(episodes.block[i]), seconds=seconds, place=row.place, E=speed)
-            write_drive(tables.drives, i, before(episodes.wheels, tables.parameters, i, row.dwell, moment))
+            drive = before(episodes.wheels, tables.parameters, i, row.dwell, moment)
             surface, stock = read_part(episodes.parts, i).Z, episodes.tape[i, place, STOCK]
             if tables.infeed > 0.0:
-                write_infeed(tables, i, stock, number, choices.pre_dresses[i])
+                write_infeed(tables, i, stock, number, choices.pre_dresses[i], drive)
             elif tables.lead[number] >= 0.0:
-                write_placed_by_tape(tables, i, 0.0 if starts else surface, stock, number, choices.pre_dresses[i])
+                pre_dress = choices.pre_dresses[i]
+                write_placed_by_tape(tables, i, 0.0 if starts else surface, stock, number, pre_dress, drive)
             else:
-                place_written(tables.placed, i, row, read_plan(tables.plans, number))
+                place_written(tables.placed, i, row, read_plan(tables.plans, number), drive)
 
     @entry
     def grind(tables: Tables, episodes: EpisodeArrays, choices: Choices, active: Any, results: Any) -> None:
@@ -532,13 +518,10 @@ def stages_of(process: Process, gauge: Gauge, whole: bool) -> StepStages:
             tables,
             tables.rows,
             tables.settings,
-            tables.drives,
             tables.parameters,
             episodes.wheels,
             episodes[kept],
             results,
-            tables.picks,
-            tables.across,
             active,
         )
 
@@ -561,7 +544,7 @@ def stages_of(process: Process, gauge: Gauge, whole: bool) -> StepStages:
             cooler = tables.cooler[episodes.machine[i], min(number, tables.cooler.shape[1] - 1)]
             good, stage = judged(row, part, tally, stage, size_error, good, cooler)
             even = tally.strokes == 2.0 * np.floor(0.5 * tally.strokes)
-            corner = (0 if even else 1) + (2 if tables.across[i] > 0.0 else 0)
+            corner = (0 if even else 1) + (2 if tables.placed[i, ACROSS] > 0.0 else 0)
             on_the_way, afterwards = tables.ways[number, corner, BEFORE], tables.ways[number, corner, AFTER]
             came, waited = came_and_waited(tables, number, row, stage)
             tally = with_seconds(tally, (came + waited + tally.seconds + on_the_way + afterwards,))
@@ -579,9 +562,7 @@ def stages_of(process: Process, gauge: Gauge, whole: bool) -> StepStages:
             handover = price_of_handover(read_settings(tables.own, number), shop, wheel, p) if last else 0.0
             write_stage(episodes.stages, i, gone_on(stage, (afterwards, rested + afterwards)))
             taper, pre_dress = taper + error_of(episodes, i, tables.spreads), choices.pre_dresses[i]
-            seen = Found(
-                good=good, size_error=size_error, change=change, handover=handover, pick=tables.picks[i], taper=taper
-            )
+            seen = Found(good, size_error, change, handover, tables.placed[i, DEEPEST], taper)
             settle_one(
                 i,
                 tables.kinds,
@@ -667,5 +648,5 @@ def _taper_error(episodes: Any, i: int, spreads: Any) -> float:
     return deviation(spread, word)
 
 
-KEPT_WHOLE = Kept("parts", whole_blocks_of, _lay_whole, _gauge_whole, _none)
-KEPT_IN_ZONES = Kept("surfaces", zoned_blocks_of, _lay_zones, _gauge_zones, _taper_error)
+WHOLE = SurfaceStore("parts", whole_blocks_of, _lay_whole, _gauge_whole, _none)
+IN_ZONES = SurfaceStore("surfaces", zoned_blocks_of, _lay_zones, _gauge_zones, _taper_error)

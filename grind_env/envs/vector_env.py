@@ -99,7 +99,7 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
             self.rngs.append(rng)
             self.seeds.append(seed)
         self.given = [Given()] * num_envs
-        self.episodes = self.simulation.start(self.rngs, whole=False)
+        self.episodes = self.simulation.start(self.rngs, full_tape=False)
         self.begun = np.zeros(num_envs, bool)
         self.all_begun = False
         self.due = np.zeros(num_envs, bool)

@@ -1,7 +1,7 @@
 """The columns of the tables of `Episodes` that policies read and simulations write."""
 
 from grind_env.envs.cost import Outcome
-from grind_env.envs.history import ShopMemory
+from grind_env.envs.history import History
 from grind_env.envs.tape import TapeRow
 from grind_env.process.state import WheelState
 
@@ -14,7 +14,7 @@ LISTED = [TapeRow._fields.index(name) for name in ("kind", "material", "work", "
 """What the list of the blocks to grind says of each."""
 OF_WHEEL = [tuple(TapeRow._fields.index(name) for name in (old, f"spare_{old}")) for old in ("kA", "ra_scale")]
 """Factors of a wheel: of the first one, and of those after a change."""
-CHANGES, CLOCK = ShopMemory._fields.index("wheel_changes"), ShopMemory._fields.index("clock")
+CHANGES, CLOCK = History._fields.index("wheel_changes"), History._fields.index("clock")
 COST = Outcome._fields.index("cost")
 AREA, LOADING, VOLUME = (WheelState._fields.index(name) for name in ("A", "lam", "V"))
 DIAMETER = WheelState._fields.index("ds")

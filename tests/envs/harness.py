@@ -4,6 +4,7 @@ import inspect
 from collections.abc import Callable
 from dataclasses import replace
 from importlib.util import find_spec
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import gymnasium as gym
@@ -21,7 +22,7 @@ from grind_env.envs.episodes import NOISE, Episodes
 from grind_env.envs.job.tape import NEW_LOT, JobGenerator, conditions_of
 from grind_env.envs.names import environment_id, task_names
 from grind_env.envs.simulation import Simulation
-from grind_env.envs.tape import TapeRow
+from grind_env.envs.tape import SOURCE, TapeRow
 from grind_env.envs.tasks import Task, load_task
 from grind_env.machine.job import Lots, PartConditions
 from grind_env.process.state import WheelState
@@ -107,9 +108,11 @@ def job_drawn(
 ) -> JobTape:
     """An episode of a job of that many parts with one block each."""
     blocks, wheel = np.arange(parts), np.zeros(len(WheelState._fields))
-    tape, wheels = np.empty((1, parts, len(TapeRow._fields))), np.empty((1, len(wheel)))
+    tape, source = np.empty((1, parts, len(TapeRow._fields))), np.zeros((1, SOURCE))
+    numbers = {"block": np.zeros(1, np.int64), "schedule": np.zeros((1, parts), np.int16)}
+    drawn: Any = SimpleNamespace(tape=tape, source=source, wheels=np.empty((1, len(wheel))), **numbers)
     generator = JobGenerator(blocks.tolist(), lots, [0.2] * parts, spread, wheel)
-    generator.begin(tape, wheels, np.array([0]), [rng], [given])
+    generator.begin(drawn, np.array([0]), [rng], [given])
     return job_tape(tape[0], conditions_of(tape[0], blocks, parts, [0.2] * parts), blocks)
 
 

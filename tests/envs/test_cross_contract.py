@@ -7,36 +7,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.envs.blocks.program import job_of
-from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.ids import wide_plates
 from grind_env.envs.tasks import TaskError, read_task
 from grind_env.pages import page, summary
-from tests.envs.harness import assert_same
 from tests.examples import examples
 
 ID = "grind/WidePlates-v0"
-
-
-def test_the_nominal_context_leaves_nothing_to_chance() -> None:
-    env = wide_plates.make()
-    runs = []
-    for seed in (0, 1):
-        observation, _ = env.reset(seed=seed, options={"context": "nominal"})
-        runs.append([observation, *(env.step(np.array([0.1, -0.4], np.float32))[:2] for _ in range(3))])
-    assert_same(*runs)
-
-
-def test_picked_episodes_go_on_like_the_ones_they_were_picked_from() -> None:
-    simulation = BlockSimulation(read_task("wide_plates"))
-    episodes = simulation.start([np.random.default_rng(seed) for seed in (0, 1)])
-    E, D = np.array([9000.0, 14_000.0]), np.array([0.0, 1.0])
-    simulation.step(episodes, E, D)
-    branches = episodes.pick([1, 0, 1])
-    outcomes, _ = simulation.step(branches, E[[1, 0, 0]], D[[1, 0, 0]])
-    expected, _ = simulation.step(episodes, E, D)
-    assert_same(outcomes[:2], expected[::-1].copy())
-    assert outcomes[2].tobytes() != outcomes[0].tobytes()
-    assert_same(simulation.observe(branches)[:2], simulation.observe(episodes)[::-1].copy())
 
 
 def test_a_cycle_that_does_not_suit_the_wheel_is_refused() -> None:

@@ -14,7 +14,7 @@ from grind_env.envs.blocks.program import conditions, job_of
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.contexts import Fixed, Given, nominal_context
 from grind_env.envs.env import GrindEnv
-from grind_env.envs.history import ShopMemory
+from grind_env.envs.history import History
 from grind_env.envs.ids import wide_plates
 from grind_env.envs.observations import physical
 from grind_env.envs.tape import TapeRow
@@ -203,7 +203,7 @@ def test_gauge_noise_differs_from_part_to_part_and_is_that_of_two_sizes() -> Non
         tapers.append([])
         for _ in range(simulation.task.blocks):
             simulation.step(episodes, np.full(40, 12_000.0), np.zeros(40))
-            tapers[-1].append(episodes.memory[:, ShopMemory._fields.index("taper")].copy())
+            tapers[-1].append(episodes.memory[:, History._fields.index("taper")].copy())
     noise = np.array(tapers[0]) - np.array(tapers[1])
     assert noise.std() == pytest.approx(0.7 * 2**0.5, rel=0.06)
     assert len(np.unique(noise)) == noise.size

@@ -14,7 +14,7 @@ IDS = ["PowerLimited", "WidePlates", "Reciprocation"]
 
 def rolled_out(simulation, seed: int, n: int = 32, steps: int = 8) -> list[np.ndarray]:
     rng = np.random.default_rng(seed)
-    episodes = simulation.start([np.random.default_rng([seed, i]) for i in range(n)], whole=False)
+    episodes = simulation.start([np.random.default_rng([seed, i]) for i in range(n)], full_tape=False)
     found = []
     for _ in range(steps):
         outcomes, _ = simulation.step(episodes, rng.uniform(5000.0, 25000.0, n), rng.integers(0, 2, n).astype(float))

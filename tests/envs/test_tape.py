@@ -24,7 +24,7 @@ def problem(name: str) -> Any:
 def both(simulation: Simulation, given: list[Given]) -> tuple[Any, Any]:
     """The same episodes with whole tapes, and with two rows."""
     whole, two = ([np.random.default_rng(seed) for seed in range(N)] for _ in range(2))
-    return simulation.start(whole, given), simulation.start(two, given, whole=False)
+    return simulation.start(whole, given), simulation.start(two, given, full_tape=False)
 
 
 @pytest.mark.bits

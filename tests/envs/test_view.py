@@ -4,7 +4,7 @@ import pytest
 
 import grind_env
 from grind_env.envs import any_task
-from grind_env.envs.history import ShopMemory
+from grind_env.envs.history import History
 from grind_env.envs.names import task_names
 from grind_env.envs.observations import physical
 from grind_env.envs.tasks import load_task
@@ -12,7 +12,7 @@ from grind_env.envs.view import coming_part, extent_of
 
 gym.register_envs(grind_env)
 
-STALLED = ShopMemory._fields.index("stalled")
+STALLED = History._fields.index("stalled")
 
 
 @pytest.mark.parametrize("name", task_names())

@@ -24,7 +24,6 @@ from grind_env.machine.script.replay import Placed, blocks_of
 from grind_env.machine.script.script import script_of
 from grind_env.machine.script.tables import BlockRow, PlanRow, tables_of
 from grind_env.process.equations import INITIAL_ROUGHNESS
-from grind_env.process.process import Drive
 from tests.batches import FEEDS, PART, TALLY, WHEEL, as_table, cold
 from tests.machine.harness import DRESS, DRESS_NUMBERS, HEAD, job, run, start_wheel
 
@@ -188,7 +187,6 @@ class OneBlock(NamedTuple):
     motions: Any
     placed: Any
     cycles: Any
-    numbers: Any
 
 
 def test_a_script_of_it_is_replayed(loops: Loops, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -200,12 +198,12 @@ def test_a_script_of_it_is_replayed(loops: Loops, monkeypatch: pytest.MonkeyPatc
         script = tables_of(script_of(read(case.text + DRESS), job()))
         row, plan = BlockRow(*script.blocks[0]), PlanRow(*script.plans[0])
         depths = row.start, row.bottom, row.finish, row.finish_besides, plan.depth
-        placed = np.array([Placed(*depths, plan.pre_dress, row.motion, -1.0)])
-        one = OneBlock(script.blocks, script.plans, script.motions, placed, np.empty((1, CYCLE_FIELDS)), np.empty(1))
+        placed = np.array([Placed(*depths, plan.pre_dress, row.motion, -1.0, 1.0, 0.15, 0.0)])
+        one = OneBlock(script.blocks, script.plans, script.motions, placed, np.empty((1, CYCLE_FIELDS)))
         _, parameters, wheels, parts, tallies = tables([case])
         updated = map(as_table, (wheels, parts, tallies))
-        first, drive, room = np.zeros(1, np.int64), np.array([Drive(1.0, 0.15)]), (np.empty(1), np.empty(1))
-        grind_blocks(one, first, script.own, drive, parameters, *updated, *room, first)
+        first = np.zeros(1, np.int64)
+        grind_blocks(one, first, script.own, parameters, *updated, first)
         depths, dresses = case.strokes_and_dresses()
         assert (tallies["strokes"], tallies["dresses"]) == (len(depths), len(dresses))
         assert parts["Z"] == pytest.approx(depths[-1])

@@ -17,7 +17,7 @@ from grind_env.control import read
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.cost import Outcome
 from grind_env.envs.gauge import GAUGE
-from grind_env.envs.history import ShopMemory
+from grind_env.envs.history import History
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.simulation import Simulation, Written
 from grind_env.envs.tasks import read_task
@@ -187,7 +187,7 @@ class Played(NamedTuple):
 
     wheel: Array
     """With what is remembered besides."""
-    memory: ShopMemory
+    memory: History
     written: Written
     outcomes: Outcome
     """Each of shape (blocks,), like the next one."""
@@ -203,7 +203,7 @@ def play(simulation: Simulation, choices: Sequence[tuple[float, float]], seed: i
         outcome, tally = simulation.step(episodes, np.array([E, 7000.0]), np.array([D, 1.0]))
         outcomes.append(outcome[0])
         tallies.append(tally[0])
-    memory, written = ShopMemory(*episodes.memory[0].tolist()), simulation.written(episodes, 0, blocks)
+    memory, written = History(*episodes.memory[0].tolist()), simulation.written(episodes, 0, blocks)
     return Played(episodes.wheels[0], memory, written, Outcome(*np.array(outcomes).T), Tally(*np.array(tallies).T))
 
 

@@ -12,7 +12,6 @@ from grind_env.control.cycles.plunge import PlungeCycle
 from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.control.rules import DEPTH_TOLERANCE, motion_time
 from grind_env.envs.blocks.episode import EpisodeGenerator
-from grind_env.envs.cost import shop_row
 from grind_env.envs.feed_motions import infeed_of, write_motions
 from grind_env.envs.tables import kind_row
 from grind_env.envs.tasks import Task, load_task, read_task
@@ -72,15 +71,17 @@ def feedings(machines: int, seed: int = 0) -> tuple[tuple[np.ndarray, ...], Loop
     """Random G81 blocks of their task: tables, and lanes that look the strokes up in the motions of these blocks."""
     rng = np.random.default_rng(seed)
     task = read_task("reciprocation")
-    kind, shop, rate = kind_row(task, task.kinds[0]), shop_row(task), task.infeed / 60.0
+    kind, rate, stroke = kind_row(task, task.kinds[0]), task.infeed / 60.0, task.stroke_length(task.kinds[0])
+    dress = {"dress_passes": float(task.dress.passes), "dress_feed": task.dress_feed}
+    dress |= {"dress_depth": task.dress.depth, "dress_seconds": task.dress_seconds}
     most, rows = 3, []
     motions = np.zeros((2 * (most + 1) * machines, len(FeedMotion._fields)))
     for first in range(0, len(motions), 2 * (most + 1)):
         speed, executions = rng.uniform(3000.0, 30_000.0), float(rng.integers(0, most + 1))
-        table = shop.dwell, executions, shop.acceleration, rate
-        infeed = infeed_of(kind.stroke, kind.sparkout, kind.stock, speed, *table)
+        table = task.machine.reversal_dwell, executions, task.machine.acceleration, rate
+        infeed = infeed_of(stroke, kind.sparkout, kind.stock, speed, *table)
         write_motions(motions, first, infeed)
-        rows.append(feeding_row(infeed, speed, first, 0.0, kind._asdict() | shop._asdict()))
+        rows.append(feeding_row(infeed, speed, first, 0.0, kind._asdict() | dress))
 
     def feeds(*tables: np.ndarray) -> None:
         FEEDS.lanes(*tables, motions, np.arange(machines), 0, 1)

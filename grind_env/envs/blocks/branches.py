@@ -6,32 +6,32 @@ import numpy as np
 
 from grind_env.arrays import Numbers, Table
 from grind_env.envs.blocks.episode import EpisodeGenerator
-from grind_env.envs.episodes import Episodes, EpisodesT
+from grind_env.envs.branches import Branches
+from grind_env.envs.episodes import EpisodesT
 from grind_env.envs.tables import KindRow, kind_table, parameter_table
-from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
+from grind_env.envs.transition import KIND, STOCK
 from grind_env.process.cost import running_cost
 from grind_env.process.equations import dressed_volume
 
-STOCK, TAPE_STOCK = KindRow._fields.index("stock"), TapeRow._fields.index("stock")
-KIND, MATERIAL = TapeRow._fields.index("kind"), TapeRow._fields.index("material")
+NOMINAL_STOCK = KindRow._fields.index("stock")
 
 
-class BlockBranches:
-    """As `Branches`; the tables have a row for every pair of kind and material, kind by kind."""
+class BlockBranches(Branches):
+    """Those of a task; the tables have a row for every pair of kind and material, kind by kind."""
 
     def __init__(self, task: Task) -> None:
-        self._task, self._materials = task, len(task.materials)
+        self._task, self.materials = task, len(task.materials)
         self.base = parameter_table(task)
         self.nominal = np.array([task.parameters(kind) for kind in task.kinds])
-        self.kind_of_row = np.arange(len(self.base)) // self._materials
+        self.kind_of_row = np.arange(len(self.base)) // self.materials
         volume = dressed_volume(task.dress.passes, task.dress.depth, task.wheel.diameter, task.wheel.width)
         self.dress_price = running_cost(task.dress_seconds, volume, 1.0, task.rates)
         self.usual_dress = task.dress_feed, task.dress.depth
         self.change_seconds = task.wheel_change.seconds if task.wheel_change else 0.0
         self.second_price: float = task.rates.hourly / 3600.0
         self.own_speeds: Table | None = None
-        self._stocks = kind_table(task)[:, STOCK]
+        self._stocks = kind_table(task)[:, NOMINAL_STOCK]
 
     def seconds(self, rows: Numbers, speeds: Table) -> Table:
         task = self._task
@@ -48,9 +48,6 @@ class BlockBranches:
             material = np.where(seen.get(f"material_{name}", np.zeros(len(kind))) > 0.5, number, material)
         return np.asarray(kind * len(names) + material)
 
-    def rows_of(self, tape: Table) -> Numbers:
-        return np.asarray(tape[..., KIND] * self._materials + tape[..., MATERIAL]).astype(np.int64)
-
     def part_from(self, block: int) -> range:
         task, last = self._task, block
         # only parts of a fixed sequence have several blocks
@@ -65,7 +62,7 @@ class BlockBranches:
         tape = np.repeat(episodes.tape, length, axis=1)
         for k, block in enumerate(blocks[1:], 1):
             number = task.kind_of_block(block)
-            tape[:, k, KIND], tape[:, k, TAPE_STOCK] = number, task.kinds[number].stock
+            tape[:, k, KIND], tape[:, k, STOCK] = number, task.kinds[number].stock
         return episodes.on(tape)
 
     def first_wheels(self, count: int) -> Table:
@@ -73,8 +70,5 @@ class BlockBranches:
         flats = self._task.spread.diamond_flat * (np.arange(count) + 0.5) / count
         return np.array([generator.wheel(float(flat)) for flat in flats])
 
-    def load(self, episodes: Episodes, index: Numbers, rows: Numbers, stocks: Table) -> None:
-        episodes.block[index] = 0
-        episodes.tape[index, 0, KIND] = rows // self._materials
-        episodes.tape[index, 0, MATERIAL] = rows % self._materials
-        episodes.tape[index, 0, TAPE_STOCK] = np.round(1000.0 * stocks * self._stocks[rows]) / 1000.0
+    def stocks(self, rows: Numbers, ratios: Table) -> Table:
+        return np.asarray(np.round(1000.0 * ratios * self._stocks[rows]) / 1000.0)

@@ -19,7 +19,7 @@ from grind_env.control import Motion, ProgramEnd, Programs, ProgramStop, Source,
 from grind_env.control.cycles import RULES
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.feed_motions import infeed_of, segments
-from grind_env.envs.history import ShopMemory
+from grind_env.envs.history import History
 from grind_env.envs.tape import SPARE_FACTORS, TapeRow
 from grind_env.envs.tasks import CROSS_FEED, DRESS_CLEARANCE, PICK_FEED, Kind, Task, TaskError
 from grind_env.errors import quoted
@@ -32,7 +32,7 @@ from grind_env.process.tables import wrong
 
 DRESS_PROGRAM = 9100
 RECIPROCATING_AXIS = 0
-WHEEL_CHANGES, SURFACE = ShopMemory._fields.index("wheel_changes"), PartState._fields.index("Z")
+WHEEL_CHANGES, SURFACE = History._fields.index("wheel_changes"), PartState._fields.index("Z")
 KIND, STOCK = TapeRow._fields.index("kind"), TapeRow._fields.index("stock")
 CLEAR = 20.0
 """mm; where the wheel crosses the part: as high as in the dress program, and above what clamps it."""

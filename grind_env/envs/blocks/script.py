@@ -8,7 +8,6 @@ import numpy as np
 from grind_env.arrays import Table
 from grind_env.control import CycleAhead, CycleStart, Motion, execute, read
 from grind_env.envs.blocks.program import CycleBlock, job_of, program_of
-from grind_env.envs.cost import shop_row
 from grind_env.envs.tables import KindRow
 from grind_env.envs.tasks import Kind, Task
 from grind_env.machine.script.block import RestTimes, ScriptBlock
@@ -33,11 +32,11 @@ def task_script(task: Task, kinds: Table) -> TaskScript:
     The wheel's way to a block lies within the time for which the machine waits for its part.
     """
     scripts = [_script_of(task, kind) for kind in task.kinds]
-    found, shop = [tables_of(script) for script in scripts], shop_row(task)
+    found = [tables_of(script) for script in scripts]
     rows = np.arange(len(kinds)) // len(task.materials)
     plans, own, ways = (np.concatenate([each[k] for each in found])[rows] for k in (1, 2, 3))
     # the mean infeed of a dress program is off by rounding
-    own[:, DRESS_PASSES:] = shop.dress_passes, shop.dress_feed, shop.dress_depth, shop.dress_seconds
+    own[:, DRESS_PASSES:] = task.dress.passes, task.dress_feed, task.dress.depth, task.dress_seconds
     blocks = [
         _row(task, task.kinds[k], BlockRow(*found[k].blocks[0]), KindRow(*row))
         for k, row in zip(rows.tolist(), kinds.tolist(), strict=True)

@@ -6,18 +6,19 @@ import numpy as np
 
 from grind_env.arrays import Numbers, Table
 from grind_env.control.rules import motion_time
-from grind_env.envs.blocks.branches import KIND, TAPE_STOCK
+from grind_env.envs.branches import Branches
 from grind_env.envs.episodes import Episodes, EpisodesT
 from grind_env.envs.job.outline import BlockOutline
 from grind_env.envs.tape import BLOCKS, DRAWN
+from grind_env.envs.transition import KIND
 from grind_env.machine.dress.mounting import USUAL_DEPTH, USUAL_LEAD, first_wheel
 from grind_env.machine.job import Job
 from grind_env.process.cost import running_cost
 from grind_env.process.equations import dressed_volume
 
 
-class ProgramBranches:
-    """As `Branches`; with one dress program, which is the first, and one wheel that every episode begins with.
+class ProgramBranches(Branches):
+    """Those of a program, with one dress program, which is the first, and one wheel that every episode begins with.
 
     Args:
         blocks: of the program.
@@ -64,9 +65,6 @@ class ProgramBranches:
                    for length, E in zip(self._lengths[rows].tolist(), speeds.tolist(), strict=True)]  # fmt: skip
         return np.asarray(self.strokes[rows] * np.array(strokes))
 
-    def rows_of(self, tape: Table) -> Numbers:
-        return np.asarray(tape[..., KIND]).astype(np.int64)
-
     def part_from(self, block: int) -> range:
         last = block
         while last + 1 < len(self._blocks) and not self._blocks[last].finished:
@@ -82,8 +80,9 @@ class ProgramBranches:
         """As `Branches.first_wheels`: all the same."""
         return np.tile(self.wheel, (count, 1))
 
+    def stocks(self, rows: Numbers, ratios: Table) -> Table:
+        return np.asarray(ratios * self._stocks[rows])
+
     def load(self, episodes: Episodes, index: Numbers, rows: Numbers, stocks: Table) -> None:
-        episodes.block[index] = 0
-        episodes.tape[index, 0, KIND] = rows
-        episodes.tape[index, 0, TAPE_STOCK] = stocks * self._stocks[rows]
+        super().load(episodes, index, rows, stocks)
         episodes.source[index[:, None], [BLOCKS, DRAWN]] = (len(self._blocks) - rows)[:, None]

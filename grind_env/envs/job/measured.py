@@ -11,18 +11,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.blocks.simulation import BOOKED, DIAMETER
 from grind_env.envs.cost import Outcome
-from grind_env.envs.gauge import GAUGE
-from grind_env.envs.history import ShopMemory
+from grind_env.envs.gauge import GAUGE, gauged_diameter
+from grind_env.envs.history import History
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.job.tape import NEW_LOT
-from grind_env.envs.observations import gauged_diameter
+from grind_env.envs.simulation import BOOKED, DIAMETER
 from grind_env.envs.transition import EpisodeArrays, Found, settle_of
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.script.settings import D, E
 
-GAUGED, PICK, SIZE = (ShopMemory._fields.index(name) for name in ("gauged", "pick", "size_error"))
+GAUGED, PICK, SIZE = (History._fields.index(name) for name in ("gauged", "pick", "size_error"))
 NONE_GAUGED, OUTCOME_FIELDS = -1.0, len(Outcome._fields)
 
 

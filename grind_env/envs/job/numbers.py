@@ -22,7 +22,7 @@ STROKES_AT_MOST = int(POWER_WINDOW)
 
 def kind_of(block: BlockOutline, job: Job) -> KindRow:
     """The numbers of a block that cost and gauges need; its loading is in the time of the script."""
-    part, limits = job.part, job.limits
+    part, limits = job.part, block.limits
     return KindRow(
         stock=part.stock,
         pick=block.plan.primary_pick,
@@ -30,11 +30,10 @@ def kind_of(block: BlockOutline, job: Job) -> KindRow:
         width=part.width,
         # the volume since a dress is that per width of the wheel in use
         length=part.length * part.width / min(part.width, job.setup.wheel.width),
-        stroke=abs(block.plan.primary - block.plan.secondary),
         scrap=part.scrap_cost,
         starts_part=float(block.starts_part),
         ends_part=float(block.finished),
-        counts_all=float(part.rise_allowance > 0.0),
+        counts_all=float(block.counts_all),
         rise=limits.rise,
         power=limits.power,
         roughness=limits.roughness,
@@ -46,12 +45,7 @@ def shop_of(job: Job, reference_cost: float) -> Shop:
     """The numbers of a job that are the same for all its blocks; each block has the dress of its own program."""
     rates, change = job.rates, job.times.wheel_change
     return Shop(
-        acceleration=job.control.acceleration,
-        dwell=job.control.reversal_dwell,
-        dress_passes=0.0,
-        dress_feed=0.0,
-        dress_depth=0.0,
-        dress_seconds=0.0,
+        execution_depth=0.0,
         hourly=rates.hourly,
         wheel_price=rates.wheel,
         dress_price=rates.dress,

@@ -11,10 +11,11 @@ from grind_env.control.words import Block
 from grind_env.envs.program_episode import BlockRun, Passage, ProgramEpisode, Words
 from grind_env.errors import GrindError
 from grind_env.machine.dress.program import DressPlan
-from grind_env.machine.job import Job
+from grind_env.machine.job import Job, Part, Stage
 from grind_env.machine.part.feeds import FEED_WORD, speed_word
 from grind_env.machine.script.script import Script
 from grind_env.machine.script.tables import BlockRow, ScriptTables
+from grind_env.process.cost import Limits
 
 INCH = 25.4
 """mm."""
@@ -50,6 +51,8 @@ class BlockOutline:
         part: number of its part, from 0.
         starts_part: whether it is the first one on its part.
         finished: parts that are taken off before the next block.
+        limits: of its stage of the part.
+        counts_all: whether heat counts over all plunges of that stage.
     """
 
     block: Block
@@ -61,6 +64,8 @@ class BlockOutline:
     part: int
     starts_part: bool
     finished: int
+    limits: Limits
+    counts_all: bool
 
     def words(self, choice: JobChoice) -> Words:
         """The words that say a choice in this block; a G81, or a block without a dress program, takes no D.
@@ -101,6 +106,8 @@ def outline_of_script(script: Script, tables: ScriptTables) -> tuple[BlockOutlin
             part,
             starts,
             int(block.ends_part),
+            Limits(row.rise, row.power, row.roughness, row.size),
+            row.counts_all > 0.0,
         )
         blocks.append(outline)
     return tuple(blocks)
@@ -159,17 +166,30 @@ def refuse_more(programs: Programs, blocks: int) -> None:
 
 
 def _outlines(runs: Sequence[BlockRun], episode: ProgramEpisode) -> Iterator[BlockOutline]:
-    part, reached = 0, 0.0
+    part, reached, stage, job = 0, 0.0, 0, episode.run.job
     finish = [0.0] * len(runs)
     for k in reversed(range(len(runs))):
         ends = k + 1 == len(runs) or runs[k].judged or runs[k + 1].part != runs[k].part
         finish[k] = runs[k].deepest if ends else finish[k + 1]
     for run, at_end, (block, _) in zip(runs, finish, episode.chosen, strict=True):
         starts = run.part != part
-        surface = 0.0 if starts else reached
+        surface, stage = (0.0, 0) if starts else (reached, stage)
+        stages: list[Stage | Part] = [*job.of_part(run.part).part.stages, job.of_part(run.part).part]
+        asked = stages[stage]
+        stage += run.judged and not run.finished.size
         # grooves of another part may lie on the way to this block, or from it
         part, reached = run.part, max([surface, *run.strokes["Z"][run.strokes["part"] == run.part]])
         dress = None if run.plan.program is None else episode.run.dressing.plans[run.plan.program]
         yield BlockOutline(
-            block, run.plan, run.inch, dress, reached - surface, at_end, part - 1, starts, int(run.finished.size)
+            block,
+            run.plan,
+            run.inch,
+            dress,
+            reached - surface,
+            at_end,
+            part - 1,
+            starts,
+            int(run.finished.size),
+            job.of_part(run.part).limits_at(asked),
+            asked.rise_allowance > 0.0,
         )

@@ -8,7 +8,7 @@ import copy
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +17,9 @@ from grind_env.arrays import Numbers, Table
 from grind_env.control import Programs
 from grind_env.control.cycles import codes_said
 from grind_env.control.rewriting import with_words
-from grind_env.envs.blocks.observe import heat_column, observe_blocks
-from grind_env.envs.blocks.simulation import DIAMETER, forget, readings_of, room_for, seat, without_least_diameter
-from grind_env.envs.contexts import Given, drawn
+from grind_env.envs.contexts import Given
 from grind_env.envs.cost import Outcome, Shop
-from grind_env.envs.episodes import Episodes, EpisodesT, check_running
+from grind_env.envs.episodes import Episodes, check_running
 from grind_env.envs.gauge import GAUGE, noisy
 from grind_env.envs.history import FOUND
 from grind_env.envs.job.branches import ProgramBranches
@@ -44,10 +42,9 @@ from grind_env.envs.job.text import with_words_chosen
 from grind_env.envs.job.view import RunBlock, job_view
 from grind_env.envs.observations import scaling
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step_all
-from grind_env.envs.simulation import Written
-from grind_env.envs.tape import BLOCKS, DRAWN, DrawnKind, Sigmas
-from grind_env.envs.transition import FOUND_FIELDS, EpisodeArrays, Found, Scratch, settle_of, step_of
-from grind_env.kernel import MANY, MANY_ROWS, compile_at_once
+from grind_env.envs.simulation import DIAMETER, Simulation, Written
+from grind_env.envs.tape import BLOCKS
+from grind_env.envs.transition import FOUND_FIELDS, KIND, EpisodeArrays, Found, settle_of
 from grind_env.machine.job import Job, PartConditions, require_conditions
 from grind_env.machine.loops.compiled import handover_cost
 from grind_env.machine.loops.cycle import PartState
@@ -60,14 +57,12 @@ from grind_env.machine.script.script import Script, script_of
 from grind_env.machine.script.settings import D, E, Ranges, own_settings
 from grind_env.machine.script.tables import is_whole, tables_of
 from grind_env.process.gauge import Gauge
-from grind_env.process.process import joined
 from grind_env.render.view import EpisodePicture
 
 if TYPE_CHECKING:
-    from grind_env.plants import Plant, Plants
+    from grind_env.plants import Plants
 
 CHANGE_SECONDS = Shop._fields.index("change_seconds")
-NOTHING_DRAWN = np.zeros((1, len(DrawnKind._fields))), np.zeros((1, len(Sigmas._fields)))
 COST, STROKES = Outcome._fields.index("cost"), Tally._fields.index("strokes")
 
 
@@ -82,8 +77,8 @@ def ranges_of(picks: Sequence[float] = (), spark_outs: Sequence[int] = ()) -> Ra
     return Ranges(E=(1000.0 * low, 1000.0 * high), J=picks, L=spark_outs)
 
 
-class JobSimulation:
-    """Steps episodes of a program; the methods are those of `Simulation`.
+class JobSimulation(Simulation):
+    """Steps episodes of a program.
 
     Args:
         programs: the program.
@@ -111,8 +106,7 @@ class JobSimulation:
         GrindError: it cannot be run, or there is nothing to choose in it.
     """
 
-    pre_dress: ClassVar[bool] = False
-    """The program says which cycles begin with a dress."""
+    branches: ProgramBranches
 
     def __init__(
         self,
@@ -133,10 +127,9 @@ class JobSimulation:
     ) -> None:
         if plants is not None:
             job, gauge = replace(job.on(plants.first), own=()), noisy(plants.first.gauge)
-        self.plants: Plants | None = None  # what the program costs, it costs on the model
+        self.plants = None  # what the program costs, it costs on the model
         self.unread = refuse_many(programs, job)
-        self.gauge, self._scratch = gauge, Scratch()
-        self._remember(job)
+        self._grind_with(job.process, gauge, job.own_at_start)
         task = job_task(name or Path(programs.name).stem, job, spread, file)
         self.programs, self.job, self.spread = programs, job, spread
         self.once = once or programs
@@ -146,7 +139,7 @@ class JobSimulation:
         try:
             self.script = script_of(programs, job, ranges_of(picks, spark_outs)) if script is None else script
             refuse_more(programs, len(self.script.blocks))
-            self.tables = tables_of(self.script)
+            self.tables, self._approach = tables_of(self.script), self.script.approach
             self.job = job = self.script.job
         except ScriptError as error:
             self.why, self.script = error, None
@@ -164,8 +157,8 @@ class JobSimulation:
                 f"{programs.name} makes no stroke: it has no cycle block {codes_said('or')} and no feed move along the "
                 "table over the part, and no E, F or D to choose"
             )
-        self._whole = self.script is None or is_whole(self.script, self.tables)
-        self._zones = 0 if self._whole else len(self.tables.zones)
+        self.compiled = self.script is not None
+        self._covered = self.script is None or is_whole(self.script, self.tables)
         self.part_of_block = np.array([block.part for block in self.blocks])
         self.parts = parts_of(self.blocks)
         require_conditions(job.parts, self.parts, programs.name)
@@ -179,19 +172,17 @@ class JobSimulation:
         engaged = min(job.part.width, job.setup.wheel.width)
         self.usual = {"last_width": engaged, "stock": 1.0, "tolerance": job.part.tolerance, **constant}
         self.kinds = np.array([kind_of(block, job.of_part(block.part + 1)) for block in self.blocks])
-        self._own = np.array([own_settings(block.plan, block.dress) for block in self.blocks])
+        self._settings = np.array([own_settings(block.plan, block.dress) for block in self.blocks])
         self.shops, self._lead = np.array([shop_of(job, 1.0)]), np.full(len(self.blocks), -1.0)
         self._said_of = coming(self.blocks, self.entries)
-        said = np.isfinite(self._said_of).all(axis=0)
-        self._said, self._read = np.flatnonzero(said), np.flatnonzero(~said)
-        read = tuple(self.entries[k] for k in self._read.tolist())
+        self._said = np.flatnonzero(np.isfinite(self._said_of).all(axis=0))
         # one kind a block, and the material is that of the job
-        scaled = scaling(task, read)
+        scaled = scaling(task, self.entries)
         self._scaling = scaled._replace(layout=scaled.layout._replace(materials=np.array([-1])))
         self._takes_dresses = np.array([float(block.takes_dresses) for block in self.blocks])
         self._inch = np.array([block.inch for block in self.blocks])
         self._generator = self._generator_of(0.0)
-        self.machines = machines_of([job], self.blocks, job)
+        self._set_machines([job])
         cost = self._nominal_cost(between)
         if not cost > 0.0:
             raise JobProgramError(
@@ -213,19 +204,13 @@ class JobSimulation:
     def on_machines(self, jobs: Sequence[Job]) -> "JobSimulation":
         """The same on machines of one process that are not quite that of the job, for `start_on`."""
         twin = copy.copy(self)
-        twin.machines = machines_of(jobs, self.blocks, self.job)
-        twin._remember(jobs[0])
+        twin._set_machines(jobs)
+        twin._grind_with(jobs[0].process, self.gauge, jobs[0].own_at_start)
         return twin
 
-    def _remember(self, job: Job) -> None:
-        """Take over the process of a job, and what it and the gauge remember."""
-        self.process, self._start = job.process, (*job.own_at_start, *self.gauge.own())
-        self._heat = heat_column(joined(job.process.own, self.gauge.own))
-
-    def without_wheel_changes(self) -> "JobSimulation":
-        twin = copy.copy(self)
-        twin.shops = without_least_diameter(self.shops)
-        return twin
+    def _set_machines(self, jobs: Sequence[Job]) -> None:
+        self.machines = machines_of(jobs, self.blocks, self.job)
+        self._base, self._cooler = self.machines.base, self.machines.cooler
 
     def _nominal_cost(self, between: Callable[[], object]) -> float:
         """Of the program with its own words on nominal parts, $ per cycle block."""
@@ -242,24 +227,6 @@ class JobSimulation:
             raise JobProgramError(f"{self.programs.name} makes no stroke: a G81 needs motions or dwells before its G80")
         return float(total / len(self.blocks))
 
-    @property
-    def compiled(self) -> bool:
-        """Whether the program has a script; the control executes any other, one episode after the other."""
-        return self.script is not None
-
-    @property
-    def most_steps(self) -> int:
-        return len(self.blocks)
-
-    def start(
-        self, rngs: Sequence[np.random.Generator], given: Sequence[Given] | None = None, *, whole: bool = True
-    ) -> JobEpisodes:
-        if len(rngs) >= MANY:
-            compile_at_once()
-        episodes = self.room(len(rngs))
-        self.restart_all(episodes, range(len(rngs)), rngs, [Given()] * len(rngs) if given is None else given)
-        return episodes
-
     def start_on(self, rngs: Sequence[np.random.Generator], machine: Numbers, forces: Table) -> JobEpisodes:
         """Begin episodes on machines by their numbers, shape (N,), with factors on the forces in each block.
 
@@ -268,7 +235,7 @@ class JobSimulation:
             machine: number of each one's, in `machines`.
             forces: the factors, shape (N, 1 or blocks).
         """
-        episodes = self.start(rngs)
+        episodes = _job_episodes(self.start(rngs))
         episodes.machine, episodes.forces = machine, forces
         starts = self.machines.starts[machine]
         episodes.wheels[:, : starts.shape[1]] = starts
@@ -283,58 +250,29 @@ class JobSimulation:
                 episodes.programs[i] = ProgramEpisode(self.programs, job, conditions, course_of(self.blocks))
         return episodes
 
-    def room(self, n: int, *, whole: bool = True) -> JobEpisodes:
-        """As `Simulation.room`; the tape of a program is always whole."""
-        blocks = len(self.blocks)
-        return JobEpisodes(
-            **room_for(n, blocks, blocks, self._start, self._zones),
-            programs=[],
-        )
+    def room(self, n: int, *, full_tape: bool = True) -> JobEpisodes:
+        return JobEpisodes(**self._room(n, True), programs=[])
 
-    def whole(self, episodes: EpisodesT) -> EpisodesT:
-        return episodes.pick(np.arange(len(episodes.block)))
-
-    def restart_all(
-        self, episodes: Episodes, index: Sequence[int], rngs: Sequence[np.random.Generator], given: Sequence[Given]
-    ) -> None:
-        rows = np.array(index)
-        given = drawn(self, given, rngs)
-        self._generator.begin(episodes.tape, episodes.wheels, rows, rngs, given)
-        self.clear(episodes, rows)
-        if self.plants is not None:
-            seat(episodes, rows, given)
-        if self.script is None:
-            for i, each in zip(index, given, strict=True):
-                conditions = self.conditions(episodes, i)
-                job = self.job if each.plant is None else self.job.on(each.plant.first)
-                program = ProgramEpisode(self.programs, job, conditions, course_of(self.blocks))
-                _job_episodes(episodes).programs[i : i + 1] = [program]
+    def _set_up(self, episodes: Episodes, index: Sequence[int], given: Sequence[Given]) -> None:
+        for i, each in zip(index, given, strict=True) if self.script is None else ():
+            conditions = self.conditions(episodes, i)
+            job = self.job if each.plant is None else self.job.on(each.plant.first)
+            program = ProgramEpisode(self.programs, job, conditions, course_of(self.blocks))
+            _job_episodes(episodes).programs[i : i + 1] = [program]
 
     def conditions(self, episodes: Episodes, i: int) -> tuple[PartConditions, ...]:
         """What the parts of episode i are like."""
         stated = self.job.parts[: self.parts]
         return stated or conditions_of(episodes.tape[i], self.part_of_block, self.parts, self._stocks)
 
-    def clear(self, episodes: Episodes, index: Numbers) -> None:
-        forget(episodes, index, self.task.start.volume, self._start)
-        episodes.source[index[:, None], [BLOCKS, DRAWN]] = len(self.blocks)
-
-    def holding(self, plant: "Plant") -> "JobSimulation":
-        twin = copy.copy(self)
-        twin._start = plant.own
-        return twin
-
     def taken(self, episodes: Episodes, choice: tuple[Table, ...]) -> tuple[Table, ...]:
         """E and D as the coming blocks take them: E as a word says it or as it is, and D where there is such a word."""
         speeds, executions = choice
-        number = self.branches.rows_of(episodes.coming())
+        number = self._rows(episodes)
         inches = np.round(speeds / INCH, 4) * INCH
         said = np.where(self._inch[number], inches, np.rint(speeds))
-        said = np.where(speeds == self._own[number, E], speeds, said)
+        said = np.where(speeds == self._settings[number, E], speeds, said)
         return said, executions * self._takes_dresses[number]
-
-    def over(self, episodes: Episodes) -> NDArray[np.bool_]:
-        return np.asarray(episodes.block >= episodes.source[:, BLOCKS])
 
     def block(self, episodes: Episodes, i: int, speed: float, executions: float, pre_dress: float = 0.0) -> RunBlock:
         return RunBlock(int(episodes.block[i]), float(speed), int(executions), episodes.own(i))
@@ -374,9 +312,16 @@ class JobSimulation:
         """The words that say a choice in a block."""
         return self.blocks[block].words(JobChoice(speed, int(executions)))
 
+    def _rows(self, episodes: Episodes) -> Numbers:
+        """Numbers of the coming blocks, or of the last ones on the tapes, shape (N,)."""
+        at = np.minimum(episodes.block, episodes.tape.shape[1] - 1)
+        if episodes.tape.shape[1] == len(self.blocks):
+            return np.asarray(at)
+        return np.asarray(episodes.tape[np.arange(len(at)), at, KIND]).astype(np.int64)
+
     def own_settings(self, episodes: Episodes) -> Table:
         """What the program itself sets in the coming blocks, shape (N, fields of `BlockSettings`)."""
-        return self._own[self.branches.rows_of(episodes.coming())]
+        return self._settings[self._rows(episodes)]
 
     def step(
         self,
@@ -388,62 +333,30 @@ class JobSimulation:
         settings: Table | None = None,
         active: NDArray[np.int64] | None = None,
     ) -> tuple[Table, Table]:
-        """Run the next block of the episodes in `active`, and on to the one after it; as `Simulation.step`.
-
-        With `settings`, shape (N, fields of `BlockSettings`), J, L and dress settings are chosen as well, in place of
-        those of the program (`own_settings`); its E and D do not count. The wheel with which an episode begins is
-        dressed as the program says.
-        """
-        assert isinstance(episodes, JobEpisodes)
-        n = len(episodes.block)
-        active = np.arange(n) if active is None else active
+        active = np.arange(len(episodes.block)) if active is None else active
+        speeds, executions = self.taken(episodes, (speeds, executions))
+        if settings is None and self.script is not None:
+            return super().step(episodes, speeds, executions, active=active)
         check_running(episodes, active, episodes.source[:, BLOCKS])
-        outcomes, tallies = np.zeros((n, len(Outcome._fields))), np.zeros((n, len(Tally._fields)))
         chosen = self.own_settings(episodes)
         if settings is not None:
             if self.script is None:
                 why = f"J, L and dress settings can be chosen in programs with a script only: {self.why}"
                 raise JobProgramError(why)
             chosen[active] = taken(self.script, self.tables, episodes.block[active], settings[active])
-        chosen[:, E], chosen[:, D] = self.taken(episodes, (speeds, executions))
+        chosen[:, E], chosen[:, D] = speeds, executions
         if self.script is None:
-            self._execute(episodes, chosen, active, tallies, outcomes)
-            return outcomes, tallies
-        approach, (_, base, cooler, _) = self.script.approach, self.machines
-        step, none, room = step_of(self.process, self.gauge, self._whole), np.zeros(n), self._scratch.take(n)
-        tables = *self.tables, self.kinds, base, cooler, self.shops, *NOTHING_DRAWN, self._lead, 0.0, approach, *room
-        if active.size >= MANY_ROWS:
-            compile_at_once()
-        step(tables, episodes.in_order(), (none, none, none, chosen), active, tallies, outcomes)
-        self._scratch.give_back(room)
-        return outcomes, tallies
+            return self._execute(_job_episodes(episodes), chosen, active)
+        return super().step(episodes, speeds, executions, settings=chosen, active=active)
 
     def observe(self, episodes: Episodes) -> NDArray[np.float32]:
-        observations = np.empty((len(episodes.block), len(self.entries)), np.float32)
-        measured = np.zeros((len(episodes.block), len(self._read)), np.float32)
-        observe_blocks(
-            self.kinds,
-            len(self.blocks),
-            episodes.tape,
-            episodes.block,
-            episodes.wheels,
-            self._heat,
-            episodes.memory,
-            self.shops,
-            *self._scaling,
-            measured,
-        )
-        observations[:, self._read] = measured
+        observations = super().observe(episodes)
         observations[:, self._said] = self._said_of[episodes.block][:, self._said]
         return observations
 
-    def read(self, observation: NDArray[np.float32]) -> dict[str, Table]:
-        return readings_of(observation, self.entries, self.usual)
-
-    def _execute(
-        self, episodes: JobEpisodes, chosen: Table, active: NDArray[np.int64], tallies: Table, outcomes: Table
-    ) -> None:
+    def _execute(self, episodes: JobEpisodes, chosen: Table, active: NDArray[np.int64]) -> tuple[Table, Table]:
         """Let the control execute the next block of programs without a script."""
+        outcomes, tallies = (np.zeros((len(chosen), len(record._fields))) for record in (Outcome, Tally))
         programs, found = episodes.programs, np.zeros((len(chosen), FOUND_FIELDS))
         before = episodes.wheels[active, DIAMETER]
         words = {i: self.words(episodes.block[i], chosen[i, E], chosen[i, D]) for i in active.tolist()}
@@ -471,6 +384,7 @@ class JobSimulation:
         state = EpisodeArrays(*episodes.in_order())
         _, settle = settle_of(self.process, self.gauge)
         settle(self.kinds, self.shops, state, chosen, active, tallies, found, outcomes)
+        return outcomes, tallies
 
     def _handover(self, program: ProgramEpisode, run: BlockRun) -> float:
         """Price of the dull wheel that a program leaves, $; 0 without a dress program to sharpen it with."""

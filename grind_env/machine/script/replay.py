@@ -22,7 +22,7 @@ from grind_env.machine.script.settings import BlockSettings, read_settings
 from grind_env.machine.script.tables import NO_COURSE, NUMBERS, BlockRow, PlanRow
 from grind_env.process.process import Drive, Process
 
-read_block, read_plan, read_drive = column_reader(BlockRow), column_reader(PlanRow), column_reader(Drive)
+read_block, read_plan = column_reader(BlockRow), column_reader(PlanRow)
 write_feeding = column_writer(Feeding, RULES_FROM)
 with_settings = replacer(PlanRow, "primary_pick", "secondary_pick", "spark_out", "dresses")
 down_to = replacer(Stroking, "full_plunge", "finish")
@@ -32,7 +32,8 @@ STROKES = Tally._fields.index("strokes")
 class Placed(NamedTuple):
     """Where a block lies on the part of one machine, as of `BlockRow` and of its plan.
 
-    `start`, `bottom`, `finish` and `finish_besides` are mm.
+    `start`, `bottom`, `finish` and `finish_besides` are mm. What the table makes of its commands, as of `Drive`: `share`,
+    a ratio, and `dwell`, s.
     """
 
     start: float
@@ -46,20 +47,25 @@ class Placed(NamedTuple):
     motion: float
     """Index of its first motion beside the table; `NO_BLOCK` without any."""
     pick: float
-    """By how much a stroke goes deeper at most, mm; negative where that has to be found."""
+    """By how much a stroke goes deeper at most, mm; negative where that has to be found, which a run does."""
+    share: float
+    dwell: float
+    across: float
+    """1 if its cycle has come to its end where its crossover ends, once it has been run; else 0."""
 
 
-BESIDE, PICK = Placed._fields.index("motion"), Placed._fields.index("pick")
+CYCLE = BlockRow._fields.index("cycle")
+BESIDE, PICK, ACROSS = (Placed._fields.index(name) for name in ("motion", "pick", "across"))
 read_placed, write_placed = column_reader(Placed), column_writer(Placed)
 lying = replacer(BlockRow, "start", "bottom", "finish", "finish_besides", "motion")
 to_depth = replacer(PlanRow, "depth", "pre_dress")
 
 
 @inlined
-def place_written(placed: Any, i: int, row: BlockRow, plan: Any) -> None:
+def place_written(placed: Any, i: int, row: BlockRow, plan: Any, drive: Drive) -> None:
     """Let the block of machine i lie where the program has it."""
     here = row.start, row.bottom, row.finish, row.finish_besides
-    write_placed(placed, i, Placed(*here, plan.depth, plan.pre_dress, row.motion, -1.0))
+    write_placed(placed, i, Placed(*here, plan.depth, plan.pre_dress, row.motion, -1.0, drive.share, drive.dwell, 0.0))
 
 
 @inlined
@@ -71,12 +77,12 @@ def plan_of(row: BlockRow, own: Any, settings: BlockSettings) -> Any:
 
 
 @inlined
-def chosen_block(script: Any, number: int, settings: Any, i: int) -> tuple[BlockRow, Any, BlockSettings]:
-    """Block `number` of a script where machine i has it, its plan, and the settings with which it is run."""
+def chosen_block(script: Any, number: int, settings: Any, i: int) -> tuple[BlockRow, Any, BlockSettings, Placed]:
+    """Block `number` of a script where machine i has it, its plan, the settings with which it is run, and its place."""
     row, chosen, placed = read_block(script.blocks, number), read_settings(settings, i), read_placed(script.placed, i)
     row = lying(row, (placed.start, placed.bottom, placed.finish, placed.finish_besides, placed.motion))
     plan = to_depth(read_plan(script.plans, number), (placed.depth, placed.pre_dress))
-    return row, plan_of(row, plan, chosen), chosen
+    return row, plan_of(row, plan, chosen), chosen, placed
 
 
 @inlined
@@ -87,14 +93,17 @@ def deepest_plunge(plan: Any) -> float:
 
 
 @inlined
-def stroking_of(row: BlockRow, plan: Any, settings: BlockSettings, drive: Drive) -> Stroking:
+def stroking_of(row: BlockRow, plan: Any, settings: BlockSettings, placed: Placed) -> Stroking:
     """The strokes of a block with settings of its own."""
-    speed = drive.share * settings.E / 60.0
-    first = motion_time(row.first_length, speed, row.acceleration) + drive.dwell
+    speed = placed.share * settings.E / 60.0
+    stroke = motion_time(row.stroke_length, speed, row.acceleration) + placed.dwell
+    first = stroke
+    if row.first_length != row.stroke_length:
+        first = motion_time(row.first_length, speed, row.acceleration) + placed.dwell
     return Stroking(
         speed=speed,
         first_seconds=first,
-        stroke_seconds=motion_time(row.stroke_length, speed, row.acceleration) + drive.dwell,
+        stroke_seconds=stroke,
         set_out=first,
         start=row.start,
         surface=row.surface,
@@ -182,28 +191,28 @@ def _never(cycle: Any) -> bool:
 
 
 @inlined
-def _none(numbers: Any, active: Any, cycles: Any, parameters: Any, wheels: Any, surfaces: Any, tallies: Any) -> None:
+def _none(script: Any, block: Any, active: Any, parameters: Any, wheels: Any, surfaces: Any, tallies: Any) -> None:
     pass
 
 
 def _in_turn(loops: Mapping[str, Loops]) -> Callable[..., None]:
-    """`run(numbers, active, cycles, parameters, wheels, surfaces, tallies)`: by the numbers of the cycles."""
+    """`run(script, block, active, parameters, wheels, surfaces, tallies)`: by the cycles of their blocks."""
     (code, first), *others = loops.items()
     number, grind_cycles, cycle = NUMBERS[code], first.lanes, COURSES[code].cycle
     longest_first = longest_first_of(cycle)  # type: ignore[arg-type]
     grind_others = _in_turn(dict(others)) if others else _none
 
     @entry
-    def run(numbers: Any, active: Any, cycles: Any, parameters: Any, wheels: Any, surfaces: Any, tallies: Any) -> None:
+    def run(script: Any, block: Any, active: Any, parameters: Any, wheels: Any, surfaces: Any, tallies: Any) -> None:
         mine, count = np.empty(active.size, np.int64), 0
         for i in active:
-            if numbers[i] == number:
+            if script.blocks[block[i], CYCLE] == number:
                 mine[count] = i
                 count += 1
         order = np.empty(count, np.int64)
-        longest_first(cycles, mine[:count], order)
-        grind_cycles(cycles, parameters, wheels, surfaces, tallies, NO_MOTIONS, order, 0, 1)
-        grind_others(numbers, active, cycles, parameters, wheels, surfaces, tallies)
+        longest_first(script.cycles, mine[:count], order)
+        grind_cycles(script.cycles, parameters, wheels, surfaces, tallies, NO_MOTIONS, order, 0, 1)
+        grind_others(script, block, active, parameters, wheels, surfaces, tallies)
 
     return run
 
@@ -223,55 +232,48 @@ def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., f
         script: Any,
         block: Any,
         settings: Any,
-        drives: Any,
         parameters: Any,
         wheels: Any,
         surfaces: Any,
         tallies: Any,
-        picks: Any,
-        across: Any,
         active: Any,
     ) -> None:
         """Run a block on each of some machines.
 
         Args:
             script: `blocks`, `plans` and `motions` of `ScriptTables`; where blocks lie, `placed`, shape (N, fields
-                of `Placed`); room for `cycles`, shape (N, `CYCLE_FIELDS`), and their `numbers`, shape (N,).
+                of `Placed`), updated; room for `cycles`, shape (N, `CYCLE_FIELDS`).
             block: number of the block of each machine, shape (N,), int64.
             settings: of that block, shape (N, fields of `BlockSettings`).
-            drives: what the table makes of its commands in it, shape (N, fields of `Drive`).
             parameters: shape (N, fields of `StrokeParameters`).
             wheels: shape (N, fields of `WheelState` and of the `own` of the process); updated.
             surfaces: shape (N, fields of `PartState`) or (N, zones, fields of `Zone`); updated.
             tallies: shape (N, fields of `Tally`); updated.
-            picks: by how much a stroke has gone deeper at most, mm, shape (N,); written.
-            across: whether the cycle has come to its end where its crossover ends, shape (N,); written.
             active: machines to run, int64.
         """
-        cycles, numbers = script.cycles, script.numbers
+        cycles, placed = script.cycles, script.placed
         feeding, feeds = np.empty(active.size, np.int64), 0
         for i in active:
-            row, plan, chosen = chosen_block(script, block[i], settings, i)
-            picks[i] = script.placed[i, PICK]
-            if picks[i] < 0.0:
-                picks[i] = max(min(deepest_plunge(plan), plan.depth), row.start + row.surface - deepest(surfaces, i))
-            numbers[i] = row.cycle
-            write_stroking(cycles, i, stroking_of(row, plan, chosen, read_drive(drives, i)))
-            across[i] = write_rules(row.cycle, plan, row.coverage, cycles, i)
-        grind_cycles(numbers, active, cycles, parameters, wheels, surfaces, tallies)
+            row, plan, chosen, here = chosen_block(script, block[i], settings, i)
+            if here.pick < 0.0 and row.cycle != NO_COURSE:
+                placed[i, PICK] = max(
+                    min(deepest_plunge(plan), plan.depth), row.start + row.surface - deepest(surfaces, i)
+                )
+            write_stroking(cycles, i, stroking_of(row, plan, chosen, here))
+            placed[i, ACROSS] = 1.0 if write_rules(row.cycle, plan, row.coverage, cycles, i) else 0.0
+        grind_cycles(script, block, active, parameters, wheels, surfaces, tallies)
         for i in active:
-            if script.placed[i, BESIDE] >= 0.0:
-                row, plan, chosen = chosen_block(script, block[i], settings, i)
+            if placed[i, BESIDE] >= 0.0:
+                row, plan, chosen, here = chosen_block(script, block[i], settings, i)
                 stroking, before = read_stroking(cycles, i), deepest(surfaces, i)
-                dwell = read_drive(drives, i).dwell
-                cycle = feeding_of(row, plan, stroking.speed, dwell, tallies[i, STROKES])
-                most, reached = script.placed[i, PICK], row.bottom
-                if most < 0.0:
+                cycle = feeding_of(row, plan, stroking.speed, here.dwell, tallies[i, STROKES])
+                most, reached = here.pick, row.bottom
+                if most < 0.0 or row.cycle != NO_COURSE:
                     most, reached = deepest_pick(stroking, cycle, before, script.motions)
                 full = stroking.full_plunge
                 if row.cycle == NO_COURSE:
                     full = FULL * most
-                    picks[i] = most
+                    placed[i, PICK] = most
                 else:
                     reached = max(reached, row.bottom)
                 finish = max(row.finish_besides, reached)

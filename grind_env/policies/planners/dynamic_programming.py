@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from grind_env.arrays import Array
 from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import Episodes
-from grind_env.envs.history import ShopMemory
+from grind_env.envs.history import History
 from grind_env.envs.simulation import Simulation, advance
 from grind_env.envs.tables import KindRow
 from grind_env.envs.tasks import Task
@@ -21,7 +21,7 @@ AREA_CLASSES = np.geomspace(0.006, 0.06, 64)
 VOLUME_CLASSES = np.array([20.0, 80.0, 400.0])
 """Edges of the classes of specific volume since the dress, mm3/mm."""
 ENDS_PART, SCRAP = KindRow._fields.index("ends_part"), KindRow._fields.index("scrap")
-SURVIVAL = ShopMemory._fields.index("survival")
+SURVIVAL = History._fields.index("survival")
 SECONDS, DRESSES = Outcome._fields.index("seconds"), Tally._fields.index("dresses")
 SPEEDS = 20
 MOST_EXECUTIONS = 2

@@ -17,7 +17,7 @@ from grind_env.arrays import Array, Numbers
 from grind_env.belief.hidden import FACTORS
 from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import Episodes
-from grind_env.envs.history import ShopMemory
+from grind_env.envs.history import History
 from grind_env.envs.model import MemberModel
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tables import KindRow
@@ -47,7 +47,7 @@ LEAST = 1e-6
 
 KA = TapeRow._fields.index("kA")
 ENDS_PART, SCRAP = KindRow._fields.index("ends_part"), KindRow._fields.index("scrap")
-SURVIVAL = ShopMemory._fields.index("survival")
+SURVIVAL = History._fields.index("survival")
 HANDOVER, SECONDS = (Outcome._fields.index(name) for name in ("handover_cost", "seconds"))
 
 

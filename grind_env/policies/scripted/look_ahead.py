@@ -11,7 +11,7 @@ from grind_env.arrays import Array
 from grind_env.belief.wheel import WheelBelief
 from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import Episodes
-from grind_env.envs.history import ShopMemory
+from grind_env.envs.history import History
 from grind_env.envs.model import MemberModel
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tasks import Task
@@ -28,7 +28,7 @@ HASTE_WIDTH = 0.1
 """Change of the log of work over time left within which a due date turns from safe to lost."""
 
 SECONDS, SCRAP = (Outcome._fields.index(name) for name in ("seconds", "scrap_cost"))
-SURVIVAL, DRESSES = (ShopMemory._fields.index(name) for name in ("survival", "dresses"))
+SURVIVAL, DRESSES = (History._fields.index(name) for name in ("survival", "dresses"))
 
 
 class Prices(NamedTuple):

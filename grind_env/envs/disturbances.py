@@ -1,0 +1,157 @@
+"""What is random in episodes: their noise tapes, drawn from a key of each, in tasks and in users' programs alike."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grind_env.arrays import Table
+from grind_env.envs.contexts import Fixed, Given, apart
+from grind_env.envs.drawing import ORDER, keys_of, words_of
+from grind_env.envs.episodes import Episodes
+from grind_env.envs.splits import Draws, draws_of
+from grind_env.envs.tape import DrawnKind, Origin, Sigmas, draw_rows, origin_of, read_origin, read_sigmas, write_origin
+from grind_env.envs.tasks.others import OtherWheel
+from grind_env.kernel import entry, inlined
+from grind_env.kernel.columns import column_reader
+from grind_env.kernel.random import uniform
+
+DEALT = -1
+"""Kind of a block that the orders decide."""
+
+read_fixed, read_draws = column_reader(Fixed), column_reader(Draws)
+
+
+@inlined
+def write_schedule(schedule: Any, i: int, sequence: Any, count: int, most_parts: int, origin: Origin) -> None:
+    """Write the kinds of the blocks of episode i: those of a sequence, or orders with 1 to `most_parts` parts each."""
+    before, left = DEALT, 0
+    for k in range(sequence.size):
+        kind = int(sequence[k])
+        begins = k == 0 or (most_parts > 0 and kind != before)
+        if kind == DEALT:
+            begins = left == 0
+            kind = before
+            if begins:
+                kind_word, size_word, _, _ = words_of(origin.key_0, origin.key_1, ORDER, k)
+                kind, left = int(uniform(kind_word) * count), 1 + int(uniform(size_word) * most_parts)
+            left -= 1
+        schedule[i, k] = 2 * kind + (1 if begins else 0)
+        before = kind
+
+
+@entry
+def begin_episodes(
+    tape: Any,
+    block: Any,
+    source: Any,
+    schedule: Any,
+    index: Any,
+    keys: Any,
+    which: Any,
+    fixed: Any,
+    splits: Any,
+    sequences: Any,
+    kinds: Any,
+    spreads: Any,
+    materials: Any,
+    other_wheels: Any,
+    most_parts: int,
+) -> None:
+    """Write what M episodes are drawn from, and their first rows.
+
+    Args:
+        tape: as for `draw_rows`; written in the rows `index`, like the next three.
+        block: as for `draw_rows`.
+        source: as for `draw_rows`.
+        schedule: as for `draw_rows`.
+        index: episodes that begin, shape (M,).
+        keys: two uniform numbers for each, shape (M, 2).
+        which: number of what is given of each, shape (M,).
+        fixed: what a context fixes, by that number, shape (any, fields of `Fixed`).
+        splits: of the split likewise, shape (any, fields of `Draws`).
+        sequences: kinds of the blocks likewise, shape (any, blocks); `DEALT` where orders deal them.
+        kinds: shape (kinds, fields of `DrawnKind`).
+        spreads: shape (1, fields of `Sigmas`).
+        materials: of a foreign split, as for `origin_of`.
+        other_wheels: likewise.
+        most_parts: of an order; 0 without orders.
+    """
+    sigmas = read_sigmas(spreads, 0)
+    for j in range(index.size):
+        i, given, split = index[j], read_fixed(fixed, which[j]), read_draws(splits, which[j])
+        u_0, u_1, blocks = keys[j, 0], keys[j, 1], schedule.shape[1]
+        write_origin(source, i, origin_of(u_0, u_1, blocks, given, split, sigmas, materials, other_wheels))
+        write_schedule(schedule, i, sequences[which[j]], kinds.shape[0], most_parts, read_origin(source, i))
+        block[i] = 0
+    draw_rows(tape, block, source, schedule, kinds, spreads, index)
+
+
+class Disturbances:
+    """Draws what is random in episodes.
+
+    Attributes:
+        kinds: numbers of the kinds of blocks, shape (kinds, fields of `DrawnKind`).
+        spreads: shape (1, fields of `Sigmas`).
+        sequence: kind of every block; `DEALT` where orders deal them.
+        most_parts: of an order; 0 without orders.
+        materials: index of each material of a foreign split, shape (any,).
+        wheels: of a foreign split, shape (any, fields of `OtherWheel`).
+    """
+
+    most_parts = 0
+    materials, wheels = np.empty(0), np.empty((0, len(OtherWheel._fields)))
+
+    def __init__(self, kinds: Sequence[DrawnKind], spreads: Sigmas, sequence: Sequence[int]) -> None:
+        self.kinds, self.spreads, self.sequence = np.array(kinds), np.array([spreads]), sequence
+
+    def begin(
+        self,
+        episodes: Episodes,
+        index: NDArray[np.int64],
+        rngs: Sequence[np.random.Generator],
+        given: Sequence[Given],
+    ) -> None:
+        """Begin an episode with a key from each of M generators; whatever is given, each draws two numbers.
+
+        Args:
+            episodes: tape, source, schedule and first wheel are written in the rows `index`.
+            index: rows of the new episodes, shape (M,).
+            rngs: their generators.
+            given: what is given of each.
+        """
+        each, which = apart(given)
+        fixed, splits = np.array([one.fixed for one in each]), np.array([self.draws(one) for one in each])
+        begin_episodes(
+            episodes.tape,
+            episodes.block,
+            episodes.source,
+            episodes.schedule,
+            index,
+            keys_of(rngs),
+            which,
+            fixed,
+            splits,
+            np.array([self.sequence if one.kinds is None else one.kinds for one in each]),
+            self.kinds,
+            self.spreads,
+            self.materials,
+            self.wheels,
+            self.most_parts,
+        )
+        self.mount(episodes, index, which, fixed)
+
+    def draws(self, given: Given) -> Draws:
+        """What a split draws from."""
+        return draws_of(given.split)
+
+    def mount(self, episodes: Episodes, index: NDArray[np.int64], which: NDArray[np.int64], fixed: Table) -> None:
+        """Write the first wheels of the episodes at `index`; the other arguments are as for `begin_episodes`."""
+        raise NotImplementedError
+
+    def draw(self, episodes: Episodes) -> None:
+        """Draw the rows that the tapes have room for."""
+        everyone = np.arange(len(episodes.block))
+        drawn_from = episodes.source, episodes.schedule, self.kinds, self.spreads
+        draw_rows(episodes.tape, episodes.block, *drawn_from, everyone)
