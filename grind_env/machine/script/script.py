@@ -25,7 +25,7 @@ from grind_env.machine.job import Job
 from grind_env.machine.loops.zones import strip_centres
 from grind_env.machine.part.feeds import FEED, SOURCES, keeps_across
 from grind_env.machine.part.stations import sweep_of, touched
-from grind_env.machine.script.block import RestTimes, ScriptBlock, ScriptError, edge_of, script_error
+from grind_env.machine.script.block import RestTimes, ScriptBlock, ScriptError, edge_of, jobs_of, met_by, script_error
 from grind_env.machine.script.bounds import (
     refuse_judged_twice,
     refuse_led_elsewhere,
@@ -33,7 +33,6 @@ from grind_env.machine.script.bounds import (
     refuse_turns_inside,
     refuse_unlike_parts,
 )
-from grind_env.machine.script.parts import jobs_of, met_by
 from grind_env.machine.script.settings import OWN_WORDS, Ranges
 from grind_env.presenter import html
 

@@ -19,8 +19,7 @@ from grind_env.machine.loops.courses import COURSES
 from grind_env.machine.loops.feeding import ENDS, GOES_ON, FeedMotion
 from grind_env.machine.loops.zones import EDGES, strip_centres, strip_zones, zones_of
 from grind_env.machine.part.feeds import FEED
-from grind_env.machine.script.block import ScriptBlock, edge_of, script_error
-from grind_env.machine.script.parts import jobs_of
+from grind_env.machine.script.block import ScriptBlock, edge_of, jobs_of, script_error
 from grind_env.machine.script.script import Script
 from grind_env.machine.script.settings import BlockSettings, own_settings
 from grind_env.process.cost import Limits
