@@ -54,8 +54,6 @@ class EventConsumer(ABC):
         if isinstance(event, motions.Motion):
             self.position = event.end
             self.dressing.follow(event)
-            if shows_place(event):
-                self.found, self._moved_at = True, event.begin
 
     def let_part_go(self) -> None:
         """Take off the part of an M00 beside which the table has gone on, and now stands or is taken over."""
@@ -96,16 +94,21 @@ class EventConsumer(ABC):
         self.has_ground, self.begun, self.plan, self.axis = True, self.begun + 1, plan, plan.axis
         self.begin_block(time, plan, stations, dress)
 
-    def _feed(self, move: motions.Line) -> None:
-        axis, jobs = self.along
-        strokes = (feed_stroke(move, axis, job, self.plan) for job in jobs)
-        event = next((each for each in strokes if each is not None), None)
+    def _move(self, move: motions.Motion) -> None:
+        event = self._stroke_of(move) if isinstance(move, motions.Line) else None
         if event is None:
             self.move(move)
         else:
             self.position = event.start
             self._begin(move.begin, event.plan, met(self.job, sweep_of(event)), None)
             self._stroke(event, 0)
+        if shows_place(move):
+            self.found, self._moved_at = True, move.begin
+
+    def _stroke_of(self, move: motions.Line) -> CycleStrokes | None:
+        axis, jobs = self.along
+        strokes = (feed_stroke(move, axis, job, self.plan) for job in jobs)
+        return next((each for each in strokes if each is not None), None)
 
     def _stroke(self, event: CycleStrokes, number: int) -> None:
         self.stroked_until = event.time
@@ -168,8 +171,7 @@ class EventConsumer(ABC):
         motions.CycleStart: _start_cycle,
         motions.Stroke: lambda self, event: self._stroke(alone(event), event.number or 0),
         CycleStrokes: lambda self, event: self._stroke(event, 1),
-        motions.Line: _feed,
-        **dict.fromkeys((motions.Rapid, motions.Arc, motions.Dwell), lambda self, event: self.move(event)),
+        **dict.fromkeys((motions.Rapid, motions.Line, motions.Arc, motions.Dwell), _move),
         motions.DressStart: lambda self, event: self.start_dress(event),
         motions.DressEnd: lambda self, event: self.end_dress(event),
         motions.Spindle: lambda self, event: self.running.set_speed(event),

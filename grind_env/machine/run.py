@@ -20,7 +20,7 @@ from grind_env.machine.job import Job, PartConditions, Station, require_conditio
 from grind_env.machine.loops.cycle import dress_lead
 from grind_env.machine.part.feeds import FEED, keeps_across, leads_over
 from grind_env.machine.part.grooving import infeed_depth
-from grind_env.machine.part.part import ANYWHERE, PartRun, StageResult
+from grind_env.machine.part.part import ANYWHERE, SLOWED, PartRun, StageResult
 from grind_env.machine.part.passes import Dressed
 from grind_env.machine.part.rows import NUMBERS_FROM, STROKE_ROW, WHEEL_FIELDS, table_of
 from grind_env.machine.part.stations import Swept, met, sweep_of, touched
@@ -237,8 +237,9 @@ class GrindingRun(EventConsumer):
                 "G17, G18 or G19, over the part and below its surface"
             )
         self.let_part_go()
-        if self.unloaded_at is not None:
-            self._grind_between(event.time)
+        for k in self.station_numbers or [ANYWHERE]:
+            if self.unloaded_at is not None and self.watch.way.grinds(self._untouched(k, self.axis)):
+                self._begin_cutting(event.time, self.axis, () if k == ANYWHERE else (k,))
         self.unload(event.time)
         self.watch.stops.end()
         for each in self.job.stations:
@@ -251,11 +252,6 @@ class GrindingRun(EventConsumer):
                 "the .1 form of a cycle, or when the operator asks for one"
             )
             self.watch.notices.tell(line, "call", text)
-
-    def _grind_between(self, time: float) -> None:
-        for k in self.station_numbers or [ANYWHERE]:
-            if self.unloaded_at is not None and self.watch.way.grinds(self._untouched(k, self.axis)):
-                self._begin_cutting(time, self.axis, () if k == ANYWHERE else (k,))
 
     def begin_block(self, time: float, plan: CyclePlan, stations: Sequence[int], dress: DressRun | None) -> None:
         if dress is not None and dress.advances and self.job.setup.dresser_infeed is None:
@@ -404,14 +400,10 @@ class GrindingRun(EventConsumer):
         return self.part.take_up(self.running.setup)
 
     def _add(self, rows: Array, plunged: bytes, stalls: bool) -> None:
-        """Strokes or an infeed have been made; if the spindle stalls in them, what comes after is later.
-
-        `plunged` has a byte for each (`GrindingRun.plunged`). Refuses what has come to no finite number; no factor of
-        a job is 1e300.
-        """
+        """Add strokes or an infeed, with a byte of `plunged` for each; a spindle that stalls makes all else later."""
         if not (math.isfinite(sum(self.wheel or ())) and np.isfinite(table_of(rows)[:, NUMBERS_FROM:]).all()):
             raise GrindingError(f"{self.programs.name}:{rows['line'][0]}: {BEYOND_NUMBERS}")
-        if self.part.overloaded:
+        if self.part.tally.peak_torque > SLOWED * self.part.p.rs:
             self.watch.overload.add(rows, self.part.p)
         if stalls:
             self.delay += self.part.p.stall_time

@@ -502,12 +502,7 @@ class Job:
 
 
 def require_conditions(conditions: Sequence[PartConditions], parts: int, program: str) -> None:
-    """Refuse conditions that are not of every part, where there are some.
-
-    Args:
-        conditions: of each part.
-        parts: how many parts are ground.
-        program: its name, for the message.
+    """Refuse conditions of fewer parts than a program grinds, if there are any.
 
     Raises:
         JobError: there are fewer conditions.

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,10 +31,6 @@ from grind_env.process.state import StrokeParameters
 SLOWED = 1.001
 """Torque over that at the power limit from which on a spindle has slowed by what can be told."""
 
-Ends: TypeAlias = tuple[float, float]
-"""Reversal points between which the table moves, mm."""
-
-
 ANYWHERE = -1
 """In place of the number of a station."""
 
@@ -59,13 +55,10 @@ class PartRun:
     """A part from its loading to the next one.
 
     Attributes:
-        number: 1, 2, ...
         job: with this part.
         began: time of the job at which its loading began, s.
         cutting: whether its first cycle or stroke has begun, which ends the loading.
-        p: parameters.
         deepest: deepest programmed depth so far, mm.
-        infeeds: into grooves so far.
         tally: of strokes, infeeds and dresses; its peak load is that since the last stage.
         ended: the stages that have ended.
         unjudged: why it is not judged; empty if it is.
@@ -126,8 +119,8 @@ class PartRun:
     def grind(
         self,
         rows: Array,
-        first_ends: Ends,
-        ends: Ends,
+        first_ends: tuple[float, float],
+        ends: tuple[float, float],
         edges: Strips,
         mount: Mount,
         due: Sequence[int] = (),
@@ -181,7 +174,7 @@ class PartRun:
                     self._coverage.add(int(first[k]), int(last[k]), ends if k else first_ends, float(Z[k]))
         return dressed, plunged
 
-    def _way(self, ends: Ends) -> PassedOver:
+    def _way(self, ends: tuple[float, float]) -> PassedOver:
         part = self.job.part
         Lw = max(min(max(ends), part.start + part.length) - max(min(ends), part.start), 0.0)
         return PassedOver(Lw, self._coverage.is_whole(ends))
@@ -218,10 +211,6 @@ class PartRun:
             self._wear, self._grown = wear, cut.grown
         self.tally = count_stroke(self.tally, cut.stroke, event.seconds, cut.plunged, self.p.stall_time)
         return cut
-
-    @property
-    def overloaded(self) -> bool:
-        return self.tally.peak_torque > SLOWED * self.p.rs
 
     @property
     def stalled(self) -> bool:

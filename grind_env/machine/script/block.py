@@ -1,5 +1,6 @@
-"""A cycle block of a script, and what the program does up to the next one."""
+"""A cycle block of a script, what the program does up to the next one, and of which part it is."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -8,7 +9,7 @@ from grind_env.control.words import Block
 from grind_env.errors import GrindError
 from grind_env.machine.axes import cross_axis, plunge_axis
 from grind_env.machine.dress.program import DressPlan, DressRun
-from grind_env.machine.job import Job
+from grind_env.machine.job import Job, Station
 from grind_env.machine.part.feeds import FEED
 
 
@@ -96,3 +97,42 @@ def depth_of(position: Position, plan: CyclePlan, job: Job) -> float:
 def edge_of(position: Position, plan: CyclePlan) -> float:
     """Cross coordinate of the wheel's edge on the minus side at a position, mm."""
     return position[cross_axis(plan.axis)]
+
+
+def jobs_of(job: Job, blocks: Sequence[ScriptBlock]) -> Iterator[Job]:
+    """The job of the part of each block, of a job with the stations that are met."""
+    number = 1
+    for block in blocks:
+        yield job.of_part(number)
+        number += block.ends_part
+
+
+def met_by(programs: Programs, job: Job, blocks: Sequence[ScriptBlock]) -> tuple[Station, ...]:
+    """The stations that parts lie at, one after the other; the blocks learn where one ends and the next one begins."""
+    if not job.stations:
+        return ()
+    found = list[Station]()
+    for loading in _loadings(blocks):
+        here = next((block.station for block in loading if block.station is not None), 0)
+        seen, before = list[int](), None
+        for block in loading:
+            here = here if block.station is None else block.station
+            lying = job.lying(block.plan.axis)[here]
+            if before is None or here != seen[-1]:
+                if here in seen:
+                    raise script_error(programs, block.plan.line, f"its strokes come back to station {lying.name}")
+                if before is not None:
+                    before.ends_part, before.gauged, block.loads = True, True, False
+                seen.append(here)
+                found.append(lying)
+            before = block
+    return tuple(found)
+
+
+def _loadings(blocks: Sequence[ScriptBlock]) -> list[list[ScriptBlock]]:
+    found: list[list[ScriptBlock]] = [[]]
+    for block in blocks:
+        found[-1].append(block)
+        if block.ends_part:
+            found.append([])
+    return [each for each in found if each]

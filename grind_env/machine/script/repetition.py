@@ -12,8 +12,7 @@ from grind_env.control.source import SourceText
 from grind_env.control.words import read_block
 from grind_env.machine.axes import plunge_axis
 from grind_env.machine.job import Job
-from grind_env.machine.script.block import ScriptBlock, edge_of
-from grind_env.machine.script.parts import met_by
+from grind_env.machine.script.block import ScriptBlock, edge_of, met_by
 from grind_env.machine.script.script import Script
 
 FEW = 4

@@ -13,8 +13,6 @@ import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from grind_env.control import CyclePlan, CycleStrokes, Programs, execute, motions
 from grind_env.control.flow import TEXT_END
 from grind_env.control.reciprocation import Reversal
@@ -27,7 +25,7 @@ from grind_env.machine.job import Job
 from grind_env.machine.loops.zones import strip_centres
 from grind_env.machine.part.feeds import FEED, SOURCES, keeps_across
 from grind_env.machine.part.stations import sweep_of, touched
-from grind_env.machine.script.block import RestTimes, ScriptBlock, ScriptError, edge_of, script_error
+from grind_env.machine.script.block import RestTimes, ScriptBlock, ScriptError, edge_of, jobs_of, met_by, script_error
 from grind_env.machine.script.bounds import (
     refuse_judged_twice,
     refuse_led_elsewhere,
@@ -35,7 +33,6 @@ from grind_env.machine.script.bounds import (
     refuse_turns_inside,
     refuse_unlike_parts,
 )
-from grind_env.machine.script.parts import jobs_of, met_by
 from grind_env.machine.script.settings import OWN_WORDS, Ranges
 from grind_env.presenter import html
 
@@ -204,11 +201,11 @@ class _Writer(EventConsumer):
                 raise self._error(FEED_ACROSS, plan.line)
         elif self.execution.over and table is not None and table.count <= self.control.strokes:
             self.strokes_on |= not plan.plunges
-        part, edges = self._job.part, np.array(event.cross)
-        centres = strip_centres(part.across, part.width)
-        over = centres.searchsorted(edges) < centres.searchsorted(edges + self.job.setup.wheel.width)
-        if over.any():
-            block.reached = max(block.reached, part.surface - float(np.array(event.plunge)[over].min()))
+        part, width = self._job.part, self.job.setup.wheel.width
+        for plunge, edge in zip(event.plunge, event.cross, strict=True):
+            if part.surface - plunge > block.reached:
+                first, last = strip_centres(part.across, part.width).searchsorted((edge, edge + width))
+                block.reached = part.surface - plunge if first < last else block.reached
 
     @property
     def _job(self) -> Job:

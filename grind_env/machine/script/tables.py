@@ -14,13 +14,12 @@ from grind_env.control import CyclePlan, Line, Position
 from grind_env.control.cycles import RULES
 from grind_env.control.rules import INSTANT
 from grind_env.machine.axes import plunge_axis
-from grind_env.machine.job import Job
+from grind_env.machine.job import Job, Part
 from grind_env.machine.loops.courses import COURSES
 from grind_env.machine.loops.feeding import ENDS, GOES_ON, FeedMotion
 from grind_env.machine.loops.zones import EDGES, strip_centres, strip_zones, zones_of
 from grind_env.machine.part.feeds import FEED
-from grind_env.machine.script.block import ScriptBlock, edge_of, script_error
-from grind_env.machine.script.parts import jobs_of
+from grind_env.machine.script.block import ScriptBlock, edge_of, jobs_of, script_error
 from grind_env.machine.script.script import Script
 from grind_env.machine.script.settings import BlockSettings, own_settings
 from grind_env.process.cost import Limits
@@ -139,14 +138,11 @@ def tables_of(script: Script) -> ScriptTables:
     motions: list[FeedMotion] = []
     rows: list[BlockRow] = []
     depths: list[float] = []
-    starts, part, reached, first_of_part, first_of_stage, stage = True, 0, 0.0, 0, 0, 0
-    job, stages = script.job, script.job.part.stages
-    for number, block in enumerate(script.blocks):
+    starts, reached, first_of_part, first_of_stage, stage = True, 0.0, 0, 0, 0
+    for number, (block, job) in enumerate(zip(script.blocks, jobs_of(script.job, script.blocks), strict=True)):
+        stages = job.part.stages
         if starts:
-            part, reached, first_of_stage, stage = part + 1, 0.0, number, 0
-            first_of_part = number
-            job = script.job.of_part(part)
-            stages = job.part.stages
+            reached, first_of_part, first_of_stage, stage = 0.0, number, number, 0
         gauged = number > 0 and script.blocks[number - 1].gauged_at_rest
         wait = job.times.load if starts and block.loads else job.times.gauge if gauged else 0.0
         beside = _motions_of(block, job)
@@ -295,14 +291,12 @@ def _zones(script: Script, rows: Sequence[BlockRow]) -> Array:
     """New parts in zones, as of `ScriptTables`; those of unlike stations must have as many strips or zones."""
     if not (script.job.stations and rows):
         return _zones_of(script.job, script.blocks, rows)[:, None]
-    blocks: dict[str, list[int]] = {}
-    parts = list(itertools.accumulate((block.ends_part for block in script.blocks[:-1]), initial=1))
-    for number, part in enumerate(parts):
-        blocks.setdefault(script.job.station_of(part), []).append(number)
+    jobs, blocks = list(jobs_of(script.job, script.blocks)), dict[Part, list[int]]()
+    for number, job in enumerate(jobs):
+        blocks.setdefault(job.part, []).append(number)
     found: list[Any] = [None] * len(rows)
     for numbers in blocks.values():
-        job = script.job.of_part(parts[numbers[0]])
-        zones = _zones_of(job, [script.blocks[k] for k in numbers], [rows[k] for k in numbers])
+        zones = _zones_of(jobs[numbers[0]], [script.blocks[k] for k in numbers], [rows[k] for k in numbers])
         for k in numbers:
             found[k] = zones
     if len({len(zones) for zones in found}) > 1:

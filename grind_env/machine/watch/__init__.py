@@ -8,10 +8,9 @@ from grind_env.machine.job import Job
 from grind_env.machine.part.feeds import speed_word
 from grind_env.machine.part.part import PartRun
 from grind_env.machine.part.running import Running, Told
+from grind_env.machine.watch.advice import Notices, beyond_picks, beyond_table
 from grind_env.machine.watch.cuts import Cuts, Overload, Picks
 from grind_env.machine.watch.cycles import Cycle, Cycles
-from grind_env.machine.watch.limits import beyond_picks, beyond_table
-from grind_env.machine.watch.notices import Notices
 from grind_env.machine.watch.stops import Stops
 from grind_env.machine.watch.way import ObstacleWatch
 

@@ -14,7 +14,7 @@ from grind_env.machine.part.feeds import speed_word
 from grind_env.machine.part.part import SLOWED, PartRun
 from grind_env.machine.part.passes import Dressed
 from grind_env.machine.watch import advice
-from grind_env.machine.watch.notices import Notices
+from grind_env.machine.watch.advice import Notices
 from grind_env.process.cost import STALL
 from grind_env.process.equations import wheel_speed
 from grind_env.process.state import StrokeParameters, StrokeResult, WheelState

@@ -15,7 +15,7 @@ from grind_env.machine.part.feeds import FEED
 from grind_env.machine.part.part import PartRun
 from grind_env.machine.part.unjudged import Unjudged
 from grind_env.machine.watch import advice
-from grind_env.machine.watch.notices import Notices
+from grind_env.machine.watch.advice import Notices
 
 SHARE = 0.1
 """Of the plunge of a cycle: one that takes less off, no deeper than was ground before, grinds what that has left."""

@@ -2,8 +2,8 @@
 
 from grind_env.control import CyclePlan, ProgramStop
 from grind_env.machine.part.part import PartRun
+from grind_env.machine.watch.advice import Notices
 from grind_env.machine.watch.cycles import Cycle
-from grind_env.machine.watch.notices import Notices
 
 SIZED = 0.001
 """mm; stock that nobody leaves on a part that is taken off, and by which depths are the same to one who gauges."""

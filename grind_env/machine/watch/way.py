@@ -15,9 +15,8 @@ from grind_env.machine.job import Job
 from grind_env.machine.part.part import PartRun
 from grind_env.machine.part.unjudged import Unjudged, lines_said
 from grind_env.machine.watch import advice
+from grind_env.machine.watch.advice import Notices, beyond_feeds
 from grind_env.machine.watch.clearance import CRASH, Depths, into_part, into_table, pass_depths
-from grind_env.machine.watch.limits import beyond_feeds
-from grind_env.machine.watch.notices import Notices
 
 WATCHED = (Source.PROGRAM, Source.COMPENSATION, Source.INTERRUPT)
 """Sources of the motions of the program itself, and of those that the operator asks for in between: of these it is only
