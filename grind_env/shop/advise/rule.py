@@ -100,9 +100,9 @@ class Rule:
         self.own = np.asarray(branches.own_speeds, float)
         kinds = len(self.own)
         self.power, self.volumes = PowerLaw(kinds), usual_volumes(self.simulation, USUAL_INTERVAL)
-        self.volumes *= (
-            self.simulation.job.part.material.heat_factor
-        )  # of the work, whatever a calibration says of heat
+        # what burns is a matter of the catalogue: of the work, whatever a calibration says of heat
+        self.heat_factor = self.simulation.job.part.material.heat_factor
+        self.volumes *= self.heat_factor
         self.usual_volumes = self.volumes.copy()
         one = np.ones(1)
         self.roughness = PartLaw(1, one, exponent=0.5, usual=0.5, memory=8.0)
@@ -261,7 +261,7 @@ class Rule:
         hotter = float(np.log(self.allowed[k] / self.cool[k])) - self.heat_left(number, self.speeds[k], volume)
         scatter = math.sqrt(self.squares[k])
         beyond = hotter * _above(-hotter / scatter) + scatter * _density(hotter / scatter)  # in the mean
-        proved = math.log(self.cool[k]) / UNSURE if self.modelled else 0.0
+        proved = math.log(self.cool[k] / self.heat_factor) / UNSURE if self.modelled else 0.0
         return beyond * _density(proved) / (UNSURE * _above(proved))
 
     def learn(self, number: int, choice: JobChoice, told: BlockReadings, volume: float, burn_per_watt: float) -> None:
