@@ -89,7 +89,7 @@ class Shop:
             )
         ]
         usual = self.part(self.E, self.finish_E)
-        for name, parts in (("lot", [usual] * 6), ("one", [usual]), ("varied", varied)):
+        for name, parts in (("lot", [usual] * 30), ("one", [usual]), ("varied", varied)):
             (folder / f"{name}.nc").write_text(self.program(parts))
         job = folder / "job.toml"
         job.write_text(self.job())
