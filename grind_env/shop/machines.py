@@ -24,6 +24,8 @@ NEEDED = 416
 
 AT_ONCE, MOST_DRAWN = 64, 768
 """Machines that are drawn at once, and at most."""
+SPREADS = 1.0, 0.7, 0.5, 0.35
+"""Factors on how lots and parts differ, of which the first is taken with which enough machines grind good parts."""
 ROUNDS, PARTS_EACH, MOST_LOTS = 4, 50, 8
 """Rounds in which a machine has to grind good parts with the program as it is, and parts and lots of a round."""
 SEEN_GOOD = 200
@@ -60,6 +62,7 @@ class Fleet:
         numbers: of the machines, among all that were drawn.
         drawn: how many that were; 0 if nothing was asked of them.
         agree: how many of these grind good parts with the program as it is.
+        spread: factor on how lots and parts differ, as good parts say.
     """
 
     uncertainty: Uncertainty
@@ -67,6 +70,7 @@ class Fleet:
     numbers: tuple[int, ...]
     drawn: int = 0
     agree: int = 0
+    spread: float = 1.0
 
     def under(self, trials: Trials, use: LotUse, seeds: Sequence[tuple[int, ...]]) -> Trials:
         """Trials on lots and on the machines of a use, other ones for each if there are enough.
@@ -80,7 +84,7 @@ class Fleet:
         job, root = trials.simulation.job, self.uncertainty.root
         drawn = world if use is LotUse.SEARCH else machine
         machines = [drawn(job, self.uncertainty, root, self.seed, self.numbers[place]) for place in places]
-        return trials.on(seeds, machines, self.uncertainty.drift)
+        return trials.spread_by(self.spread).on(seeds, machines, self.uncertainty.drift)
 
 
 def fleet_of(
@@ -104,14 +108,18 @@ def fleet_of(
         raise CondemnedError(scrap)
     if uncertainty.is_certain:
         return every
-    agree, scraps = list[int](), dict[int, float]()
-    while len(agree) < needed and len(scraps) < MOST_DRAWN and not (scraps and is_up()):
-        numbers = range(len(scraps), len(scraps) + AT_ONCE)
-        agree += evidence.agreeing(numbers, scraps)
-        if min(scrap, float(np.median([*scraps.values()]))) >= CONDEMNED:
-            raise CondemnedError(scrap)
+    for spread in SPREADS:
+        evidence = _Evidence(trials.spread_by(spread), uncertainty, seed)
+        agree, scraps = list[int](), dict[int, float]()
+        while len(agree) < needed and len(scraps) < MOST_DRAWN and not (scraps and is_up()):
+            numbers = range(len(scraps), len(scraps) + AT_ONCE)
+            agree += evidence.agreeing(numbers, scraps)
+            if min(scrap, float(np.median([*scraps.values()]))) >= CONDEMNED:
+                raise CondemnedError(scrap)
+        if len(agree) >= LEAST or is_up():
+            break
     nearest = sorted(scraps, key=lambda k: (scraps[k], k))[:LEAST]
-    return Fleet(uncertainty, seed, tuple(agree if len(agree) >= LEAST else nearest), len(scraps), len(agree))
+    return Fleet(uncertainty, seed, tuple(agree if len(agree) >= LEAST else nearest), len(scraps), len(agree), spread)
 
 
 def require_good(fleet: Fleet | None, old: Measures, *, untried: bool) -> None:

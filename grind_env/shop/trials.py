@@ -132,12 +132,16 @@ class Trials:
     def each_of_one(self, values: Array) -> list[Interval]:
         """What one machine comes to, of k quantities of each lot, shape (k, lots): means, and between which ends.
 
-        Each end is passed with one minus the confidence. Of a machine that is known all that is open are its lots.
+        Each end is passed with one minus the confidence. Of a machine that is known all that is open are its lots. A
+        calibrated model is wrong beyond its numbers, too: both ends are further by the share that it has missed.
         """
         tail, draws, means = 100.0 * (1.0 - self.confidence), self.by_machine(values), values.mean(axis=1)
         if draws.shape[1] == 1:
             draws = resampled_means(values).T
         lows, highs = np.percentile(draws, [tail, 100.0 - tail], axis=1)
+        known = self.simulation.job.uncertainty
+        missed = 0.0 if known is None else known.residual
+        lows, highs = lows - missed * np.abs(lows), highs + missed * np.abs(highs)
         # the mean of a few bad ones may lie beyond
         ends = (means, np.minimum(lows, means), np.maximum(highs, means))
         return [Interval(*each) for each in np.array(ends).T.tolist()]
@@ -173,6 +177,10 @@ class Trials:
         """Candidates that are run together; one of a program that the control executes, and that on lot after lot."""
         rows = len(self.seeds) * len(self.simulation.blocks)
         return CORES * max(ROWS_AT_ONCE // rows, 1) if self.simulation.compiled else 1
+
+    def spread_by(self, factor: float) -> "Trials":
+        """Return the same with lots and parts that differ more or less."""
+        return replace(self, simulation=self.simulation.with_spread(factor * self.simulation.spread))
 
     def asking(self, job: Job) -> "Trials":
         """The same for a job that asks for something else of its parts, or has a stronger spindle."""

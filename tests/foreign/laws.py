@@ -136,6 +136,36 @@ class Loading:
         return 0.3 * (speed / 150.0) ** 0.3 * (1.0 + 0.35 * dull)
 
 
+@dataclass
+class Threshold:
+    """Removal in proportion to the force above a threshold, at which grains only rub; heavy cuts break them out.
+
+    R. S. Hahn and R. P. Lindsay, Principles of grinding, Machinery 77 (1971), parts 1 to 5.
+    """
+
+    stiffness: float = 30_000.0
+    force_ratio: float = 2.4
+    share: float = 0.35
+    breaks: float = 230.0
+    """Power, W per mm of width, at which grains break out as fast as they dull."""
+
+    def power(self, depth: float, speed: float, dull: float) -> float:
+        """As a straight line over the removal rate; dull grains rub more and remove less for a force."""
+        return 18.0 * (1.0 + 2.5 * dull) + 32.0 * depth * speed * (1.0 + 0.6 * dull)
+
+    def dulls(self, depth: float, speed: float, dull: float) -> float:
+        """In proportion to what is ground."""
+        return 0.0045 * max(1.0 - (self.power(depth, speed, dull) / self.breaks) ** 2, 0.0)
+
+    def wears(self, depth: float, speed: float, volume: float) -> float:
+        """Faster in heavy cuts."""
+        return 70.0 / (1.0 + (self.power(depth, speed, 0.0) / self.breaks) ** 2)
+
+    def roughness(self, depth: float, speed: float, volume: float, dull: float) -> float:
+        """As a power of the removal rate."""
+        return 0.8 * max(depth * speed, 0.02) ** 0.3
+
+
 @dataclass(kw_only=True)
 class Machine:
     """One machine at work: wheel, part and the errors of its operator.

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tests.foreign.laws import Flats, Laws, Loading, Machine, Werner
+from tests.foreign.laws import Flats, Laws, Loading, Machine, Threshold, Werner
 
 OVER = 30.0
 """mm, by which the table runs over each end of the part."""
@@ -89,7 +89,7 @@ class Shop:
             )
         ]
         usual = self.part(self.E, self.finish_E)
-        for name, parts in (("lot", [usual] * 6), ("one", [usual]), ("varied", varied)):
+        for name, parts in (("lot", [usual] * 30), ("one", [usual]), ("varied", varied)):
             (folder / f"{name}.nc").write_text(self.program(parts))
         job = folder / "job.toml"
         job.write_text(self.job())
@@ -163,8 +163,27 @@ LOADING_WHEEL = Shop(
     scrap=35.0,
     burns=450.0,
 )
-"""The machine on which nothing was tuned: tried once, at the end."""
-SHOPS = {shop.name: shop for shop in (WERNER, FLATS, LOADING_WHEEL)}
+THRESHOLD = Shop(
+    name="threshold",
+    laws=Threshold,
+    length=200.0,
+    width=18.0,
+    rough=0.2,
+    stock=0.225,
+    pick=0.01,
+    finish_pick=0.005,
+    sparks=3,
+    E=12000.0,
+    finish_E=8000.0,
+    rating=3400.0,
+    stalls=1.15,
+    Ra=0.55,
+    tolerance=9.0,
+    scrap=40.0,
+    burns=480.0,
+)
+"""The machine on which nothing was tuned: tried once, at the end of the work on advice."""
+SHOPS = {shop.name: shop for shop in (WERNER, FLATS, LOADING_WHEEL, THRESHOLD)}
 
 
 class Part(NamedTuple):

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.foreign.shop import FLATS, SHOPS, WERNER, Shop
+from tests.foreign.shop import SHOPS, Shop
 from tests.foreign.tools import calibrated, optimised
 
 
@@ -23,8 +23,7 @@ def test_a_program_is_never_dearer_on_a_machine_that_is_not_the_model(shop: Shop
 
 
 @pytest.mark.nightly
-@pytest.mark.xfail(strict=True, reason="calibrated promises are .006 $ too low on Werner and .02 $ too high on flats")
-@pytest.mark.parametrize("shop", [WERNER, FLATS], ids=["Werner", "flats"])
+@pytest.mark.parametrize("shop", SHOPS.values(), ids=SHOPS)
 def test_the_truth_lies_in_what_a_calibrated_search_promises(shop: Shop, tmp_path: Path) -> None:
     fitted = calibrated(tmp_path, shop.write(tmp_path))
     assert fitted is not None

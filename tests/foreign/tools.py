@@ -9,7 +9,7 @@ from grind_env.shop.advise.adviser import Adviser, policy_for
 from grind_env.shop.advise.readings import MachineReadings
 from tests.foreign.shop import Block, Part, Shop, cost, depths_of, grind, run, shift, trace
 
-EFFORT = "--parts", "5", "--seed", "1", "--budget", "150 programs", "--json"
+EFFORT = "--parts", "1", "--seed", "1", "--budget", "150 programs", "--json"
 CALIBRATED = '[catalogue]\nfiles = ["fit.toml"]\n'
 
 

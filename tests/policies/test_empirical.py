@@ -149,7 +149,7 @@ def test_a_block_of_a_program_takes_the_strokes_that_it_has() -> None:
     rows, speeds = np.array([0, 1]), np.array([15_000.0, 9000.0])
     seconds = PLATE.branches.seconds(rows, speeds)
     plate: Any = PLATE
-    episodes = plate.without_spread().start([np.random.default_rng(0)])
+    episodes = plate.with_spread(0.0).start([np.random.default_rng(0)])
     for k in rows:
         outcomes, _ = PLATE.step(episodes, speeds[k : k + 1], np.zeros(1))
         # beside them there are loading, gauging and the ways between

@@ -59,7 +59,7 @@ class MeasuredEpisode:
     """
 
     def __init__(self, simulation: JobSimulation) -> None:
-        self.simulation = simulation.without_spread().without_wheel_changes()
+        self.simulation = simulation.with_spread(0.0).without_wheel_changes()
         self._episodes = self.simulation.start([np.random.default_rng(0)])
         self._episodes.tape[..., NEW_LOT] = 0.0
         self._episodes.tape[0, 0, NEW_LOT] = 1.0

@@ -195,10 +195,10 @@ class JobSimulation(Simulation):
         job, blocks = self.job, self.part_of_block.tolist()
         return JobGenerator(blocks, job.lots, self._stocks, spread, self.branches.wheel, job.parts[: self.parts])
 
-    def without_spread(self) -> "JobSimulation":
-        """The same, read in the same way, with nominal parts and exact gauges."""
+    def with_spread(self, spread: float) -> "JobSimulation":
+        """The same, read in the same way, with another factor on all that is random: 0 for nominal parts."""
         twin = copy.copy(self)
-        twin._generator = self._generator_of(0.0)
+        twin._generator = self._generator_of(spread)
         return twin
 
     def on_machines(self, jobs: Sequence[Job]) -> "JobSimulation":

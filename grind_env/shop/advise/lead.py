@@ -83,8 +83,8 @@ class AdviserPolicy:
             D = max(D, executions[n] if rule.wanted or rule.slows else 0.0)
             volume = float(seen["volume"][n]) + rule.ground(self.number) / (D + 1.0)
             bound, why = rule.fastest(self.number, volume)
-            speeds[n], executions[n] = min(forecast.speeds[n], bound), D
-            rule.reason = "dress: it pays, by the model" if D else why if bound < forecast.speeds[n] else "by the model"
+            speeds[n], executions[n] = bound, D
+            rule.reason = "dress: it pays, by the model" if D else why
         return Decision(nearest_speed(self.simulation.task, speeds), executions)
 
     def compare(self, observation: NDArray[np.float32]) -> None:

@@ -10,6 +10,7 @@ A dress is due when the next part takes longer than parts since the last dress h
 them (renewal: Malkin and Guo, Grinding Technology, 2008, section 12.3), or where readings ask for it.
 """
 
+import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -20,7 +21,7 @@ from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.tables import KindRow
 from grind_env.policies.choices import nearest_speed
 from grind_env.policies.scripted.empirical_rule import INTERVAL, usual_volumes
-from grind_env.policies.scripted.learned_laws import AIM, LEAST_EXPONENT, WORN_IN, PartLaw, PowerLaw
+from grind_env.policies.scripted.learned_laws import AIM, LEAST_EXPONENT, SCATTER, WORN_IN, PartLaw, PowerLaw
 
 SHARE = 0.92
 """Of the power limit that is planned to be used."""
@@ -43,6 +44,8 @@ USUAL_INTERVAL = 1.5 * INTERVAL
 """Volume between two dresses, over the conductivity of the work: with readings of every part half as much again."""
 REGAINED = 1.02
 """Factor on a volume that was found too large, with every good part."""
+UNSURE, MEMORY = 0.4, 8.0
+"""Spread of the logarithm of the burn ratio at which parts burn, and readings of which scatter is a running mean."""
 MOST_EXECUTIONS = 2
 FAR = 1.2
 """Times the power limit at which two executions are made."""
@@ -97,15 +100,16 @@ class Rule:
         self.own = np.asarray(branches.own_speeds, float)
         kinds = len(self.own)
         self.power, self.volumes = PowerLaw(kinds), usual_volumes(self.simulation, USUAL_INTERVAL)
-        self.volumes *= (
-            self.simulation.job.part.material.heat_factor
-        )  # of the work, whatever a calibration says of heat
+        # what burns is a matter of the catalogue: of the work, whatever a calibration says of heat
+        self.heat_factor = self.simulation.job.part.material.heat_factor
+        self.volumes *= self.heat_factor
         self.usual_volumes = self.volumes.copy()
         one = np.ones(1)
         self.roughness = PartLaw(1, one, exponent=0.5, usual=0.5, memory=8.0)
         self.size = PartLaw(1, one, exponent=1.0, usual=0.25, memory=2.0, aim=SIZE_AIM)
         self.speeds, self.tried, self.ceiling = self.own.copy(), self.own.copy(), np.full(kinds, np.inf)
-        self.peaks, self.heat, self.last_heat, self.worn = np.zeros((4, kinds))
+        self.peaks, self.heat, self.last_heat, self.worn, self.cool = np.zeros((5, kinds))
+        self.squares = np.full(kinds, SCATTER**2)
         self.allowed, self.burnt = np.full((2, kinds), np.inf)
         """Heat of each kind that is allowed and that is known to burn: burn ratio, or else W / (mm/min)^0.5."""
         self.reductions: dict[int, Reduction] = {}
@@ -114,6 +118,7 @@ class Rule:
         self.slows = False
         self.sized, self.near, self.finish, self.wanted, self.why = 0.0, 0.0, 1.0, 0.0, ""
         self.dressing = branches.dress_price / branches.second_price
+        self.scrap = self.simulation.job.part.scrap_cost / branches.second_price
         self.taken, self.parts, self.met, self.due = self.dressing, 0, 0.0, 0.0
 
     def decide(self, number: int, volume: float) -> JobChoice:
@@ -152,11 +157,11 @@ class Rule:
     def is_over(self, number: int, E: float, volume: float) -> bool:
         """Return whether a block is expected to take more than its power limit."""
         read = self.peaks[self.kind_of[number]] > 0.0
-        return bool(read and self.expected(number, E, volume) > np.log(self.rows[number].power))
+        return bool(read and self.expected(number, E, volume) + SCATTER > np.log(self.rows[number].power))
 
     def pays(self, number: int, volume: float) -> bool:
         """Return whether a dress pays before the part that begins with a block."""
-        stay, fresh, new, hot, over = 0.0, 0.0, 0.0, False, False
+        stay, fresh, new, risk, hot, over, dull = 0.0, 0.0, 0.0, 0.0, False, False, False
         worn = volume
         for each in self.simulation.branches.part_from(number):
             worn, new = worn + self.ground(each), new + self.ground(each)
@@ -164,11 +169,14 @@ class Rule:
             stay, fresh = stay + self.seconds(each, E), fresh + self.seconds(each, self.fastest(each, new)[0])
             hot |= self.is_hot(each, worn)
             over |= self.is_over(each, E, worn)
+            dull |= bool(worn > self.volumes[self.kind_of[each]])
+            risk = max(risk, self.risk(each, worn))
         left = self.simulation.parts - self.simulation.blocks[number].part
         longer = self.parts > 0 and stay > self.taken / self.parts and (stay - fresh) * left > self.dressing
         self.slows = longer = longer or over
-        k = self.kind_of[number]
-        dull = worn > self.volumes[k]
+        k, n = self.kind_of[number], max(self.parts, 1)
+        # further than usual only if one dress fewer in n (n + 1) parts is worth more than a part that might burn
+        dull &= risk >= 1.0 or risk * self.scrap * n * (n + 1) > self.dressing * left or self.sized > NEAR
         duller = 100.0 * np.expm1(self.power.found[k, 2] * np.log((worn + WORN_IN) / (new + WORN_IN)))
         self.why = f"power {duller:+.0f} % since the last dress"
         if not longer:
@@ -245,6 +253,17 @@ class Rule:
         more = self.expected(number, E, volume) - self.expected(number, last, self.worn[k]) - 0.5 * np.log(E / last)
         return float(np.log(self.allowed[k] / self.last_heat[k]) - more)
 
+    def risk(self, number: int, volume: float) -> float:
+        """Return the probability that a block burns at its last E which has not burnt after a smaller volume."""
+        k = self.kind_of[number]
+        if self.cool[k] == 0.0 or (self.volumes < self.usual_volumes).any():
+            return 1.0
+        hotter = float(np.log(self.allowed[k] / self.cool[k])) - self.heat_left(number, self.speeds[k], volume)
+        scatter = math.sqrt(self.squares[k])
+        beyond = hotter * _above(-hotter / scatter) + scatter * _density(hotter / scatter)  # in the mean
+        proved = math.log(self.cool[k] / self.heat_factor) / UNSURE if self.modelled else 0.0
+        return beyond * _density(proved) / (UNSURE * _above(proved))
+
     def learn(self, number: int, choice: JobChoice, told: BlockReadings, volume: float, burn_per_watt: float) -> None:
         """Take what was read of a block.
 
@@ -271,6 +290,8 @@ class Rule:
     def _learn_power(self, number: int, choice: JobChoice, peak: float, worn: float, burn_per_watt: float) -> None:
         k, limit, (E, D), every = self.kind_of[number], self.rows[number].power, choice, np.ones(len(self.own))
         self.power.learn(peak * every, E * every, worn * every, np.arange(len(every)) == k)
+        if self.peaks[k] > 0.0:
+            self.squares[k] += ((np.log(peak) - self.power.expected[k]) ** 2 - self.squares[k]) / MEMORY
         heat = burn_per_watt * peak if self.modelled else peak / np.sqrt(E)
         if self.peaks[k] == 0.0:
             self.allowed[k] = HEAT if self.modelled and heat < HEAT else ROOM * heat
@@ -322,6 +343,7 @@ class Rule:
                 self.burnt[k] = min(self.burnt[k], BACK * self.heat[k]) if self.heat[k] else self.burnt[k]
             else:
                 self.allowed[k] = max(self.allowed[k], FURTHER * self.heat[k])
+                self.cool[k] = max(self.cool[k], self.heat[k])
             self.allowed[k] = min(self.allowed[k], self.burnt[k])
         if burnt:
             self._ask(1.0, "the last part burnt")
@@ -332,3 +354,11 @@ class Rule:
         """Ask for a dress before the next part."""
         if executions > self.wanted:
             self.wanted, self.why = executions, why
+
+
+def _density(z: float) -> float:
+    return math.exp(-0.5 * z * z) / math.sqrt(2.0 * math.pi)
+
+
+def _above(z: float) -> float:
+    return 0.5 * math.erfc(z / math.sqrt(2.0))

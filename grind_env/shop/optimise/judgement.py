@@ -296,8 +296,9 @@ def on_machines(fleet: Fleet | None) -> list[str]:
     if not fleet.drawn:
         return []
     these = "these" if fleet.agree == len(fleet.numbers) else f"the {len(fleet.numbers)} that come nearest to that"
+    alike = f", where parts differ {fleet.spread:g} times as much as the job says" if fleet.spread < 1.0 else ""
     return [
-        f"of {fleet.drawn} machines that this may be, {fleet.agree} grind good parts with the program as it is, "
+        f"of {fleet.drawn} machines that this may be, {fleet.agree} grind good parts with the program as it is{alike}, "
         f"and it was tried on {these}: if that has never been ground here, say --untried"
     ]
 
