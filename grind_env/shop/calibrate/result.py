@@ -13,11 +13,10 @@ from grind_env.machine.job import Job
 from grind_env.machine.job.entries import entries_of, with_entries
 from grind_env.presenter import html, presenter
 from grind_env.shop.calibrate.errors import CalibrationError, WorseFit
-from grind_env.shop.calibrate.fit import NORMAL_90, Fit
+from grind_env.shop.calibrate.fit import NORMAL_90, Fit, uncertainty_lines
 from grind_env.shop.calibrate.observe import Observations
 from grind_env.shop.calibrate.parameters import Parameter
 from grind_env.shop.calibrate.solver import Data, changes_of
-from grind_env.shop.calibrate.uncertain import uncertainty_lines
 from grind_env.shop.calibrate.verdict import FitJudgement, FitVerdict
 from grind_env.shop.measurements.sheet import Floats
 
@@ -74,7 +73,6 @@ class Calibration:
         job: as the catalogue had it before.
         data: the measurements.
         fit: what was found with all of them.
-        label: of each measurement, such as `part 2, block 50, stroke 7`.
         time: of each, s of the log; NaN for what was gauged.
         judged: how well it predicts each kind of measurement.
         quality: median correlation of the log with the program, no unit; NaN for a table.
@@ -92,7 +90,6 @@ class Calibration:
     job: Job
     data: Data
     fit: Fit
-    label: tuple[str, ...]
     time: Floats
     judged: FitJudgement
     quality: float = math.nan

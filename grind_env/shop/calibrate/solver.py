@@ -99,13 +99,8 @@ def changes_of(parameters: Sequence[Parameter], z: Floats) -> Changes:
 class Solver:
     """Residuals and their derivatives; variables are those of parameters, then nuisances, in spreads of the prior.
 
-    Args:
-        parameters: constants.
-        nuisances: what else multiplies measurements.
-        data: the measurements.
-        predict: what would be measured with changed constants, shape as of `data.value`.
-        jumps: whether that jumps where constants change, as under a wheel that crosses.
-        like: another one with the same data, which has predicted some of it already.
+    `jumps` says that what is predicted jumps where constants change, as under a wheel that crosses; a solver that is
+    `like` this one has the same data, and has predicted some of it already.
     """
 
     def __init__(

@@ -21,14 +21,13 @@ from grind_env.machine.job.entries import entries_of, with_entries
 from grind_env.machine.job.file import load_job
 from grind_env.plants.names import MODEL
 from grind_env.process.catalogue import Catalogue
+from grind_env.shop.calibrate.calibration import overridden
 from grind_env.shop.calibrate.columns import Map, find_columns, read_map
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.fit import Fit, FitProblem, fit_and_judge
+from grind_env.shop.calibrate.fit import Fit, FitProblem, fit_and_judge, missed
 from grind_env.shop.calibrate.parameters import chosen_parameters
-from grind_env.shop.calibrate.remarks import overridden
 from grind_env.shop.calibrate.result import Calibration
 from grind_env.shop.calibrate.solver import Changes, Data
-from grind_env.shop.calibrate.uncertain import missed
 from grind_env.shop.measurements.sheet import MICROMETRES, MILLIMETRES, WATTS, Floats, read_sheet
 from grind_env.validation.rig import SHARP, Rig, SetUp
 
@@ -113,7 +112,6 @@ def calibrate_table(
         job=settings,
         data=data,
         fit=fitted,
-        label=tuple(f"setting {k + 1}" for k in of_row.tolist()),
         time=np.full(value.size, np.nan),
         judged=judged,
         residual=_missed(fitted, data),

@@ -31,13 +31,8 @@ def doctor(
 def warm_up() -> None:
     """Compile what `grind run`, `grind optimise` and the environments need, so that nobody waits for it later.
 
-    It runs every example, steps every environment and searches for a second, once for the machine of the catalogue
-    and once for one that is calibrated, whose forces may follow depth, speed and volume in another way. What is
-    compiled is kept in the user's cache, or below NUMBA_CACHE_DIR where that is set, for this kind of processor and
-    this version; a second call only loads it. Policies and networks compile a few kernels more when they are first
-    judged.
-
-    A line for each of these things: seconds, and kernels that are new.
+    A line for each example, environment and search: seconds, and kernels that are new. They are kept in the user's
+    cache, or below NUMBA_CACHE_DIR. Policies and networks compile a few kernels more when they are first judged.
     """
     from rich.console import Console
     from rich.progress import track

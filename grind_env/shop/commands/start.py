@@ -30,7 +30,7 @@ def job(
 ) -> None:
     """Print a job file with every key: unit, range, meaning and default."""
     from grind_env.errors import GrindError
-    from grind_env.shop.start.template import job_template
+    from grind_env.shop.start.folder import job_template
 
     if not template:
         raise GrindError("say what of a job is wanted: grind job --template prints one with every key")

@@ -16,12 +16,10 @@ from grind_env.machine.job import Job
 from grind_env.machine.script.repetition import FEW, is_straight
 from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.machines import Fleet, compile_all, fleet_of
-from grind_env.shop.optimise.budget import Budget
 from grind_env.shop.optimise.counting import Counting, counting_of
-from grind_env.shop.optimise.editing import ProgramText, like
+from grind_env.shop.optimise.editing import ProgramText, Spot, like
 from grind_env.shop.optimise.outcome import Trade
-from grind_env.shop.optimise.search import Point, Search
-from grind_env.shop.optimise.spots import Spot
+from grind_env.shop.optimise.search import Budget, Point, Search
 from grind_env.shop.optimise.variables import COLUMNS, INHERITED, SearchSpace, SearchVariable, choices_of, together
 from grind_env.shop.trials import CORES, Between, LotUse, Measures, Trials, lots_of, most_risk, nothing, risk, trials_of
 from grind_env.shop.wishes import LIMITS, WishError, Wishes

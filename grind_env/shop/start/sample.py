@@ -14,8 +14,7 @@ from grind_env.files import write_atomically
 from grind_env.machine.job import Job
 from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
-from grind_env.shop.calibrate.forward import Forward
-from grind_env.shop.calibrate.pattern import pattern_of
+from grind_env.shop.calibrate.pattern import Forward, pattern_of
 from grind_env.shop.start.folder import HERE, LOG, start_folder
 
 PARTS = 2
