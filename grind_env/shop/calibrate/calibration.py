@@ -2,8 +2,9 @@
 
 import math
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -164,8 +165,7 @@ def _refuse_hopeless(fitted: Fit, errors: Errors, data: Data, unit: str, gain: f
         )
 
 
-@dataclass(frozen=True, slots=True)
-class _Model:
+class _Model(NamedTuple):
     """What was measured in a log that is aligned in some way, and the machine that predicts it."""
 
     seen: Observations

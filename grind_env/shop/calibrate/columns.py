@@ -18,7 +18,7 @@ WORDS: Mapping[str, Mapping[str, Sequence[str]]] = read_toml(Path(__file__).with
 MAP_VALUES: Mapping[str, tuple[str, ...]] = {
     "log": ("power_unit", "time_unit", "rated_power", "volts", "power_factor", "scale"),
     "gauge": ("nominal_size", "size_unit"),
-    "table": ("free_scale",),
+    "table": (),
 }
 """What a map says beside columns, by its table."""
 

@@ -8,6 +8,7 @@ the errors of that kind of measurement are too small and are enlarged until they
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,8 +54,7 @@ SINGULAR = 1e-6
 """By which correlations are less than found, so that they may be rounded."""
 
 
-@dataclass(frozen=True, slots=True)
-class Linear:
+class Linear(NamedTuple):
     """A fit as far as it is linear around its place."""
 
     x: Floats  # variables there, in spreads of the prior
@@ -84,19 +84,14 @@ class Linear:
         return np.asarray(self.x + step)
 
 
-def best_width(plain: Linear, wide: Linear, data: Data) -> tuple[float, float]:
-    """Return the width that predicts best, a share of the full one.
-
-    With the mean square of what it misses on parts that are left out in turn, over that without a free term.
-    """
+def best_width(plain: Linear, wide: Linear, data: Data) -> float:
+    """Return the width that predicts parts best that are left out in turn, a share of the full one."""
     if np.unique(data.part[plain.used & (data.kind == "power")]).size < ENOUGH_PARTS:
-        return 0.0, 1.0
+        return 0.0
     errors = {0.0: _in_turn(plain, 1.0, data)} | {width: _in_turn(wide, width, data) for width in WIDTHS}
     least = min(errors.values())
     width = next(each for each, error in errors.items() if error <= ALIKE * least)
-    if errors[0.0] < FOLLOWED or errors[width] > CLEARLY * errors[0.0]:
-        width = 0.0
-    return width, errors[width] / errors[0.0]
+    return 0.0 if errors[0.0] < FOLLOWED or errors[width] > CLEARLY * errors[0.0] else width
 
 
 def _in_turn(fit: Linear, width: float, data: Data) -> float:
@@ -106,8 +101,7 @@ def _in_turn(fit: Linear, width: float, data: Data) -> float:
     return float(np.mean(np.square(np.concatenate(missed))))
 
 
-@dataclass(frozen=True, slots=True)
-class Left:
+class Left(NamedTuple):
     """What a fit leaves open: constants, the free term among them even where none of it was used.
 
     That a model agrees with a log does not say that it does so at other speeds and depths.
@@ -142,7 +136,6 @@ class Fit:
     predicted: Floats  # of all measurements, with the scales
     nominal: Floats  # the same with the catalogue as it was, and the scales that fit it best
     held_out: Floats  # as a fit to the other parts or settings predicts each; NaN where there is one alone
-    gain: float  # mean square of what is missed of the power of parts left out in turn, over that without a free term
     left: Left  # what it leaves open
 
     @property
@@ -150,8 +143,7 @@ class Fit:
         return self.x[: len(self.parameters)]
 
 
-@dataclass(frozen=True, slots=True)
-class _Place:
+class _Place(NamedTuple):
     """Where a solver has come to."""
 
     solver: Solver
@@ -232,12 +224,12 @@ def fit(problem: FitProblem, told: Callable[[str], None] = lambda stage: None) -
         raise CalibrationError("the process model has no numbers for this job as the catalogue has it; check the job")
     at_first = plain.enlarged(x, used, unit, gauged=False)
     nominal = plain.predicted(plain.solve(x, used, at_first, np.arange(plain.size) >= count))
-    place, width, gain, wider = _settled(plain, x, used, told), 0.0, 1.0, None
+    place, width, wider = _settled(plain, x, used, told), 0.0, None
     if problem.free:
         told("holding parts out in turn")
         at_most = problem.solver(1.0, plain)
         wide = _settled(at_most, np.zeros(at_most.size), used, told)
-        width, gain = best_width(_linear(problem, place), _linear(problem, wide, problem.unfree), data)
+        width = best_width(_linear(problem, place), _linear(problem, wide, problem.unfree), data)
         if width == 1.0:
             place = wide
         elif width:
@@ -248,7 +240,7 @@ def fit(problem: FitProblem, told: Callable[[str], None] = lambda stage: None) -
             narrow = problem.solver(1.0, plain, {})
             there = _Place(narrow, problem.widened(place.x), place.used, wide.factors)
             wider = narrow.parameters, _linear(problem, there, problem.unfree).covariance(WIDTHS[0])
-    return _finished(problem, width, place, nominal, told, gain, wider)
+    return _finished(problem, width, place, nominal, told, wider)
 
 
 def _settled(
@@ -296,7 +288,6 @@ def _finished(
     place: _Place,
     nominal: Floats,
     told: Callable[[str], None],
-    gain: float,
     wider: tuple[tuple[Parameter, ...], Floats] | None,
 ) -> Fit:
     """What was found, with what the measurements do not tell put back to the catalogue.
@@ -338,7 +329,6 @@ def _finished(
         predicted=solver.predicted(x),
         nominal=nominal,
         held_out=held_out,
-        gain=gain,
     )
 
 

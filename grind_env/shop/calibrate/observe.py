@@ -1,6 +1,5 @@
 """From an aligned log to what it says of the program's strokes: mean power above idle, with its uncertainty."""
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -99,8 +98,7 @@ def _lines(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     return level, sigma * np.sqrt(per * sxx)
 
 
-@dataclass(frozen=True, slots=True)
-class Observations:
+class Observations(NamedTuple):
     """What a log says.
 
     Arrays have a value for each stroke; for each run if strokes are too short for the log; for each block of a cycle

@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,8 +70,7 @@ def powers(record: GrindingRecord) -> Floats:
     return strokes
 
 
-@dataclass(frozen=True, slots=True)
-class Pattern:
+class Pattern(NamedTuple):
     """The strokes of one execution of a program; times in s from its first stroke on, each array a value per stroke.
 
     A run is a sequence of strokes between which nothing happens: how long a dress, a stop or a load takes is not for

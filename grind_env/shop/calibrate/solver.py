@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,8 +75,7 @@ class Data:
         return np.where(power, np.hypot(self.error, LOOSE * usual), self.error)
 
 
-@dataclass(frozen=True, slots=True)
-class Nuisance:
+class Nuisance(NamedTuple):
     """What multiplies measurements besides the constants, and is in no catalogue."""
 
     spread: float  # logarithmic standard deviation before measuring

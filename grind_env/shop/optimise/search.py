@@ -58,10 +58,6 @@ class Budget:
         """Time since it began, s."""
         return monotonic() - self.began
 
-    @property
-    def compared(self) -> float:
-        return self.programs / 4
-
     def keep(self, seconds: float) -> None:
         """Keep some time for the judgement, up to `MOST_JUDGING`."""
         self.judging = min(seconds, MOST_JUDGING * self.seconds)

@@ -142,10 +142,8 @@ def shown_quantities(found: Optimised) -> list[tuple[str, PartMean]]:
     """Return the quantities with their names; the highest temperature only where it is not that of the last stage."""
     shown = {NAMES[each.name]: each for each in found.quantities}
     rise, highest = shown.get(NAMES["rise"]), shown.get(NAMES["highest_rise"])
-    if rise is None or highest is None:
-        return list(shown.items())
-    if replace(highest, name="rise") == rise:
-        del shown[NAMES["highest_rise"]]
+    if highest is None or replace(highest, name="rise") == rise:
+        shown.pop(NAMES["highest_rise"], None)
         return list(shown.items())
     return [("last stage temp., K" if each is rise else name, each) for name, each in shown.items()]
 

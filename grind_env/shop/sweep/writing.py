@@ -1,9 +1,10 @@
 """The best point of a sweep, written into its program."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -33,8 +34,7 @@ class NothingBetter(SweepError):
     status = 3
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Recommended:
+class Recommended(NamedTuple):
     """The program with the words of the best point of a sweep."""
 
     data: bytes  # its file
