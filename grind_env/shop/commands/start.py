@@ -60,7 +60,6 @@ def doctor(
     The speed is that of the compiled process on this machine, while nothing else runs. An extra that is missing is no
     fault: the last column says how it is installed.
     """
-
     from grind_env.shop.doctor import findings
     from grind_env.table import Column, table_of
 
