@@ -1,4 +1,4 @@
-"""Where the runs of a program lie in a log, and which of them are there as they are programmed."""
+"""Where the runs of a program lie in a log, how like the log is to them there, and which are there as programmed."""
 
 import itertools
 from collections.abc import Iterator
