@@ -6,7 +6,7 @@ What needs libraries of the extra [shop] is imported by the call that needs it.
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from grind_env.control import read_file
 from grind_env.control.options import interrupts_of
@@ -192,12 +192,11 @@ def sweep(
     from grind_env.shop.sweep.study import SweepRanges
     from grind_env.shop.sweep.study import sweep as study
 
-    ranges = SweepRanges(
-        E=_ends("E", E),
-        every=None if dress_every is None else whole_ends_of("--dress-every", "intervals", dress_every),
-        lead=_ends("lead", lead),
-        depth=_ends("depth", depth),
-    )
+    given = {name: ends for name, ends in (("E", E), ("lead", lead), ("depth", depth)) if ends is not None}
+    asked: dict[str, Any] = {name: tuple(map(float, ends_of(f"--{name}", name, each))) for name, each in given.items()}
+    if dress_every is not None:
+        asked["every"] = whole_ends_of("--dress-every", "intervals", dress_every)
+    ranges = SweepRanges(**asked)
     with progress() as advance:
         return study(
             program, job, ranges, parts=parts, seed=seed, variables=variables, untried=untried, progress=advance
@@ -255,10 +254,3 @@ def plan(program: File, job: File, output: File) -> str:
     made = plan_of(read_file(Path(program)), load_job(Path(job)))
     write_atomically(Path(output), lambda temporary: temporary.write_text(made.text, encoding="utf-8"))
     return str(made)
-
-
-def _ends(name: str, asked: Ends | None) -> tuple[float, float] | None:
-    if asked is None:
-        return None
-    low, high = ends_of(f"--{name}", name, asked)
-    return float(low), float(high)

@@ -22,6 +22,7 @@ from grind_env.shop.calibrate.parameters import Parameter, chosen_parameters
 from grind_env.shop.calibrate.solver import Data, Nuisance, Predict, Solver, bounded
 from grind_env.shop.calibrate.verdict import OWN, FitJudgement, judge
 from grind_env.shop.measurements.sheet import Floats
+from grind_env.toml import toml_value
 
 NORMAL_90 = 1.6449
 """Standard deviations on either side in which a normal variable lies with 90 %."""
@@ -375,7 +376,7 @@ def uncertainty_lines(job: Job, fitted: Fit, source: str, residual: float, drift
         "# together; of the power of a block that is not followed, and of a step of its level from part to part.",
         "[uncertainty]",
         f"source = {source}",
-        f"names = [{', '.join(f'{chr(34)}{each}{chr(34)}' for each in (*names, *(each.name for each in others)))}]",
+        f"names = {toml_value([*names, *(each.name for each in others)])}",
         f"spread = [{', '.join(f'{each:.4g}' for each in (*spread.tolist(), *(each.spread for each in others)))}]",
         f"correlation = [\n{rows},\n]",
         f"residual = {residual:.4g}",

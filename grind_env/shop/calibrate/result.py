@@ -19,6 +19,7 @@ from grind_env.shop.calibrate.parameters import Parameter
 from grind_env.shop.calibrate.solver import Data, changes_of
 from grind_env.shop.calibrate.verdict import FitJudgement, FitVerdict
 from grind_env.shop.measurements.sheet import Floats
+from grind_env.toml import toml_value
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -197,8 +198,8 @@ def catalogue_text(found: Calibration) -> str:
         if kind == "machine" and found.meter_scale is not None:
             rows += [f"meter_scale = {found.meter_scale:.4g}  # what its power meter shows over the power"]
         if rows:
-            lines += ["", f"[{kind}.{_key(entry.name)}]", f"base = {_string(entry.name)}", *rows]
-    source = _string(f"calibrated from {found.source}")
+            lines += ["", f"[{kind}.{_key(entry.name)}]", f"base = {toml_value(entry.name)}", *rows]
+    source = toml_value(f"calibrated from {found.source}")
     lines += ["", *uncertainty_lines(found.job, found.fit, source, found.residual, found.drift)]
     return "\n".join(lines) + "\n"
 
@@ -223,8 +224,4 @@ def _comment(text: str) -> str:
 
 
 def _key(name: str) -> str:
-    return name if BARE_KEY.fullmatch(name) else _string(name)
-
-
-def _string(text: str) -> str:
-    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    return name if BARE_KEY.fullmatch(name) else toml_value(name)
