@@ -3,6 +3,7 @@
 import json
 import re
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,7 +12,7 @@ import typer
 from grind_env.arguments import CONFIGS, FILE, JOB, PROBLEM, Writes
 from grind_env.shop.commands.arguments import OtherPart
 from grind_env.targets import Own
-from grind_env.terminal import progress_bar
+from grind_env.terminal import progress
 
 if TYPE_CHECKING:
     from grind_env.envs.simulation import Simulation
@@ -113,7 +114,7 @@ def evaluate(
         raise GrindError("a row names the parameters of the package: leave out --configs or --submit")
     problem = find_problem(env, job, parts)
     chosen = _policy(policy, problem.simulation(), configs, trust, other_part)
-    with progress_bar("steps", problem.simulation().most_steps) as advance:
+    with progress(problem.simulation().most_steps) as advance:
         found = judge(
             chosen,
             problem,
@@ -123,7 +124,7 @@ def evaluate(
             first_seed=first_seed,
             plant=plant,
             model=model,
-            advance=advance,
+            advance=partial(advance, "steps"),
         )
     if submit is not None:
         from grind_env.policies.rows import row_of, write_row

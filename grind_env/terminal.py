@@ -34,16 +34,26 @@ def table_console() -> "Console":
 
 
 @contextmanager
-def progress_bar(what: str, total: int) -> Iterator[Callable[[int], object]]:
-    """How many of some things are done, on standard error, if somebody looks on; what it gives is told of more."""
+def progress(total: int | None = None, most: str = "") -> Iterator[Callable[[str, int], None]]:
+    """Count what is done on standard error, if somebody looks on; `advance(what, count)` adds to one of the counts.
+
+    `total` is that of each count, if known; `most` stands behind them.
+    """
     from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    console = Console(stderr=True)
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as shown:
-        task = shown.add_task(what, total=total)
-        yield lambda count: shown.advance(task, count)
+    console, tasks = Console(stderr=True), dict[str, TaskID]()
+    with Progress(
+        *columns, TextColumn(most), console=console, transient=True, disable=not console.is_terminal
+    ) as shown:
+
+        def advance(what: str, count: int) -> None:
+            if what not in tasks:
+                tasks[what] = shown.add_task(what, total=total)
+            shown.advance(tasks[what], count)
+
+        yield advance
 
 
 @contextmanager

@@ -6,7 +6,7 @@ from hypothesis import HealthCheck, settings
 
 from grind_env.envs.names import environment_id, task_names
 from grind_env.kernel.tiers import Entry
-from grind_env.shop.optimise import budget as clock
+from grind_env.shop.optimise import search as clock
 from grind_env.shop.optimise import variables, variation
 from tests.command import Grind, status
 from tests.examples import ALL

@@ -247,14 +247,6 @@ def test_check_of_what_is_no_program_ends(grind) -> None:
     assert err.count("\n") == MOST_ERRORS + 1
 
 
-@pytest.mark.parametrize("command", ["check", "trace", "run"])
-def test_help_has_an_example(command: str, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as exit_:
-        main([command, "--help"])
-    assert exit_.value.code == 0
-    assert f"Examples:\n  grind {command} " in capsys.readouterr().out
-
-
 def test_check_imports_no_compiler_plotting_or_learning_library(tmp_path: Path) -> None:
     (tmp_path / "part.nc").write_text("M30")
     script = (

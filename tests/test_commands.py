@@ -19,8 +19,9 @@ def test_a_command_is_told_shown_and_tested(name: str) -> None:
     click, (_, *words) = TREE[name].click, TREE[name].words
     assert click.help, f"{name} has no docstring, which is its help"
     assert click.epilog and name in click.epilog, f"{name} is registered without an example (epilog)"
+    told = click.get_help(Context(click, info_name=name, terminal_width=80)).splitlines()
+    assert f"  {click.epilog.splitlines()[0]}" in told[told.index("Examples:") :]
     if name.removeprefix("grind ") in FITS:
-        told = click.get_help(Context(click, info_name=name, terminal_width=80)).splitlines()
         assert len(told) <= 40 and max(map(len, told)) <= 80 and len(click.epilog.splitlines()) == 2
         assert not told[3], "the description is longer than a line"
     shown = any(f"{name}{end}" in PAGES for end in "` \n")

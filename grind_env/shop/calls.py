@@ -4,10 +4,9 @@ What is typed as a text on the command line is a value here: `--bounds E=5000..2
 What needs libraries of the extra [shop] is imported by the call that needs it.
 """
 
-import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from grind_env.control import read_file
 from grind_env.control.options import interrupts_of
@@ -16,10 +15,9 @@ from grind_env.files import beside, write_atomically
 from grind_env.machine.grind import grind_file
 from grind_env.machine.job import Job
 from grind_env.machine.job.file import job_beside, load_job
-from grind_env.shop.progress import progress
-from grind_env.shop.report.own import PAGE
 from grind_env.shop.wishes import CONFIDENCE, Ends, Number, ends_of, seconds_of, whole_ends_of, wishes_of
 from grind_env.targets import Target, check_targets
+from grind_env.terminal import progress
 from grind_env.toml import files_named
 
 if TYPE_CHECKING:
@@ -66,7 +64,7 @@ def report(
             that nobody has named and that is no such report.
         GrindError: as of `machine.grind`.
     """
-    from grind_env.shop.report.document import SUFFIXES, prepare_page, write_page
+    from grind_env.shop.report.document import PAGE, SUFFIXES, prepare_page, write_page
     from grind_env.shop.report.run import run_report
 
     program = Path(program)
@@ -145,7 +143,7 @@ def optimise(
 
     seconds = seconds_of(budget)
     wishes = wishes_of(vary, bounds, keep, margin, objective, within, confidence=confidence, untried=untried)
-    with progress(seconds if programs is None else math.inf) as advance:
+    with progress(most=f"of {seconds:g} s" if programs is None else "") as advance:
         return find_words(
             program,
             job,
@@ -194,12 +192,11 @@ def sweep(
     from grind_env.shop.sweep.study import SweepRanges
     from grind_env.shop.sweep.study import sweep as study
 
-    ranges = SweepRanges(
-        E=_ends("E", E),
-        every=None if dress_every is None else whole_ends_of("--dress-every", "intervals", dress_every),
-        lead=_ends("lead", lead),
-        depth=_ends("depth", depth),
-    )
+    given = {name: ends for name, ends in (("E", E), ("lead", lead), ("depth", depth)) if ends is not None}
+    asked: dict[str, Any] = {name: tuple(map(float, ends_of(f"--{name}", name, each))) for name, each in given.items()}
+    if dress_every is not None:
+        asked["every"] = whole_ends_of("--dress-every", "intervals", dress_every)
+    ranges = SweepRanges(**asked)
     with progress() as advance:
         return study(
             program, job, ranges, parts=parts, seed=seed, variables=variables, untried=untried, progress=advance
@@ -257,10 +254,3 @@ def plan(program: File, job: File, output: File) -> str:
     made = plan_of(read_file(Path(program)), load_job(Path(job)))
     write_atomically(Path(output), lambda temporary: temporary.write_text(made.text, encoding="utf-8"))
     return str(made)
-
-
-def _ends(name: str, asked: Ends | None) -> tuple[float, float] | None:
-    if asked is None:
-        return None
-    low, high = ends_of(f"--{name}", name, asked)
-    return float(low), float(high)

@@ -19,12 +19,7 @@ class DressInterval:
     of: str = "part"
 
     def due(self, dressing: NDArray[np.bool_], run: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Blocks in which dresses are executed, shape (blocks,).
-
-        Args:
-            dressing: which blocks of all runs have dresses, shape (blocks,).
-            run: number of the run of each block, from 0, shape (blocks,).
-        """
+        """Which blocks of those that are `dressing` do so; `run` is that of each, from 0; shape (blocks,)."""
         number = dressing.cumsum() if self.of == "block" else run + 1
         return np.asarray(dressing & (number % self.every == 0))
 

@@ -35,12 +35,12 @@ def print_catalogue(kind: str | None, name: str | None, files: Sequence[Path], c
         console.print("grind catalogue KIND NAME shows the values of an entry.")
         return
     columns = (
-        *(
-            Column("key", "key"),
-            Column("symbol", "symbol"),
-            Column("value", lambda key: _text(data[key.key]), right=True),
-        ),
-        *(Column("unit", "unit"), Column("legal", "legal", wrap=True), Column("meaning", "meaning", wrap=True)),
+        Column("key", "key"),
+        Column("symbol", "symbol"),
+        Column("value", lambda key: _text(data[key.key]), right=True),
+        Column("unit", "unit"),
+        Column("legal", "legal", wrap=True),
+        Column("meaning", "meaning", wrap=True),
     )
     also = f" ({', '.join(data['aliases'])})" if data["aliases"] else ""
     console.print(printable(f"{kind} {data['name']}{also}: {data['remark'] or 'no remark'}"))

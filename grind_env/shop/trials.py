@@ -219,13 +219,10 @@ class Trials:
     def measure(
         self, settings: Array, *, besides: bool = False, handover: bool = True, between: Between = nothing
     ) -> Measures:
-        """Run candidates.
+        """Run candidates with settings of the blocks of all runs, shape (C, blocks, fields of `BlockSettings`).
 
-        Args:
-            settings: of the blocks of all runs, shape (C, blocks, fields of `BlockSettings`).
-            besides: whether J, L and dress settings are others than the program's.
-            handover: whether the dull wheel that is left is charged for.
-            between: called between two blocks of a program that the control executes; what it raises ends the run.
+        `besides`: J, L and dress settings are others than the program's; `handover`: the dull wheel that is left is
+        charged for; `between` as of `trials_of`.
         """
         every = range(0, len(settings), self.at_once)
         parts = [self._measure(settings[begin : begin + self.at_once], besides, handover, between) for begin in every]
@@ -281,21 +278,12 @@ class Trials:
 
 
 class _ScriptParts:
-    """What the parts of n episodes of a script come to, block by block.
-
-    Args:
-        simulation: of the script.
-        n: number of episodes.
-        cooler: as of `Machines`, of each episode.
-
-    Attributes:
-        shares: of `LIMITS`, shape (4, n, parts).
-        peaks: power, rise of the last stage, highest rise, Ra and size error, shape (5, n, parts).
-    """
+    """What the parts of n episodes of a script come to, block by block; `cooler` is that of `Machines`, of each."""
 
     def __init__(self, simulation: JobSimulation, n: int, cooler: Array) -> None:
         self.simulation, self.cooler = simulation, cooler
-        self.shares, self.peaks = np.zeros((4, n, simulation.parts)), np.zeros((5, n, simulation.parts))
+        self.shares = np.zeros((4, n, simulation.parts))  # of `LIMITS`
+        self.peaks = np.zeros((5, n, simulation.parts))  # power, rise of the last stage, highest rise, Ra, size error
         self._rise = np.zeros(n)  # in the stage so far
 
     def add(self, k: int, outcomes: Array, tallies: Array) -> None:
@@ -347,17 +335,10 @@ def trials_of(
     spread: float = 1.0,
     between: Between = nothing,
 ) -> Trials:
-    """A program for a batch of parts.
+    """A program that is run some times, one part after the other, while the wheel carries over.
 
-    Args:
-        programs: the program.
-        job: the job.
-        runs: how often it is run, one part after the other; the wheel carries over.
-        seeds: of the lots; one is enough where the job states how each part differs.
-        picks: the lowest and the highest J that may be chosen, mm.
-        spark_outs: the same of L.
-        spread: factor on all that is random.
-        between: called between two blocks of its first executions by the control; what it raises ends them.
+    Picks (mm) and spark-outs are the lowest and the highest J and L that may be chosen, `spread` a factor on all that
+    is random; `between` is called between two blocks of the first executions, and what it raises ends them.
     """
     if runs < 1:
         raise TrialsError(f"{programs.name} cannot be run for {runs} parts; choose --parts 1 or more")

@@ -24,8 +24,6 @@ from grind_env.shop.calls import optimise
 
 BUDGET = 1.0
 """Of the search, s: its first runs have compiled all that it needs."""
-
-
 SPREAD = 0.02
 """Of these exponents; any other above 0 compiles the same."""
 

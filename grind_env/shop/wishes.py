@@ -1,11 +1,12 @@
-"""What a user asks of a search: what is varied between which bounds, what is kept, and what is to become less."""
+"""What a user asks of a search, as values or as texts of the command line; a `WishError` says what there is not."""
 
 import math
-from collections.abc import Collection, Mapping
+import re
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
 from numbers import Real
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
 
 from grind_env.errors import GrindError, did_you_mean, quoted
 
@@ -26,6 +27,9 @@ CONFIDENCES = 0.5, 0.999
 Number: TypeAlias = float | Decimal
 Ends: TypeAlias = Collection[Number]
 """Lowest and highest value."""
+NUMBER = r"(\d+\.?\d*|\.\d+)"
+
+T = TypeVar("T")
 
 
 class WishError(GrindError):
@@ -154,3 +158,52 @@ def _share(option: str, name: str, value: Number) -> float:
             f"{name}={f'{meant:f}'.removeprefix('0')}"
         )
     return float(share)
+
+
+def listed(texts: Iterable[str]) -> list[str]:
+    """What is separated by commas or given one by one."""
+    return [part.strip() for text in texts for part in text.split(",") if part.strip()]
+
+
+def named(option: str, texts: Iterable[str], read: Callable[[str, str, str], T]) -> dict[str, T]:
+    """Values by name, as E=100,J=.001; `read` has a value from option, name and text."""
+    pairs = [part.partition("=") for part in listed(texts)]
+    for name, equals, value in pairs:
+        if not (equals and value):
+            raise WishError(f"{option}: {quoted(name)} has no value; write it behind an equals sign")
+    return {name.strip(): read(option, name.strip(), value.strip()) for name, _, value in pairs}
+
+
+def ends(option: str, name: str, text: str) -> tuple[Decimal, Decimal]:
+    """The ends of a range such as 5000..25000."""
+    wrong = f"{option}: {quoted(text)} is no range of {name}; write two numbers with two points between"
+    low, high = _matched(rf"{NUMBER}\.\.{NUMBER}", text, wrong)
+    return Decimal(low), Decimal(high)
+
+
+def number(option: str, name: str, text: str) -> Decimal:
+    """A number such as .001."""
+    (value,) = _matched(NUMBER, text, f"{option}: {quoted(text)} is no value of {name}; write a number above 0")
+    return Decimal(value)
+
+
+def label(text: str) -> int:
+    """The number of a block label such as N80."""
+    (digits,) = _matched(r"[Nn]?(\d{1,5})", text, f"--keep: {quoted(text)} is no block label; write it as in N80")
+    return int(digits)
+
+
+def budget(text: str) -> tuple[float, int | None]:
+    """A time such as 60, 60s or 2min, s, or a number of programs, such as 2000 programs."""
+    wrong = f"--budget: {quoted(text)} is no time; write 60s, 2min or '2000 programs'"
+    number, unit = _matched(rf"{NUMBER}\s*(s|min|programs?|)", text.strip(), wrong)
+    if unit.startswith("program"):
+        return 0.0, max(int(float(number)), 1)
+    return float(number) * (60.0 if unit == "min" else 1.0), None
+
+
+def _matched(pattern: str, text: str, wrong: str) -> tuple[str, ...]:
+    match = re.fullmatch(pattern, text)
+    if match is None:
+        raise WishError(wrong)
+    return match.groups()

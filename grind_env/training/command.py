@@ -5,6 +5,7 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -63,7 +64,7 @@ def train(
     from grind_env.policies.held import machines_name, model_of, on, training_machines
     from grind_env.policies.judging import evaluate
     from grind_env.policies.learned.saved import SUFFIX, write_policy
-    from grind_env.terminal import progress_bar
+    from grind_env.terminal import progress
 
     with needing("train", "grind train needs"):
         from grind_env.training import gru_ppo
@@ -91,8 +92,8 @@ def train(
     if checkpoint.path.is_file():
         print(printable(f"{path}: resuming the interrupted training"), file=sys.stderr)
     begin = time.process_time()
-    with progress_bar("steps", steps) as advance:
-        agent, scale = gru_ppo.train(problem, settings, seed, advance, checkpoint)
+    with progress(steps) as advance:
+        agent, scale = gru_ppo.train(problem, settings, seed, partial(advance, "steps"), checkpoint)
     policy, form = gru_ppo.policy_of(agent, scale, problem, memory), gru_ppo.form_of(memory)
     policy.machines = machines_name(problem.simulation())
     beside = {"settings": asdict(settings) | {"seed": seed}, "machines": policy.machines}
@@ -100,9 +101,9 @@ def train(
     checkpoint.remove()
     seconds = time.process_time() - begin
     judges = gru_ppo.shown(on(named, JUDGES), memory)
-    with progress_bar("steps", 4 * problem.simulation().most_steps) as advance:
+    with progress(4 * problem.simulation().most_steps) as advance:
         judged = [
-            evaluate(plays, judges, seeds="validation", episodes=episodes, advance=advance)
+            evaluate(plays, judges, seeds="validation", episodes=episodes, advance=partial(advance, "steps"))
             for plays in (policy, *rivals(named, on(named, JUDGES)))
         ]
     recommended, verdict = _verdict(*judged)

@@ -17,7 +17,7 @@ from grind_env.machine.job.file import load_job
 from grind_env.machine.script.settings import E
 from grind_env.machine.script.tables import PlanRow, ScriptTables
 from grind_env.shop import trials as trials_module
-from grind_env.shop.optimise import budget as clock
+from grind_env.shop.optimise import search as clock
 from grind_env.shop.optimise import variation
 from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.table import sentences

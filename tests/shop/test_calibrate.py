@@ -15,12 +15,12 @@ from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
 from grind_env.process.catalogue import load_catalogue
 from grind_env.shop.calibrate import table
+from grind_env.shop.calibrate.align import sharpened
+from grind_env.shop.calibrate.alignment import template
 from grind_env.shop.calibrate.calibration import calibrate
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.idle import idle_at
-from grind_env.shop.calibrate.likeness import template
 from grind_env.shop.calibrate.logs import Log
-from grind_env.shop.calibrate.meter import sharpened
+from grind_env.shop.calibrate.observe import idle_at
 from grind_env.shop.calibrate.pattern import pattern_of
 from grind_env.shop.calibrate.table import calibrate_table
 from grind_env.validation.rig import Rig

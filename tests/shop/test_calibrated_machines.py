@@ -59,7 +59,6 @@ def test_what_the_model_does_not_follow_is_followed_by_the_free_term(foreign):
     assert found.fit.width > 0.0
     assert found.fitted.part.material.power_speed_exponent > 0.15
     assert errors["error"] <= 0.3 * errors["catalogue"]
-    assert found.fit.gain < 0.5
 
 
 @pytest.mark.nightly

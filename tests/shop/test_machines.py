@@ -24,8 +24,8 @@ from grind_env.process.state import FORCES
 from grind_env.shop.calls import optimise, sweep
 from grind_env.shop.machines import Fleet, fleet_of
 from grind_env.shop.optimise import table, variation
-from grind_env.shop.optimise.budget import Budget
 from grind_env.shop.optimise.editing import text_of
+from grind_env.shop.optimise.search import Budget
 from grind_env.shop.optimise.variation import variation_of
 from grind_env.shop.trials import LotUse, Trials, lots_of, trials_of
 from grind_env.shop.wishes import WishError, wishes_of

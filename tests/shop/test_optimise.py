@@ -18,14 +18,13 @@ from grind_env.machine.job.file import load_job
 from grind_env.policies.choices import all_choices
 from grind_env.policies.columns import COST
 from grind_env.policies.statistics import bootstrap
-from grind_env.shop.optimise import budget as clock
 from grind_env.shop.optimise import finding, variables
-from grind_env.shop.optimise.budget import Budget
+from grind_env.shop.optimise import search as clock
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.judgement import ProgramJudge, words_of
 from grind_env.shop.optimise.outcome import Optimised, Verdict, WordChange
-from grind_env.shop.optimise.search import Point, Search
+from grind_env.shop.optimise.search import Budget, Point, Search
 from grind_env.shop.optimise.table import as_data, sentences
 from grind_env.shop.optimise.variation import LOTS, variation_of
 from grind_env.shop.sweep.study import sweep

@@ -16,9 +16,8 @@ from grind_env.machine.job import Diamond, Lots, Part, Setup, Stage, Times, Whee
 from grind_env.machine.job.file import load_job
 from grind_env.process.catalogue import KINDS, load_catalogue
 from grind_env.process.entries import quantities
-from grind_env.shop.start.folder import LOG, start_folder
+from grind_env.shop.start.folder import LOG, job_template, start_folder
 from grind_env.shop.start.sample import PRESSURE, sample_log
-from grind_env.shop.start.template import job_template
 from tests.command import Grind
 
 EXAMPLES = Path(grind_env.__file__).parent / "examples"

@@ -23,21 +23,13 @@ Decide = Callable[[int, MachineReadings | None], JobChoice]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BatchResult:
-    """What a batch has come to.
+    """What a batch has come to."""
 
-    Attributes:
-        cost: of each part, scrap at its price among it, $.
-        scrap: probability that each part is scrap.
-        speeds: E of each block, mm/min.
-        executions: D of each block.
-        readings: what was read of each block.
-    """
-
-    cost: Array
-    scrap: Array
-    speeds: Array
-    executions: Array
-    readings: tuple[MachineReadings, ...]
+    cost: Array  # of each part, scrap at its price among it, $
+    scrap: Array  # probability that each part is scrap
+    speeds: Array  # E of each block, mm/min
+    executions: Array  # D of each block
+    readings: tuple[MachineReadings, ...]  # of each block
 
     @property
     def mean_cost(self) -> float:

@@ -1,12 +1,20 @@
-"""Where the runs of a program lie in a log, and which of them are there as they are programmed."""
+"""Where the runs of a program lie in a log, how like the log is to them there, and which are there as programmed."""
 
+import itertools
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.extras import needing
+from grind_env.shop.calibrate.logs import Log
 from grind_env.shop.calibrate.pattern import Pattern
 from grind_env.shop.measurements.sheet import Floats
+
+with needing("shop", "a calibration needs"):
+    from scipy import optimize
 
 SAME_FEED = 1.04
 """An override by which a machine may differ from its model without one."""
@@ -18,6 +26,18 @@ ALIKE_RUNS = 4.0
 """Factor by which the power of a run over that expected may differ from that of the others."""
 ODD, POOR = 3.0, 0.8
 """Times what the others miss by, and correlation, from and up to which a run is not as it is programmed."""
+FINE = 0.05
+"""s; what a sample is taken to be the mean of, at least."""
+MARGIN = 2.0
+"""s before and after a run in which it is looked at what else is there."""
+FEWEST = 5
+"""Samples of which a correlation tells anything."""
+LEAST = 1e-9
+"""Of a value, what is none beside it."""
+PASSES = 4
+"""Over all runs, in which each may move by a stroke."""
+SIMPLEX = ((0.0, 0.0), (2.0, 0.0), (0.0, 1.0))
+"""0.2 s later; a feed by which the end of the run comes 0.2 s sooner."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,3 +103,171 @@ class Alignment:
 def between(values: Floats, usual: float, factor: float) -> NDArray[np.bool_]:
     """Which values are within a factor of a usual one."""
     return (values > usual / factor) & (values < usual * factor)
+
+
+def template(
+    pattern: Pattern, expected: Floats, run: int, override: float, at: Floats, width: float, lag: float
+) -> Floats:
+    """Mean power that a meter with a lag shows in intervals of `width` s around times from the begin of a run on.
+
+    A meter of first order shows y of the power P by lag dy/dt = P - y: the integral of y is that of P less lag y.
+    """
+    on, off, _ = pattern.times(run, override)
+    height = expected[pattern.run == run]
+    edges = np.ravel(np.column_stack([on, off]))
+    level = np.ravel(np.column_stack([height, np.zeros(on.size)]))
+    work = np.concatenate([[0.0], np.cumsum(level[:-1] * np.diff(edges))])
+    ends = at[:, None] + width * np.array([-0.5, 0.5])
+    shown = np.interp(ends, edges, work)
+    if lag:
+        kept, begun = np.exp(-np.diff(edges) / lag).tolist(), [0.0]
+        for left, P in zip(kept, level.tolist(), strict=False):
+            begun.append(P + (begun[-1] - P) * left)
+        last = np.searchsorted(edges, ends, side="right") - 1
+        here = np.maximum(last, 0)
+        decayed = np.exp(-np.maximum(ends - edges[here], 0.0) / lag)
+        shown -= lag * np.where(last < 0, 0.0, level[here] + (np.array(begun)[here] - level[here]) * decayed)
+    return np.asarray((shown[:, 1] - shown[:, 0]) / width, np.float64)
+
+
+class Around(NamedTuple):
+    """What a log has around a run, but for what the idling spindle, other runs and the time before explain of it."""
+
+    time: Floats
+    rest: Floats
+    beside: Floats  # What explains the others, of unit length and at right angles, shape (samples, ...)
+
+    def likeness(self, shape: Floats) -> tuple[float, float, float]:
+        """Correlation of an expected power with the rest, its factor over it, and what both leave open."""
+        rest, x = self.rest, _without(shape, self.beside)
+        deviation, spread = float(np.sqrt(np.mean(rest * rest))), float(np.sqrt(np.mean(x * x)))
+        if deviation == 0.0 or spread <= LEAST * float(np.abs(shape).max()):
+            return 0.0, 0.0, deviation
+        correlation = float(np.clip(np.mean(x * rest) / (deviation * spread), -1.0, 1.0))
+        return correlation, correlation * deviation / spread, deviation * float(np.sqrt(1.0 - correlation**2))
+
+
+def _without(values: Floats, beside: Floats) -> Floats:
+    return values - beside @ (values @ beside)
+
+
+def _around(time: Floats, power: Floats, others: Floats, lag: float) -> Around:
+    """What a meter has shown before decays with its lag."""
+    columns = [np.ones(time.size), others]
+    if lag:
+        columns.append(np.exp((time[0] - time) / lag))
+    beside = np.empty((time.size, 0))
+    for column in columns:
+        new = _without(column, beside)
+        length = float(np.linalg.norm(new))
+        if length > LEAST * float(np.linalg.norm(column)):
+            beside = np.column_stack([beside, new / length])
+    rest = _without(power, beside)
+    return Around(time, np.where(np.abs(rest) > LEAST * np.abs(power).max(), rest, 0.0), beside)
+
+
+class Likeness:
+    """How like a log in s is to a program, whose runs begin somewhere with some override, arrays (executions, runs)."""
+
+    def __init__(self, log: Log, pattern: Pattern, expected: Floats, begin: Floats, override: Floats) -> None:
+        self.log, self.pattern, self.expected = log, pattern, expected
+        self.begin, self.override = begin.copy(), override.copy()
+        self.width = max(0.1 * log.interval, FINE)
+        self.spans = np.array([pattern.times(run)[2] for run in range(pattern.runs)])
+
+    def places(self) -> Iterator[tuple[int, int]]:
+        return itertools.product(range(len(self.begin)), range(self.pattern.runs))
+
+    def around(self, row: int, run: int, more: float = 0.0) -> Around | None:
+        """What is around a run, with so many s more on either side; None where the log has no samples."""
+        ends = self.begin + self.spans / self.override
+        low, high = self.begin[row, run] - MARGIN - more, ends[row, run] + MARGIN + more
+        first, last = np.searchsorted(self.log.time, (low, high))
+        if last - first < FEWEST:
+            return None
+        time, others = self.log.time[first:last], np.zeros(last - first)
+        near = (self.begin < high) & (ends > low)
+        near[row, run] = False
+        for place in np.argwhere(near).tolist():
+            others += self._shape(time, *place)
+        return _around(time, self.log.power[first:last], others, self.log.lag)
+
+    def _shape(self, time: Floats, row: int, run: int, later: float = 0.0, faster: float = 1.0) -> Floats:
+        at = time - self.begin[row, run] - later
+        override = faster * self.override[row, run]
+        return template(self.pattern, self.expected, run, override, at, self.width, self.log.lag)
+
+    def of(self, row: int, run: int) -> tuple[float, float, float]:
+        """Correlation, factor and deviation of a run; NaN where the log has no samples."""
+        around = self.around(row, run)
+        return (np.nan,) * 3 if around is None else around.likeness(self._shape(around.time, row, run))
+
+    def settle(self) -> None:
+        """Move runs by strokes to where they are most likely: the search does not know what is beside a run."""
+        for _ in range(PASSES):
+            moved = False
+            for row, run in self.places():
+                period = self.spans[run] / (self.override[row, run] * (self.pattern.run == run).sum())
+                around = self.around(row, run, period)
+                if around is None:
+                    continue
+                tried = (0.0, -period, period)
+                like = [around.likeness(self._shape(around.time, row, run, later))[0] for later in tried]
+                best = int(np.argmax(like))
+                self.begin[row, run] += tried[best]
+                moved = moved or best > 0
+            if not moved:
+                break
+
+    def refine(self, row: int, run: int) -> None:
+        """Move a run and its feed to where they are most likely, between the steps of the search."""
+        around, span = self.around(row, run), float(self.spans[run])
+        if around is None:
+            return
+
+        def misses(x: Floats) -> float:
+            return 1.0 - around.likeness(self._shape(around.time, row, run, 0.1 * x[0], np.exp(0.2 * x[1] / span)))[0]
+
+        best = optimize.minimize(
+            misses,
+            (0.0, 0.0),
+            method="Nelder-Mead",
+            options={"xatol": 0.02, "fatol": 1e-6, "maxfev": 80, "initial_simplex": SIMPLEX},
+        )
+        self.begin[row, run] += 0.1 * best.x[0]
+        self.override[row, run] *= np.exp(0.2 * best.x[1] / span)
+
+    def alignment(self, time_unit: float) -> Alignment:
+        """Executions that lie in the log at least in part."""
+        each = np.array([self.of(*place) for place in self.places()]).reshape(*self.begin.shape, 3)
+        inside = np.isfinite(each[..., 0]).any(axis=1)
+        correlation, gain, rest = np.moveaxis(each[inside], -1, 0)
+        return Alignment(self.begin[inside], self.override[inside], correlation, gain, rest, time_unit)
+
+
+def judged(
+    begin: Floats, override: Floats, log: Log, pattern: Pattern, expected: Floats, unit: float, *, settled: bool = False
+) -> Alignment:
+    """Executions that lie in the log at least in part, with their correlations; `settled`, moved to their strokes."""
+    like = Likeness(log, pattern, expected, begin, override)
+    if settled:
+        like.settle()
+    return like.alignment(unit)
+
+
+def refined(found: Alignment, log: Log, pattern: Pattern, expected: Floats) -> Alignment:
+    """The same with begins and overrides between the steps, of a log in s."""
+    like = Likeness(log, pattern, expected, found.begin, found.override)
+    for row, run in np.argwhere(np.isfinite(found.correlation)).tolist():
+        like.refine(row, run)
+    return like.alignment(found.time_unit)
+
+
+def clarity(found: Alignment, log: Log, pattern: Pattern, expected: Floats, most: int) -> float:
+    """Return the median correlation of `most` runs of the log at most, where they are most likely."""
+    like = Likeness(log, pattern, expected, found.begin, found.override)
+    places = np.argwhere(np.isfinite(found.correlation)).tolist()
+    chosen = [places[k] for k in np.linspace(0, len(places) - 1, min(len(places), most)).round().astype(int)]
+    for place in chosen:
+        like.refine(*place)
+    return float(np.median([like.of(*place)[0] for place in chosen]))

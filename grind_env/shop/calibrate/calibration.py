@@ -2,34 +2,34 @@
 
 import math
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from grind_env.arrays import Numbers
 from grind_env.control import Programs, read_file
 from grind_env.envs.job.outline import JobProgramError
+from grind_env.errors import listed
 from grind_env.files import shown
 from grind_env.machine.job import Job
 from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
 from grind_env.plants.names import MODEL
-from grind_env.shop.calibrate.alignment import Alignment
+from grind_env.process.user_catalogue import OVERRIDES
+from grind_env.shop.calibrate.align import FINEST, find, with_lag
+from grind_env.shop.calibrate.alignment import SAME_FEED, Alignment
 from grind_env.shop.calibrate.columns import Map, read_map
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.fit import Fit, FitProblem, fit_and_judge
-from grind_env.shop.calibrate.forward import Forward, powers
+from grind_env.shop.calibrate.fit import Fit, FitProblem, fit_and_judge, missed
 from grind_env.shop.calibrate.gauge import Gauged, GaugedParts, gauges_of, measured_of, read_gauge, refuse_impossible
 from grind_env.shop.calibrate.logs import Log, averaged, read_log
-from grind_env.shop.calibrate.meter import FINEST, find, with_lag
 from grind_env.shop.calibrate.observe import DISCREPANCY, DISCREPANCY_ACROSS, Observations, observe
 from grind_env.shop.calibrate.parameters import HEAT, chosen_parameters, free_parameters
-from grind_env.shop.calibrate.pattern import Pattern, pattern_of
-from grind_env.shop.calibrate.remarks import log_remarks, overridden
+from grind_env.shop.calibrate.pattern import Forward, Pattern, pattern_of, powers
 from grind_env.shop.calibrate.result import Calibration, Idle
 from grind_env.shop.calibrate.solver import Changes, Data
-from grind_env.shop.calibrate.uncertain import missed
 from grind_env.shop.calibrate.verdict import Errors
 from grind_env.shop.measurements.sheet import Floats
 from grind_env.toml import read_toml
@@ -52,6 +52,8 @@ STATED = 0.02
 """Logarithmic spread of the scale of a meter in % whose rating map or job states."""
 ANOTHER = 1.5
 """Spreads by which a fitted scale must be off to be told."""
+NAMED = 3
+"""Runs that are named, of those that were left out."""
 
 
 def calibrate(
@@ -104,7 +106,6 @@ def calibrate(
         job=settings,
         data=data,
         fit=fitted,
-        label=(*_labels(seen, pattern), *(f"part {part}" for part in extra.part.tolist())),
         time=np.concatenate([seen.time, np.full(extra.part.size, np.nan)]),
         judged=judged,
         quality=found.quality,
@@ -164,8 +165,7 @@ def _refuse_hopeless(fitted: Fit, errors: Errors, data: Data, unit: str, gain: f
         )
 
 
-@dataclass(frozen=True, slots=True)
-class _Model:
+class _Model(NamedTuple):
     """What was measured in a log that is aligned in some way, and the machine that predicts it."""
 
     seen: Observations
@@ -240,17 +240,54 @@ def _idle(seen: Observations, scale: float, full: float | None, job: Path) -> Id
     return Idle(float(np.median(idle)), float(idle.min()), float(idle.max()), whole, not _states_limit(job))
 
 
-def _labels(seen: Observations, pattern: Pattern) -> list[str]:
-    return [
-        f"part {part}, line {pattern.line[stroke]}, "
-        + _strokes(seen, pattern, stroke, run, stroke - pattern.firsts[run] + 1)
-        for part, run, stroke in zip(
-            _parts(seen, pattern).tolist(), seen.run.tolist(), seen.stroke.tolist(), strict=True
+def log_remarks(log: Log, found: Alignment, seen: Observations, pattern: Pattern) -> list[str]:
+    """How the log lies beside the program."""
+    executions = f"{found.executions} times" if found.executions > 1 else "once"
+    remarks = [f"the program is in the log {executions}; median correlation of its runs of strokes {found.quality:.2f}"]
+    if log.lag:
+        remarks.append(f"the meter lags by about {log.lag:.2g} s, which was taken out")
+    if not log.sure_of_time:
+        remarks.append(f"the time has no unit; as the program says it is in {'s' if found.time_unit == 1.0 else 'ms'}")
+    changed = [f"part {k}: {100.0 * each:.0f} %" for k, each in enumerate(found.overrides(pattern), 1) if each != 1.0]
+    if changed:
+        remarks.append(f"the feed was overridden, {listed(changed)}")
+    usual = found.usual_override(pattern)
+    if abs(np.log(usual)) > np.log(SAME_FEED):
+        remarks.append(
+            f"in all parts the table went at {100.0 * usual:.0f} % of its pace; what is found holds for the feeds as "
+            "they are programmed"
         )
-    ]
+    left_out = np.argwhere(np.isfinite(found.correlation) & ~found.sure)
+    if left_out.size:
+        firsts = pattern.firsts[left_out[:, 1]]
+        parts = left_out[:, 0] * pattern.parts + pattern.part[firsts] + 1
+        names = [
+            f"part {part} from line {line} on"
+            for part, line in zip(parts.tolist(), pattern.line[firsts].tolist(), strict=True)
+        ]
+        remarks.append(
+            f"runs of strokes that are not in the log as programmed were left out: {listed(names, NAMED)}; a "
+            "feed that was overridden in the middle is such a case"
+        )
+    if pattern.crosses.any():
+        remarks.append(
+            "of cycles that cross means of whole blocks are fitted, for what one stroke of them cuts a log does not "
+            "tell"
+        )
+    if not seen.by_stroke:
+        remarks.append(
+            "the log has fewer than five samples a stroke, so that means of whole runs of strokes are fitted"
+        )
+    return remarks
 
 
-def _strokes(seen: Observations, pattern: Pattern, stroke: int, run: int, number: int) -> str:
-    if pattern.crosses[stroke]:
-        return "all strokes"
-    return f"stroke {number} of run {run + 1}" if seen.by_stroke else f"run {run + 1}"
+def overridden(job: Path, fitted: Fit, *, idle: bool) -> list[str]:
+    """Constants that the job itself sets, so that those of a catalogue file have no effect."""
+    setup = read_toml(job).get("setup", {})
+    fixed = {f"{table.removesuffix('_overrides')}.{key}" for table in OVERRIDES for key in setup.get(table, {})}
+    told = [each.name for each, tells in zip(fitted.parameters, fitted.told.tolist(), strict=True) if tells]
+    told += ["machine.idle_power", "machine.power_limit"] if idle else []
+    names = [name for name in told if name in fixed]
+    if not names:
+        return []
+    return [f"the job sets {', '.join(names)} itself; take it out there, or what is found has no effect"]

@@ -1,21 +1,4 @@
-"""What the columns of a sheet are: guessed by their names in the usual languages, or said by a map.
-
-A map is a TOML text::
-
-    [log]                   # of the log, by heading or by number from 1
-    time = "Zeit"
-    power = 3
-    power_unit = "%"        # where the heading does not say it: W, kW, hp, % or A
-    time_unit = "ms"        # s, ms, us, min or clock
-    rated_power = 7500      # W at 100 %
-    volts = 400             # of a three-phase drive whose amperes are logged
-    power_factor = 0.85
-    scale = 1.0             # what the meter shows over the power, where that is known and not to be fitted
-
-    [gauge]                 # of the parts measured
-    Ra = "Rauheit"
-    nominal_size = 24.8     # mm, where sizes are measured as such
-"""
+"""What the columns of a sheet are: known by their names in many languages, or said by a map (docs/howto/shop.md)."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -35,7 +18,7 @@ WORDS: Mapping[str, Mapping[str, Sequence[str]]] = read_toml(Path(__file__).with
 MAP_VALUES: Mapping[str, tuple[str, ...]] = {
     "log": ("power_unit", "time_unit", "rated_power", "volts", "power_factor", "scale"),
     "gauge": ("nominal_size", "size_unit"),
-    "table": ("free_scale",),
+    "table": (),
 }
 """What a map says beside columns, by its table."""
 

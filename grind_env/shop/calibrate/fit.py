@@ -3,23 +3,26 @@
 Maximum a posteriori by least squares: constants have log-normal priors from the catalogue, measurements normal errors,
 and the posterior is taken to be normal around its maximum (Laplace). Where residuals are larger than the errors say,
 the errors of that kind of measurement are too small and are enlarged until they agree (Birge, Phys. Rev. 40 (1932)
-207). What the model does not follow is left to a free term as far as that predicts parts better that are held out
-(`width.py`).
+207). What the model does not follow is left to a free term as far as that predicts parts better that are held out.
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from grind_env.arrays import Numbers
 from grind_env.errors import listed
+from grind_env.machine.job import Job
+from grind_env.machine.job.worlds import USUAL_DRIFT
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.parameters import Parameter
+from grind_env.shop.calibrate.parameters import Parameter, chosen_parameters
 from grind_env.shop.calibrate.solver import Data, Nuisance, Predict, Solver, bounded
 from grind_env.shop.calibrate.verdict import OWN, FitJudgement, judge
-from grind_env.shop.calibrate.width import WIDTHS, Linear, best_width
 from grind_env.shop.measurements.sheet import Floats
+from grind_env.toml import toml_value
 
 NORMAL_90 = 1.6449
 """Standard deviations on either side in which a normal variable lies with 90 %."""
@@ -35,10 +38,71 @@ ROUNDS = 2
 DRIFT = 0.05
 """Logarithmic spread of how much the level of the power drifts over a log, at the full width of the free term. What is
 written is the level in its middle: what looks like a drift may be a wheel that dulls in another way."""
+WIDTHS = (0.25, 0.5, 1.0)
+"""Shares of its full width that are tried."""
+CLEARLY = 0.8
+"""Of the mean square error on parts held out without it, below which the free term is worth it."""
+FOLLOWED = 1.0
+"""Mean square error on them, in loose errors, up to which the model needs no free term."""
+ALIKE = 1.05
+"""Of the least mean square error: the smallest width with no more is taken."""
+ENOUGH_PARTS = 2
+WANDERING_PARTS = 4
+"""From which on it can be told whether levels wander from part to part."""
+MANY_PARTS = 20
+"""From which on it can be told that they wander by more than they usually do."""
+SINGULAR = 1e-6
+"""By which correlations are less than found, so that they may be rounded."""
 
 
-@dataclass(frozen=True, slots=True)
-class Left:
+class Linear(NamedTuple):
+    """A fit as far as it is linear around its place."""
+
+    x: Floats  # variables there, in spreads of the prior
+    rest: Floats  # residuals there of the measurements used, in the errors of the fit
+    slopes: Floats  # of these, shape (used, variables)
+    used: NDArray[np.bool_]  # which measurements
+    enlarged: Floats  # errors of the fit over `Data.loose_error`, in which fits are compared
+    # of each variable, whether its prior stays as it is where the width of the free term changes
+    fixed: NDArray[np.bool_]
+
+    def covariance(self, width: float) -> Floats:
+        """Of the variables, with so much of the free term; in spreads of the prior at its full width."""
+        prior = np.where(self.fixed, 1.0, width**-2.0)
+        return np.asarray(np.linalg.inv(self.slopes.T @ self.slopes + np.diag(prior)), np.float64)
+
+    def without(self, rows: NDArray[np.bool_], width: float) -> Floats:
+        """Residuals of measurements of the power, in loose errors, that a fit to all other rows predicts."""
+        step = self.at(width, rows) - self.x
+        found: Floats = self.enlarged[rows] * (self.rest[rows] + self.slopes[rows] @ step)
+        return found
+
+    def at(self, width: float, without: NDArray[np.bool_] | bool = False) -> Floats:
+        """Return the variables with so much of the free term, in spreads of the prior at its full width."""
+        prior, chosen = np.where(self.fixed, 1.0, width**-2.0), np.broadcast_to(~np.asarray(without), self.rest.shape)
+        others, rest = self.slopes[chosen], self.rest[chosen]
+        step = np.linalg.solve(others.T @ others + np.diag(prior), -others.T @ rest - prior * self.x)
+        return np.asarray(self.x + step)
+
+
+def best_width(plain: Linear, wide: Linear, data: Data) -> float:
+    """Return the width that predicts parts best that are left out in turn, a share of the full one."""
+    if np.unique(data.part[plain.used & (data.kind == "power")]).size < ENOUGH_PARTS:
+        return 0.0
+    errors = {0.0: _in_turn(plain, 1.0, data)} | {width: _in_turn(wide, width, data) for width in WIDTHS}
+    least = min(errors.values())
+    width = next(each for each, error in errors.items() if error <= ALIKE * least)
+    return 0.0 if errors[0.0] < FOLLOWED or errors[width] > CLEARLY * errors[0.0] else width
+
+
+def _in_turn(fit: Linear, width: float, data: Data) -> float:
+    """Return the mean square error of the power of parts that are left out in turn, in loose errors."""
+    part, power = data.part[fit.used], (data.kind == "power")[fit.used]
+    missed = [fit.without(part == number, width)[power[part == number]] for number in np.unique(part[power])]
+    return float(np.mean(np.square(np.concatenate(missed))))
+
+
+class Left(NamedTuple):
     """What a fit leaves open: constants, the free term among them even where none of it was used.
 
     That a model agrees with a log does not say that it does so at other speeds and depths.
@@ -73,7 +137,6 @@ class Fit:
     predicted: Floats  # of all measurements, with the scales
     nominal: Floats  # the same with the catalogue as it was, and the scales that fit it best
     held_out: Floats  # as a fit to the other parts or settings predicts each; NaN where there is one alone
-    gain: float  # mean square of what is missed of the power of parts left out in turn, over that without a free term
     left: Left  # what it leaves open
 
     @property
@@ -81,8 +144,7 @@ class Fit:
         return self.x[: len(self.parameters)]
 
 
-@dataclass(frozen=True, slots=True)
-class _Place:
+class _Place(NamedTuple):
     """Where a solver has come to."""
 
     solver: Solver
@@ -163,12 +225,12 @@ def fit(problem: FitProblem, told: Callable[[str], None] = lambda stage: None) -
         raise CalibrationError("the process model has no numbers for this job as the catalogue has it; check the job")
     at_first = plain.enlarged(x, used, unit, gauged=False)
     nominal = plain.predicted(plain.solve(x, used, at_first, np.arange(plain.size) >= count))
-    place, width, gain, wider = _settled(plain, x, used, told), 0.0, 1.0, None
+    place, width, wider = _settled(plain, x, used, told), 0.0, None
     if problem.free:
         told("holding parts out in turn")
         at_most = problem.solver(1.0, plain)
         wide = _settled(at_most, np.zeros(at_most.size), used, told)
-        width, gain = best_width(_linear(problem, place), _linear(problem, wide, problem.unfree), data)
+        width = best_width(_linear(problem, place), _linear(problem, wide, problem.unfree), data)
         if width == 1.0:
             place = wide
         elif width:
@@ -179,7 +241,7 @@ def fit(problem: FitProblem, told: Callable[[str], None] = lambda stage: None) -
             narrow = problem.solver(1.0, plain, {})
             there = _Place(narrow, problem.widened(place.x), place.used, wide.factors)
             wider = narrow.parameters, _linear(problem, there, problem.unfree).covariance(WIDTHS[0])
-    return _finished(problem, width, place, nominal, told, gain, wider)
+    return _finished(problem, width, place, nominal, told, wider)
 
 
 def _settled(
@@ -227,7 +289,6 @@ def _finished(
     place: _Place,
     nominal: Floats,
     told: Callable[[str], None],
-    gain: float,
     wider: tuple[tuple[Parameter, ...], Floats] | None,
 ) -> Fit:
     """What was found, with what the measurements do not tell put back to the catalogue.
@@ -269,5 +330,55 @@ def _finished(
         predicted=solver.predicted(x),
         nominal=nominal,
         held_out=held_out,
-        gain=gain,
     )
+
+
+def missed(fitted: Fit, data: Data, block: Numbers) -> tuple[float, float]:
+    """Logarithmic standard deviation of the power of blocks that the model does not follow, and of a step of its level.
+
+    By parts that are predicted from all others, if there are several; the steps are those from part to part.
+    """
+    predicted = np.where(np.isfinite(fitted.held_out), fitted.held_out, fitted.predicted)
+    rest = np.where(fitted.used, data.value - predicted, np.nan)
+    seen = np.isfinite(rest) & (block > 0)
+    of_block = _levels(rest[seen], data.value[seen], data.error[seen], block[seen])
+    of_part = _levels(rest[seen], data.value[seen], data.error[seen], data.part[seen])
+    drift = 0.0
+    if of_part.size > WANDERING_PARTS:
+        once, twice = (float(np.mean(np.square(of_part[k:] - of_part[:-k]))) for k in (1, 2))
+        drift = float(np.sqrt(max(twice - once, 0.0)))
+    if of_part.size < MANY_PARTS:  # what a model misses of a few parts may look like a drift, which adds up over a lot
+        drift = min(drift, USUAL_DRIFT)
+    return float(np.sqrt(np.mean(np.square(of_block)))), drift
+
+
+def _levels(rest: Floats, value: Floats, error: Floats, group: Numbers) -> Floats:
+    """Of each group, how much of its power is missed, as far as it is known."""
+    _, number = np.unique(group, return_inverse=True)
+    weight = value / np.square(error)
+    found: Floats = np.bincount(number, weight * rest) / np.bincount(number, weight * value)
+    return found
+
+
+def uncertainty_lines(job: Job, fitted: Fit, source: str, residual: float, drift: float) -> list[str]:
+    """The table as TOML."""
+    left = fitted.left
+    names = [each.name for each in left.parameters]
+    others = [each for each in chosen_parameters(job, None) if each.name not in names]
+    count, spread = len(names), left.spread * np.array([each.spread for each in left.parameters])
+    scale = np.sqrt(np.diag(left.covariance))
+    correlation = np.eye(count + len(others))
+    correlation[:count, :count] = (1.0 - SINGULAR) * left.covariance / np.outer(scale, scale)
+    np.fill_diagonal(correlation, 1.0)
+    rows = ",\n".join("  [" + ", ".join(f"{each:.8g}" for each in row) + "]" for row in correlation.round(8).tolist())
+    return [
+        "# What is not known after it: standard deviations of logarithms, of exponents themselves, and how they hang",
+        "# together; of the power of a block that is not followed, and of a step of its level from part to part.",
+        "[uncertainty]",
+        f"source = {source}",
+        f"names = {toml_value([*names, *(each.name for each in others)])}",
+        f"spread = [{', '.join(f'{each:.4g}' for each in (*spread.tolist(), *(each.spread for each in others)))}]",
+        f"correlation = [\n{rows},\n]",
+        f"residual = {residual:.4g}",
+        f"drift = {drift:.4g}",
+    ]

@@ -3,9 +3,8 @@
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,8 +33,7 @@ UNSEEN = 0.1
 """Share of burnt parts that pass for good ones where nobody has looked for burn."""
 
 
-@dataclass(frozen=True, slots=True)
-class GaugedParts:
+class GaugedParts(NamedTuple):
     """What was measured of parts, a value for each row, NaN where nothing was measured.
 
     Parts count from 1 in the order of grinding; size (stock left) and Ra in um, the wheel's diameter after the part in
@@ -101,8 +99,7 @@ def _size(sheet: Sheet, column: int, said: Map) -> Floats:
     return 1e3 * mm
 
 
-@dataclass(frozen=True, slots=True)
-class Gauged:
+class Gauged(NamedTuple):
     """What was gauged, one value after the other: value, error and kind as of `solver.Data`, and the part from 1.
 
     `origin` is the part from whose wheel diameter the value is the difference; 0 of other kinds.

@@ -1,17 +1,21 @@
-"""Where the strokes of a program lie in time: what a log of its power must look like."""
+"""Where the strokes of a program lie in time, and the machine under a program that is run again and again."""
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.arrays import Numbers
-from grind_env.control import DressStart, Programs, ProgramStop, Stroke, execute
+from grind_env.control import CycleStrokes, DressEnd, DressStart, Event, Line, Programs, ProgramStop, Stroke, execute
 from grind_env.control.rules import motion_time
+from grind_env.envs.job.text import repeated
 from grind_env.machine.job import Job
+from grind_env.machine.record import GrindingRecord
+from grind_env.machine.run import GrindingRun
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.forward import Forward
 from grind_env.shop.measurements.sheet import Floats
 
 PAUSE = 0.5
@@ -21,8 +25,52 @@ FEW = 0.2
 """Share of the strokes that may lie beside motions of the program for the rest to be told under an override."""
 
 
-@dataclass(frozen=True, slots=True)
-class Pattern:
+class Forward:
+    """A program that is run several times, the wheel being carried over.
+
+    What the control makes of it depends on no constant that is fitted, so that it executes it once.
+
+    Overrides of the feed are one for every part; none for the feed as programmed.
+    """
+
+    def __init__(self, programs: Programs, job: Job, executions: int = 1, overrides: Sequence[float] = ()) -> None:
+        self.programs = repeated(programs, executions)
+        self.control = replace(job.control, whole_cycles=True)
+        self.events = list(execute(self.programs, self.control))
+        record = self._ground(job, ())
+        self.parts_each = len(record.parts) // executions  # that one execution grinds
+        self.lying = [record.job.of_part(number).part for number in range(1, self.parts_each + 1)]
+        parts = record.strokes["part"][record.strokes["groove"] == 0].astype(np.int64)
+        self.part = parts[: parts.size // executions] - 1  # of each stroke of one execution, from 0
+        self.overrides = overrides
+
+    def run(self, job: Job) -> GrindingRecord:
+        return self._ground(job, self.overrides)
+
+    def _ground(self, job: Job, overrides: Sequence[float]) -> GrindingRecord:
+        run, dressing = GrindingRun(self.programs, job, self.control, ()), False
+        for event in self.events:
+            part = run.parts_before
+            dressing = isinstance(event, DressStart) or (dressing and not isinstance(event, DressEnd))
+            # what a dress does follows from its program, whose words the machine has read before
+            run.take(scaled(event, overrides[part]) if part < len(overrides) and not dressing else event)
+        return run.record()
+
+
+def scaled(event: Event, override: float) -> Event:
+    """An event as it is under a feed override, with which strokes are slower or faster."""
+    if override != 1.0 and isinstance(event, (Stroke, CycleStrokes, Line)):
+        return replace(event, feed=event.feed * override)
+    return event
+
+
+def powers(record: GrindingRecord) -> Floats:
+    """Of the strokes of the table, above idle, W."""
+    strokes: Floats = record.strokes["power"][record.strokes["groove"] == 0]
+    return strokes
+
+
+class Pattern(NamedTuple):
     """The strokes of one execution of a program; times in s from its first stroke on, each array a value per stroke.
 
     A run is a sequence of strokes between which nothing happens: how long a dress, a stop or a load takes is not for

@@ -1,7 +1,7 @@
 """What to grind so that a log of it tells the constants: a program of a few E and depths."""
 
 import re
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -34,8 +34,7 @@ MM, INCH = 3, 4
 LETTERS = "XYZ"
 
 
-@dataclass(frozen=True, slots=True)
-class Plan:
+class Plan(NamedTuple):
     """A program whose log tells much."""
 
     text: str  # of it

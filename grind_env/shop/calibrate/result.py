@@ -13,13 +13,13 @@ from grind_env.machine.job import Job
 from grind_env.machine.job.entries import entries_of, with_entries
 from grind_env.presenter import html, presenter
 from grind_env.shop.calibrate.errors import CalibrationError, WorseFit
-from grind_env.shop.calibrate.fit import NORMAL_90, Fit
+from grind_env.shop.calibrate.fit import NORMAL_90, Fit, uncertainty_lines
 from grind_env.shop.calibrate.observe import Observations
 from grind_env.shop.calibrate.parameters import Parameter
 from grind_env.shop.calibrate.solver import Data, changes_of
-from grind_env.shop.calibrate.uncertain import uncertainty_lines
 from grind_env.shop.calibrate.verdict import FitJudgement, FitVerdict
 from grind_env.shop.measurements.sheet import Floats
+from grind_env.toml import toml_value
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -74,7 +74,6 @@ class Calibration:
         job: as the catalogue had it before.
         data: the measurements.
         fit: what was found with all of them.
-        label: of each measurement, such as `part 2, block 50, stroke 7`.
         time: of each, s of the log; NaN for what was gauged.
         judged: how well it predicts each kind of measurement.
         quality: median correlation of the log with the program, no unit; NaN for a table.
@@ -92,7 +91,6 @@ class Calibration:
     job: Job
     data: Data
     fit: Fit
-    label: tuple[str, ...]
     time: Floats
     judged: FitJudgement
     quality: float = math.nan
@@ -200,8 +198,8 @@ def catalogue_text(found: Calibration) -> str:
         if kind == "machine" and found.meter_scale is not None:
             rows += [f"meter_scale = {found.meter_scale:.4g}  # what its power meter shows over the power"]
         if rows:
-            lines += ["", f"[{kind}.{_key(entry.name)}]", f"base = {_string(entry.name)}", *rows]
-    source = _string(f"calibrated from {found.source}")
+            lines += ["", f"[{kind}.{_key(entry.name)}]", f"base = {toml_value(entry.name)}", *rows]
+    source = toml_value(f"calibrated from {found.source}")
     lines += ["", *uncertainty_lines(found.job, found.fit, source, found.residual, found.drift)]
     return "\n".join(lines) + "\n"
 
@@ -226,8 +224,4 @@ def _comment(text: str) -> str:
 
 
 def _key(name: str) -> str:
-    return name if BARE_KEY.fullmatch(name) else _string(name)
-
-
-def _string(text: str) -> str:
-    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    return name if BARE_KEY.fullmatch(name) else toml_value(name)

@@ -1,6 +1,7 @@
 """A calibration on the screen, and as plain data."""
 
 import math
+from dataclasses import asdict
 from typing import Any
 
 from rich.console import Console
@@ -75,43 +76,22 @@ def error_sentences(found: Calibration) -> list[str]:
 
 def as_data(found: Calibration) -> dict[str, Any]:
     """The same for `--json`."""
+    judged, idle = found.judged, found.idle
+    same = "source", "program", "residual", "drift", "meter_scale", "by_stroke"
     return {
-        "verdict": {
-            "level": found.verdict.level,
-            "headline": found.verdict.headline,
-            "uses": list(found.verdict.uses),
-            "worse": list(found.judged.worse),
-            "kept": list(found.judged.kept),
-        },
-        "source": found.source,
-        "program": found.program,
+        "verdict": asdict(found.verdict) | {"worse": judged.worse, "kept": judged.kept},
+        **{name: getattr(found, name) for name in same},
         "constants": [
-            {
-                "name": each.parameter.name,
-                "entry": each.parameter.entry,
-                "unit": each.parameter.unit,
-                "was": each.parameter.prior,
-                "value": each.value,
-                "low": each.low,
-                "high": each.high,
-                "told": each.told,
-            }
+            {"name": each.parameter.name, "entry": each.parameter.entry, "unit": each.parameter.unit}
+            | {"was": each.parameter.prior, "value": each.value, "low": each.low, "high": each.high, "told": each.told}
             for each in found.estimates
         ],
-        "scales": {
-            kind: {"value": value, "low": low, "high": high} for kind, (value, low, high) in found.scales.items()
-        },
-        "idle": None
-        if found.idle is None
-        else {"mean": found.idle.mean, "low": found.idle.low, "high": found.idle.high},
-        "errors": _errors(found.judged.errors),
-        "held_out": None if found.judged.held_out is None else {"errors": _errors(found.judged.held_out)},
+        "scales": {kind: dict(zip(("value", "low", "high"), each, strict=True)) for kind, each in found.scales.items()},
+        "idle": None if idle is None else {"mean": idle.mean, "low": idle.low, "high": idle.high},
+        "errors": _errors(judged.errors),
+        "held_out": None if judged.held_out is None else {"errors": _errors(judged.held_out)},
         "width": found.fit.width,
-        "residual": found.residual,
-        "drift": found.drift,
-        "meter_scale": found.meter_scale,
         "correlation": None if math.isnan(found.quality) else found.quality,
-        "by_stroke": found.by_stroke,
         "remarks": list(found.remarks),
     }
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,8 +75,7 @@ class Data:
         return np.where(power, np.hypot(self.error, LOOSE * usual), self.error)
 
 
-@dataclass(frozen=True, slots=True)
-class Nuisance:
+class Nuisance(NamedTuple):
     """What multiplies measurements besides the constants, and is in no catalogue."""
 
     spread: float  # logarithmic standard deviation before measuring
@@ -99,13 +98,8 @@ def changes_of(parameters: Sequence[Parameter], z: Floats) -> Changes:
 class Solver:
     """Residuals and their derivatives; variables are those of parameters, then nuisances, in spreads of the prior.
 
-    Args:
-        parameters: constants.
-        nuisances: what else multiplies measurements.
-        data: the measurements.
-        predict: what would be measured with changed constants, shape as of `data.value`.
-        jumps: whether that jumps where constants change, as under a wheel that crosses.
-        like: another one with the same data, which has predicted some of it already.
+    `jumps` says that what is predicted jumps where constants change, as under a wheel that crosses; a solver that is
+    `like` this one has the same data, and has predicted some of it already.
     """
 
     def __init__(

@@ -1,11 +1,7 @@
 """A table of settings, each with what was measured: the same fit without a log.
 
 A row is a freshly dressed wheel that grinds with the speeds and depths of the row. Columns are named as here; a map
-says which they are where they are not, and of which responses only ratios count, because their unit is not known::
-
-    [table]
-    table_speed = "vw"
-    free_scale = ["wear", "Ra"]
+says which they are where they are not: `[table]` of the map, with `table_speed = "vw"`.
 """
 
 import math
@@ -15,20 +11,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from grind_env.errors import quoted
 from grind_env.machine.job import Job
 from grind_env.machine.job.entries import entries_of, with_entries
 from grind_env.machine.job.file import load_job
 from grind_env.plants.names import MODEL
 from grind_env.process.catalogue import Catalogue
-from grind_env.shop.calibrate.columns import Map, find_columns, read_map
+from grind_env.shop.calibrate.calibration import overridden
+from grind_env.shop.calibrate.columns import find_columns, read_map
 from grind_env.shop.calibrate.errors import CalibrationError
-from grind_env.shop.calibrate.fit import Fit, FitProblem, fit_and_judge
+from grind_env.shop.calibrate.fit import Fit, FitProblem, fit_and_judge, missed
 from grind_env.shop.calibrate.parameters import chosen_parameters
-from grind_env.shop.calibrate.remarks import overridden
 from grind_env.shop.calibrate.result import Calibration
 from grind_env.shop.calibrate.solver import Changes, Data
-from grind_env.shop.calibrate.uncertain import missed
 from grind_env.shop.measurements.sheet import MICROMETRES, MILLIMETRES, WATTS, Floats, read_sheet
 from grind_env.validation.rig import SHARP, Rig, SetUp
 
@@ -41,8 +35,6 @@ SET, MEASURED = {"bad_share": 0.0}, {"above": 0.0}
 ERRORS = {"power": 0.05, "Ft": 0.05, "Fn": 0.05, "Ra": 0.1, "wear": 0.15, "G": 0.2}
 """Relative errors of a response that is measured once with care."""
 FORCES = ("Ft", "Fn")
-FREE = 3.0
-"""Logarithmic spread of a scale that is not known."""
 BESIDE = (("material", "g_ratio_exponent"), ("wheel", "roughness_rate"), ("wheel", "initial_wear"))
 """Constants that settings tell and a log does not."""
 LEAST_SETTING = 1e-9
@@ -82,7 +74,6 @@ def calibrate_table(
     }
     rows = [_row(settings, values, k) for k in range(len(sheet.rows))]
     distinct = list(dict.fromkeys(rows))  # a setting may be measured many times
-    free = _free(said, measured)
     of_row, kind, value = (
         np.array(each)
         for each in zip(
@@ -105,7 +96,7 @@ def calibrate_table(
         return np.array([found[rows[k]][name] for k, name in zip(of_row.tolist(), kind.tolist(), strict=True)])
 
     told("fitting")
-    problem = FitProblem(parameters, dict.fromkeys(free, FREE), data, predict)
+    problem = FitProblem(parameters, {}, data, predict)
     fitted, judged = fit_and_judge(problem, told)
     return Calibration(
         source=table.name,
@@ -113,13 +104,11 @@ def calibrate_table(
         job=settings,
         data=data,
         fit=fitted,
-        label=tuple(f"setting {k + 1}" for k in of_row.tolist()),
         time=np.full(value.size, np.nan),
         judged=judged,
         residual=_missed(fitted, data),
         remarks=(
             *sheet.remarks,
-            *(f"of {name} only ratios count" for name in free),
             *overridden(job, fitted, idle=False),
         ),
     )
@@ -169,17 +158,6 @@ def _row(job: Job, values: Mapping[str, Floats], k: int) -> _Row:
             f" {MOST_STROKES:,} strokes; check volume, downfeed and length, and their units"
         )
     return _Row(tuple(setting.items()), volume)
-
-
-def _free(said: Map, measured: list[str]) -> list[str]:
-    value = said.value("table", "free_scale")
-    if value is None:
-        return []
-    if not isinstance(value, list) or not all(name in measured for name in value):
-        raise CalibrationError(
-            f"{said.file}: table.free_scale is {quoted(value)}, but must list responses: {', '.join(measured)}"
-        )
-    return [str(name) for name in value]
 
 
 def _ground(job: Job, row: _Row) -> Mapping[str, float]:

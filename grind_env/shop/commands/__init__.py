@@ -6,10 +6,9 @@ import typer
 
 from grind_env.shop.commands.advise import advise
 from grind_env.shop.commands.calibrate import calibrate
-from grind_env.shop.commands.doctor import doctor, warm_up
 from grind_env.shop.commands.optimise import optimise
 from grind_env.shop.commands.report import report
-from grind_env.shop.commands.start import catalogue, init, job
+from grind_env.shop.commands.start import catalogue, doctor, init, job, warm_up
 from grind_env.shop.commands.sweep import sweep
 
 EXAMPLES: dict[Callable[..., None], tuple[str, ...]] = {

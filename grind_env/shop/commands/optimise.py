@@ -62,26 +62,24 @@ def optimise(
     from grind_env.control.options import variables_of
     from grind_env.machine.job.file import job_beside, load_job
     from grind_env.render.figures import prepare_figure, write_figure
-    from grind_env.shop import calls
-    from grind_env.shop.commands import texts
-    from grind_env.shop.optimise.figure import draw_optimised
+    from grind_env.shop import calls, wishes
     from grind_env.shop.optimise.outcome import Verdict
-    from grind_env.shop.optimise.table import as_data, print_optimised
+    from grind_env.shop.optimise.table import as_data, draw_optimised, print_optimised
     from grind_env.shop.report.document import write_page
     from grind_env.shop.report.optimised import optimised_report
 
-    seconds, programs = texts.budget(budget)
+    seconds, programs = wishes.budget(budget)
     prepare_report(report)
     if plot is not None:
         prepare_figure(plot)
     found = calls.optimise(
         program,
         job,
-        vary=None if vary is None else texts.listed([vary]),
-        bounds=texts.named("--bounds", bounds or (), texts.ends),
-        margin=texts.named("--margin", margin or (), texts.number),
-        keep=[texts.label(each) for each in texts.listed(keep or ())],
-        within=texts.named("--within", within or (), texts.number),
+        vary=None if vary is None else wishes.listed([vary]),
+        bounds=wishes.named("--bounds", bounds or (), wishes.ends),
+        margin=wishes.named("--margin", margin or (), wishes.number),
+        keep=[wishes.label(each) for each in wishes.listed(keep or ())],
+        within=wishes.named("--within", within or (), wishes.number),
         objective=objective,
         parts=parts,
         budget=seconds,

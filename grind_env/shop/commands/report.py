@@ -17,8 +17,7 @@ from grind_env.shop.commands.arguments import (
     ProgramFile,
     Variables,
 )
-from grind_env.shop.report.document import SUFFIXES
-from grind_env.shop.report.own import PAGE
+from grind_env.shop.report.document import PAGE, SUFFIXES
 
 
 def report(

@@ -1,7 +1,6 @@
 """A dress study of one's own part."""
 
 import json
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -20,8 +19,6 @@ from grind_env.shop.commands.arguments import (
     Untried,
 )
 from grind_env.terminal import table_console
-
-NOTHING_BETTER = 3
 
 
 def sweep(
@@ -52,8 +49,7 @@ def sweep(
     """
     from grind_env.control.options import variables_of
     from grind_env.render.figures import prepare_figure, write_figure
-    from grind_env.shop import calls
-    from grind_env.shop.commands import texts
+    from grind_env.shop import calls, wishes
     from grind_env.shop.sweep.figure import draw_sweep
     from grind_env.shop.sweep.table import as_data, print_sweep
     from grind_env.shop.sweep.writing import recommended
@@ -63,10 +59,10 @@ def sweep(
     found = calls.sweep(
         program,
         job,
-        E=None if speed is None else texts.ends("--E", "E", speed),
-        dress_every=None if every is None else texts.ends("--dress-every", "intervals", every),
-        lead=None if lead is None else texts.ends("--lead", "lead", lead),
-        depth=None if depth is None else texts.ends("--depth", "depth", depth),
+        E=None if speed is None else wishes.ends("--E", "E", speed),
+        dress_every=None if every is None else wishes.ends("--dress-every", "intervals", every),
+        lead=None if lead is None else wishes.ends("--lead", "lead", lead),
+        depth=None if depth is None else wishes.ends("--depth", "depth", depth),
         parts=parts,
         seed=seed,
         variables=variables_of(variables or ()),
@@ -80,9 +76,6 @@ def sweep(
         print_sweep(found, table_console())
     if output is None:
         return
-    if found.best == found.own or not found.best.keeps_limits:
-        print(f"{output} is not written: no point keeps the limits and costs less than the program", file=sys.stderr)
-        raise typer.Exit(NOTHING_BETTER)
     best = recommended(found, program, job, seed=seed, variables=variables_of(variables or ()), untried=untried)
     write_atomically(output, lambda temporary: temporary.write_bytes(best.data))
     if not as_json:

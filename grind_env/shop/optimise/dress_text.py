@@ -67,12 +67,7 @@ class DressText:
         return (Decimal(str(depths.pop())) / self.unit).quantize(Decimal("0.00001")).normalize()
 
     def setting(self, name: str, value: float) -> float:
-        """What it comes to in the units of `BlockSettings`: mean infeed of a pass, mm, feed, mm/s, or passes.
-
-        Args:
-            name: lead, depth or passes.
-            value: feed of the passes, mm/min, one infeed, mm, or passes.
-        """
+        """Lead, depth or passes in units of `BlockSettings`: of a feed in mm/min, mm/s; of an infeed, mm, the mean."""
         if name == "lead":
             return value / SIXTY
         return value * len(self.infeeds) / self.run.plan.passes if name == "depth" else value

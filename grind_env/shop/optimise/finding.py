@@ -16,10 +16,8 @@ from grind_env.machine.script.settings import DRESS_SECONDS
 from grind_env.plants import find_plant
 from grind_env.plants.names import MODEL
 from grind_env.shop.machines import require_good
-from grind_env.shop.optimise.budget import ENOUGH_TRIALS, MOST_JUDGING, Budget, TimeUp, time_said
-from grind_env.shop.optimise.comparing import compared
+from grind_env.shop.optimise.comparing import compared, freed_of, without
 from grind_env.shop.optimise.editing import text_of
-from grind_env.shop.optimise.freed import freed_of, without
 from grind_env.shop.optimise.judgement import (
     QUANTITIES,
     ProgramJudge,
@@ -33,7 +31,7 @@ from grind_env.shop.optimise.judgement import (
     words_of,
 )
 from grind_env.shop.optimise.outcome import Optimised, Trade, Verdict, cheapest_by_time
-from grind_env.shop.optimise.search import Point
+from grind_env.shop.optimise.search import ENOUGH_TRIALS, MOST_JUDGING, Budget, Point, TimeUp, time_said
 from grind_env.shop.optimise.variation import LOTS, Progress, Variation, one_run, variation_of
 from grind_env.shop.trials import SAME, LotUse, Trials, lots_said
 from grind_env.shop.wishes import LIMITS, Wishes

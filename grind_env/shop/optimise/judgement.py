@@ -11,9 +11,9 @@ from grind_env.policies.statistics import Interval, percentile_interval, resampl
 from grind_env.process.cost import NO_LIMIT, Limits
 from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.machines import Fleet
+from grind_env.shop.optimise.editing import Spot
 from grind_env.shop.optimise.outcome import LimitUse, PartMean, Verdict, WishUse, WordChange
 from grind_env.shop.optimise.search import Point
-from grind_env.shop.optimise.spots import Spot
 from grind_env.shop.optimise.variables import SearchSpace, SearchVariable
 from grind_env.shop.optimise.variation import Variation
 from grind_env.shop.trials import LotUse, Measures, Trials, most_risk

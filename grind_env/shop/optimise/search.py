@@ -9,13 +9,13 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations, product
+from time import monotonic
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.arrays import Array
 from grind_env.extras import needing
-from grind_env.shop.optimise.budget import TimeUp
 
 Point = tuple[int, ...]
 
@@ -30,6 +30,62 @@ AT_ONCE = 64
 """Points between two looks at the clock, at most."""
 MOST_PAIRS = 14
 """Variables up to which changes of two at once are tried."""
+COMPARING = 0.3
+"""Share of the time that a search leaves for the comparison of its best programs."""
+MOST_JUDGING = 0.4
+"""Share that the judgement is given at most."""
+FIRST, FIRST_BESIDES = 1.5, 4.0
+"""Times the budget, and s beside it, for all up to the end of the first trial; none is left without that."""
+ENOUGH_TRIALS = 100
+"""For which a time is named where one trial has taken all of it."""
+
+
+class TimeUp(Exception):
+    """The time is up in the midst of something."""
+
+
+@dataclass(slots=True)
+class Budget:
+    """Some time of the clock, or some programs."""
+
+    seconds: float = math.inf  # of the clock; infinite where programs are counted
+    programs: float = math.inf  # that a search tries at most; a comparison has a quarter as many
+    judging: float = 0.0  # time that is kept for the judgement, s
+    began: float = field(default_factory=lambda: monotonic())  # reading of the clock at its begin, s
+
+    @property
+    def spent(self) -> float:
+        """Time since it began, s."""
+        return monotonic() - self.began
+
+    def keep(self, seconds: float) -> None:
+        """Keep some time for the judgement, up to `MOST_JUDGING`."""
+        self.judging = min(seconds, MOST_JUDGING * self.seconds)
+
+    @property
+    def is_search_up(self) -> bool:
+        """Whether the comparison is due."""
+        return self.spent > (1.0 - COMPARING) * self.seconds - self.judging
+
+    @property
+    def is_comparison_up(self) -> bool:
+        """Whether the judgement is due."""
+        return self.spent > self.seconds - self.judging
+
+    def require_search(self) -> None:
+        """Raise `TimeUp` once the time of search and comparison is up."""
+        if self.is_comparison_up:
+            raise TimeUp
+
+    def require_first(self) -> None:
+        """Raise it once the time of the first trial is up."""
+        if self.spent > FIRST * self.seconds + FIRST_BESIDES:
+            raise TimeUp
+
+
+def time_said(seconds: float) -> str:
+    """A time as --budget takes it, rounded up."""
+    return f"{max(-(-seconds // 1), 1):.0f}s" if seconds <= 120.0 else f"{-(-seconds // 60):.0f}min"
 
 
 @dataclass(slots=True)
@@ -66,26 +122,18 @@ class Search:
         return np.array([self.costs[point] for point in points])
 
     def run(self, start: Point, seed: int, generations: int = GENERATIONS, grid: Sequence[Point] = ()) -> Point:
-        """The cheapest point found."""
+        """Return the cheapest point: from a start, whatever the time, and a grid on by evolution, then in steps."""
         self.costs_of([start])
         if all(count == 1 for count in self.counts):
             return start
         try:
             self.costs_of(grid)
-            self._evolve(self.ranked[0], seed, generations)
+            if generations:
+                self._evolve(self.ranked[0], seed, generations)
             self._descend()
         except TimeUp:
             self.ended_early = True
         return self.ranked[0]
-
-    def refine(self, start: Point, points: Sequence[Point]) -> None:
-        """Evaluate a start, whatever the time, and some points, and go on from the cheapest of them in steps."""
-        self.costs_of([start])
-        try:
-            self.costs_of(points)
-            self._descend()
-        except TimeUp:
-            self.ended_early = True
 
     def _evolve(self, start: Point, seed: int, generations: int) -> None:
         with needing("shop", "the search needs"):

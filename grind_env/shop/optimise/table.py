@@ -1,4 +1,4 @@
-"""An optimisation as tables for the terminal, and as plain data for JSON."""
+"""An optimisation as tables for the terminal, as a graph of cost over time, and as plain data for JSON."""
 
 from collections.abc import Iterable
 from dataclasses import asdict, replace
@@ -7,11 +7,15 @@ from typing import TYPE_CHECKING, Any
 from grind_env.errors import printable
 from grind_env.policies.statistics import Interval
 from grind_env.process.cost import NO_LIMIT
+from grind_env.render.curves import BLUE, GREEN, GREY
+from grind_env.render.figures import new_figure
+from grind_env.render.graphs import Graph, RuleLine, Series, draw_graph
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, PartMean, Verdict
 from grind_env.shop.trials import lots_said
 from grind_env.table import Cell, Column, Kind, Table, table_of
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from rich.console import Console
 
 NAMES = {
@@ -126,12 +130,10 @@ def quantity_table(found: Optimised, after: str = "after", *, whole: bool = Fals
     for name, each in shown_quantities(found):
         digits, change = decimals(each), each.difference
         kind: Kind = "" if each.name != "cost" else "good" if change.high < 0.0 else "bad" if change.low > 0.0 else ""
-        sides = [
-            interval_text(side, digits) if whole else f"{side.value:.{digits}f}" for side in (each.before, each.after)
-        ]
+        sides = [f"{side if whole else side.value:.{digits}f}" for side in (each.before, each.after)]
         texts = [name, *sides, "", *(f"{value:.{digits}f}" for value in each.expected)]
         rows.append([*map(Cell, texts)])
-        rows[-1][3] = Cell(interval_text(change, digits, "+"), kind)
+        rows[-1][3] = Cell(f"{change:+.{digits}f}", kind)
     headings = ("of a part", "before", after, f"change ({covered(found)})", "grind run", after)
     return table_of(headings, rows, left=1)
 
@@ -140,10 +142,8 @@ def shown_quantities(found: Optimised) -> list[tuple[str, PartMean]]:
     """Return the quantities with their names; the highest temperature only where it is not that of the last stage."""
     shown = {NAMES[each.name]: each for each in found.quantities}
     rise, highest = shown.get(NAMES["rise"]), shown.get(NAMES["highest_rise"])
-    if rise is None or highest is None:
-        return list(shown.items())
-    if replace(highest, name="rise") == rise:
-        del shown[NAMES["highest_rise"]]
+    if highest is None or replace(highest, name="rise") == rise:
+        shown.pop(NAMES["highest_rise"], None)
         return list(shown.items())
     return [("last stage temp., K" if each is rise else name, each) for name, each in shown.items()]
 
@@ -191,7 +191,7 @@ def price_text(limit: LimitUse) -> str:
         return "binds" if limit.binds else "not sought"
     if limit.price.value == 0.0:
         return "0"
-    return f"{interval_text(negative(limit.price), 3, '+')} {'binds' if limit.binds else ''}".rstrip()
+    return f"{negative(limit.price):+.3f} {'binds' if limit.binds else ''}".rstrip()
 
 
 def negative(change: Interval) -> Interval:
@@ -206,7 +206,34 @@ def binding(limit: LimitUse) -> str:
     return f"better words that it forbids come to {100.0 * limit.without:.0f} % of it"
 
 
-def interval_text(interval: Interval, digits: int, sign: str = "") -> str:
-    """A value with its interval; with the sign "+" a change."""
-    value, low, high = (f"{each:{sign}.{digits}f}" for each in interval)
-    return f"{value} ({low} to {high})"
+def draw_optimised(found: Optimised) -> "Figure":
+    """Draw `trade`."""
+    figure = new_figure(6.4, 4.6)
+    figure.suptitle(f"{found.program}: cost over time, batches of {found.parts} runs").set_parse_math(False)
+    draw_graph(figure.subplots(), trade(found))
+    return figure
+
+
+def trade(found: Optimised) -> Graph:
+    """Cost of a part over its time, on the lots of the search."""
+    before, chosen = found.chosen
+    after = "after" if found.verdict.is_written else "best one tried"
+    return Graph(
+        x="time of a part, s",
+        y="cost of a part, $",
+        series=(
+            Series(
+                name="cheapest tried",
+                x=[each.seconds for each in found.cheapest],
+                y=[each.cost for each in found.cheapest],
+                color=BLUE,
+                joined=True,
+            ),
+            Series(name="before", x=[before.seconds], y=[before.cost], color=GREY, mark="s", size=8.0),
+            Series(name=after, x=[chosen.seconds], y=[chosen.cost], color=GREEN, mark="*", size=13.0),
+        ),
+        rules=tuple(
+            RuleLine("x" if wish.name == "seconds" else "y", wish.most, f"asked: {wish.most:g} {wish.unit}")
+            for wish in found.wishes
+        ),
+    )

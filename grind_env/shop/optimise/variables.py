@@ -23,8 +23,7 @@ from grind_env.machine.part.feeds import FEED_WORD, speed_word
 from grind_env.machine.script import settings
 from grind_env.shop.dress_interval import LONGEST, DressInterval, intervals_between
 from grind_env.shop.optimise.dress_text import DressText, DressTextError, dress_text
-from grind_env.shop.optimise.editing import ProgramText, number_text, word_of
-from grind_env.shop.optimise.spots import Assignments, Spot, variable_of
+from grind_env.shop.optimise.editing import Assignments, ProgramText, Spot, number_text, variable_of, word_of
 from grind_env.shop.wishes import INTERVAL, WishError, Wishes, whole_ends_of
 
 COLUMNS = {
@@ -42,7 +41,7 @@ IN_SCRIPTS = ("J", "L", "lead", "depth", "passes")
 INHERITED = ("E", "J")
 """Words that a block without them takes over from the one before (16-13); E is F of a feed move that is a stroke."""
 
-MILLIMETRE = Decimal(1)
+ONE = MILLIMETRE = Decimal(1)
 SPEEDS = (3000.0, 30_000.0)
 """Table speeds that are tried, mm/min, unless the user says others."""
 MOST_DRESSES = 3
@@ -57,7 +56,6 @@ STEPS = {
     "depth": (Decimal(".001"), Decimal(".0001")),
 }
 """Of which values are multiples, metric and in inches; of a lead those of its F."""
-ONE = Decimal(1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -14,14 +14,11 @@ from grind_env.control import Programs, read
 from grind_env.envs.job.simulation import JobSimulation
 from grind_env.machine.job import Job
 from grind_env.machine.script.repetition import FEW, is_straight
-from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.machines import Fleet, compile_all, fleet_of
-from grind_env.shop.optimise.budget import Budget
 from grind_env.shop.optimise.counting import Counting, counting_of
-from grind_env.shop.optimise.editing import ProgramText, like
+from grind_env.shop.optimise.editing import ProgramText, Spot, like
 from grind_env.shop.optimise.outcome import Trade
-from grind_env.shop.optimise.search import Point, Search
-from grind_env.shop.optimise.spots import Spot
+from grind_env.shop.optimise.search import Budget, Point, Search
 from grind_env.shop.optimise.variables import COLUMNS, INHERITED, SearchSpace, SearchVariable, choices_of, together
 from grind_env.shop.trials import CORES, Between, LotUse, Measures, Trials, lots_of, most_risk, nothing, risk, trials_of
 from grind_env.shop.wishes import LIMITS, WishError, Wishes
@@ -144,9 +141,6 @@ class Variation(NamedTuple):
         ]
         return [way for way in dict.fromkeys(ways) if way not in (start, point)]
 
-    def interval(self, point: Point) -> DressInterval:
-        return self.choices.intervals[point[-1]]
-
     def settings(self, own: Array, points: NDArray[np.int64]) -> Array:
         """Settings of the blocks of all runs; points of shape (C, coordinates)."""
         table = np.repeat(own[None], len(points), axis=0)
@@ -177,7 +171,7 @@ class Variation(NamedTuple):
         if not dressing:
             return None
         spots = [twin.at.source for each in dressing for twin in (each, *each.twins) if isinstance(twin.at, Spot)]
-        return counting_of(self.interval(point), self.programs, spots, self.job.variables)
+        return counting_of(self.choices.intervals[point[-1]], self.programs, spots, self.job.variables)
 
     def with_words(self, point: Point) -> ProgramText:
         """The text with the words of a point, a comment at each block that has changed; all else stays."""
@@ -257,7 +251,7 @@ class Variation(NamedTuple):
             return self.worth(shares, found)
 
         at_once = min(trials.at_once, max(LOTS_AT_ONCE // len(trials.seeds), CORES))
-        most = budget.compared if comparing else budget.programs
+        most = budget.programs / 4 if comparing else budget.programs
         search = Search(costs, self.counts, is_up, at_once, lambda count: progress(label, count), most)
         return search
 

@@ -6,6 +6,7 @@ Each function takes plain texts and gives markup in which they are escaped; only
 """
 
 import functools
+import re
 from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
@@ -16,6 +17,7 @@ from grind_env.errors import printable
 from grind_env.extras import needing
 from grind_env.files import FileError, check_target, write_atomically
 from grind_env.table import Kind, Table
+from grind_env.targets import Own
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -26,6 +28,9 @@ if TYPE_CHECKING:
 
 TEMPLATES = Path(__file__).with_name("templates")
 SUFFIXES = (".html", ".htm")
+TITLE = "Grinding report: "
+PAGE = Own("page of `grind report`", re.compile(rb"(?s).*<title>" + TITLE.encode()).match)
+"""By which `grind report` knows its page again: it replaces no other that it was not told the name of."""
 GENERATOR = f"grind_env {__version__}"
 MOST_LINES, LONGEST_LINE = 400, 1000
 """Lines of a listing, and characters of a line."""

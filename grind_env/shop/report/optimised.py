@@ -8,18 +8,17 @@ from typing import TYPE_CHECKING, Any
 from grind_env.machine.job import Job
 from grind_env.render.curves import BLUE, GREY, INK
 from grind_env.render.graphs import Graph, Series
-from grind_env.shop.optimise.figure import trade
 from grind_env.shop.optimise.judgement import WORTH_NAMING, parts_said
 from grind_env.shop.optimise.outcome import LimitUse, Optimised, Verdict
 from grind_env.shop.optimise.table import (
     binding,
     covered,
     heading,
-    interval_text,
     limit_table,
     negative,
     quantity_table,
     sentences,
+    trade,
     word_table,
 )
 from grind_env.shop.report.document import (
@@ -75,7 +74,7 @@ def _verdict(found: Optimised) -> "Markup":
     cost = found.quantity("cost")
     saved = negative(cost.difference)
     headline = (
-        f"A part costs {interval_text(saved, 3)} $ less, {100.0 * saved.value / cost.before.value:.1f} % of "
+        f"A part costs {saved:.3f} $ less, {100.0 * saved.value / cost.before.value:.1f} % of "
         f"{cost.before.value:.3f} $."
         if found.verdict is Verdict.BETTER
         else f"{found.verdict.value[0].upper()}{found.verdict.value[1:]}: {found.reason}."

@@ -20,6 +20,7 @@ from grind_env.render.comparison import MEANING, between, blocks_named, compared
 from grind_env.render.curves import Span, picture, spans, sparks_out
 from grind_env.render.tables import SCALES, STATION, faults, part_table, totals
 from grind_env.shop.report.document import (
+    TITLE,
     Note,
     Section,
     figure,
@@ -31,7 +32,6 @@ from grind_env.shop.report.document import (
     verdict,
 )
 from grind_env.shop.report.foundations import assumptions, foundations, revisions
-from grind_env.shop.report.own import TITLE
 from grind_env.table import Cell, Kind, table_of
 
 if TYPE_CHECKING:
@@ -46,37 +46,15 @@ SAFE = 0.95
 NARROW = 0.1
 """Share of a limit that is left: less is narrow."""
 
-HEADINGS = (
-    "block",
-    "words",
-    "runs",
-    "strokes",
-    "spark-out",
-    "time, s",
-    "depth, µm",
-    "deepest cut, µm",
-    "power, kW",
-    "torque, %",
-    "temp., K",
-    "burn ratio",
-    "Ra left, µm",
-    "wear flats, %",
-    "dresses",
-)
-"""Of the blocks."""
-
 _WARNING = re.compile(r"^(?P<file>[^\n]*?):(?P<line>\d+): (?P<text>.*)$", re.DOTALL)
 
 
 class BlockSummary(NamedTuple):
     """All executions of a block, or of blocks of the same words."""
 
-    line: int
-    """Number of that of the first of them."""
-    cells: tuple[str, ...]
-    """Texts under `HEADINGS`."""
-    summary: str
-    """The same as a remark in the program."""
+    line: int  # of the first of them
+    cells: dict[str, str]  # by their headings
+    summary: str  # the same as a remark in the program
 
 
 def run_report(record: GrindingRecord, programs: Programs, job: Job, files: Sequence[Path] = ()) -> str:
@@ -178,35 +156,35 @@ def _block(record: GrindingRecord, text: str, found: Sequence[Span], sparks: np.
         int(((record.dresses["after"] > span.first) & (record.dresses["after"] <= span.after)).sum()) for span in found
     )
     runs = len(found)
-    cells = (
-        blocks_named(record, lines),
-        text,
-        str(runs),
-        f"{rows.size / runs:.0f}",
-        f"{sparks[chosen].sum() / runs:.0f}",
-        f"{rows['seconds'].sum() / runs:.1f}",
-        between(1000.0 * rows["Z"], "{:.0f}"),
-        f"{1000.0 * rows['ae'].max():.1f}",
-        f"{0.001 * rows['power'].max():.2f}",
-        f"{100.0 * rows['torque'].max():.0f}",
-        f"{rows['T'].max():.0f}",
-        f"{rows['Br'].max():.2f}",
-        between(lasts["Ra"], "{:.2f}"),
-        between(100.0 * rows["A"], "{:.2f}"),
-        str(dresses),
-    )
+    cells = {
+        "block": blocks_named(record, lines),
+        "words": text,
+        "runs": str(runs),
+        "strokes": f"{rows.size / runs:.0f}",
+        "spark-out": f"{sparks[chosen].sum() / runs:.0f}",
+        "time, s": f"{rows['seconds'].sum() / runs:.1f}",
+        "depth, µm": between(1000.0 * rows["Z"], "{:.0f}"),
+        "deepest cut, µm": f"{1000.0 * rows['ae'].max():.1f}",
+        "power, kW": f"{0.001 * rows['power'].max():.2f}",
+        "torque, %": f"{100.0 * rows['torque'].max():.0f}",
+        "temp., K": f"{rows['T'].max():.0f}",
+        "burn ratio": f"{rows['Br'].max():.2f}",
+        "Ra left, µm": between(lasts["Ra"], "{:.2f}"),
+        "wear flats, %": between(100.0 * rows["A"], "{:.2f}"),
+        "dresses": str(dresses),
+    }
     summary = (
-        f"{cells[3]} stroke{'s' * (cells[3] != '1')}, {cells[5]} s, up to {cells[8]} kW and {cells[10]} K, "
-        f"Ra {cells[12]} µm"
+        f"{cells['strokes']} stroke{'s' * (cells['strokes'] != '1')}, {cells['time, s']} s, up to "
+        f"{cells['power, kW']} kW and {cells['temp., K']} K, Ra {cells['Ra left, µm']} µm"
         f"{f', {dresses} dresses' if dresses > 1 else ', 1 dress' if dresses else ''}"
     )
     return BlockSummary(lines[0], cells, summary)
 
 
 def _blocks(blocks: Sequence[BlockSummary]) -> "Markup":
-    rows = [(row.cells[0], Cell(row.cells[1][:LONGEST_LINE], "code"), *row.cells[2:]) for row in blocks]
+    rows = [[*(row.cells | {"words": Cell(row.cells["words"][:LONGEST_LINE], "code")}).values()] for row in blocks]
     caption = "Strokes, spark-out and time are those of one run of the block; the rest is the extreme of all of them."
-    return table(table_of(HEADINGS, rows, left=2).shortened(MOST_ROWS), caption)
+    return table(table_of([*blocks[0].cells], rows, left=2).shortened(MOST_ROWS), caption)
 
 
 def _parts(record: GrindingRecord, job: Job) -> "list[Markup]":
@@ -239,34 +217,27 @@ def _dresses(record: GrindingRecord, job: Job) -> "list[Markup]":
         (row["cause"], row["program"], f"{row['seconds']:.1f}", f"{row['removed']:.0f}", *sharpening_texts(row))
         for row in dresses
     ]
-    rows = []
-    for key, numbered in groupby(enumerate(keys), key=lambda item: item[1]):
-        numbers = [number for number, _ in numbered]
-        first, final = dresses[numbers[0]], dresses[numbers[-1]]
+    rows = list[dict[str, str]]()
+    for (cause, program, seconds, removed, lead, overlap, severity), numbered in groupby(
+        range(len(keys)), key=keys.__getitem__
+    ):
+        first, *_ = numbers = [*numbered]
+        final = dresses[numbers[-1]]
         rows.append(
-            [
-                _range(numbers[0] + 1, numbers[-1] + 1),
-                str(key[0]),
-                f"O{key[1]}",
-                _range(int(first["part"]), int(final["part"])),
-                _range(int(first["after"]), int(final["after"])),
-                *key[2:],
-                f"{final['ds']:.3f}",
-            ]
+            {
+                "dress": _range(first + 1, numbers[-1] + 1),
+                "cause": str(cause),
+                "program": f"O{program}",
+                "part": _range(int(dresses[first]["part"]), int(final["part"])),
+                "after stroke": _range(int(dresses[first]["after"]), int(final["after"])),
+                "time, s": seconds,
+                "wheel taken off, mm³": removed,
+                "lead, mm/rev": lead,
+                "overlap ratio": overlap,
+                "severity": severity,
+                "diameter after it, mm": f"{final['ds']:.3f}",
+            }
         )
-    headings = (
-        "dress",
-        "cause",
-        "program",
-        "part",
-        "after stroke",
-        "time, s",
-        "wheel taken off, mm³",
-        "lead, mm/rev",
-        "overlap ratio",
-        "severity",
-        "diameter after it, mm",
-    )
     per_dress = 2.0 * float(dresses["removed"].mean()) / (math.pi * float(dresses["ds"].mean()) * wheel.width)
     left = max((last - wheel.minimum_diameter) / per_dress, 0.0) if per_dress > 0.0 else math.inf
     lasting = f"{left:.0f} dresses are left." if math.isfinite(left) else "none is used up."
@@ -274,7 +245,8 @@ def _dresses(record: GrindingRecord, job: Job) -> "list[Markup]":
         f"The wheel ends with {last:.3f} mm of diameter and is changed below {wheel.minimum_diameter:g} mm. "
         f"A dress takes {per_dress:.3f} mm of it: {lasting}"
     )
-    return [paragraph(text), table(table_of(headings, rows, left=3).shortened(MOST_ROWS))]
+    every = table_of([*rows[0]], [[*row.values()] for row in rows], left=3)
+    return [paragraph(text), table(every.shortened(MOST_ROWS))]
 
 
 def _cost(record: GrindingRecord) -> "Markup":

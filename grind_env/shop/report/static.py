@@ -21,17 +21,8 @@ MARGINS = 1.0, 0.1, 0.4, 0.65
 """in; left, right, above and below the panels of a run."""
 FONT = 9.0
 """pt."""
-VARIABLES = {
-    BLUE: "blue",
-    ORANGE: "orange",
-    GREEN: "green",
-    RED: "red",
-    GREY: "grey",
-    INK: "ink",
-    GRID: "grid",
-    PAPER: "paper",
-    SHADE: "shade",
-}
+COLOURS = {"blue": BLUE, "orange": ORANGE, "green": GREEN, "red": RED, "grey": GREY, "ink": INK, "grid": GRID}
+VARIABLES = {colour: name for name, colour in (COLOURS | {"paper": PAPER, "shade": SHADE}).items()}
 """Names that templates/page.css gives to colours."""
 UNSAID = {"Creator": None, "Date": None, "Format": None, "Type": None}
 

@@ -14,8 +14,7 @@ from grind_env.files import write_atomically
 from grind_env.machine.job import Job
 from grind_env.machine.job.entries import with_entries
 from grind_env.machine.job.file import load_job
-from grind_env.shop.calibrate.forward import Forward
-from grind_env.shop.calibrate.pattern import pattern_of
+from grind_env.shop.calibrate.pattern import Forward, pattern_of
 from grind_env.shop.start.folder import HERE, LOG, start_folder
 
 PARTS = 2
@@ -31,14 +30,10 @@ GAUGING = 12.0
 """s that the operator takes between two runs of strokes."""
 
 
-def machine_of(job: Job) -> Job:
-    """The job as it is in truth."""
-    return with_entries(job, {"material": {"ploughing_pressure": PRESSURE * job.part.material.ploughing_pressure}})
-
-
 def sample_log(programs: Programs, job: Job) -> str:
     """A log of some parts with pauses between them: CSV, a row every `STEP`, time in s and power in W."""
-    truth = machine_of(job)
+    pressure = PRESSURE * job.part.material.ploughing_pressure
+    truth = with_entries(job, {"material": {"ploughing_pressure": pressure}})
     pattern = pattern_of(programs, truth)
     powers = Forward(programs, truth, PARTS).run(truth).strokes["power"].reshape(PARTS, -1)
     ground: list[tuple[float, float, float]] = []

@@ -64,10 +64,7 @@ def draw_sweep(found: Sweep) -> "Figure":
     figure.suptitle(title).set_parse_math(False)
     grid = figure.subplots(2, len(panels), squeeze=False, height_ratios=(1.5, 1.0))
     for panel, upper, lower in zip(panels, grid[0], grid[1], strict=True):
-        if panel.lines:
-            _costs(upper, panel, found)
-        else:
-            _map(upper, found.dresses)
+        _costs(upper, panel, found)
         _limits(lower, panel, found)
         for axes in (upper, lower) if panel.name == "every" else ():
             axes.xaxis.set_major_locator(MaxNLocator(integer=True))
@@ -86,8 +83,10 @@ def _panels(found: Sweep) -> list[SweepPanel]:
         panels.append(SweepPanel("E", lines, lines[names[best]]))
     if found.dresses:
         several = [name for name in ("lead", "depth") if len({getattr(each, name) for each in found.dresses}) > 1]
-        name = (*several, "depth")[0]
-        lines = {} if len(several) > 1 else {"cost": [*found.dresses]}
+        name, lines = several[-1] if several else "depth", {"cost": [*found.dresses]}
+        if len(several) > 1:
+            leads = {cheapest(found.dresses).lead, *sorted({each.lead for each in found.dresses})[::2]}
+            lines = {f"lead {lead:.3f} mm": [p for p in found.dresses if p.lead == lead] for lead in sorted(leads)}
         panels.append(SweepPanel(name, lines, best_of_each(found.dresses, name)))
     return panels
 
@@ -118,25 +117,6 @@ def _costs(axes: "Axes", panel: SweepPanel, found: Sweep) -> None:
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8, loc="upper right", title=f"hollow: {_beyond(points)}", title_fontsize=8)
     axes.set(xlabel=AXES[panel.name].format(counted=found.counted), ylabel="$ a part")
-
-
-def _map(axes: "Axes", points: Sequence[SweepPoint]) -> None:
-    """Cost over lead and depth; what is beyond a limit is crossed out."""
-    leads, depths = sorted({point.lead for point in points}), sorted({point.depth for point in points})
-    best, cost = cheapest(points), np.full((len(depths), len(leads)), np.nan)
-    least = best.cost.value
-    for point in points:
-        at = leads.index(point.lead), depths.index(point.depth)
-        cost[at[::-1]] = point.cost.value
-        text = f"{point.cost.value:.2f}" if point.keeps_limits else "x"
-        color = "white" if point.cost.value > 1.3 * least else "black"
-        axes.text(*at, text, ha="center", va="center", fontsize=7, color=color)
-    image = axes.imshow(cost, origin="lower", aspect="auto", cmap="cividis_r", vmin=least, vmax=1.6 * least)
-    axes.plot(leads.index(best.lead), depths.index(best.depth) + 0.32, "*", ms=10, color=GREEN)
-    axes.set_xticks(range(len(leads)), [f"{lead:.3f}" for lead in leads], rotation=45)
-    axes.set_yticks(range(len(depths)), [f"{depth:.4f}" for depth in depths])
-    axes.set(xlabel=AXES["lead"], ylabel=AXES["depth"], title=f"$ a part; x: {_beyond(points)}")
-    axes.figure.colorbar(image, ax=axes, extend="max")
 
 
 def _limits(axes: "Axes", panel: SweepPanel, found: Sweep) -> None:

@@ -233,14 +233,14 @@ def sweep(
         every = (1, min(LONGEST, parts)) if study.executions.any() else None
         ranges = SweepRanges(E=(0.5 * own_E, min(2.0 * own_E, FASTEST)), every=every)
     study.refuse(ranges)
-    (own,) = study.points("the program as it is", [Setting()])
+    (own,) = study.points("the program as it is", [_Setting()])
     speeds, dresses = list[SweepPoint](), list[SweepPoint]()
     if ranges.E is not None or ranges.every is not None:
-        grid = [Setting(E=value, every=every) for every in _intervals(ranges.every) for value in _values(ranges.E)]
+        grid = [_Setting(E=value, every=every) for every in _intervals(ranges.every) for value in _values(ranges.E)]
         speeds = study.points("speeds and intervals", grid)
     if ranges.lead is not None or ranges.depth is not None:
         best = cheapest([own, *speeds])
-        at = Setting(E=best.E, every=best.every or None)
+        at = _Setting(E=best.E, every=best.every or None)
         pairs = [(lead, depth) for lead in _values(ranges.lead) for depth in _values(ranges.depth)]
         dresses = study.points("leads and depths", [at._replace(lead=lead, depth=depth) for lead, depth in pairs])
     simulation = study.trials.simulation
@@ -266,16 +266,13 @@ def swept_on(trials: Trials, seed: int, *, untried: bool) -> tuple[Trials, Fleet
     return trials.on(lots) if fleet is None else fleet.under(trials, LotUse.SWEEP, lots), fleet
 
 
-class Setting(NamedTuple):
+class _Setting(NamedTuple):
     """What is set at a point; None for what the program says."""
 
-    E: float | None = None
-    """mm/min."""
+    E: float | None = None  # mm/min
     every: int | None = None
-    lead: float | None = None
-    """mm a revolution."""
-    depth: float | None = None
-    """mm a pass."""
+    lead: float | None = None  # mm a revolution
+    depth: float | None = None  # mm a pass
 
 
 class _Study:
@@ -317,7 +314,7 @@ class _Study:
                 f"--E {INCH * low:.0f}..{INCH * high:.0f}"
             )
 
-    def points(self, label: str, settings: Sequence[Setting]) -> list[SweepPoint]:
+    def points(self, label: str, settings: Sequence[_Setting]) -> list[SweepPoint]:
         """What a part costs at each of them."""
         found = list[SweepPoint]()
         for begin in range(0, len(settings), AT_ONCE):
@@ -328,7 +325,7 @@ class _Study:
             self.progress(label, len(chunk))
         return found
 
-    def _table(self, setting: Setting) -> Array:
+    def _table(self, setting: _Setting) -> Array:
         """Settings of all blocks of a batch, shape (runs x blocks, fields of `BlockSettings`)."""
         table = self.own.copy()
         if setting.E is not None:
@@ -342,7 +339,7 @@ class _Study:
             table[self.dressed, DRESS_DEPTH] = setting.depth
         return table
 
-    def _points(self, tables: Array, settings: Sequence[Setting], found: Measures) -> list[SweepPoint]:
+    def _points(self, tables: Array, settings: Sequence[_Setting], found: Measures) -> list[SweepPoint]:
         first, costs = int(self.dressed.argmax()), self.trials.each_of_one(found.cost)
         risked = risk(self.trials, found, self.as_it_is) / most_risk(self.trials.simulation.job)
         return [

@@ -1,9 +1,10 @@
 """The best point of a sweep, written into its program."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.variables import STEPS, SearchVariable
 from grind_env.shop.optimise.variation import Variation, variation_of
 from grind_env.shop.sweep.study import Sweep, SweepError, SweepPoint, swept_on
-from grind_env.shop.trials import Trials, most_risk, risk
+from grind_env.shop.trials import most_risk, risk
 from grind_env.shop.wishes import INTERVAL, wishes_of
 
 EXACT = {"E": (Decimal(1), Decimal(".0001")), "lead": STEPS["lead"], "depth": STEPS["depth"]}
@@ -27,8 +28,13 @@ ROUNDING = 0.001
 """Share by which E may be another one as it is written."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Recommended:
+class NothingBetter(SweepError):
+    """A sweep that has found no better point than the program as it is."""
+
+    status = 3
+
+
+class Recommended(NamedTuple):
     """The program with the words of the best point of a sweep."""
 
     data: bytes  # its file
@@ -48,7 +54,7 @@ def recommended(
     """Write the best point into its program, and grind it so."""
     best, path = found.best, Path(program)
     if best == found.own or not best.keeps_limits:
-        raise SweepError(f"{path.name}: no point of the sweep keeps the limits and costs less than it does as it is")
+        raise NothingBetter(f"{path.name}: no point keeps the limits and costs less than the program")
     settings = replace(job_of(path, job), variables=variables)
     names = [name for name in EXACT if getattr(best, name) != getattr(found.own, name)]
     if best.every:
@@ -59,7 +65,8 @@ def recommended(
     variation = _set(variation_of(read_file(path), text, settings, wishes, found.parts, seed), best, found.own)
     point = (0,) * len(variation.counts)
     base, _ = swept_on(variation.base, seed, untried=untried)
-    written = _beside(base, variation.read_trials(variation.read(point)))
+    written = variation.read_trials(variation.read(point))
+    written = written.on(base.seeds, base.simulation.machines.jobs, base.drift)
     if not np.allclose(written.own[:, E] / base.own[:, E], best.E / found.own.E, rtol=ROUNDING):
         raise SweepError(f"{path.name}: written into its text the best point does not run with its E")
     old, measured = (each.measure(each.own[None]) for each in (base, written))
@@ -72,11 +79,6 @@ def recommended(
         )
     keeps = measured.ratios.max() <= 1.0 and risk(written, measured, old)[0] <= most_risk(settings)
     return Recommended(data=variation.with_words(point).bytes(), cost=cost, keeps_limits=bool(keeps))
-
-
-def _beside(base: Trials, other: Trials) -> Trials:
-    """Return trials of another text on the lots and machines of some."""
-    return other.on(base.seeds, base.simulation.machines.jobs, base.drift)
 
 
 def _set(variation: Variation, best: SweepPoint, own: SweepPoint) -> Variation:
