@@ -25,7 +25,7 @@ ON_COMMITS = {*TASKS, *map(environment_id, TASKS)}
 """One environment of each form."""
 
 
-FIRST_HALF = {"agents", "control", "machine", "process", "shop", "soak"}
+FIRST_HALF = {"agents", "control", "machine", "shop", "soak"}
 """Folders of the first of two processes; the second one has all others. Each takes half of the time."""
 
 
