@@ -23,9 +23,9 @@ $(AGENTS): pyproject.toml constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check $(PINNED) --editable '.[agents]'
 	touch $(AGENTS)
 
-# Each process begins with one half of the files, so that few kernels are compiled, and few fixtures made, by both.
+# Two processes, each with its own half of the folders (tests/conftest.py): both would collect all of them for longer.
 test: setup
-	$(BIN)/python -m pytest -n 2 --dist worksteal
+	HALVES=1 $(BIN)/python -m pytest -n 2 --dist each
 
 # Further environments, more random cases, and what takes long.
 test-nightly: setup

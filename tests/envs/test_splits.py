@@ -107,7 +107,7 @@ def test_a_catalogue_without_others_keeps_what_the_task_has() -> None:
 
 def test_a_users_task_has_the_split_as_well(tmp_path: Any) -> None:
     path = tmp_path / "mine.toml"
-    path.write_text('base = "blades"\ntitle = "Mine"\n')
+    path.write_text('base = "blades"\ntitle = "Mine"\nreference_cost = 2.0\n')
     assert set(other_materials(read_task(str(path)))) == set(other_materials(load_task("blades")))
     env = gym.make("grind/Task-v0", task=str(path))
     shown = [env.reset(seed=1, options={"split": name})[0] for name in SPLITS]

@@ -51,9 +51,9 @@ width = 30
 SPREAD = "\n[spread]\nstock = 0.2\nmeasurement = 1\nlot_probability = 0.3\nlot_growth = 0.5\ndiamond_flat = 0.1\n"
 OWN = MINIMAL.replace("aisi_52100", "hard_lot") + LOT + SPREAD
 CYCLES = {
-    "G81": "blocks = 4\ninfeed = 0.5\n" + OWN,
-    "G82": "blocks = 4\n" + OWN,
-    "G83": "blocks = 4\ncross_pick = 12\n" + OWN.replace("width = 20", "width = 60"),
+    "G81": "reference_cost = 1.0\nblocks = 4\ninfeed = 0.5\n" + OWN,
+    "G82": "reference_cost = 1.0\nblocks = 4\n" + OWN,
+    "G83": "reference_cost = 1.0\nblocks = 4\ncross_pick = 12\n" + OWN.replace("width = 20", "width = 60"),
 }
 every_cycle = pytest.mark.parametrize("cycle", few(CYCLES))
 

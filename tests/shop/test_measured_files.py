@@ -8,10 +8,7 @@ import numpy as np
 import pytest
 
 import grind_env
-from grind_env.control import read
 from grind_env.errors import GrindError
-from grind_env.machine.grind import grind
-from grind_env.machine.job.file import load_job
 from grind_env.process.catalogue import load_catalogue
 from grind_env.shop.advise.readings import readings_of
 from grind_env.shop.advise.sources import CsvSource, ReadingsRow
@@ -113,32 +110,6 @@ def test_kilowatts_under_a_heading_of_watts_are_named(folder: Path, tmp_path: Pa
         constants(folder, tmp_path / "log.csv")
 
 
-@pytest.mark.parametrize(
-    ("text", "control"),
-    [
-        ("0  BEGIN PGM PLATE MM\n1  BLK FORM 0.1 Z X+0 Y+0 Z-20\n", "a Heidenhain control"),
-        ("%_N_PLATE_MPF\n;$PATH=/_N_WKS_DIR\nN10 G90 G71 G94\nN20 DEF REAL DEPTH=0.2\n", "a Sinumerik control"),
-    ],
-)
-def test_a_program_of_another_control_is_named_in_one_sentence(text: str, control: str) -> None:
-    with pytest.raises(GrindError, match=f"this is a program for {control}") as caught:
-        read(text)
-    assert "\n" not in str(caught.value)
-
-
-def test_the_sample_in_inches_grinds_as_it_does_in_millimetres() -> None:
-    def inches(word: re.Match[str]) -> str:
-        return f"{word[1]}{float(word[2]) / 25.4:.4f}"
-
-    text = re.sub(r"\([^()]*\)", "", (EXAMPLES / "plate_g82.nc").read_text(encoding="utf-8"))
-    metric, inch = (
-        grind(read(each), load_job(EXAMPLES / "plate_g82.toml")).parts[0]
-        for each in (text, re.sub(r"([XYZIJEF])(-?[\d.]+)", inches, text).replace("G71", "G70"))
-    )
-    for name, near in (("seconds", 0.02), ("Ra", 0.02), ("peak_power", 0.05), ("total_cost", 0.02)):
-        assert inch[name] == pytest.approx(metric[name], rel=near), name
-
-
 TABLE = """table_speed [m/min];downfeed [um];volume;Ft [N/mm];Fn [N/mm];Ra [um]
 8;5;200;2.36;5.34;0.31
 8;5;{};5.15;12.32;0.35
@@ -212,6 +183,7 @@ RIGHT: dict[str, bytes | str] = {
     "empty columns at the end": text_of(",", HEAD + ",,", SHORT, [f"{power},," for power in LOADS]),
     "empty columns at the end of the rows only": text_of(",", HEAD, SHORT, [f"{power},," for power in LOADS]),
     "lines about the export": "sep=,\nMachine,7\nInterval,0.1\nExport,2026-11-03\n\n" + PLAIN,
+    "bars between the cells": text_of("|", "t [ms]|P [W]", (f"{100 * k}" for k in range(ROWS)), LOADS),
     "exponents": text_of(",", HEAD, SHORT, (f"{float(power):.3e}" for power in LOADS)),
     "blanks and decimal commas": text_of("   ", "Time[s] Power[W]", comma(SHORT), (f"{power},0" for power in LOADS)),
     "a unit behind every number": text_of(",", HEAD, SHORT, (f"{power} W" for power in LOADS)),

@@ -20,13 +20,12 @@ from grind_env.policies.columns import COST
 from grind_env.policies.statistics import bootstrap
 from grind_env.shop.optimise import finding, variables
 from grind_env.shop.optimise import search as clock
-from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.judgement import ProgramJudge, words_of
 from grind_env.shop.optimise.outcome import Optimised, Verdict, WordChange
 from grind_env.shop.optimise.search import Budget, Point, Search
 from grind_env.shop.optimise.table import as_data, sentences
-from grind_env.shop.optimise.variation import LOTS, variation_of
+from grind_env.shop.optimise.variation import LOTS
 from grind_env.shop.sweep.study import sweep
 from grind_env.shop.trials import LotUse, Measures, lots_of, trials_of
 from grind_env.shop.wishes import wishes_of
@@ -339,15 +338,6 @@ def test_options_that_cannot_be_read_are_told(
     assert status("optimise", EXAMPLES / "plate_g82.nc", *options) == 2
     error = capsys.readouterr().err
     assert told in error and error.count("\n") == 1
-
-
-@pytest.mark.nightly
-def test_words_that_only_the_control_could_try_are_kept_and_told() -> None:
-    path = EXAMPLES / "rail_g83.nc"
-    job = load_job(path.with_suffix(".toml"))
-    variation = variation_of(read_file(path), text_of(path.read_bytes()), job, wishes_of(("E", "J", "L")), 2, 1)
-    assert {each.name for each in variation.choices.variables} == {"E"}
-    assert "J and L are kept as they are" in variation.choices.remarks[0]
 
 
 def test_the_search_finds_the_optimum_of_oracle6() -> None:

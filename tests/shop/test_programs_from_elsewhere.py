@@ -15,6 +15,7 @@ from grind_env.control import read, read_file
 from grind_env.files import read_bytes
 from grind_env.machine.grind import grind
 from grind_env.machine.job.file import load_job
+from grind_env.shop.optimise import variation
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.variation import variation_of
@@ -79,12 +80,13 @@ def test_it_is_checked_and_ground_as_its_shop_expects(name: str, capsys: pytest.
 
 
 @pytest.mark.parametrize("name", few(VARIED))
-def test_other_words_leave_every_other_byte(name: str) -> None:
+def test_other_words_leave_every_other_byte(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(variation, "compile_all", lambda _: None)  # nothing is ground on other machines
     path = FOLDER / f"{name}.nc"
     text, job = text_of(read_bytes(path)), load_job(path.with_suffix(".toml"))
-    variation = variation_of(read_file(path), text, job, wishes_of(("E", "D")), 1, 1)
-    assert {(each.place, each.name) for each in variation.choices.variables}
-    new = variation.with_words((0,) * len(variation.counts)).bytes()
+    found = variation_of(read_file(path), text, job, wishes_of(("E", "D"), untried=True), 1, 1)
+    assert {(each.place, each.name) for each in found.choices.variables}
+    new = found.with_words((0,) * len(found.counts)).bytes()
     old = path.read_bytes()
     assert old.count(b"\r\n") == new.count(b"\r\n") and old.endswith(b"\n") == new.endswith(b"\n")
     before, after = old.split(b"\n"), new.split(b"\n")
@@ -130,7 +132,8 @@ def test_every_round_of_a_loop_is_a_run_of_its_block() -> None:
     assert [(row.line, row.cells[runs], row.cells[strokes]) for row in rows] == [(19, "4", "8"), (22, "1", "8")]
 
 
-@pytest.mark.parametrize("name", few(["fuehrungsleiste", "three_steps"]))
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", ["fuehrungsleiste", "three_steps"])
 def test_the_better_program_comes_to_the_promised_numbers(name: str) -> None:
     path = FOLDER / f"{name}.nc"
     found = find_words(path, parts=2, seconds=1000.0, wishes=wishes_of(("D",)))

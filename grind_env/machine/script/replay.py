@@ -32,8 +32,8 @@ STROKES = Tally._fields.index("strokes")
 class Placed(NamedTuple):
     """Where a block lies on the part of one machine, as of `BlockRow` and of its plan.
 
-    `start`, `bottom`, `finish` and `finish_besides` are mm. What the table makes of its commands, as of `Drive`: `share`,
-    a ratio, and `dwell`, s.
+    `start`, `bottom`, `finish` and `finish_besides` are mm. What the table makes of its commands, as of `Drive`:
+    `share`, a ratio, and `dwell`, s.
     """
 
     start: float
