@@ -9,12 +9,12 @@ from itertools import product
 from pathlib import Path
 from statistics import mean
 from tempfile import TemporaryDirectory
-from typing import Any, get_type_hints
+from typing import Any
 
 from agents.cells import sources
 from agents.provenance import ROOT, provenance
 from agents.study import Found, Study, StudyOptions
-from agents.tables import csv_of, csv_rows
+from agents.tables import csv_of, csv_rows, typed
 from grind_env.envs import wrappers
 from grind_env.errors import GrindError
 from grind_env.files import read_text
@@ -159,7 +159,7 @@ def write(found: Sequence[RecipeRow], results: Path) -> str:
     kept = [row for row in before if row["task"] not in tasks and _alike(row, new[0])]
     rows = sorted(kept + new, key=lambda row: row["task"])
     text = csv_of(list(rows[0]), [list(row.values()) for row in rows])
-    shown = page([_trained(row) for row in rows])
+    shown = page([typed(RecipeRow, row) for row in rows])
     write_whole(results / CSV, text)
     write_whole(results / PAGE, shown)
     return shown
@@ -170,11 +170,6 @@ def _alike(one: Mapping[str, str], other: Mapping[str, str]) -> bool:
     return one.keys() == other.keys() and all(
         one[name] == other[name] for name in ("steps", "episodes", "task_version")
     )
-
-
-def _trained(row: Mapping[str, str]) -> RecipeRow:
-    kinds = get_type_hints(RecipeRow)
-    return RecipeRow(**{name: kind(row[name]) for name, kind in kinds.items()})
 
 
 COLUMNS = tuple(each.name for each in fields(RecipeRow))

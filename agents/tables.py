@@ -5,9 +5,12 @@ import io
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import TypeVar, get_type_hints
 
 from grind_env.files import read_text
 from grind_env.targets import Own, check_own
+
+RowT = TypeVar("RowT")
 
 
 def check_tables(folder: Path, command: str, begins: Mapping[str, str]) -> None:
@@ -29,3 +32,8 @@ def csv_of(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 def csv_rows(path: Path) -> list[dict[str, str]]:
     """Rows of a table, by the names of its columns; errors as of `read_text`."""
     return list(csv.DictReader(io.StringIO(read_text(path), newline="")))
+
+
+def typed(kind: type[RowT], row: Mapping[str, str]) -> RowT:
+    """Return a row of a table as a dataclass, whose types read the texts of its cells."""
+    return kind(**{name: read(row[name]) for name, read in get_type_hints(kind).items()})

@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +13,9 @@ from grind_env.control.rules import dresses_due
 from grind_env.envs.splits import EVERY
 from grind_env.errors import GrindError
 from grind_env.files import write_atomically
-from grind_env.policies.held import model_beside, parted
 from grind_env.policies.learned.network import LearnedPolicy
-from grind_env.policies.policy import Policy, reveal
+from grind_env.policies.play import stepped
+from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
 from grind_env.render.frames import TALL, render
 from grind_env.render.view import EpisodePicture, PictureInstant
@@ -43,20 +42,11 @@ def watch(policy: Policy, problem: Problem, seed: int, frames: int, split: str =
 
     On a machine that is not the model, the policy holds the model.
     """
-    env: Any = problem.make().unwrapped
-    observation, _ = env.reset(seed=seed, options={"split": split})
-    model = model_beside(problem)
-    held, shown = model or env.simulation, parted(policy, env.simulation, model, env.episodes)
-    policy.begin(held, 1)
-    view = _titled(env.view(), policy)
-    yield view
-    over = False
-    while not over:
-        decision = policy.act(observation[None], reveal(policy.sees, held, shown(env.episodes)))
-        observation, _, over, _, _ = env.step(env.codec.encode(*decision)[0])
-        after = _titled(env.view(), policy)
-        yield from (_in_motion(view, after, k, frames) for k in range(frames - 1))
-        view = after
+    view: EpisodePicture | None = None
+    for env, _ in stepped(policy, problem, seed, split):
+        before, view = view, _titled(env.view(), policy)
+        if before is not None:
+            yield from (_in_motion(before, view, k, frames) for k in range(frames - 1))
         yield view
 
 

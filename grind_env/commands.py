@@ -96,14 +96,8 @@ def evaluate(
 ) -> None:
     """Run a policy through many episodes: cost per good part and score, with 95 % intervals.
 
-    A score is of the same episodes as those of the best fixed plan and of the planner, 0 and 100. It is called unpaired
-    where the episodes are others than those of the reference scores.
-
-    With --plant another machine grinds than the one that planners, beliefs and experts hold, and there is no score: its
-    0 and 100 are of the model.
-
-    With --submit the costs of all episodes are written down, with what ran: an environment and a machine of the
-    package, and a policy that sees measurements, of the package or a file of yours, of which the row has the SHA-256.
+    A score is 0 for the best fixed plan and 100 for the planner; on other episodes than theirs it is called unpaired,
+    and on another machine (--plant) there is none. --submit writes the costs of all episodes and what ran.
     """
     from grind_env.errors import GrindError, printable
     from grind_env.policies.judging import evaluate as judge
@@ -154,9 +148,8 @@ def verify(
 ) -> None:
     """Run the policy of a row again that somebody has submitted.
 
-    The mean cost of its episodes must be what the row says. With --seed the mean cost of episodes that nobody knew when
-    the row was made must lie where the row predicts it, with 95 %: of fifteen good rows one misses. The policy sees
-    nothing but measurements.
+    The mean cost of its episodes must be what the row says; with --seed, that of episodes that nobody knew when the row
+    was made must lie where the row predicts it, with 95 %.
 
     Exit status 0: the row holds. 1: it does not hold. 2: it is no row, or cannot be run.
     """
@@ -201,9 +194,7 @@ def play(
 ) -> None:
     """Show an episode, what it cost, and the part program that the policy wrote.
 
-    With --output the job of the program is written beside it, with the wheel, the lots and the stocks of the episode:
-    `grind run` of both shows the same parts. With --plant the job names the machine of the episode, too. A job of that
-    name is replaced only if `grind play` has written it.
+    With --output the job of the program is written beside it: `grind run` of both shows the same parts.
     """
     from grind_env.errors import printable
     from grind_env.files import write_atomically

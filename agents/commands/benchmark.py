@@ -1,9 +1,8 @@
 """`python -m agents benchmark`."""
 
 import sys
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 from rich.console import Console
@@ -21,16 +20,12 @@ from agents.benchmark.plan import (
 from agents.cells import RESULTS, RUNS
 from agents.commands.options import Tasks, going_on
 from agents.study import Fresh, Jobs, Options, Ray, Results, Runs
-from grind_env.arguments import Writes
 from grind_env.commands import Configs, JobFile, Parts
 from grind_env.errors import printable
 from grind_env.policies.tuned import ConfigError
 from grind_env.targets import check_own
 from grind_env.task_version import TASK_VERSION
 from grind_env.terminal import table_console
-
-if TYPE_CHECKING:
-    from agents.benchmark.results import Result
 
 
 def register(app: typer.Typer) -> None:
@@ -84,7 +79,6 @@ def benchmark(
         ),
     ] = False,
     fresh: Fresh = False,
-    html: Annotated[Path | None, typer.Option(help="Write the tables to this .html file, too."), Writes()] = None,
     report: Annotated[
         bool, typer.Option("--report", help="Run nothing: write figures and README anew from the checked-in results.")
     ] = False,
@@ -102,7 +96,7 @@ def benchmark(
 
     console = table_console()
     if report:
-        rebuild(results or RESULTS, console, html)
+        rebuild(results or RESULTS, console)
         return
     published = whole and all(each is None for each in (tasks, policies, kinds, steps))
     folder = results or (RESULTS if published else runs)
@@ -147,23 +141,12 @@ def benchmark(
         print(f"agents: of other episodes, and no longer in the table: {', '.join(gone)}", file=sys.stderr)
     if whole and not failed:
         rebuild(folder, console)
-    write_html(table, html, console)
     if failed:
         print(f"agents: {len(failed)} of {len(cells)} cells failed: {', '.join(map(str, failed))}", file=sys.stderr)
         raise typer.Exit(1)
 
 
-def write_html(table: "Sequence[Result]", path: Path | None, console: Console) -> None:
-    """Write the page of results, if one is asked for."""
-    from agents.benchmark.html import html_page
-    from grind_env.shop.report.document import write_page
-
-    if path is not None:
-        write_page(path, html_page(table))
-        console.print(printable(f"written to {path}"), highlight=False, markup=False)
-
-
-def rebuild(folder: Path, console: Console, html: Path | None = None) -> None:
+def rebuild(folder: Path, console: Console) -> None:
     """Write the figures below a folder of results, and the README if they are the checked-in ones."""
     from agents.benchmark.figures import write_figures
     from agents.benchmark.readme import PAGE, write_readme
@@ -180,7 +163,6 @@ def rebuild(folder: Path, console: Console, html: Path | None = None) -> None:
     if folder.resolve() == RESULTS:
         write_readme(table)
         console.print(f"written to README.md and {PAGE}", highlight=False)
-    write_html(table, html, console)
 
 
 def listed(names: str | None) -> list[str] | None:

@@ -1,16 +1,13 @@
 """A line of a table for each dress study, from the checked-in ones."""
 
 from collections.abc import Sequence
-from csv import DictReader
 from csv import Error as CsvError
-from dataclasses import fields
-from io import StringIO
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from agents.dressing.study import DressFinding, about
+from agents.tables import csv_rows, typed
 from grind_env.errors import reason
-from grind_env.files import read_text
 from grind_env.policies.tuned import ConfigError
 from grind_env.table import Column
 from grind_env.task_version import TASK_VERSION
@@ -54,11 +51,8 @@ class DressStudy(NamedTuple):
 def read_study(path: Path) -> DressStudy:
     """Return the study of a task, from the table that the command wrote; a damaged one is refused."""
     try:
-        rows = list(DictReader(StringIO(read_text(path), newline="")))
-        found = [
-            DressFinding(**{each.name: _value(each.type, row[each.name]) for each in fields(DressFinding)})
-            for row in rows
-        ]
+        rows = csv_rows(path)
+        found = [typed(DressFinding, row) for row in rows]
         first, last = map(int, rows[0]["seeds"].split(".."))
         # the first version was written down nowhere
         version = int(rows[0].get("task_version", 1))
@@ -70,10 +64,6 @@ def read_study(path: Path) -> DressStudy:
             f"{path} is damaged ({reason(error)}): run `python -m agents dress-study --task {task}` again"
         ) from None
     return DressStudy(found, last - first + 1, version)
-
-
-def _value(kind: Any, text: str) -> Any:
-    return kind(text)
 
 
 def read_studies(folder: Path) -> list[DressStudy]:

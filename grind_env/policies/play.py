@@ -1,5 +1,6 @@
 """One episode of one policy, to watch, and the part program that came of it."""
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,6 +35,26 @@ class Played:
     """Time on the machine, s."""
 
 
+def stepped(
+    policy: Policy, problem: Problem, seed: int, split: str = EVERY, render_mode: str | None = None
+) -> Iterator[tuple[Any, Mapping[str, Any]]]:
+    """Yield the environment and the `info` of an episode at its reset and after every step; arguments as of `play`."""
+    env: Any = problem.make(render_mode=render_mode).unwrapped
+    try:
+        observation, info = env.reset(seed=seed, options={"split": split})
+        model = model_beside(problem)
+        held, shown = model or env.simulation, parted(policy, env.simulation, model, env.episodes)
+        policy.begin(held, 1)
+        yield env, info
+        over = False
+        while not over:
+            decision = policy.act(observation[None], reveal(policy.sees, held, shown(env.episodes)))
+            observation, _, over, _, info = env.step(env.codec.encode(*decision)[0])
+            yield env, info
+    finally:
+        env.close()
+
+
 def play(policy: Policy, problem: Problem, seed: int, split: str = EVERY, render_mode: str | None = None) -> Played:
     """Run a policy through the episode of a seed, in the environment that anybody else would step.
 
@@ -50,33 +71,20 @@ def play(policy: Policy, problem: Problem, seed: int, split: str = EVERY, render
     Raises:
         GrindError: there is no such split, or the policy decides what the environment does not have.
     """
-    env: Any = problem.make(render_mode=render_mode).unwrapped
-    simulation, codec = env.simulation, env.codec
-    model = model_beside(problem)
-    held = model or simulation
-    policy.begin(held, 1)
     executions = 0
-    try:
-        observation, _ = env.reset(seed=seed, options={"split": split})
-        over, shown = False, parted(policy, simulation, model, env.episodes)
-        while not over:
-            decision = policy.act(observation[None], reveal(policy.sees, held, shown(env.episodes)))
-            action = codec.encode(*decision)[0]
-            observation, _, over, _, info = env.step(action)
-            executions += int(info["D"])
-            if render_mode == "ansi":
-                print(env.render())
-        written, outcomes = env.written(), env.outcomes
-        return Played(
-            program=written.program,
-            job=written.job,
-            requests=written.requests,
-            cost=sum(outcome.cost for outcome in outcomes),
-            handover=sum(outcome.handover_cost for outcome in outcomes),
-            good=sum(outcome.good for outcome in outcomes),
-            finished=round(sum(outcome.finished for outcome in outcomes)),
-            dresses=executions,
-            seconds=sum(outcome.seconds for outcome in outcomes),
-        )
-    finally:
-        env.close()
+    for env, info in stepped(policy, problem, seed, split, render_mode):
+        executions += int(info.get("D", 0))
+        if render_mode == "ansi" and "D" in info:
+            print(env.render())
+    written, outcomes = env.written(), env.outcomes
+    return Played(
+        program=written.program,
+        job=written.job,
+        requests=written.requests,
+        cost=sum(outcome.cost for outcome in outcomes),
+        handover=sum(outcome.handover_cost for outcome in outcomes),
+        good=sum(outcome.good for outcome in outcomes),
+        finished=round(sum(outcome.finished for outcome in outcomes)),
+        dresses=executions,
+        seconds=sum(outcome.seconds for outcome in outcomes),
+    )

@@ -12,13 +12,7 @@ from grind_env.envs.tasks import Task
 from grind_env.errors import did_you_mean, quoted
 from grind_env.policies.planners.belief_planner import BeliefPlanner
 from grind_env.policies.planners.hindsight import Hindsight
-from grind_env.policies.planners.known_state import (
-    DullnessRule,
-    FullStateRule,
-    GrowthRule,
-    ModelPredictive,
-    RoughnessRule,
-)
+from grind_env.policies.planners.known_state import FullStateRule, ModelPredictive
 from grind_env.policies.policy import Policy
 from grind_env.policies.scripted.belief_rule import BeliefRule
 from grind_env.policies.scripted.empirical_rule import EmpiricalRule
@@ -59,9 +53,9 @@ TUNED: dict[str, Callable[..., Policy]] = {
     "adaptive_rule": AdaptiveRule,
     "belief_rule": BeliefRule,
     "look_ahead": LookAhead,
-    "dullness_rule": DullnessRule,
-    "growth_rule": GrowthRule,
-    "roughness_rule": RoughnessRule,
+    "dullness_rule": partial(FullStateRule, gK=0.0, gR=0.0, wK=0.0, name="dullness_rule"),
+    "growth_rule": partial(FullStateRule, gR=0.0, name="growth_rule"),
+    "roughness_rule": partial(FullStateRule, gK=0.0, wK=0.0, name="roughness_rule"),
     "full_state_rule": FullStateRule,
 }
 """From those that know least to those that know most, like all lists of policies."""

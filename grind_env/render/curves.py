@@ -243,32 +243,17 @@ def _loads(
     power: Array, rise: Array, burn: Array, flats: Array, roughness: Array, job: Job | None, which: str = ""
 ) -> list[Curve]:
     limits = None if job is None else _common_limits(job)
+
+    def limited(name: str, unit: str, form: str, scale: float = 1.0) -> tuple[Limit, ...]:
+        value = NO_LIMIT if limits is None else getattr(limits, name)
+        return (Limit(scale * value, f"limit {scale * value:{form}} {unit}"),) if value > NO_LIMIT else ()
+
     return [
-        _curve(
-            f"{which}power above idle",
-            "kW",
-            ORANGE,
-            0.001 * power,
-            () if limits is None else (Limit(0.001 * limits.power, f"limit {0.001 * limits.power:.2f} kW"),),
-        ),
-        _curve(
-            f"{which}temperature rise",
-            "K",
-            RED,
-            rise,
-            () if limits is None or limits.rise <= NO_LIMIT else (Limit(limits.rise, f"limit {limits.rise:.0f} K"),),
-        ),
+        _curve(f"{which}power above idle", "kW", ORANGE, 0.001 * power, limited("power", "kW", ".2f", 0.001)),
+        _curve(f"{which}temperature rise", "K", RED, rise, limited("rise", "K", ".0f")),
         _curve(f"{which}burn ratio", "-", GREY, burn, (Limit(1.0, "burn threshold"),)),
         _curve("wear-flat area", "%", GREEN, 100.0 * flats),
-        _curve(
-            "roughness Ra",
-            "µm",
-            BLUE,
-            roughness,
-            (Limit(limits.roughness, f"limit {limits.roughness:g} µm"),)
-            if limits is not None and limits.roughness > NO_LIMIT
-            else (),
-        ),
+        _curve("roughness Ra", "µm", BLUE, roughness, limited("roughness", "µm", "g")),
     ]
 
 

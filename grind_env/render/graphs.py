@@ -24,7 +24,6 @@ class Series:
         size: of a mark, pt.
         hollow: whether marks are rings.
         joined: whether a line goes through them.
-        half_widths: of an interval around each `x`, likewise; none if empty.
     """
 
     name: str
@@ -35,7 +34,6 @@ class Series:
     size: float = 4.0
     hollow: bool = False
     joined: bool = False
-    half_widths: Sequence[float] = ()
 
 
 class RuleLine(NamedTuple):
@@ -57,7 +55,6 @@ class Graph:
         series: those that come later are drawn over the others.
         rules: dashed lines.
         rows: names in place of numbers along y, from above.
-        log: whether x is logarithmic.
         whole: whether whole numbers stand at x.
         height: of the figure in a page, px.
     """
@@ -67,21 +64,18 @@ class Graph:
     series: tuple[Series, ...]
     rules: tuple[RuleLine, ...] = ()
     rows: tuple[str, ...] = ()
-    log: bool = False
     whole: bool = False
     height: int = 380
 
 
 def draw_graph(axes: "Axes", graph: Graph) -> None:
     """Draw a graph into axes of matplotlib."""
-    from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
+    from matplotlib.ticker import MaxNLocator
 
     for each in graph.series:
         shape: dict[str, Any] = {"marker": each.mark, "ms": each.size, "mew": 2.0 if each.mark == "|" else 1.0}
         fill = "none" if each.hollow else each.color
         line: dict[str, Any] = {"color": each.color, "ls": "-" if each.joined else "", "lw": 1.2 if each.mark else 0.8}
-        if len(each.half_widths):
-            axes.errorbar(each.x, each.y, xerr=each.half_widths, color=each.color, ls="", lw=1.2)
         axes.plot(each.x, each.y, mfc=fill, label=each.name if len(each.x) else "", **shape, **line)
     for rule in graph.rules:
         across = axes.axvline if rule.axis == "x" else axes.axhline
@@ -93,13 +87,7 @@ def draw_graph(axes: "Axes", graph: Graph) -> None:
     if graph.rows:
         axes.set_yticks(range(len(graph.rows)), graph.rows)
         axes.set_ylim(len(graph.rows) - 0.5, -0.5)
-    if graph.rows and not graph.log:
         axes.set_xlim(left=0.0)
-    if graph.log:
-        axes.set_xscale("log")
-        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axes.xaxis.set_major_formatter("{x:g}")
-        axes.xaxis.set_minor_formatter(NullFormatter())
     if graph.whole:
         axes.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
     if any(axes.get_legend_handles_labels()[1]):

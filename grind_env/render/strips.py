@@ -8,6 +8,12 @@ from grind_env.render.view import EpisodePicture
 
 HEADROOM = 1.12
 """Upper edge of a strip over the limit that it shows."""
+MEASURED = {
+    "power": ("power", "kW", "{:.2f}", 0.001),
+    "rise": ("temperature rise", "K", "{:.0f}", 1.0),
+    "roughness": ("Ra", "µm", "{:.2f}", 1.0),
+}
+"""Name, unit, format and scale of what is measured, by its field of a block and of its limits."""
 
 
 class Strip(NamedTuple):
@@ -50,34 +56,15 @@ def strips_of(view: EpisodePicture) -> tuple[Strip, ...]:
     # the E of a block is chosen before it runs, and its caption names it
     speeds = [block.speed for block in ground] + ([view.instant.speed] if view.instant else [])
     low, high = 0.001 * extent.lowest_speed, 0.001 * extent.highest_speed
-    return (
-        _measured(
-            "power",
-            "kW",
-            "{:.2f}",
-            [0.001 * block.power for block in ground],
-            [0.001 * block.limits.power for block in ground],
-        ),
-        _measured(
-            "temperature rise", "K", "{:.0f}", [block.rise for block in ground], [block.limits.rise for block in ground]
-        ),
-        _measured(
-            "Ra",
-            "µm",
-            "{:.2f}",
-            [block.roughness for block in ground],
-            [block.limits.roughness for block in ground],
-        ),
-        Strip(
-            "table speed E",
-            "m/min",
-            "{:.1f}",
-            [0.001 * speed for speed in speeds],
-            [0.0] * len(speeds),
-            low if low < high else 0.0,
-            high,
-        ),
-    )
+    limits = [block.limits for block in ground]
+    measured = [
+        _measured(name, unit, form, *([scale * getattr(of, field) for of in each] for each in (ground, limits)))
+        for field, (name, unit, form, scale) in MEASURED.items()
+    ]
+    bottom = low if low < high else 0.0
+    unlimited = [0.0] * len(speeds)
+    speed = Strip("table speed E", "m/min", "{:.1f}", [0.001 * speed for speed in speeds], unlimited, bottom, high)
+    return *measured, speed
 
 
 def _measured(name: str, unit: str, form: str, values: Sequence[float], limits: Sequence[float]) -> Strip:

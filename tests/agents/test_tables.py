@@ -8,7 +8,6 @@ from pyarrow import parquet
 from rich.console import Console
 
 from agents.benchmark.aggregate import aggregates, all_runs, improvements, profile, scored_tasks
-from agents.benchmark.html import html_page
 from agents.benchmark.judge import is_ratio, judged
 from agents.benchmark.page import page
 from agents.benchmark.plan import BenchmarkCell
@@ -216,14 +215,3 @@ def test_a_row_with_other_numbers_is_judged_anew():
     worse = judged([replace(each, cost=each.cost * 2.0) if each.policy == "ppo" else each for each in rows])
     assert worse[-1].score < rows[-1].score
     assert [each.score for each in worse[:-1]] == [each.score for each in rows[:-1]]
-
-
-def test_the_page_has_every_line_of_every_task_and_a_picture_of_its_costs():
-    pytest.importorskip("matplotlib")
-    results = judged([*table_of("rush", [3.0, 3.5]), *table_of("slot", [1.0])])
-    html = html_page(results)
-    for task in ("rush", "slot"):
-        section = html.partition(f"<h2>{task}</h2>")[2].partition("</section>")[0]
-        for cells in table_of_task(results, task).rows:
-            assert all(f">{cell.text}</td>" in section for cell in cells)
-        assert section.count("<svg") == 1

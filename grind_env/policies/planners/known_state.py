@@ -44,7 +44,7 @@ class FullStateRule(SharpnessRule):
     gK: float
     gR: float
     wK: float
-    name: ClassVar[str] = "full_state_rule"
+    name: str = "full_state_rule"
     sees: ClassVar[Sees] = "state"
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
@@ -80,32 +80,6 @@ class FullStateRule(SharpnessRule):
             thrift=left,
         )
         return self.decide(seen, self.gK * ln_kA + self.gR * ln_roughness, self.wK * ln_kA)
-
-
-@dataclass(kw_only=True)
-class GrowthRule(FullStateRule):
-    """Knows how dull the wheel is and how fast the lot dulls it, but not which Ra wheel and part give."""
-
-    gR: float = 0.0
-    name: ClassVar[str] = "growth_rule"
-
-
-@dataclass(kw_only=True)
-class RoughnessRule(FullStateRule):
-    """Knows how dull the wheel is and which Ra wheel and part give, but not how fast the lot dulls it."""
-
-    gK: float = 0.0
-    wK: float = 0.0
-    name: ClassVar[str] = "roughness_rule"
-
-
-@dataclass(kw_only=True)
-class DullnessRule(GrowthRule):
-    """Knows how dull the wheel is, and no more."""
-
-    gK: float = 0.0
-    wK: float = 0.0
-    name: ClassVar[str] = "dullness_rule"
 
 
 @dataclass
