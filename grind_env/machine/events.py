@@ -157,7 +157,6 @@ class EventConsumer(ABC):
         """The job of the part that a feed move may be over; none if it grinds nothing."""
 
     def start_dress(self, event: motions.DressStart) -> None:
-        """Note that a dress begins, and how fast the wheel turns."""
         self.dressing.begin(event)
         self.dressing_speed = self.running.speed
 

@@ -55,7 +55,6 @@ class PartRun:
     """A part from its loading to the next one.
 
     Attributes:
-        job: with this part.
         began: time of the job at which its loading began, s.
         cutting: whether its first cycle or stroke has begun, which ends the loading.
         deepest: deepest programmed depth so far, mm.

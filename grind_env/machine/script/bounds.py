@@ -86,8 +86,7 @@ def refuse_unlike_parts(programs: Programs, job: Job) -> None:
     for number in range(1, len(job.parts) + 1):
         part, asked = job.of_part(number).part, {name: getattr(job.part, name) for name in ASKED}
         if replace(part, **asked) != job.part:
-            others = ", ".join(ASKED)
-            raise script_error(programs, 0, f"part {number} differs from part 1 in more than {others}")
+            raise script_error(programs, 0, f"part {number} differs from part 1 in more than {', '.join(ASKED)}")
 
 
 def refuse_judged_twice(programs: Programs, job: Job, blocks: Sequence[ScriptBlock]) -> None:
