@@ -178,7 +178,7 @@ class Rule:
         self.slows = longer = longer or over
         k, n = self.kind_of[number], max(self.parts, 1)
         # further than usual only if one dress fewer in n (n + 1) parts is worth more than a part that might burn
-        dull &= risk >= 1.0 or risk * self.scrap * n * (n + 1) > self.dressing * left or self.sized > NEAR
+        dull &= risk >= 1.0 or risk * self.scrap * n * (n + 1) > self.dressing * left or self.near > NEAR
         duller = 100.0 * np.expm1(self.power.found[k, 2] * np.log((worn + WORN_IN) / (new + WORN_IN)))
         self.why = f"power {duller:+.0f} % since the last dress"
         if not longer:
