@@ -1,6 +1,6 @@
 """What the tools of a shop make of foreign machines: `python -m tests.foreign` prints the table of the docs.
 
-Costs are $ a part in the mean of 8 shifts of 30 parts, of programs in 8 lots of 6; all on the same seeds.
+Costs are $ a part in the mean of 8 shifts or lots of 30 parts; all on the same seeds.
 """
 
 import sys

@@ -78,7 +78,7 @@ class Shop:
         )
 
     def write(self, folder: Path) -> Path:
-        """Write the job, a lot of six parts, one part, and a varied lot with its log and gauge; return the job file."""
+        """Write the job, a lot of 30 parts, one part, and a varied lot with its log and gauge; return the job file."""
         varied = [
             self.part(factor * self.E, rate * self.finish_E, dress=0, cycle=cycle)
             for factor, rate, cycle in zip(

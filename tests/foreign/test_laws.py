@@ -22,7 +22,7 @@ def test_what_is_ground_is_the_stock_but_for_errors_of_the_touch_off_and_spring(
     job = shop.write(tmp_path)
     machine = shop.machine(1)
     parts = [*run(shop, machine, trace(tmp_path / "lot.nc", job))]
-    assert len(parts) == 6 and all(abs(part.size) < shop.tolerance for part in parts)
+    assert len(parts) == 30 and all(abs(part.size) < shop.tolerance for part in parts)
     assert 0.5 * sum(volumes_of(shop)) < machine.volume < sum(volumes_of(shop))
     assert machine.ground == pytest.approx(shop.stock, abs=0.006)
 
@@ -43,7 +43,7 @@ def test_a_shift_and_a_program_of_the_same_words_cost_the_same(shop: Shop, tmp_p
     job = shop.write(tmp_path)
     depths = depths_of(tmp_path / "one.nc", job)
     program = cost(shop, [p for k in range(8) for p in run(shop, shop.machine(k), trace(tmp_path / "lot.nc", job))])
-    planned = cost(shop, [p for k in range(8) for p in shift(shop, depths, plans(shop)[0], k, 6)])
+    planned = cost(shop, [p for k in range(8) for p in shift(shop, depths, plans(shop)[0], k)])
     assert planned.each == pytest.approx(program.each, rel=0.1)
     assert planned.scrap == program.scrap == 0.0
 

@@ -25,7 +25,7 @@ class AdviserPolicy:
     """Advises on N machines side by side.
 
     The rule leads from the first block on. The model leads after its forecasts of power, size and Ra have held, and
-    loses the lead when they fail; E is never above what the rule allows.
+    loses the lead when they fail; it then decides when to dress, and the rule still decides E.
 
     Attributes:
         model: a policy that rests on the model; None for a program that only the control can execute.

@@ -129,14 +129,7 @@ def _flag(name: str, value: Any, place: str) -> bool:
 
 
 def check_readings(readings: MachineReadings, simulation: JobSimulation, number: int, place: str) -> None:
-    """Check readings against the block that they are to be of.
-
-    Args:
-        readings: of the block.
-        simulation: of the program.
-        number: of the block, from 0.
-        place: where they stand, for messages.
-    """
+    """Check readings against the block that they are to be of, from 0; `place` is where they stand, for messages."""
     block, job = simulation.blocks[number], simulation.job
     for name, expected in (("block", number + 1), ("part", block.part + 1)):
         found = getattr(readings, name)

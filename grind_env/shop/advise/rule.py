@@ -12,6 +12,7 @@ them (renewal: Malkin and Guo, Grinding Technology, 2008, section 12.3), or wher
 
 import math
 from dataclasses import dataclass, field
+from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
@@ -44,8 +45,9 @@ USUAL_INTERVAL = 1.5 * INTERVAL
 """Volume between two dresses, over the conductivity of the work: with readings of every part half as much again."""
 REGAINED = 1.02
 """Factor on a volume that was found too large, with every good part."""
-UNSURE, MEMORY = 0.4, 8.0
-"""Spread of the logarithm of the burn ratio at which parts burn, and readings of which scatter is a running mean."""
+UNSURE, SUREST, MEMORY = 0.4, 6.0, 8.0
+"""Spread of the logarithm of the burn ratio at which parts burn, and most of such spreads; readings of which scatter is
+a running mean."""
 MOST_EXECUTIONS = 2
 FAR = 1.2
 """Times the power limit at which two executions are made."""
@@ -176,7 +178,7 @@ class Rule:
         self.slows = longer = longer or over
         k, n = self.kind_of[number], max(self.parts, 1)
         # further than usual only if one dress fewer in n (n + 1) parts is worth more than a part that might burn
-        dull &= risk >= 1.0 or risk * self.scrap * n * (n + 1) > self.dressing * left or self.sized > NEAR
+        dull &= risk >= 1.0 or risk * self.scrap * n * (n + 1) > self.dressing * left or self.near > NEAR
         duller = 100.0 * np.expm1(self.power.found[k, 2] * np.log((worn + WORN_IN) / (new + WORN_IN)))
         self.why = f"power {duller:+.0f} % since the last dress"
         if not longer:
@@ -259,21 +261,13 @@ class Rule:
         if self.cool[k] == 0.0 or (self.volumes < self.usual_volumes).any():
             return 1.0
         hotter = float(np.log(self.allowed[k] / self.cool[k])) - self.heat_left(number, self.speeds[k], volume)
-        scatter = math.sqrt(self.squares[k])
-        beyond = hotter * _above(-hotter / scatter) + scatter * _density(hotter / scatter)  # in the mean
-        proved = math.log(self.cool[k] / self.heat_factor) / UNSURE if self.modelled else 0.0
-        return beyond * _density(proved) / (UNSURE * _above(proved))
+        scatter, normal = math.sqrt(self.squares[k]), NormalDist()
+        beyond = hotter * normal.cdf(hotter / scatter) + scatter * normal.pdf(hotter / scatter)  # in the mean
+        proved = min(math.log(self.cool[k] / self.heat_factor) / UNSURE, SUREST) if self.modelled else 0.0
+        return beyond * normal.pdf(proved) / (UNSURE * normal.cdf(-proved))
 
     def learn(self, number: int, choice: JobChoice, told: BlockReadings, volume: float, burn_per_watt: float) -> None:
-        """Take what was read of a block.
-
-        Args:
-            number: of the block.
-            choice: E and D with which it was ground.
-            told: of it.
-            volume: since the dress, after the block, mm3/mm.
-            burn_per_watt: burn ratio over the power, 1/W, as the model has it; 0 without a model.
-        """
+        """Take what was read of a block: `volume` after it, mm3/mm; `burn_per_watt` is 0 without a model."""
         k, block, (E, D) = self.kind_of[number], self.simulation.blocks[number], choice
         # executions stand evenly in the depth of a block: the wheel is dullest before the first one or after the last
         worn = max(self.met + self.ground(number) / (D + 1.0), volume) if D else volume
@@ -354,11 +348,3 @@ class Rule:
         """Ask for a dress before the next part."""
         if executions > self.wanted:
             self.wanted, self.why = executions, why
-
-
-def _density(z: float) -> float:
-    return math.exp(-0.5 * z * z) / math.sqrt(2.0 * math.pi)
-
-
-def _above(z: float) -> float:
-    return 0.5 * math.erfc(z / math.sqrt(2.0))

@@ -126,18 +126,7 @@ def verdict_of(
     confidence: float,
     on: str,
 ) -> tuple[Verdict, str]:
-    """Whether the best words are better, and why.
-
-    Args:
-        feasible: whether any words tried keep limits and wishes.
-        unit: of what is to become less.
-        change: of that of a part from the words of before.
-        limits: how near they come to each.
-        beyond: by how much they are beyond each, as shares of them, shape (4,).
-        wishes: what a part was to take at most.
-        confidence: with which it is to keep limits.
-        on: what lots that was judged on.
-    """
+    """Return whether the best words are better, and why; `beyond` in shares of the limits, shape (4,)."""
     stay = f"{parts_said(confidence)} stay below"
     worst = limits[int(beyond.argmax())]
     missed = max((each for each in wishes if not each.kept), key=lambda each: each.after / each.most, default=None)
