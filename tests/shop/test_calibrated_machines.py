@@ -147,20 +147,19 @@ def test_more_is_left_open_where_the_model_is_not_followed(model, foreign):
 
 
 @pytest.mark.nightly
-def test_a_fit_worse_than_the_catalogue_is_written_with_force_only(model, tmp_path, monkeypatch):
+def test_a_fit_worse_than_the_catalogue_is_written_with_force_only(model, tmp_path, monkeypatch, grind):
     errors = {"power": (9, 0.02, 0.03)}
     worse = dataclasses.replace(model[0], judged=FitJudgement(errors, errors, worse=("power",)))
     path = tmp_path / "shop.toml"
     with pytest.raises(WorseFit, match="--force"):
         worse.write(path)
     monkeypatch.setattr("grind_env.shop.calls.calibrate", lambda *_, **__: worse)
-    words = ["calibrate", str(PROGRAM), "--program", str(PROGRAM), "--job", str(JOB), "-o", str(path)]
-    result = CliRunner().invoke(app, words)
-    assert result.exit_code == 3
-    assert "predicts power better" in result.stderr
-    assert result.stdout.startswith("Do not use it: the catalogue predicts power better.")
+    words = ["calibrate", PROGRAM, "--program", PROGRAM, "--job", JOB, "-o", path]
+    status, out, err = grind(*words)
+    assert status == 3 and "predicts power better" in err
+    assert out.startswith("Do not use it: the catalogue predicts power better.")
     assert not path.exists()
-    assert CliRunner().invoke(app, [*words, "--force"]).exit_code == 0
+    assert grind(*words, "--force")[0] == 0
     assert path.exists()
 
 
