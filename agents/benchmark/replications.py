@@ -98,7 +98,8 @@ def replicate(
         if each.task == problem.name and AT not in each.policy
     ]
     # agents that were trained anew would be others
-    gone = [cell for cell in cells if cell.trains and not _agents_of(cell, options.runs)]
+    known = {cell: cell.policy in KINDS and any((options.runs / cell.task).glob(f"{cell.name}-*")) for cell in cells}
+    gone = [cell for cell in cells if cell.trains and not known[cell]]
     if gone:
         names = dict.fromkeys(f"{cell.task} {cell.policy}" for cell in gone)
         options.console.print(f"left out, because no agent of theirs is kept: {', '.join(names)}", markup=False)
@@ -110,10 +111,6 @@ def replicate(
     )
     requests = [replace(request, first=first) for first in firsts]
     return trials_of("replicate", cells, *requests, files=BEGINS, publish=partial(write, published))
-
-
-def _agents_of(cell: BenchmarkCell, runs: Path) -> list[Path]:
-    return list((runs / cell.task).glob(f"{cell.name}-*")) if cell.policy in KINDS else []
 
 
 def by_first(found: Found) -> Mapping[int, Sequence[Result]]:

@@ -79,9 +79,6 @@ def machines(
     programs: Sequence[StudyProgram] = tuple(PROGRAMS.values()),
 ) -> list[StudyMachine]:
     """The machines of the study: of each family those with the seeds from 1, each with every program."""
-    plants = [name for family in families for name in _members(family, seeds)]
+    members = {family: [f"{family}:{seed}" for seed in range(1, seeds + 1)] for family in families}
+    plants = [name for family in families for name in (members | {MODEL.name: [MODEL.name]})[family]]
     return [StudyMachine(plant, program) for program in programs for plant in plants]
-
-
-def _members(family: str, seeds: int) -> list[str]:
-    return [family] if family == MODEL.name else [f"{family}:{seed}" for seed in range(1, seeds + 1)]

@@ -92,10 +92,11 @@ def page(env_id: str) -> str:
 
 
 def _facts(about: TaskSheet) -> str:
+    seen = about.env.observation_space
     rows = [
         ("make", f'`gym.make("{about.id}"{", program=..." if about.note.program else ""})`'),
         ("action space", f"`{about.env.action_space}`"),
-        ("observation space", f"`{_box(about.env.observation_space)}`"),
+        ("observation space", f"`Box({seen.shape}, {seen.dtype})`"),
         ("steps", f"{about.steps}" if about.steps else "not fixed"),
         ("reward of a step", _span(about.reward)),
         ("recommended discount", _discount(about)),
@@ -123,11 +124,6 @@ def _versions(about: TaskSheet) -> str:
         table_of(("task version", "what it is"), HISTORY.items()).markdown(),
     ]
     return "\n\n".join([versions, *lines])
-
-
-def _box(space: Any) -> str:
-    """A Box in short: every entry has bounds of its own, which its table lists."""
-    return f"Box({space.shape}, {space.dtype})"
 
 
 def _discount(about: TaskSheet) -> str:
