@@ -346,14 +346,8 @@ def judged(
 ) -> tuple[float, StageSoFar]:
     """Probability that the part is good so far, and what its stage has come to.
 
-    Args:
-        row: of the block.
-        part: after it.
-        tally: of the block.
-        stage: before it.
-        size_error: um.
-        before: probability that the part was good before the block.
-        cooler: by how much the limit of temperature lies above that of the block, K.
+    It was good `before` with some probability; `size_error` is um; the limit of temperature is that of the row and
+    `cooler` K.
     """
     torque = max(stage.torque, tally.peak_torque)
     rise = max(stage.rise, tally.plunge_rise if row.counts_all > 0.0 else tally.finish_rise)
