@@ -63,15 +63,9 @@ with_powers = replacer(Shown, "mean_power", "first_power", "peak_power")
 
 @inlined
 def booked_diameter(shown: Shown, shop: Shop, old: History, off: float, gauged: bool, change: float) -> float:
-    """The diameter in the shop's book after a block, mm.
+    """The diameter in the shop's book after a block, mm, whose dresses have taken `off` mm off it.
 
-    Args:
-        shown: after it.
-        shop: numbers of the task.
-        old: what was remembered before it.
-        off: what its dresses have taken off the diameter, mm.
-        gauged: whether the wear is known before the next block.
-        change: 1 if the wheel is changed after the block.
+    The wear is `gauged` before the next block; `change` is 1 if the wheel is changed after this one.
     """
     known = shown.diameter if gauged else old.diameter - off
     return shop.new_diameter if change > 0.0 else known

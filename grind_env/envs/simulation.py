@@ -269,12 +269,11 @@ class Simulation(ABC):
         step(self._tables(room), episodes.in_order(), choice, active, results, outcomes)
         return outcomes, results
 
-    def _tables(self, room: tuple[Any, ...]) -> tuple[Any, ...]:
+    def _tables(self, room: Sequence[Any]) -> tuple[Any, ...]:
         """Return the tables of the compiled step, with room for N machines; of a G81 the step writes the motions."""
-        blocks, plans, own, ways, motions, zones = self.tables
-        if self._infeed > 0.0:
-            most = 2 * (self.task.action.executions + 1)
-            motions = np.empty((len(room[0]) * most, motions.shape[1]))
+        *room, motions = room
+        blocks, plans, own, ways, written, zones = self.tables
+        motions = motions if self._infeed > 0.0 else written
         numbers = self.kinds, self._base, self._cooler, self.shops, self._generator.kinds, self._generator.spreads
         return blocks, plans, own, ways, motions, zones, *numbers, self._lead, self._infeed, self._approach, *room
 

@@ -45,6 +45,7 @@ from grind_env.kernel.columns import column_reader, column_writer, replacer
 from grind_env.machine.dress.mounting import USUAL_DEPTH, USUAL_LEAD
 from grind_env.machine.loops.batch import CYCLE_FIELDS
 from grind_env.machine.loops.cycle import PartState, dress_lead
+from grind_env.machine.loops.feeding import FeedMotion
 from grind_env.machine.loops.rows import (
     OWN_FROM,
     read_parameters,
@@ -216,16 +217,20 @@ class Choices(NamedTuple):
 
 
 class Scratch:
-    """Room of steps, used again and again, because the system maps tens of MB slowly; a step has its own."""
+    """Room of steps, used again and again, because the system maps tens of MB slowly; a step has its own.
 
-    def __init__(self) -> None:
+    Each machine has room for so many `motions` of a G81 that the step writes.
+    """
+
+    def __init__(self, motions: int = 0) -> None:
+        self.motions = motions
         self._free: list[tuple[Any, ...]] = []
 
-    def __reduce__(self) -> tuple[type["Scratch"], tuple[()]]:
-        return Scratch, ()
+    def __reduce__(self) -> tuple[type["Scratch"], tuple[int]]:
+        return Scratch, (self.motions,)
 
     def take(self, n: int) -> tuple[Any, ...]:
-        """Arrays of N rows or more: what `Tables` has from `parameters` on."""
+        """Arrays of N rows or more: what `Tables` has from `parameters` on, and the motions."""
         try:  # threads may take the last one at once
             room = self._free.pop()
         except IndexError:
@@ -234,7 +239,8 @@ class Scratch:
             return room
         records = StrokeParameters, Placed, BlockSettings
         parameters, placed, settings = (np.empty((n, len(record._fields))) for record in records)
-        return parameters, placed, np.empty(n, np.int64), settings, np.empty((n, CYCLE_FIELDS))
+        motions = np.empty((n * self.motions, len(FeedMotion._fields)))
+        return parameters, placed, np.empty(n, np.int64), settings, np.empty((n, CYCLE_FIELDS)), motions
 
     def give_back(self, room: tuple[Any, ...]) -> None:
         """Let another step have it."""
@@ -340,14 +346,8 @@ def judged(
 ) -> tuple[float, StageSoFar]:
     """Probability that the part is good so far, and what its stage has come to.
 
-    Args:
-        row: of the block.
-        part: after it.
-        tally: of the block.
-        stage: before it.
-        size_error: um.
-        before: probability that the part was good before the block.
-        cooler: by how much the limit of temperature lies above that of the block, K.
+    It was good `before` with some probability; `size_error` is um; the limit of temperature is that of the row and
+    `cooler` K.
     """
     torque = max(stage.torque, tally.peak_torque)
     rise = max(stage.rise, tally.plunge_rise if row.counts_all > 0.0 else tally.finish_rise)

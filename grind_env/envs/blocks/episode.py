@@ -44,17 +44,9 @@ class Opening(NamedTuple):
 def mount_wheels(
     wheels: Any, source: Any, index: Any, which: Any, fixed: Any, spreads: Any, opening: Opening, parameters: Any
 ) -> None:
-    """Write the first wheels of M episodes.
+    """Write the first wheels of M episodes, shape (N, fields of `WheelState`), with what `begin_episodes` takes.
 
-    Args:
-        wheels: shape (N, fields of `WheelState`); written in the rows `index`.
-        source: as for `draw_rows`.
-        index: as for `begin_episodes`, like the next three.
-        which: number of what is given.
-        fixed: what a context fixes.
-        spreads: shape (1, fields of `Sigmas`).
-        opening: how the episodes of the task begin.
-        parameters: of the dress before the first block, shape (1, fields of `StrokeParameters`).
+    `parameters` are those of the dress before the first block, shape (1, fields of `StrokeParameters`).
     """
     sigmas, p = read_sigmas(spreads, 0), read_parameters(parameters, 0)
     for j in range(index.size):

@@ -26,7 +26,7 @@ from grind_env.envs.observations import constant_readings, readings, scaling
 from grind_env.envs.simulation import NO_SETTINGS, Simulation, Written
 from grind_env.envs.tables import kind_table
 from grind_env.envs.tasks import Task
-from grind_env.envs.transition import Tables
+from grind_env.envs.transition import Scratch, Tables
 from grind_env.envs.view import view_of
 from grind_env.machine.grind import grind
 from grind_env.machine.job import WheelStart
@@ -74,6 +74,7 @@ class BlockSimulation(Simulation):
         self.kinds, self.branches, self.shops = kind_table(task), BlockBranches(task), np.array([shop_row(task)])
         self.tables, self._lead, self._covered = task_script(task, self.kinds)
         self._base, self._cooler, self._infeed = self.branches.base[None], np.zeros((1, 1)), task.infeed / 60.0
+        self._scratch = Scratch(2 * (task.action.executions + 1) if task.infeed > 0.0 else 0)
         self._scaling, self._generator = scaling(task, self.entries), EpisodeGenerator(task)
 
     def block(self, episodes: Episodes, i: int, speed: float, executions: float, pre_dress: float = 0.0) -> Any:
