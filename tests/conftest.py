@@ -74,6 +74,12 @@ def few_lots(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
+def nothing_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing is compiled for a search, where a test takes what it would vary and searches nothing."""
+    monkeypatch.setattr(variation, "compile_all", lambda _: None)
+
+
+@pytest.fixture
 def coarse_speeds(monkeypatch: pytest.MonkeyPatch) -> None:
     """A search tries E in steps of 1 m/min, which is quicker."""
     monkeypatch.setitem(variables.STEPS, "E", (Decimal(1000), Decimal(50)))

@@ -6,7 +6,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 MOST_LINES = {
     ("grind_env/*.py", "agents/*.py"): 69_500,
-    ("tests/*.py",): 57_400,
+    ("tests/*.py",): 54_000,
     ("docs/tools/*", ".ci/*"): 1_730,
 }
 

@@ -70,11 +70,9 @@ def test_machines_side_by_side_are_ground_as_each_alone(name: str, laws: str) ->
     assert len({*found.cost[0].tolist()}) == len(LOTS)
 
 
-def test_a_program_whose_J_and_L_cannot_be_varied_is_tried_on_as_many_machines(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """It can be replayed as soon as these are kept as they are; nothing of it needs compiled code."""
-    monkeypatch.setattr(variation, "compile_all", lambda _: None)
+@pytest.mark.usefixtures("nothing_compiled")
+def test_a_program_whose_J_and_L_cannot_be_varied_is_tried_on_as_many_machines() -> None:
+    """It can be replayed as soon as these are kept as they are."""
     text = (EXAMPLES / "rail_g83.nc").read_bytes()
     job = load_job(EXAMPLES / "rail_g83.toml")
     found = variation_of(
