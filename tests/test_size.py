@@ -5,8 +5,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 MOST_LINES = {
-    ("grind_env/*.py", "agents/*.py"): 69_500,
-    ("tests/*.py",): 54_000,
+    ("grind_env/*.py", "agents/*.py"): 66_500,
+    ("tests/*.py",): 53_900,
     ("docs/tools/*", ".ci/*"): 1_730,
 }
 
