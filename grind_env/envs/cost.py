@@ -19,25 +19,25 @@ class Shop(NamedTuple):
     """The numbers of a task that are the same for all its blocks.
 
     `hourly` is $/h, `wheel_price` $/mm3, `dress_price` $ per execution; `reference_cost`, of a block, and
-    `change_price` are $; `new_diameter` is mm, `change_seconds` are s.
+    `change_price` are $; `new_diameter` is mm, `change_seconds` are s. Jobs have the defaults.
     """
 
-    execution_depth: float
-    """By which a dress execution makes the diameter smaller, mm; 0 where each block has its own."""
     hourly: float
     wheel_price: float
     dress_price: float
     reference_cost: float
-    late_price: float
-    """Of lateness, $/h."""
     least_diameter: float
     """Below it the wheel is changed, mm; 0 for never."""
     wheel_width: float
     """Of the whole wheel, mm."""
     new_diameter: float
-    change_price: float
     change_seconds: float
-    materials: float
+    execution_depth: float = 0.0
+    """By which a dress execution makes the diameter smaller, mm; 0 where each block has its own."""
+    late_price: float = 0.0
+    """Of lateness, $/h."""
+    change_price: float = 0.0
+    materials: float = 1.0
     """Number of materials: each kind of blocks stands in a table once for each of them."""
 
 

@@ -45,18 +45,14 @@ def shop_of(job: Job, reference_cost: float) -> Shop:
     """The numbers of a job that are the same for all its blocks; each block has the dress of its own program."""
     rates, change = job.rates, job.times.wheel_change
     return Shop(
-        execution_depth=0.0,
         hourly=rates.hourly,
         wheel_price=rates.wheel,
         dress_price=rates.dress,
         reference_cost=reference_cost,
-        late_price=0.0,
         least_diameter=0.0 if change is None else job.setup.wheel.minimum_diameter,
         wheel_width=job.setup.wheel.width,
         new_diameter=job.setup.wheel.diameter,
-        change_price=0.0,
         change_seconds=change or 0.0,
-        materials=1.0,
     )
 
 
