@@ -21,7 +21,7 @@ from grind_env.envs.cost import Outcome
 from grind_env.envs.simulation import Simulation, advance
 from grind_env.envs.splits import EVERY, SPLITS
 from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds, start_episodes
-from grind_env.policies.held import model_beside
+from grind_env.policies.model_view import model_beside
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
 from grind_env.policies.scripted.rules import Random

@@ -10,7 +10,7 @@ from agents.cells import CHUNK, code_of, keep, kept, place_of
 from agents.study import Found, Study
 from grind_env.envs.splits import EVERY
 from grind_env.policies.evaluation import Evaluation, episode_seeds, run_seeds
-from grind_env.policies.held import model_beside
+from grind_env.policies.model_view import model_beside
 from grind_env.policies.naming import named_policy
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem

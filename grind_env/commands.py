@@ -199,7 +199,7 @@ def play(
     from grind_env.errors import printable
     from grind_env.files import write_atomically
     from grind_env.machine.job.text import job_text
-    from grind_env.policies.held import on
+    from grind_env.policies.model_view import on
     from grind_env.policies.play import play as play_episode
     from grind_env.policies.problem import find_problem
 

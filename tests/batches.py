@@ -11,15 +11,15 @@ from grind_env.control.cycles.plunge import PlungeCycle
 from grind_env.envs.feed_motions import Infeed
 from grind_env.kernel.columns import dtype_of
 from grind_env.machine.loops.batch import NO_MOTIONS, longest_first_of
-from grind_env.machine.loops.courses import COURSES
 from grind_env.machine.loops.cycle import PartState, Stroking
+from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS
 from grind_env.machine.loops.feeding import FEED, FULL, Feeding
 from grind_env.machine.loops.loops import loops_of, zoned_loops_of
 from grind_env.machine.loops.tally import Tally
 from grind_env.process.process import PROCESS
 from grind_env.process.state import StrokeParameters, WheelState
 
-FEEDS, PLUNGES, TRAVERSES = loops_of(FEED), loops_of(COURSES["G82"]), zoned_loops_of(COURSES["G83"])
+FEEDS, PLUNGES, TRAVERSES = loops_of(FEED), loops_of(CYCLE_KERNELS["G82"]), zoned_loops_of(CYCLE_KERNELS["G83"])
 """Of the process of the package."""
 
 CYCLE = dtype_of(Stroking, PlungeCycle)

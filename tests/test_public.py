@@ -86,8 +86,8 @@ def test_optimise_is_grind_optimise(grind: Grind, monkeypatch: pytest.MonkeyPatc
     class Asked(Exception):
         pass
 
-    def find_words(program: Path, job: Path | None, wishes: object, **others: object) -> None:
-        asked.append((wishes, others["seconds"]))
+    def find_words(program: Path, job: Path | None, options: object, **others: object) -> None:
+        asked.append((options, others["seconds"]))
         raise Asked
 
     asked: list[tuple[object, object]] = []

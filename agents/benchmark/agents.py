@@ -16,8 +16,8 @@ from agents.benchmark.trained import ZIP
 from agents.cells import RUNS, bare, behaviour, sources
 from agents.provenance import commit, installed
 from grind_env.envs.splits import EVERY
-from grind_env.policies.held import machines_name, model_of
 from grind_env.policies.learned.saved import ENTRY, SUFFIX, write_policy
+from grind_env.policies.model_view import machines_name, model_of
 from grind_env.policies.problem import Problem
 from grind_env.training import gru_ppo
 from grind_env.training.gru_ppo import Memory, Settings, form_of, policy_of, shown

@@ -11,7 +11,7 @@ from agents.budgets import TUNING_EPISODES
 from agents.cells import CHUNK, kept_evaluation
 from grind_env.envs.splits import EVERY
 from grind_env.policies.evaluation import Evaluation
-from grind_env.policies.held import on
+from grind_env.policies.model_view import on
 from grind_env.policies.planners.hindsight import Hindsight
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem

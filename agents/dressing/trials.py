@@ -16,8 +16,8 @@ from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.tasks import Dress
 from grind_env.files import is_file, write_atomically
 from grind_env.policies.evaluation import episode_seeds, run_seeds
-from grind_env.policies.held import on
 from grind_env.policies.learned.saved import SUFFIX
+from grind_env.policies.model_view import on
 from grind_env.policies.naming import SHIPPED
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem

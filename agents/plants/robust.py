@@ -8,8 +8,8 @@ from agents.plants.advising import best_plan
 from agents.plants.batches import batches
 from agents.plants.machines import PARTS, StudyMachine
 from grind_env.envs.job.loading import load_simulation
-from grind_env.policies.held import on
 from grind_env.policies.learned.saved import load_policy
+from grind_env.policies.model_view import on
 from grind_env.policies.problem import find_problem
 from grind_env.shop.advise.adviser import Adviser
 from grind_env.shop.advise.rehearsal import BatchResult, advised

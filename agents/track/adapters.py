@@ -11,8 +11,8 @@ from agents.track.adapter import Adapter, TrackShift
 from agents.track.knowing import RETUNED
 from agents.track.learning import CalibratedAdapter, Trim
 from grind_env.policies.guard import Guarded
-from grind_env.policies.held import model_of
 from grind_env.policies.learned.saved import SUFFIX
+from grind_env.policies.model_view import model_of
 from grind_env.policies.naming import OWN, named_policy, own_policy, trained_file
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem

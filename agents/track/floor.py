@@ -17,7 +17,7 @@ from grind_env.envs.episodes import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.plants import Plant, Plants
 from grind_env.policies.evaluation import SEEDS, Evaluation, roll_out, steps
-from grind_env.policies.held import model_of, on
+from grind_env.policies.model_view import model_of, on
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
 

@@ -16,7 +16,7 @@ from grind_env.errors import GrindError
 from grind_env.policies.choices import Decision, nearest_speed
 from grind_env.policies.evaluation import episode_seeds, start_episodes, steps
 from grind_env.policies.guard import guarded
-from grind_env.policies.held import model_of
+from grind_env.policies.model_view import model_of
 from grind_env.policies.naming import named_policy
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.problem import Problem

@@ -15,8 +15,8 @@ from agents.track.floor import TrackMachine
 from agents.track.knowing import KNOWING, Known, tune_on
 from grind_env.errors import GrindError
 from grind_env.plants import Plant
-from grind_env.policies.held import model_of, on
 from grind_env.policies.judging import check_policy
+from grind_env.policies.model_view import model_of, on
 from grind_env.policies.policy import Policy
 from grind_env.policies.problem import Problem
 

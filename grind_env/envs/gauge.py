@@ -6,7 +6,7 @@ import numpy as np
 
 from grind_env.belief.sensor import POWER_NOISE, POWER_NOISE_FLOOR
 from grind_env.kernel import inlined
-from grind_env.process.gauge import TRUTH, Gauge, Shown, beside
+from grind_env.process.gauge import TRUTH, Gauge, GaugeReadings, beside
 
 SIZE_NOISE = 0.7
 """um; standard deviation of the size gauge (scenarios, section 3, like the noise below)."""
@@ -52,8 +52,8 @@ class Noisy(Gauge):
 
 
 @inlined
-def _read(truth: Shown, own: Any, seconds: float, noise: Shown) -> tuple[Shown, Any]:
-    shown = Shown(
+def _read(truth: GaugeReadings, own: Any, seconds: float, noise: GaugeReadings) -> tuple[GaugeReadings, Any]:
+    shown = GaugeReadings(
         mean_power=measured_power(truth.mean_power, noise.mean_power),
         first_power=measured_power(truth.first_power, noise.first_power),
         peak_power=measured_power(truth.peak_power, noise.peak_power),

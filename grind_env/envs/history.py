@@ -8,7 +8,7 @@ from grind_env.envs.tape import TapeRow
 from grind_env.kernel import inlined
 from grind_env.kernel.columns import column_reader, column_writer, replacer
 from grind_env.machine.loops.tally import Tally, has_stalled, mean_first_power, mean_last_power
-from grind_env.process.gauge import Shown
+from grind_env.process.gauge import GaugeReadings
 
 GAUGE_EVERY = 3
 """Parts from one roughness gauging to the next."""
@@ -58,11 +58,11 @@ class History(NamedTuple):
 
 read_memory, write_memory = column_reader(History), column_writer(History)
 FOUND = History._fields.index("found_diameter")
-with_powers = replacer(Shown, "mean_power", "first_power", "peak_power")
+with_powers = replacer(GaugeReadings, "mean_power", "first_power", "peak_power")
 
 
 @inlined
-def booked_diameter(shown: Shown, shop: Shop, old: History, off: float, gauged: bool, change: float) -> float:
+def booked_diameter(shown: GaugeReadings, shop: Shop, old: History, off: float, gauged: bool, change: float) -> float:
     """The diameter in the shop's book after a block, mm, whose dresses have taken `off` mm off it.
 
     The wear is `gauged` before the next block; `change` is 1 if the wheel is changed after this one.
@@ -72,9 +72,9 @@ def booked_diameter(shown: Shown, shop: Shop, old: History, off: float, gauged: 
 
 
 @inlined
-def truth_of(result: Tally, outcome: Outcome, diameter: float) -> Shown:
+def truth_of(result: Tally, outcome: Outcome, diameter: float) -> GaugeReadings:
     """What meter and gauges ought to show after a block, of the wheel its diameter, mm."""
-    return Shown(
+    return GaugeReadings(
         mean_power=mean_last_power(result),
         first_power=mean_first_power(result),
         peak_power=result.peak_load,
@@ -85,9 +85,9 @@ def truth_of(result: Tally, outcome: Outcome, diameter: float) -> Shown:
 
 
 @inlined
-def noise_of(row: TapeRow) -> Shown:
+def noise_of(row: TapeRow) -> GaugeReadings:
     """The noise of what they show after a block."""
-    return Shown(
+    return GaugeReadings(
         mean_power=row.mean_noise,
         first_power=row.first_noise,
         peak_power=row.peak_noise,
@@ -98,7 +98,7 @@ def noise_of(row: TapeRow) -> Shown:
 
 
 @inlined
-def legible(shown: Shown, result: Tally, change: float) -> Shown:
+def legible(shown: GaugeReadings, result: Tally, change: float) -> GaugeReadings:
     """What of it is read: no power where there is none to be read, or the wheel is changed (1) after the block."""
     # of a new wheel nothing is known yet
     mean = shown.mean_power if result.last_count > 0.0 and change == 0.0 else 0.0
@@ -113,7 +113,7 @@ def remembered(
     kind: KindRow,
     result: Tally,
     old: History,
-    shown: Shown,
+    shown: GaugeReadings,
     outcome: Outcome,
     good: float,
     change: float,

@@ -7,7 +7,7 @@ from grind_env.kernel import exp, inlined
 from grind_env.kernel.columns import replacer
 from grind_env.plants.chance import deviate, words_of
 from grind_env.plants.family import Family, ranges_of
-from grind_env.process.gauge import Gauge, Shown
+from grind_env.process.gauge import Gauge, GaugeReadings
 from grind_env.process.process import Drive, Hook, Moment
 from grind_env.process.state import StrokeParameters, WheelState
 
@@ -33,7 +33,7 @@ class DriftOwn(NamedTuple):
 wandered = replacer(None, "drift_dulling", "drift_pressure", "drift_idle")
 driven, shown_as = (
     replacer(StrokeParameters, "kA", "pm", "power"),
-    replacer(Shown, "mean_power", "first_power", "peak_power"),
+    replacer(GaugeReadings, "mean_power", "first_power", "peak_power"),
 )
 
 
@@ -57,7 +57,7 @@ def _before(
 
 
 @inlined
-def _read(truth: Shown, own: Any, seconds: float, noise: Shown) -> tuple[Shown, Any]:
+def _read(truth: GaugeReadings, own: Any, seconds: float, noise: GaugeReadings) -> tuple[GaugeReadings, Any]:
     """Power is shown above the idle that was zeroed as the shift began."""
     idle = own.drift_idle
     return shown_as(truth, (truth.mean_power + idle, truth.first_power + idle, truth.peak_power + idle)), own

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 from grind_env.kernel import exp, inlined
 from grind_env.kernel.columns import replacer
 from grind_env.plants.family import Family, ranges_of
-from grind_env.process.gauge import Gauge, Shown
+from grind_env.process.gauge import Gauge, GaugeReadings
 
 
 class MeterOwn(NamedTuple):
@@ -18,11 +18,11 @@ class MeterOwn(NamedTuple):
     meter_warms: float = 3600.0
 
 
-shown_as = replacer(Shown, "mean_power", "first_power", "peak_power")
+shown_as = replacer(GaugeReadings, "mean_power", "first_power", "peak_power")
 
 
 @inlined
-def _read(truth: Shown, own: Any, seconds: float, noise: Shown) -> tuple[Shown, Any]:
+def _read(truth: GaugeReadings, own: Any, seconds: float, noise: GaugeReadings) -> tuple[GaugeReadings, Any]:
     """Power is shown above an idle that was zeroed as the shift began, and has crept since then.
 
     A meter that lags smooths what stands out of the mean of a block, and is still rising in its first stroke.

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 from grind_env.kernel import exp, inlined
 from grind_env.kernel.columns import replacer
 from grind_env.plants.family import Family, ranges_of
-from grind_env.process.gauge import Gauge, Shown
+from grind_env.process.gauge import Gauge, GaugeReadings
 from grind_env.process.process import Drive, Hook, Moment
 from grind_env.process.state import StrokeParameters, WheelState
 
@@ -20,7 +20,11 @@ class ThermalOwn(NamedTuple):
     """Up to the block before, um."""
 
 
-nearer, grown_to, shown_as = replacer(WheelState, "W"), replacer(None, "thermal_grown"), replacer(Shown, "size_error")
+nearer, grown_to, shown_as = (
+    replacer(WheelState, "W"),
+    replacer(None, "thermal_grown"),
+    replacer(GaugeReadings, "size_error"),
+)
 
 
 @inlined
@@ -34,7 +38,7 @@ def _before(
 
 
 @inlined
-def _read(truth: Shown, own: Any, seconds: float, noise: Shown) -> tuple[Shown, Any]:
+def _read(truth: GaugeReadings, own: Any, seconds: float, noise: GaugeReadings) -> tuple[GaugeReadings, Any]:
     drifted = own.thermal_drifts * (1.0 - exp(-seconds / own.thermal_warms))
     return shown_as(truth, (truth.size_error + drifted,)), own
 

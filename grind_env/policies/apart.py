@@ -22,7 +22,7 @@ from grind_env.envs.simulation import Simulation
 from grind_env.errors import reason, shortened
 from grind_env.json_form import FormError
 from grind_env.policies.choices import Decision
-from grind_env.policies.held import model_of
+from grind_env.policies.model_view import model_of
 from grind_env.policies.naming import named_policy
 from grind_env.policies.policy import Sees
 from grind_env.policies.problem import find_problem

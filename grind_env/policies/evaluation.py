@@ -16,7 +16,7 @@ from grind_env.envs.simulation import Simulation
 from grind_env.envs.splits import EVERY, SPLITS
 from grind_env.errors import GrindError, quoted
 from grind_env.policies.choices import Decision
-from grind_env.policies.held import parted
+from grind_env.policies.model_view import parted
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.statistics import Interval, bootstrap, cost_per_good_part, normalised_score
 from grind_env.presenter import html

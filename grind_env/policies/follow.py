@@ -18,7 +18,7 @@ from grind_env.extras import needing
 from grind_env.policies.choices import Decision
 from grind_env.policies.columns import AREA, CHANGES, COST, OF_WHEEL
 from grind_env.policies.evaluation import done, episode_seeds, start_episodes
-from grind_env.policies.held import model_beside, parted
+from grind_env.policies.model_view import model_beside, parted
 from grind_env.policies.naming import named_policy
 from grind_env.policies.policy import Policy, reveal
 from grind_env.policies.problem import Problem, find_problem

@@ -12,7 +12,7 @@ from grind_env.envs.splits import EVERY, SPLITS
 from grind_env.errors import GrindError, quoted
 from grind_env.plants.names import MODEL
 from grind_env.policies.evaluation import SEEDS, Evaluation, episode_seeds, nobody, roll_out, start_episodes
-from grind_env.policies.held import model_of, on
+from grind_env.policies.model_view import model_of, on
 from grind_env.policies.naming import agent_of, named_policy
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.problem import Problem, find_problem

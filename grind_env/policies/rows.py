@@ -22,9 +22,9 @@ from grind_env.plants.names import modules_of
 from grind_env.policies.apart import apart
 from grind_env.policies.evaluation import run_seeds
 from grind_env.policies.guard import Guarded
-from grind_env.policies.held import on
 from grind_env.policies.judging import Judgement
 from grind_env.policies.learned.saved import SUFFIX
+from grind_env.policies.model_view import on
 from grind_env.policies.naming import OWN
 from grind_env.policies.problem import Problem, find_problem
 from grind_env.policies.statistics import prediction

@@ -8,7 +8,7 @@ from grind_env.kernel import inlined
 from grind_env.process.process import Nothing, joined
 
 
-class Shown(NamedTuple):
+class GaugeReadings(NamedTuple):
     """What they show; as truth what they ought to, as noise standard normal numbers times the factor of the task.
 
     `mean_power`, `first_power` and `peak_power` are W, `size_error` is um, `diameter` mm. `roughness` is a ratio to its
@@ -23,7 +23,7 @@ class Shown(NamedTuple):
     diameter: float
 
 
-QUIET = Shown(*[0.0] * len(Shown._fields))
+QUIET = GaugeReadings(*[0.0] * len(GaugeReadings._fields))
 """No noise."""
 
 
@@ -38,7 +38,7 @@ class Gauge(NamedTuple):
 
 
 @inlined
-def _read(truth: Shown, own: Any, seconds: float, noise: Shown) -> tuple[Shown, Any]:
+def _read(truth: GaugeReadings, own: Any, seconds: float, noise: GaugeReadings) -> tuple[GaugeReadings, Any]:
     return truth, own
 
 
@@ -61,7 +61,7 @@ def _through(first: Callable[..., Any], then: Callable[..., Any]) -> Callable[..
     quiet = QUIET
 
     @inlined
-    def read(truth: Shown, own: Any, seconds: float, noise: Shown) -> tuple[Shown, Any]:
+    def read(truth: GaugeReadings, own: Any, seconds: float, noise: GaugeReadings) -> tuple[GaugeReadings, Any]:
         found, own = first(truth, own, seconds, quiet)
         shown, own = then(found, own, seconds, noise)
         return shown, own

@@ -15,7 +15,7 @@ from grind_env.files import beside, write_atomically
 from grind_env.machine.grind import grind_file
 from grind_env.machine.job import Job
 from grind_env.machine.job.file import job_beside, load_job
-from grind_env.shop.wishes import CONFIDENCE, Ends, Number, ends_of, seconds_of, whole_ends_of, wishes_of
+from grind_env.shop.search_options import CONFIDENCE, Ends, Number, ends_of, options_of, seconds_of, whole_ends_of
 from grind_env.targets import Target, check_targets
 from grind_env.terminal import progress
 from grind_env.toml import files_named
@@ -142,12 +142,12 @@ def optimise(
     from grind_env.shop.optimise.finding import find_words
 
     seconds = seconds_of(budget)
-    wishes = wishes_of(vary, bounds, keep, margin, objective, within, confidence=confidence, untried=untried)
+    options = options_of(vary, bounds, keep, margin, objective, within, confidence=confidence, untried=untried)
     with progress(most=f"of {seconds:g} s" if programs is None else "") as advance:
         return find_words(
             program,
             job,
-            wishes,
+            options,
             parts=parts,
             seconds=seconds,
             programs=programs,

@@ -32,7 +32,7 @@ from grind_env.machine.script.settings import DRESS_SECONDS, D, E, Ranges, own_s
 from grind_env.machine.script.tables import BlockRow
 from grind_env.policies.statistics import Interval, resampled_means
 from grind_env.process.cost import NO_LIMIT
-from grind_env.shop.wishes import CONFIDENCE
+from grind_env.shop.search_options import CONFIDENCE
 
 Between: TypeAlias = Callable[[], object]
 """Called between two blocks of a program that the control executes; what it raises ends the run."""

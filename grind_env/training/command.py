@@ -61,9 +61,9 @@ def train(
     from grind_env.extras import needing
     from grind_env.plants.names import MODEL
     from grind_env.policies.evaluation import episode_seeds
-    from grind_env.policies.held import machines_name, model_of, on, training_machines
     from grind_env.policies.judging import evaluate
     from grind_env.policies.learned.saved import SUFFIX, write_policy
+    from grind_env.policies.model_view import machines_name, model_of, on, training_machines
     from grind_env.terminal import progress
 
     with needing("train", "grind train needs"):

@@ -25,9 +25,9 @@ from grind_env.envs.memory import Flags
 from grind_env.envs.shown import CLIP, Standard
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.evaluation import nobody
-from grind_env.policies.held import model_of
 from grind_env.policies.learned.network import Actor, LearnedPolicy, Network
 from grind_env.policies.learned.view import GRID, LearnerForm, LearnerView, MemoryKind
+from grind_env.policies.model_view import model_of
 from grind_env.policies.problem import Problem
 from grind_env.training.checkpoint import Checkpoint
 

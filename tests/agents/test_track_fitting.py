@@ -12,7 +12,7 @@ from agents.track.floor import TrackMachine, found
 from agents.track.learning import DAMPING, WIDEST, CalibratedAdapter, Holding, Scaled, Trim
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.evaluation import start_episodes, steps
-from grind_env.policies.held import model_of
+from grind_env.policies.model_view import model_of
 from grind_env.policies.naming import named_policy
 from grind_env.policies.problem import find_problem
 from grind_env.process.state import StrokeParameters

@@ -19,8 +19,8 @@ from grind_env.control.cycles.plunge import PlungeCycle
 from grind_env.control.rules import DEPTH_TOLERANCE, motion_time
 from grind_env.machine.job import Job, WheelStart
 from grind_env.machine.loops import loops
-from grind_env.machine.loops.courses import COURSES
 from grind_env.machine.loops.cycle import PartState, Stroking
+from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS
 from grind_env.machine.part.rows import WHEEL_FIELDS
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.equations import INITIAL_ROUGHNESS
@@ -324,7 +324,7 @@ def test_the_number_of_lanes_changes_no_bit(
     sys.modules[path.stem] = module
     try:
         spec.loader.exec_module(module)
-        monkeypatch.setattr(batches, "PLUNGES", module.loops_of(COURSES["G82"]))
+        monkeypatch.setattr(batches, "PLUNGES", module.loops_of(CYCLE_KERNELS["G82"]))
         assert outcome(MANY, grind_cycles) == alone
     finally:
         del sys.modules[path.stem]

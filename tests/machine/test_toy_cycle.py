@@ -16,8 +16,8 @@ from grind_env.control.motions import CyclePlan
 from grind_env.control.rules import DEPTH_TOLERANCE, depth_after_pick, dresses_due, motion_time
 from grind_env.kernel import inlined
 from grind_env.machine.loops.batch import CYCLE_FIELDS, NO_MOTIONS
-from grind_env.machine.loops.courses import COURSES, course_of
 from grind_env.machine.loops.cycle import PartState, Stroking
+from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS, course_of
 from grind_env.machine.loops.loops import Loops, loops_of
 from grind_env.machine.loops.zones import EDGES
 from grind_env.machine.script.replay import Placed, blocks_of
@@ -191,7 +191,7 @@ class OneBlock(NamedTuple):
 
 def test_a_script_of_it_is_replayed(loops: Loops, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(RULES, "G82", G84)
-    monkeypatch.setitem(COURSES, "G82", COURSE)
+    monkeypatch.setitem(CYCLE_KERNELS, "G82", COURSE)
     grind_blocks = blocks_of({"G82": loops}, FEEDS, deepest)
     for case in CASES[:6]:
         record = run(case.text, job())
@@ -226,5 +226,5 @@ def test_its_lanes_do_not_touch_each_other(loops: Loops) -> None:
 def test_every_cycle_stands_in_every_table_that_says_more_of_it_than_its_rules() -> None:
     crossing = {code for code, rules in RULES.items() if rules.cross is not None}
     assert set(WORDS) == set(RULES)
-    assert set(COURSES) == {code for code, rules in RULES.items() if rules.plunges}
+    assert set(CYCLE_KERNELS) == {code for code, rules in RULES.items() if rules.plunges}
     assert set(EDGES) == crossing

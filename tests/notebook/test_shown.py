@@ -18,7 +18,7 @@ from grind_env.notebook.markup import MOST_ITEMS, MOST_ROWS, fragment, items, li
 from grind_env.pages import page
 from grind_env.policies.judging import Judgement
 from grind_env.policies.statistics import Interval
-from grind_env.shop.optimise.outcome import LimitUse, Optimised, PartMean, Trade, Verdict, WishUse, WordChange
+from grind_env.shop.optimise.outcome import LimitUse, Optimised, PartMean, Requirement, Trade, Verdict, WordChange
 from grind_env.shop.sweep.study import Sweep
 from tests.examples import examples
 from tests.machine.harness import CYCLE, HEAD, job, run
@@ -225,7 +225,7 @@ def test_an_optimisation_shows_its_words_and_writes_only_what_is_better(tmp_path
                 binds=False,
             ),
         ),
-        wishes=(WishUse("seconds", "s", 75.0, 80.0, 70.0),),
+        options=(Requirement("seconds", "s", 75.0, 80.0, 70.0),),
         objective="cost",
         cheapest=(Trade(2.0, 70.0, 0.9),),
         chosen=(Trade(2.5, 80.0, 0.8), Trade(2.0, 70.0, 0.9)),

@@ -10,12 +10,14 @@ from grind_env.envs.gauge import GAUGE, noisy
 from grind_env.plants import FAMILIES, Plant
 from grind_env.plants.plant import mixed
 from grind_env.process import equations as eq
-from grind_env.process.gauge import QUIET, Shown, beside
+from grind_env.process.gauge import QUIET, GaugeReadings, beside
 from tests.plants.written import Shop, written
 from tests.process.harness import CATALOGUE, parameters
 
 FAMILY = {each.name: each for each in FAMILIES}
-TRUTH = Shown(mean_power=2000.0, first_power=1500.0, peak_power=3000.0, size_error=4.0, roughness=0.8, diameter=290.0)
+TRUTH = GaugeReadings(
+    mean_power=2000.0, first_power=1500.0, peak_power=3000.0, size_error=4.0, roughness=0.8, diameter=290.0
+)
 POWERS = ("mean_power", "first_power", "peak_power")
 
 
@@ -24,7 +26,7 @@ def machine(name: str, **numbers: float) -> Plant:
     return mixed(name, (FAMILY[name],), {f"{name}_{field}": number for field, number in numbers.items()})
 
 
-def shown(plant: Plant, seconds: float = 0.0, own: Any = None) -> Shown:
+def shown(plant: Plant, seconds: float = 0.0, own: Any = None) -> GaugeReadings:
     """What is shown of the truth without noise but for the steps of the diameter."""
     own = plant.remembers(*plant.own) if own is None else own
     found, _ = written(plant.gauge.read)(TRUTH, own, seconds, QUIET)
@@ -199,7 +201,7 @@ def test_gauges_show_what_those_before_them_show_and_noise_comes_once() -> None:
     found = shown(plant, 1e3)
     assert found.mean_power == pytest.approx(1.1 * 2000.0 + 100.0)  # as they stand in the mix: the meter first
     assert found.size_error == pytest.approx(6.0)
-    noise = Shown(*[1.0] * 6)
+    noise = GaugeReadings(*[1.0] * 6)
     own = plant.remembers(*plant.own)
     both, _ = written(noisy(plant.gauge).read)(TRUTH, own, 1e3, noise)
     plain, _ = written(GAUGE.read)(found._replace(diameter=TRUTH.diameter), own, 1e3, noise)

@@ -18,7 +18,7 @@ from grind_env.plants import find_plant
 from grind_env.policies.choices import Decision
 from grind_env.policies.evaluation import start_episodes
 from grind_env.policies.follow import follow
-from grind_env.policies.held import model_of, on, parted
+from grind_env.policies.model_view import model_of, on, parted
 from grind_env.policies.problem import find_problem
 from tests.envs.test_job_env import GROOVED, written
 

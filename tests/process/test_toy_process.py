@@ -24,12 +24,12 @@ from grind_env.envs.tasks import read_task
 from grind_env.kernel import exp, inlined
 from grind_env.kernel.columns import replacer
 from grind_env.machine.job import Job
-from grind_env.machine.loops.courses import COURSES
+from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS
 from grind_env.machine.loops.loops import loops_of
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.run import GrindingRun
-from grind_env.process.gauge import Gauge, Shown
+from grind_env.process.gauge import Gauge, GaugeReadings
 from grind_env.process.process import PROCESS, Drive, Hook, Moment, Nothing, PartHeat, Process, composed
 from grind_env.process.state import StrokeConstants, StrokeParameters, StrokeResult, WheelState
 from grind_env.process.stroke import dress_wheel, grind_stroke
@@ -66,7 +66,7 @@ class Lag(NamedTuple):
 
 remember, dull, showing = replacer(None, "heat", "grown"), replacer(None, "blocks"), replacer(None, "showed", "at")
 pull_out, nearer = replacer(WheelState, "A", "W"), replacer(WheelState, "W")
-faster, shown_as = replacer(StrokeParameters, "kA"), replacer(Shown, "peak_power")
+faster, shown_as = replacer(StrokeParameters, "kA"), replacer(GaugeReadings, "peak_power")
 
 
 @inlined
@@ -118,7 +118,7 @@ def dulling(
 
 
 @inlined
-def lagging(truth: Shown, own: Any, seconds: float, noise: Shown) -> tuple[Shown, Any]:
+def lagging(truth: GaugeReadings, own: Any, seconds: float, noise: GaugeReadings) -> tuple[GaugeReadings, Any]:
     """That of the package, with a peak that lags behind the true one; not noisy."""
     kept = exp((own.at - seconds) / LAGS)
     peak = truth.peak_power + kept * (own.showed - truth.peak_power)
@@ -331,7 +331,7 @@ def test_without_any_of_it_the_heat_of_the_part_alone_is_remembered_and_nothing_
     assert room_of(PROCESS) == OWN_FROM + 1
     assert composed(PROCESS, Hook(worn_table)).own() == PROCESS.own()  # a hook that remembers nothing adds no room
     assert composed(PROCESS, Hook(dulling, Dulling)).own._fields == ("dT", "blocks")
-    course = COURSES["G82"]
+    course = CYCLE_KERNELS["G82"]
     assert loops_of(course) is loops_of(course, PROCESS) and loops_of(course, TOY) is loops_of(course, TOY)
     assert loops_of(course) is not loops_of(course, TOY)
 

@@ -17,8 +17,8 @@ from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.outcome import Optimised
 from grind_env.shop.optimise.variation import Variation, variation_of
+from grind_env.shop.search_options import OptionError, options_of
 from grind_env.shop.trials import LotUse, lots_of, trials_of
-from grind_env.shop.wishes import WishError, wishes_of
 from tests.examples import examples
 from tests.shop.programs import DRESS, FEEDS, INCH, JOB, KNOWN, PLATE
 
@@ -38,8 +38,8 @@ ASSIGNED = (
 def asked_for(text: str, folder: Path, vary: str | None = None, keep: tuple[int, ...] = ()) -> Variation:
     path = folder / "part.nc"
     path.write_bytes(text.encode("latin-1"))
-    wishes = wishes_of(vary and vary.split(","), kept=keep, untried=True)
-    return variation_of(read_file(path), text_of(read_bytes(path)), SHOP, wishes, 2, 1)
+    options = options_of(vary and vary.split(","), kept=keep, untried=True)
+    return variation_of(read_file(path), text_of(read_bytes(path)), SHOP, options, 2, 1)
 
 
 def found_in(text: str, folder: Path, **asked: object) -> Optimised:
@@ -56,8 +56,8 @@ def folder(tmp_path: Path) -> Path:
 
 @pytest.mark.nightly
 def test_a_program_with_variables_is_made_as_good_as_its_twin_with_numbers(folder: Path) -> None:
-    wishes = wishes_of(("E", "D", "J"), bounds={"D": (0, 1)})
-    theirs, mine = (found_in(text, folder, wishes=wishes) for text in (PLATE, ASSIGNED))
+    options = options_of(("E", "D", "J"), bounds={"D": (0, 1)})
+    theirs, mine = (found_in(text, folder, options=options) for text in (PLATE, ASSIGNED))
     assert [(word.name, word.before, word.after) for word in mine.words] == [
         (word.name, word.before, word.after) for word in theirs.words
     ]
@@ -98,7 +98,7 @@ def test_blocks_that_read_one_variable_are_varied_together(folder: Path) -> None
     asked = asked_for(text, folder, "E")
     (speed,) = asked.choices.variables
     assert (speed.blocks, speed.place, speed.own) == ((0, 1), "#101, line 7", 12_000)
-    found = found_in(text, folder, wishes=wishes_of(["E"]))
+    found = found_in(text, folder, options=options_of(["E"]))
     cost = grind(read(found.after), SHOP).parts["total_cost"][0]
     assert found.quantity("cost").expected[1] == pytest.approx(cost, rel=1e-9)
     new = found.after.splitlines()
@@ -172,7 +172,7 @@ def test_a_block_that_is_kept_keeps_what_others_read_with_it(folder: Path) -> No
 
 def test_one_variable_for_two_kinds_of_words_is_kept(folder: Path) -> None:
     text = PLATE.replace("N30", "#101=1\nN30", 1).replace("D1", "D#101").replace("L4", "L#101")
-    with pytest.raises(WishError, match=r"N50: D#101 is kept .* this one is read in line 14, too"):
+    with pytest.raises(OptionError, match=r"N50: D#101 is kept .* this one is read in line 14, too"):
         asked_for(text, folder, "D", keep=(70,))
 
 
@@ -237,9 +237,9 @@ def test_the_text_says_what_was_asked(text: str, data: st.DataObject) -> None:
     programs = read(text, "part.nc")
     try:
         asked = variation_of(
-            programs, text_of(text.encode()), SHOP, wishes_of((*"EDJL", "interval"), untried=True), 1, 1
+            programs, text_of(text.encode()), SHOP, options_of((*"EDJL", "interval"), untried=True), 1, 1
         )
-    except WishError:
+    except OptionError:
         return
     point = tuple(data.draw(st.integers(0, count - 1)) for count in asked.counts)
     new = asked.with_words(point)

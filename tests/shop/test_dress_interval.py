@@ -20,9 +20,9 @@ from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.outcome import Trade, Verdict, cheapest_by_time
 from grind_env.shop.optimise.variation import Variation, variation_of
+from grind_env.shop.search_options import SearchOptions, options_of
 from grind_env.shop.sweep.study import LOTS
 from grind_env.shop.trials import LotUse, lots_of, trials_of
-from grind_env.shop.wishes import Wishes, wishes_of
 from tests.command import Grind
 from tests.examples import nightly
 from tests.shop.programs import KNOWN, TWO_PLATES, known_job
@@ -35,15 +35,15 @@ RAIL = EXAMPLES / "rail_g83.nc"
 RUNS = 13
 
 
-def varied(path: Path, wishes: Wishes, runs: int = RUNS) -> Variation:
+def varied(path: Path, options: SearchOptions, runs: int = RUNS) -> Variation:
     return variation_of(
-        read_file(path), text_of(path.read_bytes()), load_job(path.with_suffix(".toml")), wishes, runs, 1
+        read_file(path), text_of(path.read_bytes()), load_job(path.with_suffix(".toml")), options, runs, 1
     )
 
 
 def written(path: Path, every: int) -> tuple[Variation, tuple[int, ...]]:
     """A program in which its own dresses are due every so many runs."""
-    variation = varied(path, wishes_of(("D", "interval"), {"interval": (every, every)}))
+    variation = varied(path, options_of(("D", "interval"), {"interval": (every, every)}))
     return variation, variation.start
 
 
@@ -81,7 +81,7 @@ def test_the_program_dresses_in_every_third_part_whatever_was_left_in_its_counte
 @pytest.mark.nightly
 def test_every_second_block_that_dresses_is_counted_across_parts() -> None:
     """The rail dresses in N50 and in N80: with every third block due, in N80 of the second run and N50 of the third."""
-    variation = varied(RAIL, wishes_of(("D", "interval"), {"interval": (1, 3), "D": (1, 1)}), runs=6)
+    variation = varied(RAIL, options_of(("D", "interval"), {"interval": (1, 3), "D": (1, 1)}), runs=6)
     number = variation.choices.intervals.index(DressInterval(3, "block"))
     point = (*variation.start[:-1], number)
     said = trials_of(variation.read(point), variation.job, 6, [(0,)]).own[:, D].reshape(6, 2)
@@ -110,7 +110,7 @@ def test_a_part_takes_what_is_asked_of_it_at_most(tmp_path: Path, grind: Grind) 
     status, out, _ = grind("optimise", PLATE, *known, "--for", "time", "--within", "cost=2.3", "--json")
     told = json.loads(out)
     assert status == 0 and told["objective"] == "seconds"
-    (wish,) = told["wishes"]
+    (wish,) = told["options"]
     assert wish["kept"] and wish["after"] <= 2.3 < wish["before"]
     quickest = json.loads(grind("optimise", PLATE, *known, "--for", "time", "--json")[1])
     by_name = {each["name"]: each["after"]["value"] for each in quickest["quantities"]}
@@ -144,7 +144,7 @@ def test_wishes_that_are_none(options: tuple[str, ...], told: str, grind: Grind)
 
 @pytest.mark.nightly
 def test_parts_that_are_alike_keep_alike_words_unless_they_are_free() -> None:
-    alike, free = (varied(TWO_PLATES, wishes_of(free=each), runs=3) for each in (False, True))
+    alike, free = (varied(TWO_PLATES, options_of(free=each), runs=3) for each in (False, True))
     assert [each.places for each in alike.choices.variables] == ["N150, N250", "N170, N270", "N150, N250"]
     assert [each.places for each in free.choices.variables] == ["N150", "N170", "N250", "N270", "N150", "N250"]
     text = alike.with_words((*(count - 1 for count in alike.counts[:-1]), 0)).text

@@ -27,8 +27,8 @@ from grind_env.shop.optimise import table, variation
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.search import Budget
 from grind_env.shop.optimise.variation import variation_of
+from grind_env.shop.search_options import OptionError, options_of
 from grind_env.shop.trials import LotUse, Trials, lots_of, trials_of
-from grind_env.shop.wishes import WishError, wishes_of
 from tests.command import Grind
 from tests.examples import few
 from tests.machine.harness import worlds
@@ -76,7 +76,7 @@ def test_a_program_whose_J_and_L_cannot_be_varied_is_tried_on_as_many_machines()
     text = (EXAMPLES / "rail_g83.nc").read_bytes()
     job = load_job(EXAMPLES / "rail_g83.toml")
     found = variation_of(
-        read_file(EXAMPLES / "rail_g83.nc"), text_of(text), job, wishes_of(["E", "J", "L"], untried=True), 2, 1
+        read_file(EXAMPLES / "rail_g83.nc"), text_of(text), job, options_of(["E", "J", "L"], untried=True), 2, 1
     )
     assert {each.name for each in found.choices.variables} == {"E"} and "J and L" in found.choices.remarks[0]
     assert len(found.trials(LotUse.SEARCH, 20).simulation.machines.jobs) == 20
@@ -311,7 +311,7 @@ def test_a_higher_confidence_asks_for_more() -> None:
 
 @pytest.mark.parametrize("value", [0.3, 1.0, "much"])
 def test_what_is_no_confidence_is_refused(value: float) -> None:
-    with pytest.raises(WishError, match=r"--confidence: .* give a number from 0.5 to 0.999"):
+    with pytest.raises(OptionError, match=r"--confidence: .* give a number from 0.5 to 0.999"):
         optimise(EXAMPLES / "plate_g82.nc", confidence=value, **FEW)
 
 

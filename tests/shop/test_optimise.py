@@ -26,9 +26,9 @@ from grind_env.shop.optimise.outcome import Optimised, Verdict, WordChange
 from grind_env.shop.optimise.search import Budget, Point, Search
 from grind_env.shop.optimise.table import as_data, sentences
 from grind_env.shop.optimise.variation import LOTS
+from grind_env.shop.search_options import options_of
 from grind_env.shop.sweep.study import sweep
 from grind_env.shop.trials import LotUse, Measures, lots_of, trials_of
-from grind_env.shop.wishes import wishes_of
 from tests.command import Grind, status
 from tests.examples import few
 from tests.policies.optimum import exact_optimum
@@ -105,8 +105,8 @@ def test_the_programs_tried_lie_around_the_one_chosen(found: Optimised) -> None:
 
 @pytest.mark.usefixtures("few_lots", "coarse_speeds")
 def test_the_same_seed_finds_the_same() -> None:
-    wishes = wishes_of(("E",))
-    runs = [find_words(EXAMPLES / "keyway_g81.nc", None, wishes, parts=1, seconds=1000.0, seed=5) for _ in range(2)]
+    options = options_of(("E",))
+    runs = [find_words(EXAMPLES / "keyway_g81.nc", None, options, parts=1, seconds=1000.0, seed=5) for _ in range(2)]
     assert runs[0] == runs[1]
 
 
@@ -168,16 +168,16 @@ def test_the_next_best_is_judged_where_the_best_is_beyond_a_limit(
 
     monkeypatch.setattr(ProgramJudge, "measured", harsh)
     monkeypatch.setattr(finding, "freed_of", lambda *arguments: {})
-    wishes = wishes_of(["E"])
-    found = find_words(EXAMPLES / "plate_g82.nc", known_job(tmp_path, "plate_g82"), wishes, parts=2, seconds=1000.0)
+    options = options_of(["E"])
+    found = find_words(EXAMPLES / "plate_g82.nc", known_job(tmp_path, "plate_g82"), options, parts=2, seconds=1000.0)
     assert len(words) == len(set(words)) > 1
     if refused < len(words):
         assert len(words) == refused + 1 and found.verdict is Verdict.BETTER and found.words == words[-1]
-        assert f"{refused} that ranked before it did not keep limits and wishes on unseen lots" in found.remarks
+        assert f"{refused} that ranked before it did not keep limits and options on unseen lots" in found.remarks
     else:
         assert "the best one is beyond the limit of" in found.reason and found.words == words[0]
         assert (
-            f"{len(words) - 1} that ranked next did not keep limits and wishes on unseen lots either" in found.remarks
+            f"{len(words) - 1} that ranked next did not keep limits and options on unseen lots either" in found.remarks
         )
 
 
@@ -196,7 +196,7 @@ def test_without_time_the_best_one_alone_is_judged_and_the_message_says_so(monke
 
     monkeypatch.setattr(ProgramJudge, "measured", slow)
     monkeypatch.setattr(clock, "monotonic", ticking)
-    found = find_words(EXAMPLES / "plate_g82.nc", None, wishes_of(["E"]), parts=2, seconds=1000.0)
+    found = find_words(EXAMPLES / "plate_g82.nc", None, options_of(["E"]), parts=2, seconds=1000.0)
     assert found.judged == 1
     assert any("the budget ended before " in remark for remark in found.remarks)
 
@@ -305,12 +305,12 @@ def test_without_the_time_for_one_trial_the_remedy_is_told(
 
 
 def test_where_time_does_not_bind_it_decides_nothing(executed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    wishes, found = wishes_of(("D",), {"D": (0, 1)}, kept=[70]), []
+    options, found = options_of(("D",), {"D": (0, 1)}, kept=[70]), []
     monkeypatch.setitem(LOTS, LotUse.JUDGEMENT, 12)
     for pace in (0.001, 0.01):
         with monkeypatch.context() as patched:
             Clock(patched, pace)
-            found.append(find_words(executed, wishes=wishes, parts=1, seconds=1000.0))
+            found.append(find_words(executed, options=options, parts=1, seconds=1000.0))
     assert found[0] == found[1] and not found[0].ended_early
     assert found[0].lots == 12 and found[0].evaluations == 2
 
@@ -373,17 +373,17 @@ def test_a_limit_binds_where_better_words_are_refused_because_of_it(found: Optim
 def test_a_limit_that_forbids_what_lies_beside_the_best_words_binds_and_one_that_is_far_does_not(
     tmp_path: Path,
 ) -> None:
-    wishes = wishes_of(("E",), {"E": (5000, 30_000)}, margins={"Ra": 0.68})
+    options = options_of(("E",), {"E": (5000, 30_000)}, margins={"Ra": 0.68})
     job = known_job(tmp_path, "plate_g82")
-    found = find_words(EXAMPLES / "plate_g82.nc", job, wishes, parts=PARTS, seconds=1000.0)
+    found = find_words(EXAMPLES / "plate_g82.nc", job, options, parts=PARTS, seconds=1000.0)
     limits = {limit.name: limit for limit in found.limits}
     assert [name for name, limit in limits.items() if limit.binds] == ["Ra"]
     assert 0.62 < limits["Ra"].after <= 0.68 < (limits["Ra"].without or 0.0) < 0.8
 
 
 def test_of_words_that_were_not_sought_without_a_limit_only_a_near_one_binds() -> None:
-    wishes = wishes_of(("E",), {"E": (5000, 9000)}, margins={"Ra": 0.2})
-    found = find_words(EXAMPLES / "plate_g82.nc", None, wishes, parts=2, seconds=1000.0)
+    options = options_of(("E",), {"E": (5000, 9000)}, margins={"Ra": 0.2})
+    found = find_words(EXAMPLES / "plate_g82.nc", None, options, parts=2, seconds=1000.0)
     assert found.verdict is Verdict.INFEASIBLE
     assert [(limit.name, limit.price) for limit in found.limits if limit.binds] == [("Ra", None)]
     assert any(sentence.startswith("the limit of Ra binds: ") for sentence in sentences(found))
@@ -396,12 +396,12 @@ def test_only_limits_that_refuse_a_program_are_searched_without(
 ) -> None:
     job, labels = known_job(tmp_path, "keyway_g81"), set[str]()
     part = replace(load_job(job).part, tolerance=tolerance, roughness_limit=0.0, rise_allowance=1500.0)
-    wishes = wishes_of(("E",))
+    options = options_of(("E",))
     progress = lambda label, count: labels.add(label)  # noqa: E731
     found = find_words(
         EXAMPLES / "keyway_g81.nc",
         replace(load_job(job), part=part),
-        wishes,
+        options,
         parts=1,
         seconds=1000.0,
         progress=progress,

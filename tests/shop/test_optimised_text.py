@@ -17,7 +17,7 @@ from grind_env.machine.script.script import script_of
 from grind_env.machine.script.settings import DRESS_SECONDS, own_settings
 from grind_env.shop.optimise.editing import like, text_of
 from grind_env.shop.optimise.variation import Variation, variation_of
-from grind_env.shop.wishes import WishError, wishes_of
+from grind_env.shop.search_options import OptionError, options_of
 from tests.examples import examples, few
 from tests.shop.programs import EXAMPLES, PROGRAMS, write
 
@@ -33,7 +33,7 @@ def asked_for(name: str, folder: Path, vary: str = ALL) -> Variation:
     path = write(folder, name)
     programs, text = read_file(path), text_of(read_bytes(path))
     return variation_of(
-        programs, text, load_job(path.with_suffix(".toml")), wishes_of(vary.split(","), untried=True), 1, 1
+        programs, text, load_job(path.with_suffix(".toml")), options_of(vary.split(","), untried=True), 1, 1
     )
 
 
@@ -96,18 +96,18 @@ def test_one_value_holds_for_all_calls_of_a_subprogram(folder: Path) -> None:
 
 def test_a_block_that_is_kept_stays_as_it_is() -> None:
     path = EXAMPLES / "plate_g82.nc"
-    wishes = wishes_of(("E", "D"), kept=[50], untried=True)
-    found = variation_of(read_file(path), text_of(read_bytes(path)), load_job(path.with_suffix(".toml")), wishes, 1, 1)
+    options = options_of(("E", "D"), kept=[50], untried=True)
+    found = variation_of(read_file(path), text_of(read_bytes(path)), load_job(path.with_suffix(".toml")), options, 1, 1)
     assert {each.place for each in found.choices.variables} == {"N70"}
-    with pytest.raises(WishError, match=r"N51 is no cycle block .* there are N50, N70"):
-        variation_of(found.programs, found.text, found.job, wishes_of(kept=[51]), 1, 1)
+    with pytest.raises(OptionError, match=r"N51 is no cycle block .* there are N50, N70"):
+        variation_of(found.programs, found.text, found.job, options_of(kept=[51]), 1, 1)
 
 
 def test_an_expression_is_kept_with_the_remedy(tmp_path: Path) -> None:
     path = write(tmp_path, "plate")
     path.write_text(PROGRAMS["plate"].decode().replace("E9000.", "E[9000.]"), encoding="utf-8")
-    wishes, job = wishes_of(untried=True), load_job(path.with_suffix(".toml"))
-    found = variation_of(read_file(path), text_of(read_bytes(path)), job, wishes, 1, 1)
+    options, job = options_of(untried=True), load_job(path.with_suffix(".toml"))
+    found = variation_of(read_file(path), text_of(read_bytes(path)), job, options, 1, 1)
     assert [(each.name, each.place) for each in found.choices.variables] == [("E", "N50"), ("D", "N50")]
     (remark,) = found.choices.remarks
     assert remark.startswith("N70: E[9000.] is kept as it is; write a number there")
@@ -138,8 +138,8 @@ def test_the_passes_of_a_dresser_that_advances_by_itself_are_repeated_and_its_de
     path.write_text(plate[: plate.index("O9100")] + dress, encoding="utf-8")
     programs, text = read_file(path), text_of(read_bytes(path))
     job = load_job(EXAMPLES / "plate_g82.toml")
-    wishes = wishes_of(("passes", "depth"), {"passes": (2, 4)}, untried=True)
-    asked = variation_of(programs, text, job, wishes, 1, 1)
+    options = options_of(("passes", "depth"), {"passes": (2, 4)}, untried=True)
+    asked = variation_of(programs, text, job, options, 1, 1)
     (passes,) = asked.choices.variables
     assert (passes.name, [int(level) for level in passes.levels]) == ("passes", [2, 4])
     assert "depth of O9100 is kept as it is: it has no infeed, for its dresser advances by itself" in " ".join(

@@ -19,7 +19,7 @@ from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.variation import variation_of
 from grind_env.shop.report.run import block_rows
-from grind_env.shop.wishes import wishes_of
+from grind_env.shop.search_options import options_of
 from tests.examples import few
 from tests.shop.test_optimise import status
 
@@ -83,7 +83,7 @@ def test_it_is_checked_and_ground_as_its_shop_expects(name: str, capsys: pytest.
 def test_other_words_leave_every_other_byte(name: str) -> None:
     path = FOLDER / f"{name}.nc"
     text, job = text_of(read_bytes(path)), load_job(path.with_suffix(".toml"))
-    found = variation_of(read_file(path), text, job, wishes_of(("E", "D"), untried=True), 1, 1)
+    found = variation_of(read_file(path), text, job, options_of(("E", "D"), untried=True), 1, 1)
     assert {(each.place, each.name) for each in found.choices.variables}
     new = found.with_words((0,) * len(found.counts)).bytes()
     old = path.read_bytes()
@@ -108,7 +108,7 @@ def test_words_that_are_no_numbers_are_named(name: str, word: str, capfd: pytest
 def test_a_word_in_brackets_is_named_whole() -> None:
     path = FOLDER / "step_grind.nc"
     text, job = text_of(read_bytes(path)), load_job(path.with_suffix(".toml"))
-    remarks = variation_of(read_file(path), text, job, wishes_of(untried=True), 1, 1).choices.remarks
+    remarks = variation_of(read_file(path), text, job, options_of(untried=True), 1, 1).choices.remarks
     assert any(remark.startswith("line 22: E[#102*.75] is kept as it is") for remark in remarks)
 
 
@@ -137,7 +137,7 @@ def test_every_round_of_a_loop_is_a_run_of_its_block() -> None:
 @pytest.mark.parametrize("name", ["fuehrungsleiste", "three_steps"])
 def test_the_better_program_comes_to_the_promised_numbers(name: str) -> None:
     path = FOLDER / f"{name}.nc"
-    found = find_words(path, parts=2, seconds=1000.0, wishes=wishes_of(("D",)))
+    found = find_words(path, parts=2, seconds=1000.0, options=options_of(("D",)))
     part = grind(read(found.after), load_job(path.with_suffix(".toml"))).parts[0]
     assert found.quantity("cost").expected[1] == pytest.approx(part["total_cost"], rel=1e-9)
     assert found.quantity("seconds").expected[1] == pytest.approx(part["seconds"], rel=1e-9)

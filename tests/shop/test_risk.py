@@ -27,11 +27,11 @@ from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.finding import find_words
 from grind_env.shop.optimise.outcome import Trade
 from grind_env.shop.optimise.variation import LOTS, one_run, variation_of
+from grind_env.shop.search_options import options_of
 from grind_env.shop.sweep.study import LOTS as SWEPT
 from grind_env.shop.sweep.study import Sweep, SweepPoint, SweepRanges, sweep
 from grind_env.shop.sweep.table import as_data, sentences, tables_of
 from grind_env.shop.trials import LotUse, Measures, Trials, lots_of, most_risk, risk
-from grind_env.shop.wishes import wishes_of
 from tests.shop.programs import EXAMPLES, known_job
 
 PATH = EXAMPLES / "plate_g82.nc"
@@ -56,8 +56,8 @@ def test_more_may_be_risked_without_a_calibration(uncertainty: object, most: flo
 
 def test_a_row_of_a_sweep_and_the_same_words_of_a_search_risk_the_same() -> None:
     found = sweep(PATH, None, SweepRanges(E=(22500.0, 22500.0), every=(3, 3)), parts=6)
-    job, wishes = load_job(PATH.with_suffix(".toml")), wishes_of(["E", "interval"], {"interval": (3, 3)})
-    variation = variation_of(read_file(PATH), text_of(read_bytes(PATH)), job, wishes, 6, 1)
+    job, options = load_job(PATH.with_suffix(".toml")), options_of(["E", "interval"], {"interval": (3, 3)})
+    variation = variation_of(read_file(PATH), text_of(read_bytes(PATH)), job, options, 6, 1)
     assert variation.fleet is not None
     trials = variation.fleet.under(variation.base, LotUse.SWEEP, lots_of(1, LotUse.SWEEP, SWEPT))
     levels = [each.nearest(each.own * 3 / 2) for each in variation.choices.variables]
@@ -76,7 +76,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("quick", "coarse_speeds")
 def test_a_job_that_is_held_in_memory_is_that_of_its_file(tmp_path: Path) -> None:
-    words, path = wishes_of(["E"], {"E": (9000, 18000)}), known_job(tmp_path, "plate_g82")
+    words, path = options_of(["E"], {"E": (9000, 18000)}), known_job(tmp_path, "plate_g82")
     one, other = (find_words(PATH, job, words, parts=2, seconds=1000.0) for job in (path, load_job(path)))
     assert other.job == "" and replace(other, job=one.job) == one
 
@@ -94,7 +94,7 @@ def test_a_job_of_a_machine_that_is_known_is_tried_on_that_machine() -> None:
 @pytest.mark.usefixtures("quick", "coarse_speeds")
 def test_a_job_of_a_machine_that_is_known_is_searched_on_that_machine() -> None:
     job = replace(load_job(PATH.with_suffix(".toml"), plant=find_plant("foreign:1")), uncertainty=CERTAIN)
-    words = wishes_of(["E"], {"E": (12000, 18000)})
+    words = options_of(["E"], {"E": (12000, 18000)})
     found = find_words(PATH, job, words, parts=2, seconds=1000.0)
     assert found.calibration == CERTAIN.source
     power = grind_file(PATH, job).parts["peak_power"][0]

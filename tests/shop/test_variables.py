@@ -25,9 +25,9 @@ from grind_env.machine.script.settings import D, E
 from grind_env.shop.calls import optimise
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.variation import variation_of
+from grind_env.shop.search_options import options_of
 from grind_env.shop.sweep.study import SweepRanges, sweep
 from grind_env.shop.trials import LotUse, lots_of, trials_of
-from grind_env.shop.wishes import wishes_of
 from tests.examples import examples
 from tests.shop.programs import DRESS, EXAMPLES, JOB, PLATE
 from tests.shop.test_optimise import status
@@ -157,7 +157,7 @@ def test_jumps_stay_in_their_run(text: str, parts: int, start: int) -> None:
 def test_words_that_are_varied_are_said_in_every_run(text: str, parts: int, start: int, data: st.DataObject) -> None:
     shop, lots = replace(job({500: float(start)}), uncertainty=CERTAIN), lots_of(1, LotUse.SEARCH, 2)
     asked = variation_of(
-        read(text, "part.nc"), text_of(text.encode()), shop, wishes_of((*"EDL", "interval"), untried=True), parts, 1
+        read(text, "part.nc"), text_of(text.encode()), shop, options_of((*"EDL", "interval"), untried=True), parts, 1
     )
     point = tuple(data.draw(st.integers(0, count - 1)) for count in asked.counts)
     trials = trials_of(read(asked.with_words(point).text, "part.nc"), shop, parts, lots)

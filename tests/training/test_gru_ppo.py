@@ -15,9 +15,9 @@ from agents.benchmark.agents import plain_agent
 from grind_env.envs.shown import CLIP, Standard
 from grind_env.errors import GrindError, GrindWarning
 from grind_env.policies.evaluation import episode_seeds, run_seeds
-from grind_env.policies.held import on
 from grind_env.policies.learned.network import Network
 from grind_env.policies.learned.saved import ENTRY, load_policy, write_policy
+from grind_env.policies.model_view import on
 from grind_env.policies.problem import find_problem
 from grind_env.training import gru_ppo
 from grind_env.training.checkpoint import Checkpoint
@@ -221,7 +221,7 @@ def test_a_killed_training_goes_on_as_if_nothing_had_been(tmp_path: Path, budget
     killed = f"""
 import os, signal
 from pathlib import Path
-from grind_env.policies.held import on
+from grind_env.policies.model_view import on
 from grind_env.policies.problem import find_problem
 from grind_env.training.checkpoint import Checkpoint
 from grind_env.training.gru_ppo import Settings, shown, train

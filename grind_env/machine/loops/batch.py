@@ -12,8 +12,8 @@ import numpy as np
 from grind_env.arrays import Array
 from grind_env.kernel import entry
 from grind_env.kernel.columns import column_reader
-from grind_env.machine.loops.courses import COURSES
 from grind_env.machine.loops.cycle import Stroking
+from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS
 from grind_env.machine.loops.feeding import FEED
 from grind_env.machine.loops.loops import LANES
 from grind_env.machine.loops.rows import RULES_FROM
@@ -24,7 +24,7 @@ LONGEST_BUCKET = 1024
 MANY = 1024
 """Machines from which on they are not sorted at all."""
 
-CYCLE_FIELDS = len(Stroking._fields) + max(len(course.cycle._fields) for course in (FEED, *COURSES.values()))
+CYCLE_FIELDS = len(Stroking._fields) + max(len(course.cycle._fields) for course in (FEED, *CYCLE_KERNELS.values()))
 """Of the longest row of a cycle."""
 
 NO_MOTIONS = np.empty((0, 0))

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 from grind_env.control.rules import INSTANT
 from grind_env.kernel import inlined
 from grind_env.kernel.columns import column_reader, column_writer, replacer
-from grind_env.machine.loops.courses import Course
 from grind_env.machine.loops.cycle import Stroking
+from grind_env.machine.loops.cycle_kernels import CycleKernel
 from grind_env.machine.loops.rules import travelled
 
 GOES_ON, DRESSES, ENDS = 0.0, 1.0, 2.0
@@ -220,7 +220,7 @@ def edge(stroking: Stroking, progress: FeedProgress) -> float:
     return progress.cross + share(progress) * progress.cross_way
 
 
-FEED = Course(
+FEED = CycleKernel(
     cycle=Feeding,
     progress=FeedProgress,
     begin=begin,

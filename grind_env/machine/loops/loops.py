@@ -1,4 +1,4 @@
-"""The compiled loops over strokes, made from the `Course` of a cycle and a `Process`: eight machines at once.
+"""The compiled loops over strokes, made from the `CycleKernel` of a cycle and a `Process`: eight machines at once.
 
 In the SIMD lanes, when the cycle of a lane ends, its results are stored and the next machine is loaded into it. The
 numbers for one machine are bit by bit the same, whatever runs beside it (tests/machine).
@@ -13,8 +13,8 @@ import numpy as np
 from grind_env.arrays import Array
 from grind_env.kernel import entry, inlined, runs_alone
 from grind_env.kernel.columns import column_reader, column_writer, lane_reader, lane_writer
-from grind_env.machine.loops.courses import Course
 from grind_env.machine.loops.cycle import PartState, Stroking, acts_of, grown_of, measured, stroke_seconds
+from grind_env.machine.loops.cycle_kernels import CycleKernel
 from grind_env.machine.loops.rows import (
     OWN_FROM,
     RULES_FROM,
@@ -47,7 +47,7 @@ class Loops(NamedTuple):
     """`advance_lanes(rows)`: one stroke in every lane of a buffer."""
 
 
-def loops_of(course: Course, process: Process = PROCESS) -> Loops:
+def loops_of(course: CycleKernel, process: Process = PROCESS) -> Loops:
     """The loops over a cycle on parts that the wheel covers.
 
     Their tables have one row a machine: `cycles` with the fields of `Stroking` and then of `course.cycle`, `parameters`
@@ -59,13 +59,15 @@ def loops_of(course: Course, process: Process = PROCESS) -> Loops:
     return _loops(course, process, whole)
 
 
-def zoned_loops_of(course: Course, process: Process = PROCESS) -> Loops:
+def zoned_loops_of(course: CycleKernel, process: Process = PROCESS) -> Loops:
     """The same on parts whose surface is in zones: `surfaces` has shape (N, zones, fields of `Zone`)."""
     return _loops(course, process, zoned)
 
 
 @functools.cache
-def _loops(course: Course, process: Process, surface_of: Callable[[Buffer], SurfaceLanes], width: int = LANES) -> Loops:
+def _loops(
+    course: CycleKernel, process: Process, surface_of: Callable[[Buffer], SurfaceLanes], width: int = LANES
+) -> Loops:
     records: tuple[type[Any], ...] = (
         Stroking,
         course.cycle,

@@ -11,8 +11,8 @@ from grind_env.control.rules import DEPTH_TOLERANCE
 from grind_env.kernel import entry, inlined, inlined_rule
 from grind_env.kernel.columns import column_reader, column_writer, replacer
 from grind_env.machine.loops.batch import NO_MOTIONS, longest_first_of
-from grind_env.machine.loops.courses import COURSES, Course
 from grind_env.machine.loops.cycle import PartState, Stroking
+from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS, CycleKernel
 from grind_env.machine.loops.feeding import FEED, FULL, Feeding, deepest_pick
 from grind_env.machine.loops.loops import Loops, loops_of, zoned_loops_of
 from grind_env.machine.loops.rows import RULES_FROM, read_part, read_stroking, read_zone, write_stroking
@@ -152,7 +152,7 @@ def _writer(codes: Sequence[str]) -> Callable[..., bool]:
     if not codes:
         return _no_rules
     code, *others = codes
-    own, rules, course = NUMBERS[code], RULES[code], COURSES[code]
+    own, rules, course = NUMBERS[code], RULES[code], CYCLE_KERNELS[code]
     cycle_of, is_across, write_others = inlined_rule(rules.cycle_of), _ends_across(rules, course), _writer(others)
     write_cycle = column_writer(course.cycle, RULES_FROM)
 
@@ -167,7 +167,7 @@ def _writer(codes: Sequence[str]) -> Callable[..., bool]:
     return write
 
 
-def _ends_across(rules: Rules, course: Course) -> Callable[[Any], bool]:
+def _ends_across(rules: Rules, course: CycleKernel) -> Callable[[Any], bool]:
     if rules.cross is None:
         return _never
     begin, after_reversal, finished = course.begin, course.after_reversal, course.finished
@@ -198,7 +198,7 @@ def _none(script: Any, block: Any, active: Any, parameters: Any, wheels: Any, su
 def _in_turn(loops: Mapping[str, Loops]) -> Callable[..., None]:
     """`run(script, block, active, parameters, wheels, surfaces, tallies)`: by the cycles of their blocks."""
     (code, first), *others = loops.items()
-    number, grind_cycles, cycle = NUMBERS[code], first.lanes, COURSES[code].cycle
+    number, grind_cycles, cycle = NUMBERS[code], first.lanes, CYCLE_KERNELS[code].cycle
     longest_first = longest_first_of(cycle)  # type: ignore[arg-type]
     grind_others = _in_turn(dict(others)) if others else _none
 
@@ -303,7 +303,7 @@ def _deepest_zoned(surfaces: Any, i: int) -> float:
 @functools.cache
 def whole_blocks_of(process: Process) -> Callable[..., None]:
     """The run of blocks on parts that the wheel covers, in cycles that do not cross."""
-    courses = {code: course for code, course in COURSES.items() if RULES[code].cross is None}
+    courses = {code: course for code, course in CYCLE_KERNELS.items() if RULES[code].cross is None}
     loops = {code: loops_of(course, process) for code, course in courses.items()}
     return blocks_of(loops, loops_of(FEED, process), _deepest_whole)
 
@@ -311,5 +311,5 @@ def whole_blocks_of(process: Process) -> Callable[..., None]:
 @functools.cache
 def zoned_blocks_of(process: Process) -> Callable[..., None]:
     """The same on parts in zones, in all cycles."""
-    loops = {code: zoned_loops_of(course, process) for code, course in COURSES.items()}
+    loops = {code: zoned_loops_of(course, process) for code, course in CYCLE_KERNELS.items()}
     return blocks_of(loops, zoned_loops_of(FEED, process), _deepest_zoned)

@@ -15,7 +15,7 @@ from grind_env.control.cycles import RULES
 from grind_env.control.rules import INSTANT
 from grind_env.machine.axes import plunge_axis
 from grind_env.machine.job import Job, Part
-from grind_env.machine.loops.courses import COURSES
+from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS
 from grind_env.machine.loops.feeding import ENDS, GOES_ON, FeedMotion
 from grind_env.machine.loops.zones import EDGES, strip_centres, strip_zones, zones_of
 from grind_env.machine.part.feeds import FEED
@@ -25,7 +25,7 @@ from grind_env.machine.script.settings import BlockSettings, own_settings
 from grind_env.process.cost import Limits
 
 NO_COURSE = 0.0
-NUMBERS = {code: float(number) for number, code in enumerate(COURSES, 1)}
+NUMBERS = {code: float(number) for number, code in enumerate(CYCLE_KERNELS, 1)}
 """Of the cycles that plunge."""
 
 SINGLE = "G82"

@@ -62,24 +62,24 @@ def optimise(
     from grind_env.control.options import variables_of
     from grind_env.machine.job.file import job_beside, load_job
     from grind_env.render.figures import prepare_figure, write_figure
-    from grind_env.shop import calls, wishes
+    from grind_env.shop import calls, search_options
     from grind_env.shop.optimise.outcome import Verdict
     from grind_env.shop.optimise.table import as_data, draw_optimised, print_optimised
     from grind_env.shop.report.document import write_page
     from grind_env.shop.report.optimised import optimised_report
 
-    seconds, programs = wishes.budget(budget)
+    seconds, programs = search_options.budget(budget)
     prepare_report(report)
     if plot is not None:
         prepare_figure(plot)
     found = calls.optimise(
         program,
         job,
-        vary=None if vary is None else wishes.listed([vary]),
-        bounds=wishes.named("--bounds", bounds or (), wishes.ends),
-        margin=wishes.named("--margin", margin or (), wishes.number),
-        keep=[wishes.label(each) for each in wishes.listed(keep or ())],
-        within=wishes.named("--within", within or (), wishes.number),
+        vary=None if vary is None else search_options.listed([vary]),
+        bounds=search_options.named("--bounds", bounds or (), search_options.ends),
+        margin=search_options.named("--margin", margin or (), search_options.number),
+        keep=[search_options.label(each) for each in search_options.listed(keep or ())],
+        within=search_options.named("--within", within or (), search_options.number),
         objective=objective,
         parts=parts,
         budget=seconds,

@@ -49,7 +49,7 @@ def sweep(
     """
     from grind_env.control.options import variables_of
     from grind_env.render.figures import prepare_figure, write_figure
-    from grind_env.shop import calls, wishes
+    from grind_env.shop import calls, search_options
     from grind_env.shop.sweep.figure import draw_sweep
     from grind_env.shop.sweep.table import as_data, print_sweep
     from grind_env.shop.sweep.writing import recommended
@@ -59,10 +59,10 @@ def sweep(
     found = calls.sweep(
         program,
         job,
-        E=None if speed is None else wishes.ends("--E", "E", speed),
-        dress_every=None if every is None else wishes.ends("--dress-every", "intervals", every),
-        lead=None if lead is None else wishes.ends("--lead", "lead", lead),
-        depth=None if depth is None else wishes.ends("--depth", "depth", depth),
+        E=None if speed is None else search_options.ends("--E", "E", speed),
+        dress_every=None if every is None else search_options.ends("--dress-every", "intervals", every),
+        lead=None if lead is None else search_options.ends("--lead", "lead", lead),
+        depth=None if depth is None else search_options.ends("--depth", "depth", depth),
         parts=parts,
         seed=seed,
         variables=variables_of(variables or ()),

@@ -13,8 +13,8 @@ from grind_env.shop.optimise.judgement import Freed, ProgramJudge, paired
 from grind_env.shop.optimise.outcome import Trade
 from grind_env.shop.optimise.search import GENERATIONS, Budget, Point, Search, TimeUp
 from grind_env.shop.optimise.variation import SURE, Progress, Variation
+from grind_env.shop.search_options import LIMITS
 from grind_env.shop.trials import LotUse
-from grind_env.shop.wishes import LIMITS
 
 FINALISTS, BEYOND = 8, (1.12, 1.3, 1.7, 2.5)
 """Programs that are compared, besides steps towards the best one: the cheapest of those that come to no more than some
@@ -45,7 +45,7 @@ def compared(
     if not variation.base.simulation.compiled:
         return _step_by_step(variation, search.ranked)
     known: dict[Point, Trade] = {}
-    quantity, start = variation.wishes.quantity, variation.start
+    quantity, start = variation.options.quantity, variation.start
     more = variation.search(variation.trials(LotUse.COMPARISON), label, progress, known, comparing=True)
     some = dict.fromkeys([*variation.steps_to(search.ranked[0]), *front(tried, quantity, BEYOND)])
     more.run(start, variation.seed, 0, list(some))
@@ -88,7 +88,7 @@ def freed_of(
     A limit that no program of `found` exceeds costs nothing; its share is that of the best words. Limits for which the
     time is up are left out.
     """
-    quantity, budget = variation.wishes.quantity, variation.budget
+    quantity, budget = variation.options.quantity, variation.budget
     new = judgement.measured(best)
     words: dict[str, Freed] = {}
     others = []

@@ -33,8 +33,8 @@ from grind_env.shop.optimise.judgement import (
 from grind_env.shop.optimise.outcome import Optimised, Trade, Verdict, cheapest_by_time
 from grind_env.shop.optimise.search import ENOUGH_TRIALS, MOST_JUDGING, Budget, Point, TimeUp, time_said
 from grind_env.shop.optimise.variation import LOTS, Progress, Variation, one_run, variation_of
+from grind_env.shop.search_options import LIMITS, SearchOptions
 from grind_env.shop.trials import SAME, LotUse, Trials, lots_said
-from grind_env.shop.wishes import LIMITS, Wishes
 
 LEAST_JUDGED, FEW_JUDGED = 8, 16
 """Lots on which a program that the control executes is judged: at least, and where programs are counted and no time."""
@@ -43,7 +43,7 @@ LEAST_JUDGED, FEW_JUDGED = 8, 16
 def find_words(
     program: str | Path,
     job: str | Path | Job | None = None,
-    wishes: Wishes | None = None,
+    options: SearchOptions | None = None,
     *,
     parts: int = 50,
     seconds: float = math.inf,
@@ -70,7 +70,7 @@ def find_words(
         planned, machine, name = _jobs(path, job, plant)
         planned = replace(planned, variables=variables)
         machine = None if machine is None else replace(machine, variables=variables)
-        variation = variation_of(held, text, planned, wishes or Wishes(), parts, seed, budget)
+        variation = variation_of(held, text, planned, options or SearchOptions(), parts, seed, budget)
         return _optimised(variation, name, progress, machine)
     except TimeUp:
         raise GrindError(
@@ -92,7 +92,7 @@ def _jobs(program: Path, job: str | Path | Job | None, plant: str | None) -> tup
 
 def _optimised(variation: Variation, job: str, progress: Progress, machine: Job | None = None) -> Optimised:
     """What the search finds on the job of the model, and what that comes to on a machine that is another one."""
-    budget, uncertainty, objective = variation.budget, variation.job.uncertainty, variation.wishes.quantity
+    budget, uncertainty, objective = variation.budget, variation.job.uncertainty, variation.options.quantity
     compiled, fleet = variation.base.simulation.compiled, variation.fleet
     progress("judging", 0)
     judgement = _judgement(variation)
@@ -113,7 +113,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
         judgement = ProgramJudge(variation, len(judgement.trials.seeds))
         chosen = judgement.judge(chosen.point)
         kept = chosen.keeps(variation)
-    point, new, wishes, change = chosen
+    point, new, options, change = chosen
     text, programs = variation.with_words(point), variation.read(point)
     after = variation.read_trials(programs)
     _require_said(variation, after, point)
@@ -125,7 +125,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
     on = lots_said(judgement.trials.lots, "unseen lots")
     beyond = new.violation(variation.margins)[0]
     verdict, reason = verdict_of(
-        feasible or kept, QUANTITIES[objective], change, limits, beyond, wishes, variation.wishes.confidence, on
+        feasible or kept, QUANTITIES[objective], change, limits, beyond, options, variation.options.confidence, on
     )
     if not verdict.is_written and search.ended_early and len(search.costs) == 1:
         enough = f"try some {ENOUGH_TRIALS} with --budget {time_said(ENOUGH_TRIALS * seconds)}"
@@ -141,7 +141,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
         words=words_of(variation.choices, point),
         quantities=quantities_of(base, variation.once, one_run(programs, variation.job), judgement.old, new),
         limits=limits,
-        wishes=wishes,
+        options=options,
         objective=objective,
         cheapest=cheapest_by_time(tried.values()),
         chosen=(tried[variation.start], tried[point]),
@@ -165,7 +165,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
         ended_early=search.ended_early,
         plant=variation.job.plant,
         promised=promised,
-        confidence=variation.wishes.confidence,
+        confidence=variation.options.confidence,
         calibration=None if uncertainty is None else uncertainty.source,
     )
 
@@ -183,7 +183,7 @@ def _judgement(variation: Variation) -> ProgramJudge:
         most = time / judgement.seconds if judgement.seconds else LOTS[LotUse.JUDGEMENT]
         lots = int(min(max(most, LEAST_JUDGED), LOTS[LotUse.JUDGEMENT])) if np.isfinite(time) else FEW_JUDGED
     judgement = ProgramJudge(variation, lots)
-    require_good(variation.fleet, judgement.old, untried=variation.wishes.untried)
+    require_good(variation.fleet, judgement.old, untried=variation.options.untried)
     return judgement
 
 

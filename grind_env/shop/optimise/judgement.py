@@ -12,12 +12,12 @@ from grind_env.process.cost import NO_LIMIT, Limits
 from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.machines import Fleet
 from grind_env.shop.optimise.editing import Spot
-from grind_env.shop.optimise.outcome import LimitUse, PartMean, Verdict, WishUse, WordChange
+from grind_env.shop.optimise.outcome import LimitUse, PartMean, Requirement, Verdict, WordChange
 from grind_env.shop.optimise.search import Point
 from grind_env.shop.optimise.variables import SearchSpace, SearchVariable
 from grind_env.shop.optimise.variation import Variation
+from grind_env.shop.search_options import INTERVAL, LIMITS, SearchOptions
 from grind_env.shop.trials import LotUse, Measures, Trials, most_risk
-from grind_env.shop.wishes import INTERVAL, LIMITS, Wishes
 
 WORTH_NAMING = 0.01
 """Share of the cost or time of a part that a limit costs at least if it is said to bind."""
@@ -44,13 +44,13 @@ class JudgedProgram(NamedTuple):
 
     point: Point
     new: Measures
-    wishes: tuple[WishUse, ...]
+    requirements: tuple[Requirement, ...]
     change: "CostChange"
 
     def keeps(self, variation: Variation) -> bool:
-        """Whether they keep limits and wishes, and are better or at least what was asked for."""
-        asked = all(each.kept for each in self.wishes) and not self.new.violation(variation.margins).any()
-        return asked and (self.change.is_better or any(each.before > each.most for each in self.wishes))
+        """Whether they keep limits and options, and are better or at least what was asked for."""
+        asked = all(each.kept for each in self.requirements) and not self.new.violation(variation.margins).any()
+        return asked and (self.change.is_better or any(each.before > each.most for each in self.requirements))
 
 
 class ProgramJudge:
@@ -75,15 +75,15 @@ class ProgramJudge:
     def judge(self, point: Point) -> JudgedProgram:
         """Return what words come to, beside the program as it is."""
         variation, new = self.variation, self.measured(point)
-        quantity = variation.wishes.quantity
+        quantity = variation.options.quantity
         difference = getattr(new, quantity)[0] - getattr(self.old, quantity)[0]
         risk = float(variation.risk(self.trials, new, self.old)[0])
         change = CostChange(self.trials.of_one(difference), paired(difference), risk, most_risk(variation.job))
-        self.judged.append(JudgedProgram(point, new, wishes_kept(variation.wishes, self.old, new), change))
+        self.judged.append(JudgedProgram(point, new, requirements_of(variation.options, self.old, new), change))
         return self.judged[-1]
 
     def best_of(self, points: Sequence[Point]) -> JudgedProgram:
-        """Return the first of some programs that keeps limits and wishes and is better, else the very first.
+        """Return the first of some programs that keeps limits and options and is better, else the very first.
 
         The first one is judged whatever the time, for which it was kept; others as long as there is some.
         """
@@ -122,14 +122,16 @@ def verdict_of(
     change: CostChange,
     limits: tuple[LimitUse, ...],
     beyond: Array,
-    wishes: tuple[WishUse, ...],
+    requirements: tuple[Requirement, ...],
     confidence: float,
     on: str,
 ) -> tuple[Verdict, str]:
     """Return whether the best words are better, and why; `beyond` in shares of the limits, shape (4,)."""
     stay = f"{parts_said(confidence)} stay below"
     worst = limits[int(beyond.argmax())]
-    missed = max((each for each in wishes if not each.kept), key=lambda each: each.after / each.most, default=None)
+    missed = max(
+        (each for each in requirements if not each.kept), key=lambda each: each.after / each.most, default=None
+    )
     one = change.one
     said = f"{one.value:+.3f} {unit} a part ({one.low:+.3f} to {one.high:+.3f})"
     if beyond.max() > 0.0 and missed is None and change.is_better and _nearer(limits):
@@ -156,7 +158,7 @@ def verdict_of(
         return Verdict.NOT_BETTER, (
             f"the best one takes {missed.after:.4g} {missed.unit} a part on {on}, and {missed.most:g} is asked"
         )
-    gained = [each for each in wishes if each.before > each.most]
+    gained = [each for each in requirements if each.before > each.most]
     if gained:
         told = ", ".join(f"{each.before:.4g} to {each.after:.4g} {each.unit} a part" for each in gained)
         return Verdict.BETTER, f"{told}, as was asked; {said} on {on}, the same for both"
@@ -182,11 +184,11 @@ def parts_said(confidence: float) -> str:
     return f"{100.0 * confidence:g} of 100 parts"
 
 
-def wishes_kept(wishes: Wishes, old: Measures, new: Measures) -> tuple[WishUse, ...]:
+def requirements_of(options: SearchOptions, old: Measures, new: Measures) -> tuple[Requirement, ...]:
     """What a part was to take at most, and what it takes on the lots of the judgement."""
     return tuple(
-        WishUse(name, QUANTITIES[name], most, *(float(getattr(each, name).mean()) for each in (old, new)))
-        for name, most in wishes.within.items()
+        Requirement(name, QUANTITIES[name], most, *(float(getattr(each, name).mean()) for each in (old, new)))
+        for name, most in options.within.items()
     )
 
 
@@ -235,7 +237,7 @@ class Freed(NamedTuple):
 
 def limits_of(variation: Variation, old: Measures, new: Measures, freed: dict[str, Freed]) -> tuple[LimitUse, ...]:
     """How near parts come to each limit, and, by its name, what is without it, where that was looked at."""
-    worth = WORTH_NAMING * float(getattr(new, variation.wishes.quantity).mean())
+    worth = WORTH_NAMING * float(getattr(new, variation.options.quantity).mean())
 
     def binds(name: str, after: float, margin: float) -> bool:
         if name not in freed:
@@ -301,7 +303,7 @@ def not_freed(names: Sequence[str]) -> list[str]:
 def passed_over(judged: int, kept: bool, untold: int) -> list[str]:
     """Remarks if programs that ranked first were not good on unseen lots, and if there was no time to judge others."""
     ranked, end = ("before it", "") if kept else ("next", " either")
-    missed = f"{judged - 1} that ranked {ranked} did not keep limits and wishes on unseen lots{end}"
+    missed = f"{judged - 1} that ranked {ranked} did not keep limits and options on unseen lots{end}"
     said = [missed] if judged > 1 else []
     if untold and not kept:
         said.append(f"the budget ended before {untold} more programs were judged, which may be better: raise --budget")

@@ -10,7 +10,7 @@ from grind_env.errors import GrindError
 from grind_env.files import write_atomically
 from grind_env.policies.statistics import Interval
 from grind_env.presenter import html
-from grind_env.shop.wishes import CONFIDENCE
+from grind_env.shop.search_options import CONFIDENCE
 
 
 class Verdict(Enum):
@@ -112,7 +112,7 @@ class LimitUse:
         return self.after <= self.margin
 
 
-class WishUse(NamedTuple):
+class Requirement(NamedTuple):
     """What a part may take in the mean, and what it takes.
 
     Attributes:
@@ -143,13 +143,13 @@ class Trade(NamedTuple):
     seconds: float
     """Time, s."""
     share: float
-    """Of what is asked of limits and wishes, the highest share that it comes to."""
+    """Of what is asked of limits and options, the highest share that it comes to."""
     beyond: tuple[bool, ...] = ()
     """Whether it is beyond each of `LIMITS`."""
 
     @property
     def keeps(self) -> bool:
-        """Whether it keeps limits and wishes."""
+        """Whether it keeps limits and options."""
         return self.share <= 1.0
 
 
@@ -181,7 +181,7 @@ class Optimised:
         words: every value that was varied.
         quantities: means of a part.
         limits: power, temp, Ra and size.
-        wishes: what a part was to take at most.
+        requirements: what a part was to take at most.
         objective: what was to become less, cost or seconds.
         cheapest: of the programs tried the cheapest of each class of time, the quickest first.
         chosen: of the programs tried, that as it was and that with the words chosen.
@@ -208,7 +208,7 @@ class Optimised:
     words: tuple[WordChange, ...]
     quantities: tuple[PartMean, ...]
     limits: tuple[LimitUse, ...]
-    wishes: tuple[WishUse, ...]
+    requirements: tuple[Requirement, ...]
     objective: str
     cheapest: tuple[Trade, ...]
     chosen: tuple[Trade, Trade]

@@ -67,9 +67,9 @@ def sentences(found: Optimised) -> list[str]:
             said.append(
                 f"{word.place}: {word.name} {word.after} is its {word.at_bound} value that was tried (--bounds)"
             )
-    for wish in found.wishes:
-        kept = "" if wish.kept else ", which is missed"
-        said.append(f"asked: {wish.most:g} {wish.unit} a part; {wish.before:.4g} before, {wish.after:.4g} after{kept}")
+    for each in found.requirements:
+        kept = "" if each.kept else ", which is missed"
+        said.append(f"asked: {each.most:g} {each.unit} a part; {each.before:.4g} before, {each.after:.4g} after{kept}")
     said += [f"the limit of {each.name} binds: {binding(each)}" for each in found.limits if each.binds]
     if found.ended_early:
         said.append("the budget ended the search: --budget gives it more, and the next run may differ")
@@ -104,7 +104,7 @@ def as_data(found: Optimised) -> dict[str, Any]:
             asdict(each) | {"kept": each.kept, "price": None if each.price is None else each.price._asdict()}
             for each in found.limits
         ],
-        "wishes": [each._asdict() | {"kept": each.kept} for each in found.wishes],
+        "requirements": [each._asdict() | {"kept": each.kept} for each in found.requirements],
         "cheapest": [each._asdict() for each in found.cheapest],
         "chosen": dict(zip(("before", "after"), (each._asdict() for each in found.chosen), strict=True)),
         "remarks": list(found.remarks),
@@ -233,7 +233,11 @@ def trade(found: Optimised) -> Graph:
             Series(name=after, x=[chosen.seconds], y=[chosen.cost], color=GREEN, mark="*", size=13.0),
         ),
         rules=tuple(
-            RuleLine("x" if wish.name == "seconds" else "y", wish.most, f"asked: {wish.most:g} {wish.unit}")
-            for wish in found.wishes
+            RuleLine(
+                "x" if each.name == "seconds" else "y",
+                each.most,
+                f"asked: {each.most:g} {each.unit}",
+            )
+            for each in found.requirements
         ),
     )

@@ -24,7 +24,7 @@ from grind_env.machine.script import settings
 from grind_env.shop.dress_interval import LONGEST, DressInterval, intervals_between
 from grind_env.shop.optimise.dress_text import DressText, DressTextError, dress_text
 from grind_env.shop.optimise.editing import Assignments, ProgramText, Spot, number_text, variable_of, word_of
-from grind_env.shop.wishes import INTERVAL, WishError, Wishes, whole_ends_of
+from grind_env.shop.search_options import INTERVAL, OptionError, SearchOptions, whole_ends_of
 
 COLUMNS = {
     "E": settings.E,
@@ -111,15 +111,15 @@ class SearchSpace(NamedTuple):
 
 
 def choices_of(
-    simulation: JobSimulation, text: ProgramText, wishes: Wishes, runs: int, *, of_all: bool = False
+    simulation: JobSimulation, text: ProgramText, options: SearchOptions, runs: int, *, of_all: bool = False
 ) -> SearchSpace:
     """What can be varied in a program."""
     blocks, remarks = simulation.blocks, []
     labels = {block.block.place.block for block in blocks}
-    for label in sorted(wishes.kept - labels):
+    for label in sorted(options.kept - labels):
         known = listed([f"N{each}" for each in sorted(labels)])
-        raise WishError(f"--keep: N{label} is no cycle block of {simulation.programs.name}; there are {known}")
-    names = tuple(name for name in wishes.words if name != INTERVAL)
+        raise OptionError(f"--keep: N{label} is no cycle block of {simulation.programs.name}; there are {known}")
+    names = tuple(name for name in options.words if name != INTERVAL)
     if simulation.script is None:
         names = tuple(name for name in names if name not in IN_SCRIPTS)
         remarks.append(f"E and D alone are varied, and few programs can be tried: {simulation.why}")
@@ -127,35 +127,37 @@ def choices_of(
     found: list[SearchVariable] = []
     for name in names:
         if name in ("E", "D", "J", "L"):
-            found += _words(name, simulation, wishes, assignments, remarks)
+            found += _words(name, simulation, options, assignments, remarks)
         else:
-            found += _dresses(name, simulation, text, wishes, remarks)
+            found += _dresses(name, simulation, text, options, remarks)
     intervals: tuple[DressInterval, ...] = (DressInterval(1),)
-    if INTERVAL in wishes.words:
+    if INTERVAL in options.words:
         if "D" not in names:
-            words = _words("D", simulation, wishes, assignments, remarks)
+            words = _words("D", simulation, options, assignments, remarks)
             found += [replace(each, levels=(each.own,)) for each in words if each.own]
         dressing = [each for each in found if each.name == "D"]
         parts = simulation.parts // runs if of_all else simulation.parts
         # blocks are counted before each that dresses: not where a jump may lead past the counting
         counted = not (of_all or any(jumps(block) for program in simulation.programs for block in program.blocks))
-        intervals = _intervals(dressing, wishes, runs, parts, counted=counted)
+        intervals = _intervals(dressing, options, runs, parts, counted=counted)
     several = intervals[-1].every > 1
     varied = [each for each in found if each.levels != (each.own,) or (each.name == "D" and several)]
     if not varied:
         lacks = f"; it has no word {' or '.join(names)} in a {codes_said('or')}; --vary adds words that a block lacks"
         why = f": {remarks[0]}" if remarks else lacks
-        raise WishError(f"{simulation.programs.name} has nothing to vary{why}")
+        raise OptionError(f"{simulation.programs.name} has nothing to vary{why}")
     return SearchSpace(tuple(varied), intervals, tuple(dict.fromkeys(remarks)))
 
 
 def _intervals(
-    dressing: Sequence[SearchVariable], wishes: Wishes, runs: int, parts: int, *, counted: bool
+    dressing: Sequence[SearchVariable], options: SearchOptions, runs: int, parts: int, *, counted: bool
 ) -> tuple[DressInterval, ...]:
     """How often the blocks with some D words may dress."""
-    low, high = whole_ends_of("--bounds", INTERVAL, wishes.bounds.get(INTERVAL, (1, max(min(LONGEST, runs), 1))))
+    low, high = whole_ends_of("--bounds", INTERVAL, options.bounds.get(INTERVAL, (1, max(min(LONGEST, runs), 1))))
     if not 1 <= low <= high <= max(runs, 1):
-        raise WishError(f"--bounds: a dress every {low} to {high} parts; it may be from 1 to --parts, which is {runs}")
+        raise OptionError(
+            f"--bounds: a dress every {low} to {high} parts; it may be from 1 to --parts, which is {runs}"
+        )
     if not dressing:
         return (DressInterval(1),)
     counted &= all(isinstance(each.at, Spot) and each.at.variable is None for each in dressing)
@@ -164,13 +166,13 @@ def _intervals(
 
 
 def _words(
-    name: str, simulation: JobSimulation, wishes: Wishes, assignments: Assignments, remarks: list[str]
+    name: str, simulation: JobSimulation, options: SearchOptions, assignments: Assignments, remarks: list[str]
 ) -> Iterator[SearchVariable]:
     """The words of cycle blocks; one word holds for all runs of its block, and for blocks that take it over.
 
     The number of a variable that words read holds for all of them.
     """
-    assigned = _assigned(name, simulation.blocks, wishes, assignments)
+    assigned = _assigned(name, simulation.blocks, options, assignments)
     blocks: dict[tuple[int, int], list[int]] = {}
     spots: dict[tuple[int, int], tuple[Spot, int]] = {}
     governing: dict[str, tuple[int, int] | None] = {}
@@ -181,8 +183,8 @@ def _words(
         word = word_of(source, letter)
         at = assigned.get((variable_of(word), source))
         place = (at.source.line, at.source.column) if isinstance(at, Spot) else (source.line, source.column)
-        usable = isinstance(at, Spot) or _usable(letter, outline, simulation.programs, wishes, remarks, at)
-        if word is None and not (wishes.add and usable and (name != "D" or outline.takes_dresses)):
+        usable = isinstance(at, Spot) or _usable(letter, outline, simulation.programs, options, remarks, at)
+        if word is None and not (options.add and usable and (name != "D" or outline.takes_dresses)):
             before = governing.get(letter)
             # F in force may be that of another feed move
             same = before is not None and (
@@ -209,7 +211,7 @@ def _words(
             place=_place(outline, simulation.blocks) if spot.variable is None else spot.place,
             blocks=tuple(blocks[place]),
             own=own,
-            levels=_levels(name, own, unit, wishes, simulation, _fastest(simulation, blocks[place])),
+            levels=_levels(name, own, unit, options, simulation, _fastest(simulation, blocks[place])),
             unit=unit,
             at=spot,
         )
@@ -230,7 +232,7 @@ def _letter(name: str, outline: BlockOutline) -> str | None:
 
 
 def _assigned(
-    name: str, blocks: Sequence[BlockOutline], wishes: Wishes, assignments: Assignments
+    name: str, blocks: Sequence[BlockOutline], options: SearchOptions, assignments: Assignments
 ) -> dict[tuple[int | None, SourceText], Spot | str]:
     """Of each variable that words of a name read in a block, where its number stands, or how it could have one."""
     readers: dict[tuple[int, SourceText | None], list[BlockOutline]] = {}
@@ -242,7 +244,7 @@ def _assigned(
     found: dict[tuple[int | None, SourceText], Spot | str] = {}
     for (variable, _), outlines in readers.items():
         sources = [each.block.source for each in outlines]
-        kept = next((_label(each) for each in outlines if each.block.place.block in wishes.kept), None)
+        kept = next((_label(each) for each in outlines if each.block.place.block in options.kept), None)
         if kept is not None:
             at: Spot | str = f"give it a variable of its own, for {kept}, which is kept, reads this one, too"
         elif len({each.inch for each in outlines}) > 1:
@@ -258,13 +260,13 @@ def _usable(
     letter: str,
     outline: BlockOutline,
     programs: Programs,
-    wishes: Wishes,
+    options: SearchOptions,
     remarks: list[str],
     remedy: str | None,
 ) -> bool:
     """Whether a word may be changed, with a remark where it cannot, and what to do besides writing a number there."""
     source, label = outline.block.source, _label(outline)
-    if outline.block.place.block in wishes.kept:
+    if outline.block.place.block in options.kept:
         return False
     if source.file != programs.name:
         remarks.append(f"{label} stands in {source.file} and is kept as it is; put its program into {programs.name}")
@@ -288,7 +290,7 @@ def _own(name: str, outline: BlockOutline, spot: Spot, unit: Decimal) -> Decimal
 
 
 def _dresses(
-    name: str, simulation: JobSimulation, text: ProgramText, wishes: Wishes, remarks: list[str]
+    name: str, simulation: JobSimulation, text: ProgramText, options: SearchOptions, remarks: list[str]
 ) -> Iterator[SearchVariable]:
     """Lead, depth or passes of the dress programs."""
     programs: dict[int, list[int]] = {}
@@ -302,7 +304,7 @@ def _dresses(
         try:
             at = dress_text(simulation, text, program, run)
             own = at.own(name)
-            levels = _levels(name, own, at.unit if name != "passes" else MILLIMETRE, wishes, simulation)
+            levels = _levels(name, own, at.unit if name != "passes" else MILLIMETRE, options, simulation)
             levels = at.writable(name, levels)
         except DressTextError as error:
             remarks.append(f"{name} of O{program} is kept as it is: {error}")
@@ -314,15 +316,15 @@ def _dresses(
 
 
 def _levels(
-    name: str, own: Decimal, unit: Decimal, wishes: Wishes, simulation: JobSimulation, fastest: float = math.inf
+    name: str, own: Decimal, unit: Decimal, options: SearchOptions, simulation: JobSimulation, fastest: float = math.inf
 ) -> tuple[Decimal, ...]:
     """Multiples of the step between the bounds, and the program's own value where it is legal."""
     inch = unit != MILLIMETRE
     turns = Decimal(str(round(60.0 * simulation.task.wheel_revolutions, 6))) if name == "lead" else ONE
     step = STEPS.get(name, (ONE, ONE))[inch]
     low, high = _usual_bounds(name, own, unit, fastest)
-    if name in wishes.bounds:
-        low, high = (bound * turns for bound in wishes.bounds[name])
+    if name in options.bounds:
+        low, high = (bound * turns for bound in options.bounds[name])
         _refuse_bounds(name, high, unit, simulation)
     first = (low / step).to_integral_value(ROUND_CEILING)
     last = (high / step).to_integral_value(ROUND_FLOOR)
@@ -332,7 +334,7 @@ def _levels(
     if low <= own <= high:
         values.add(own)
     if not values:
-        raise WishError(f"no multiple of {step:f} lies in the bounds of {name}, {low:f} to {high:f}; widen --bounds")
+        raise OptionError(f"no multiple of {step:f} lies in the bounds of {name}, {low:f} to {high:f}; widen --bounds")
     return tuple(sorted(values))
 
 
@@ -361,7 +363,7 @@ def _refuse_bounds(name: str, high: Decimal, unit: Decimal, simulation: JobSimul
     most = {"E": machine.maximum_table_speed, "D": 999.0, "L": 999.0, "passes": 99.0, "depth": DEEPEST_INFEED}
     limit = most.get(name, math.inf)
     if float(high * unit) > limit:
-        raise WishError(f"--bounds: {name} goes up to {high:f}, but {Decimal(limit) / unit:.6g} is the most here")
+        raise OptionError(f"--bounds: {name} goes up to {high:f}, but {Decimal(limit) / unit:.6g} is the most here")
 
 
 def _place(outline: BlockOutline, blocks: Sequence[BlockOutline]) -> str:

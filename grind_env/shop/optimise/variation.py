@@ -20,8 +20,8 @@ from grind_env.shop.optimise.editing import ProgramText, Spot, like
 from grind_env.shop.optimise.outcome import Trade
 from grind_env.shop.optimise.search import Budget, Point, Search
 from grind_env.shop.optimise.variables import COLUMNS, INHERITED, SearchSpace, SearchVariable, choices_of, together
+from grind_env.shop.search_options import LIMITS, OptionError, SearchOptions
 from grind_env.shop.trials import CORES, Between, LotUse, Measures, Trials, lots_of, most_risk, nothing, risk, trials_of
-from grind_env.shop.wishes import LIMITS, WishError, Wishes
 
 INFEASIBLE = 1e9
 """$; what a program that is beyond a limit costs in the search, times one and how far it is beyond."""
@@ -69,7 +69,7 @@ class Variation(NamedTuple):
     job: Job  # the job
     runs: int  # how often it is run
     seed: int  # of lots and search
-    wishes: Wishes  # what is asked of it
+    options: SearchOptions  # what is asked of it
     # what is varied; a point of the search has a number of a level for each variable, and then that of an interval
     choices: SearchSpace
     ranges: ScriptRanges  # of J and L, as `trials_of` takes them
@@ -81,7 +81,7 @@ class Variation(NamedTuple):
 
     def trials(self, use: LotUse, lots: int | None = None) -> Trials:
         """Return the program as it is, on lots and machines of its own for each use; as many as of `LOTS` if None."""
-        trials = replace(self.base, confidence=self.wishes.confidence)
+        trials = replace(self.base, confidence=self.requirements.confidence)
         seeds = lots_of(self.seed, use, self._lots(use) if lots is None else lots)
         return trials.on(seeds) if self.fleet is None else self.fleet.under(trials, use, seeds)
 
@@ -205,25 +205,25 @@ class Variation(NamedTuple):
         return read(self.with_words(point).text, self.programs.name, self.programs.folder)
 
     def shares(self, trials: Trials, found: Measures, old: Measures) -> Array:
-        """What C candidates come to, as shares of what is asked, shape (C, limits, wishes, and one).
+        """What C candidates come to, as shares of what is asked, shape (C, limits, options, and one).
 
         The last one is the share of `most_risk` that `risk` takes.
         """
-        means = [getattr(found, name).mean(axis=1) / most for name, most in self.wishes.within.items()]
+        means = [getattr(found, name).mean(axis=1) / most for name, most in self.requirements.within.items()]
         return np.column_stack(
             [found.ratios / self.margins, *means, self.risk(trials, found, old) / most_risk(self.job)]
         )
 
     def risk(self, trials: Trials, found: Measures, old: Measures) -> Array:
         """As of `trials.risk`; 0 where the program as it is misses a wish, for which more may be paid."""
-        if any(getattr(old, name).mean() > most for name, most in self.wishes.within.items()):
+        if any(getattr(old, name).mean() > most for name, most in self.requirements.within.items()):
             return np.zeros(len(found.cost))
-        return risk(trials, found, old, self.wishes.quantity)
+        return risk(trials, found, old, self.requirements.quantity)
 
     def worth(self, shares: Array, found: Measures) -> Array:
         """What is to become less of C candidates, shape (C,); `INFEASIBLE` and more beyond something that is asked."""
         beyond = np.maximum(shares - 1.0, 0.0).sum(axis=1)
-        less = getattr(found, self.wishes.quantity).mean(axis=1)
+        less = getattr(found, self.requirements.quantity).mean(axis=1)
         return np.asarray(np.where(beyond > 0.0, INFEASIBLE * (1.0 + beyond), less))
 
     def search(
@@ -284,7 +284,13 @@ class Variation(NamedTuple):
 
 
 def variation_of(
-    programs: Programs, text: ProgramText, job: Job, wishes: Wishes, runs: int, seed: int, budget: Budget | None = None
+    programs: Programs,
+    text: ProgramText,
+    job: Job,
+    options: SearchOptions,
+    runs: int,
+    seed: int,
+    budget: Budget | None = None,
 ) -> Variation:
     """What is to be searched; where there is not even time to look at the batch, `TimeUp` ends it.
 
@@ -293,32 +299,32 @@ def variation_of(
     once = one_run(programs, job)
     compile_all(once)
     budget = Budget() if budget is None else replace(budget, began=Budget().began)
-    margins = np.array([wishes.margin(name) for name in LIMITS])
-    choices = _choices(once.simulation, text, wishes, runs)
+    margins = np.array([options.margin(name) for name in LIMITS])
+    choices = _choices(once.simulation, text, options, runs)
     base = _base(programs, job, runs, seed, _ranges(choices), budget.require_first)
     seen, of_all = (once.simulation, False) if base.alike else (base.as_written(programs), True)
     if of_all:
-        choices = _choices(seen, text, wishes, runs, of_all=True)
+        choices = _choices(seen, text, options, runs, of_all=True)
         base = _base(programs, job, runs, seed, _ranges(choices), budget.require_first)
     why, ranges = base.simulation.why, _ranges(choices)
     if why is not None and any(ranges):
-        others = replace(wishes, words=tuple(name for name in wishes.words if name not in ("J", "L")))
+        others = replace(options, words=tuple(name for name in options.words if name not in ("J", "L")))
         remark = f"J and L are kept as they are: {why}"
         if not others.words:
-            raise WishError(remark)
+            raise OptionError(remark)
         choices = _choices(seen, text, others, runs, of_all=of_all)
         choices, ranges = choices._replace(remarks=(*choices.remarks, remark)), ScriptRanges()
         base = _base(programs, job, runs, seed, ranges, budget.require_first)
-    fleet = fleet_of(base, seed, untried=wishes.untried, is_up=lambda: budget.spent > LOOKING * budget.seconds)
-    return Variation(programs, text, job, runs, seed, wishes, choices, ranges, margins, once, base, budget, fleet)
+    fleet = fleet_of(base, seed, untried=options.untried, is_up=lambda: budget.spent > LOOKING * budget.seconds)
+    return Variation(programs, text, job, runs, seed, options, choices, ranges, margins, once, base, budget, fleet)
 
 
 def _choices(
-    simulation: JobSimulation, text: ProgramText, wishes: Wishes, runs: int, *, of_all: bool = False
+    simulation: JobSimulation, text: ProgramText, options: SearchOptions, runs: int, *, of_all: bool = False
 ) -> SearchSpace:
     """What can be varied; what parts that are alike say is one value, unless that is not wished."""
-    choices = choices_of(simulation, text, wishes, runs, of_all=of_all)
-    return choices if wishes.free else choices._replace(variables=together(choices.variables, simulation))
+    choices = choices_of(simulation, text, options, runs, of_all=of_all)
+    return choices if options.free else choices._replace(variables=together(choices.variables, simulation))
 
 
 def one_run(programs: Programs, job: Job) -> Trials:

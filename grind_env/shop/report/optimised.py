@@ -49,7 +49,7 @@ LEVELS: Mapping[Verdict, Kind] = {
 }
 
 TRADE = (
-    "The cheapest programs tried of each time that keep limits and wishes, on the lots of the search; the star is the "
+    "The cheapest programs tried of each time that keep limits and options, on the lots of the search; the star is the "
     "one that was judged."
 )
 

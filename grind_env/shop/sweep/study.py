@@ -20,8 +20,8 @@ from grind_env.policies.statistics import Interval
 from grind_env.presenter import html, presenter
 from grind_env.shop.dress_interval import LONGEST, DressInterval
 from grind_env.shop.machines import Fleet, fleet_of, require_good
+from grind_env.shop.search_options import LIMITS
 from grind_env.shop.trials import LotUse, Measures, Trials, lots_of, most_risk, risk, trials_of
-from grind_env.shop.wishes import LIMITS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -16,9 +16,9 @@ from grind_env.machine.script.settings import E
 from grind_env.shop.optimise.editing import text_of
 from grind_env.shop.optimise.variables import STEPS, SearchVariable
 from grind_env.shop.optimise.variation import Variation, variation_of
+from grind_env.shop.search_options import INTERVAL, options_of
 from grind_env.shop.sweep.study import Sweep, SweepError, SweepPoint, swept_on
 from grind_env.shop.trials import most_risk, risk
-from grind_env.shop.wishes import INTERVAL, wishes_of
 
 EXACT = {"E": (Decimal(1), Decimal(".0001")), "lead": STEPS["lead"], "depth": STEPS["depth"]}
 """Of which values are multiples, metric and in inches; of a lead its F."""
@@ -60,9 +60,9 @@ def recommended(
     if best.every:
         names += ["D", INTERVAL]
     every = {INTERVAL: (best.every, best.every)} if best.every else {}
-    wishes = wishes_of(names, every, free=True, untried=True)
+    options = options_of(names, every, free=True, untried=True)
     text = text_of(read_bytes(path))
-    variation = _set(variation_of(read_file(path), text, settings, wishes, found.parts, seed), best, found.own)
+    variation = _set(variation_of(read_file(path), text, settings, options, found.parts, seed), best, found.own)
     point = (0,) * len(variation.counts)
     base, _ = swept_on(variation.base, seed, untried=untried)
     written = variation.read_trials(variation.read(point))

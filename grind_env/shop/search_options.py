@@ -1,4 +1,4 @@
-"""What a user asks of a search, as values or as texts of the command line; a `WishError` says what there is not."""
+"""What a user asks of a search, as values or as texts of the command line; a `OptionError` says what there is not."""
 
 import math
 import re
@@ -32,12 +32,12 @@ NUMBER = r"(\d+\.?\d*|\.\d+)"
 T = TypeVar("T")
 
 
-class WishError(GrindError):
+class OptionError(GrindError):
     """An option that asks for what there is not."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Wishes:
+class SearchOptions:
     """What is asked of a search."""
 
     words: tuple[str, ...] = USUAL  # of `VARIED`
@@ -64,7 +64,7 @@ class Wishes:
         return self.margins.get(limit, 1.0)
 
 
-def wishes_of(
+def options_of(
     words: Collection[str] | None = None,
     bounds: Mapping[str, Ends] = {},
     kept: Collection[int] = (),
@@ -74,8 +74,8 @@ def wishes_of(
     free: bool = False,
     confidence: Number = CONFIDENCE,
     untried: bool = False,
-) -> Wishes:
-    """The wishes, checked; arguments as the attributes of `Wishes`, `words` None for the usual ones that are there."""
+) -> SearchOptions:
+    """Return the checked options; arguments as in `SearchOptions`, `words` None for the usual ones that are there."""
     for option, names, known in (
         ("--vary", words or (), VARIED),
         ("--bounds", bounds, VARIED),
@@ -86,13 +86,13 @@ def wishes_of(
         for name in names:
             if name not in known:
                 hint = did_you_mean(name, known)
-                raise WishError(f"{option}: there is no {quoted(name)}{hint}; there are {', '.join(known)}")
+                raise OptionError(f"{option}: there is no {quoted(name)}{hint}; there are {', '.join(known)}")
     if words is not None and not words:
-        raise WishError(f"--vary names no word; there are {', '.join(VARIED)}")
+        raise OptionError(f"--vary names no word; there are {', '.join(VARIED)}")
     for label in kept:
         if not isinstance(label, int):
-            raise WishError(f"--keep: {quoted(label)} is no N word; give its number")
-    return Wishes(
+            raise OptionError(f"--keep: {quoted(label)} is no N word; give its number")
+    return SearchOptions(
         words=USUAL if words is None else tuple(words),
         add=words is not None,
         bounds={name: ends_of("--bounds", name, ends) for name, ends in bounds.items()},
@@ -114,9 +114,9 @@ def ends_of(option: str, name: str, ends: Ends) -> tuple[Decimal, Decimal]:
     except (TypeError, ValueError, ArithmeticError):
         is_range = False
     if not is_range:
-        raise WishError(f"{option}: {quoted(ends)} is no range of {name}; give its lowest and its highest value")
+        raise OptionError(f"{option}: {quoted(ends)} is no range of {name}; give its lowest and its highest value")
     if low > high:
-        raise WishError(f"{option}: the range {low}..{high} of {name} begins above its end; write {high}..{low}")
+        raise OptionError(f"{option}: the range {low}..{high} of {name} begins above its end; write {high}..{low}")
     return low, high
 
 
@@ -124,14 +124,14 @@ def whole_ends_of(option: str, name: str, ends: Ends) -> tuple[int, int]:
     """The ends of a range of whole numbers."""
     low, high = ends_of(option, name, ends)
     if low % 1 or high % 1:
-        raise WishError(f"{option}: the ends of {low}..{high} are no whole numbers, as {name} are")
+        raise OptionError(f"{option}: the ends of {low}..{high} are no whole numbers, as {name} are")
     return int(low), int(high)
 
 
 def seconds_of(budget: Number) -> float:
     """The time of a search, s."""
     if not (isinstance(budget, Real | Decimal) and budget >= 0):
-        raise WishError(f"--budget: {quoted(budget)} is no time; give the seconds")
+        raise OptionError(f"--budget: {quoted(budget)} is no time; give the seconds")
     return float(budget)
 
 
@@ -139,13 +139,13 @@ def confidence_of(value: Number) -> float:
     """A probability with which promises hold."""
     low, high = CONFIDENCES
     if not (isinstance(value, Real | Decimal) and low <= value <= high):
-        raise WishError(f"--confidence: {quoted(value)} is none; give a number from {low:g} to {high:g}, such as .95")
+        raise OptionError(f"--confidence: {quoted(value)} is none; give a number from {low:g} to {high:g}, such as .95")
     return float(value)
 
 
 def _positive(option: str, name: str, value: Number) -> Decimal:
     if not (isinstance(value, Real | Decimal) and 0 < value < math.inf):
-        raise WishError(f"{option}: {quoted(value)} is no value of {name}; write a number above 0")
+        raise OptionError(f"{option}: {quoted(value)} is no value of {name}; write a number above 0")
     return Decimal(str(value))
 
 
@@ -153,7 +153,7 @@ def _share(option: str, name: str, value: Number) -> float:
     share = _positive(option, name, value)
     if share > 1:
         meant = share / 100 if 10 <= share <= 100 else Decimal("0.85")
-        raise WishError(
+        raise OptionError(
             f"{option}: {name}={value} is {value} times the limit, and no share of it; write a number up to 1, such as "
             f"{name}={f'{meant:f}'.removeprefix('0')}"
         )
@@ -170,7 +170,7 @@ def named(option: str, texts: Iterable[str], read: Callable[[str, str, str], T])
     pairs = [part.partition("=") for part in listed(texts)]
     for name, equals, value in pairs:
         if not (equals and value):
-            raise WishError(f"{option}: {quoted(name)} has no value; write it behind an equals sign")
+            raise OptionError(f"{option}: {quoted(name)} has no value; write it behind an equals sign")
     return {name.strip(): read(option, name.strip(), value.strip()) for name, _, value in pairs}
 
 
@@ -205,5 +205,5 @@ def budget(text: str) -> tuple[float, int | None]:
 def _matched(pattern: str, text: str, wrong: str) -> tuple[str, ...]:
     match = re.fullmatch(pattern, text)
     if match is None:
-        raise WishError(wrong)
+        raise OptionError(wrong)
     return match.groups()

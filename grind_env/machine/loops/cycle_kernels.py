@@ -10,7 +10,7 @@ from grind_env.kernel import inlined, inlined_rule
 from grind_env.machine.loops.cycle import Stroking
 
 
-class Course(NamedTuple):
+class CycleKernel(NamedTuple):
     """A cycle as the loops run it: two named tuples of floats, and compiled functions of them."""
 
     cycle: type[Any]
@@ -35,9 +35,9 @@ class Course(NamedTuple):
     """From the progress: whether the operator gauges the part before the coming stroke ends."""
 
 
-def course_of(rules: Rules, cycle: type[Any], progress: type[Any]) -> Course:
+def course_of(rules: Rules, cycle: type[Any], progress: type[Any]) -> CycleKernel:
     """The course of a cycle that plunges to a depth of its own, from its rules and their two named tuples."""
-    return Course(
+    return CycleKernel(
         cycle=cycle,
         progress=progress,
         begin=inlined_rule(rules.begin),
@@ -83,7 +83,7 @@ def _as_it_is(cycle: Any, progress: Any, motions: Any) -> tuple[Any, float]:
     return progress, 0.0
 
 
-COURSES: Mapping[str, Course] = {
+CYCLE_KERNELS: Mapping[str, CycleKernel] = {
     "G82": course_of(RULES["G82"], PlungeCycle, PlungeProgress),
     "G83": course_of(RULES["G83"], TraverseCycle, TraverseProgress),
 }
