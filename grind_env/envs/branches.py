@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from grind_env.arrays import Numbers, Table
-from grind_env.envs.episodes import Episodes, EpisodesT
+from grind_env.envs.episodes import Episodes
 from grind_env.envs.transition import KIND, MATERIAL, STOCK
 
 
@@ -49,7 +49,7 @@ class Branches(ABC):
         """A block of the nominal sequence and those after it up to the end of its part."""
 
     @abstractmethod
-    def lengthened(self, episodes: EpisodesT, blocks: range) -> EpisodesT:
+    def lengthened(self, episodes: Episodes, blocks: range) -> Episodes:
         """Episodes of one block with the further ones of the nominal sequence, as the number of each block has it."""
 
     @abstractmethod

@@ -19,7 +19,7 @@ from grind_env.arrays import Numbers, Table
 from grind_env.envs.branches import Branches
 from grind_env.envs.contexts import Given, drawn
 from grind_env.envs.cost import Outcome, Shop
-from grind_env.envs.episodes import Episodes, EpisodesT, check_running
+from grind_env.envs.episodes import Episodes, check_running
 from grind_env.envs.gauge import noisy
 from grind_env.envs.history import History
 from grind_env.envs.observations import Reading, Scaling, heat_column, observe_blocks, physical
@@ -178,7 +178,7 @@ class Simulation(ABC):
             "forces": np.ones((n, 1)),
         }
 
-    def whole(self, episodes: EpisodesT) -> EpisodesT:
+    def whole(self, episodes: Episodes) -> Episodes:
         """Copies with whole tapes; what has not been kept of them is drawn again."""
         copies = episodes.pick(np.arange(len(episodes.block)))
         if copies.tape.shape[1] < self.task.blocks:

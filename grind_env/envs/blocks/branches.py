@@ -7,7 +7,7 @@ import numpy as np
 from grind_env.arrays import Numbers, Table
 from grind_env.envs.blocks.episode import EpisodeGenerator
 from grind_env.envs.branches import Branches
-from grind_env.envs.episodes import EpisodesT
+from grind_env.envs.episodes import Episodes
 from grind_env.envs.tables import KindRow, kind_table, parameter_table
 from grind_env.envs.tasks import Task
 from grind_env.envs.transition import KIND, STOCK
@@ -55,7 +55,7 @@ class BlockBranches(Branches):
             last += 1
         return range(block, last + 1)
 
-    def lengthened(self, episodes: EpisodesT, blocks: range) -> EpisodesT:
+    def lengthened(self, episodes: Episodes, blocks: range) -> Episodes:
         task = self._task
         # the wheel left behind is charged after the last block of a tape
         length = len(blocks) + (blocks[-1] + 1 < task.blocks)

@@ -7,7 +7,7 @@ import numpy as np
 from grind_env.arrays import Numbers, Table
 from grind_env.control.rules import motion_time
 from grind_env.envs.branches import Branches
-from grind_env.envs.episodes import Episodes, EpisodesT
+from grind_env.envs.episodes import Episodes
 from grind_env.envs.job.outline import BlockOutline
 from grind_env.envs.tape import BLOCKS, DRAWN
 from grind_env.envs.transition import KIND
@@ -71,7 +71,7 @@ class ProgramBranches(Branches):
             last += 1
         return range(block, last + 1)
 
-    def lengthened(self, episodes: EpisodesT, blocks: range) -> EpisodesT:
+    def lengthened(self, episodes: Episodes, blocks: range) -> Episodes:
         tape = np.repeat(episodes.tape, len(blocks), axis=1)
         tape[:, :, KIND] = blocks
         return episodes.on(tape)
