@@ -8,7 +8,7 @@ import copy
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +17,12 @@ from grind_env.arrays import Numbers, Table
 from grind_env.control import Programs
 from grind_env.control.cycles import codes_said
 from grind_env.control.rewriting import with_words
+from grind_env.envs.branches import ProgramBranches
 from grind_env.envs.contexts import Given
 from grind_env.envs.cost import Outcome, Shop
 from grind_env.envs.episodes import Episodes, check_running
 from grind_env.envs.gauge import GAUGE, noisy
 from grind_env.envs.history import FOUND
-from grind_env.envs.job.branches import ProgramBranches
 from grind_env.envs.job.numbers import kind_of, machines_of, shop_of, tally_of
 from grind_env.envs.job.outline import (
     INCH,
@@ -38,12 +38,12 @@ from grind_env.envs.job.outline import (
 from grind_env.envs.job.readings import ACTION, coming, constant_readings, job_readings, job_task, kinds_of
 from grind_env.envs.job.tape import JobGenerator, barred_factors, conditions_of
 from grind_env.envs.job.text import with_words_chosen
-from grind_env.envs.job.view import RunBlock, job_view
 from grind_env.envs.observations import scaling
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step_all
 from grind_env.envs.simulation import DIAMETER, Simulation, Written
 from grind_env.envs.tape import BLOCKS
 from grind_env.envs.transition import FOUND_FIELDS, KIND, EpisodeArrays, Found, settle_of
+from grind_env.envs.view import job_view
 from grind_env.machine.job import Job, PartConditions, require_conditions
 from grind_env.machine.loops.compiled import handover_cost
 from grind_env.machine.loops.cycle import PartState
@@ -74,6 +74,19 @@ def ranges_of(picks: Sequence[float] = (), spark_outs: Sequence[int] = ()) -> Ra
     """
     low, high = ACTION.speed_ends
     return Ranges(E=(1000.0 * low, 1000.0 * high), J=picks, L=spark_outs)
+
+
+class RunBlock(NamedTuple):
+    """A cycle block with what was chosen for it."""
+
+    number: int
+    """Of the block, from 0."""
+    speed: float
+    """E, mm/min."""
+    executions: int
+    """D."""
+    own: tuple[float, ...]
+    """What process and gauge remembered besides the wheel as it began."""
 
 
 class JobSimulation(Simulation):
@@ -305,7 +318,8 @@ class JobSimulation(Simulation):
         self, episodes: Episodes, i: int, blocks: Sequence[RunBlock], outcomes: Sequence[Outcome]
     ) -> EpisodePicture:
         text = self.text(blocks[-1]) if blocks else ""
-        return job_view(self.programs.name, self.job, self.blocks, episodes, i, blocks, outcomes, text)
+        said = self.programs.name, self.task, self.job, self.blocks, self.parts
+        return job_view(*said, episodes, i, blocks, outcomes, text)
 
     def words(self, block: int, speed: float, executions: float) -> Words:
         """The words that say a choice in a block."""
