@@ -3,8 +3,11 @@
 The docstrings of `make` here and in the modules of `grind_env.envs.ids` are what the pages of the ids say.
 """
 
+import inspect
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -12,9 +15,10 @@ from grind_env.envs.arguments import check_flags, is_full
 from grind_env.envs.blocks.program import check_task
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.cost import Outcome
+from grind_env.envs.docstrings import meanings
 from grind_env.envs.env import GrindEnv, renders
 from grind_env.envs.machines import plants_of
-from grind_env.envs.tasks import Task, load_task
+from grind_env.envs.tasks import Task, load_task, read_task
 from grind_env.envs.vector_env import side_by_side
 
 SPEEDS = 12
@@ -161,3 +165,22 @@ def make(
 
 
 make_vector = side_by_side(make)
+OF_SIMULATIONS = inspect.signature(simulation_of).parameters.keys() - {"task"}
+
+
+def fixed(task: str, words: str) -> Callable[..., GrindEnv]:
+    """`make` of an id that fixes its task, with the words of its page and the other arguments of `make` above."""
+
+    @renders
+    def made(**given: Any) -> GrindEnv:
+        simulated = {name: given.pop(name) for name in OF_SIMULATIONS & given.keys()}
+        return GrindEnv(simulation_of(read_task(task), **simulated), **given)
+
+    signature, said = inspect.signature(make), meanings(make, "Args")
+    _, *others = signature.parameters.values()
+    arguments = "\n".join(f"    {each.name}: {said[each.name]}" for each in others)
+    made.__name__ = made.__qualname__ = make.__name__
+    made.__module__ = f"grind_env.envs.ids.{task}"
+    made.__doc__ = f"{inspect.cleandoc(words)}\n\nArgs:\n{arguments}\n"
+    vars(made)["__signature__"] = signature.replace(parameters=others)
+    return made

@@ -37,7 +37,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grind_env.envs.machines import fitting, machines_of, seed_beside
+from grind_env.envs.machines import fitting, seed_beside
 from grind_env.envs.splits import EVERY, RENAMED, SPLITS, Split
 from grind_env.envs.tasks import Task, TaskError
 from grind_env.errors import GrindError, quoted
@@ -184,7 +184,7 @@ def read_options(
 
 def drawn(simulation: Any, given: Sequence[Given], rngs: Sequence[np.random.Generator]) -> Sequence[Given]:
     """What is given of episodes, with the machine of each; their generators stay where they are."""
-    made = machines_of(simulation)
+    made: Plants | None = simulation.plants
     if made is None:
         return given
     named = [each.plant or made for each in given]

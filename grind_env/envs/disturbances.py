@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from grind_env.arrays import Table
 from grind_env.envs.contexts import Fixed, Given, apart
-from grind_env.envs.drawing import ORDER, keys_of, words_of
+from grind_env.envs.drawing import ORDER, words_of
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.splits import Draws, draws_of
 from grind_env.envs.tape import DrawnKind, Origin, Sigmas, draw_rows, origin_of, read_origin, read_sigmas, write_origin
@@ -59,24 +59,12 @@ def begin_episodes(
     other_wheels: Any,
     most_parts: int,
 ) -> None:
-    """Write what M episodes are drawn from, and their first rows.
+    """Write what M episodes are drawn from, and their first rows, in the rows `index`; all else is as for `draw_rows`.
 
-    Args:
-        tape: as for `draw_rows`; written in the rows `index`, like the next three.
-        block: as for `draw_rows`.
-        source: as for `draw_rows`.
-        schedule: as for `draw_rows`.
-        index: episodes that begin, shape (M,).
-        keys: two uniform numbers for each, shape (M, 2).
-        which: number of what is given of each, shape (M,).
-        fixed: what a context fixes, by that number, shape (any, fields of `Fixed`).
-        splits: of the split likewise, shape (any, fields of `Draws`).
-        sequences: kinds of the blocks likewise, shape (any, blocks); `DEALT` where orders deal them.
-        kinds: shape (kinds, fields of `DrawnKind`).
-        spreads: shape (1, fields of `Sigmas`).
-        materials: of a foreign split, as for `origin_of`.
-        other_wheels: likewise.
-        most_parts: of an order; 0 without orders.
+    `keys` are two uniform numbers for each, shape (M, 2), and `which` is the number of what is given of each, shape
+    (M,). By that number `fixed` has what a context fixes, `splits` the `Draws` of the split, and `sequences` the kinds
+    of the blocks, shape (any, blocks), `DEALT` where orders deal them. `materials` and `other_wheels` are as for
+    `origin_of`; an order has `most_parts` parts at most, 0 without orders.
     """
     sigmas = read_sigmas(spreads, 0)
     for j in range(index.size):
@@ -129,7 +117,7 @@ class Disturbances:
             episodes.source,
             episodes.schedule,
             index,
-            keys_of(rngs),
+            np.array([(rng.random(), rng.random()) for rng in rngs]),
             which,
             fixed,
             splits,

@@ -3,12 +3,10 @@
 Each is a function of the key of the episode, of what is drawn, and of the number of that.
 """
 
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from grind_env.arrays import Table
 from grind_env.belief.hidden import CUT
 from grind_env.envs.splits import RANGES
 from grind_env.kernel import entry, exp, inlined
@@ -83,11 +81,6 @@ def deviation(sigma: float, word: float) -> float:
 def spread(sigma: float, z: float) -> float:
     """Normal number of that standard deviation, of a standard normal one."""
     return sigma * z if sigma > 0.0 else 0.0
-
-
-def keys_of(rngs: Sequence[np.random.Generator]) -> Table:
-    """A key from each of M generators, as two uniform numbers, shape (M, 2)."""
-    return np.array([(rng.random(), rng.random()) for rng in rngs])
 
 
 class Drawn(NamedTuple):

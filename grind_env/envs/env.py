@@ -15,7 +15,6 @@ from grind_env.envs.contexts import Given, drawn, read_options
 from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.infos import InfoWriter
-from grind_env.envs.machines import machines_of
 from grind_env.envs.observations import Reading
 from grind_env.envs.shown import shown_space
 from grind_env.envs.simulation import Simulation, Written
@@ -188,7 +187,7 @@ class GrindEnv(EpisodeLength, gym.Env[NDArray[np.float32], Any]):
             OtherMachine: the environment was not made for it.
         """
         simulation = self.simulation
-        given = read_options(self.task, options, self.given, simulation.barred, machines_of(simulation))
+        given = read_options(self.task, options, self.given, simulation.barred, simulation.plants)
         super().reset(seed=seed)
         self.given, self.over, self.blocks, self.outcomes = given, False, [], []
         rngs = [self.np_random]

@@ -1,20 +1,20 @@
 """The state of N episodes side by side, and the copies of them that a planner tries something on."""
 
-from dataclasses import dataclass, replace
+import copy
+from dataclasses import dataclass, field, replace
 from operator import attrgetter
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from grind_env.arrays import Numbers, Table
+from grind_env.envs.program_episode import ProgramEpisode
 from grind_env.envs.tape import BLOCKS, DRAWN, SOURCE, TapeRow
-from grind_env.envs.transition import EpisodeArrays
+from grind_env.envs.transition import KIND, EpisodeArrays
 from grind_env.errors import GrindError
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.process.state import WheelState
-
-EpisodesT = TypeVar("EpisodesT", bound="Episodes")
 
 NOISE = [TapeRow._fields.index(name) for name in TapeRow._fields if name.endswith("_noise")]
 
@@ -37,7 +37,9 @@ class Episodes:
     is the index of the coming block, shape (N,). `stages`, in the units of its fields, is what each part has come to
     since it was last judged, shape (N, fields of `StageSoFar`); `surfaces`, in the units of theirs, are the parts in
     zones, shape (N, zones, fields of `Zone`); `machine` is the number of that on which each runs, shape (N,), and
-    `forces` a factor on its forces in each row of the script, shape (N, 1 or rows).
+    `forces` a factor on its forces in each row of the script, shape (N, 1 or rows). `programs` are those under
+    execution if the control runs them. `whole_program` is whether episodes end, and the wheel is charged for, after the
+    last block of the program, whatever blocks their tapes have.
     """
 
     tape: Table
@@ -51,10 +53,12 @@ class Episodes:
     surfaces: Table
     machine: Numbers
     forces: Table
+    programs: list[ProgramEpisode] = field(default_factory=list)
+    whole_program: bool = False
 
     def arrays(self) -> dict[str, Any]:
-        """All of them by name."""
-        return {name: getattr(self, name) for name in self.__dataclass_fields__}
+        """All arrays by name."""
+        return {name: getattr(self, name) for name in EpisodeArrays._fields}
 
     def in_order(self) -> tuple[Any, ...]:
         """What the compiled step takes of them, in its order."""
@@ -73,9 +77,14 @@ class Episodes:
         row = self.wheels[i].tolist()
         return WheelState(*row[:OWN_FROM]), tuple(row[OWN_FROM:])
 
-    def pick(self: EpisodesT, index: ArrayLike) -> EpisodesT:
-        """Copies of the episodes at `index`, shape (M,), which may repeat: what-if branches for a planner."""
-        return type(self)(**{name: array[np.asarray(index)] for name, array in self.arrays().items()})
+    def pick(self, index: ArrayLike) -> "Episodes":
+        """Copies of the episodes at `index`, shape (M,), which may repeat: what-if branches for a planner.
+
+        A program under execution is run anew.
+        """
+        chosen = np.asarray(index)
+        programs = [copy.deepcopy(self.programs[i]) for i in chosen.tolist()] if self.programs else []
+        return replace(self, programs=programs, **{name: array[chosen] for name, array in self.arrays().items()})
 
     def row(self, i: int) -> Table:
         """The row of the coming block of episode i, shape (fields of `TapeRow`,); its last block must not be over."""
@@ -91,7 +100,7 @@ class Episodes:
         self.tape[..., NOISE] = 0.0
         self.source[:, DRAWN_FROM] = 0.0
 
-    def window(self: EpisodesT, tape: Table, owner: Numbers, first: int, blocks: int) -> EpisodesT:
+    def window(self, tape: Table, owner: Numbers, first: int, blocks: int) -> "Episodes":
         """Branches at block `first` with a tape of some blocks only, after which they end: whole ones are long to copy.
 
         After the last block of a tape the wheel left behind is charged for.
@@ -104,10 +113,12 @@ class Episodes:
         """
         return replace(self, block=np.zeros_like(self.block)).on(tape[owner, first : first + blocks])
 
-    def on(self: EpisodesT, tape: Table) -> EpisodesT:
+    def on(self, tape: Table) -> "Episodes":
         """The same with another tape, shape (N, rows, fields of `TapeRow`), after which they end."""
         source = self.source.copy()
-        source[:, [BLOCKS, DRAWN]] = tape.shape[1]
+        # each block of a program is a kind of its own
+        left = self.schedule.shape[1] - tape[:, :1, KIND] if self.whole_program else tape.shape[1]
+        source[:, [BLOCKS, DRAWN]] = left
         return replace(self, tape=tape, source=source)
 
 

@@ -24,12 +24,6 @@ def plants_of(argument: Any, of_file: str = "") -> "Plants | None":
     return find_plants(of_file) if argument is None else find_plants(argument, modules=True)
 
 
-def machines_of(simulation: Any) -> "Plants | None":
-    """The machines that a simulation was made with; None of one of the model."""
-    found: Plants | None = getattr(simulation, "plants", None)
-    return found
-
-
 def fitting(value: Any, made: "Plants | None") -> "Plants | None":
     """The machines that the option of a reset names; None for those that the environment was made with."""
     found = plants_of(value)

@@ -19,13 +19,13 @@ from grind_env.arrays import Numbers, Table
 from grind_env.envs.branches import Branches
 from grind_env.envs.contexts import Given, drawn
 from grind_env.envs.cost import Outcome, Shop
-from grind_env.envs.episodes import Episodes, EpisodesT, check_running
+from grind_env.envs.episodes import Episodes, check_running
 from grind_env.envs.gauge import noisy
 from grind_env.envs.history import History
 from grind_env.envs.observations import Reading, Scaling, heat_column, observe_blocks, physical
 from grind_env.envs.tape import AHEAD, BLOCKS, DRAWN, SOURCE, TapeRow
 from grind_env.envs.tasks import Task
-from grind_env.envs.transition import NEW_PART, STAGE_FIELDS, Scratch, step_of
+from grind_env.envs.transition import NEW_PART, STAGE_FIELDS, TOGETHER, Scratch, step_of
 from grind_env.kernel import MANY, MANY_ROWS, compile_at_once
 from grind_env.machine.job import Job
 from grind_env.machine.loops.cycle import PartState
@@ -178,7 +178,7 @@ class Simulation(ABC):
             "forces": np.ones((n, 1)),
         }
 
-    def whole(self, episodes: EpisodesT) -> EpisodesT:
+    def whole(self, episodes: Episodes) -> Episodes:
         """Copies with whole tapes; what has not been kept of them is drawn again."""
         copies = episodes.pick(np.arange(len(episodes.block)))
         if copies.tape.shape[1] < self.task.blocks:
@@ -251,7 +251,8 @@ class Simulation(ABC):
         n = len(episodes.block)
         none = np.zeros(n) if pre_dresses is None else pre_dresses
         choice = speeds, executions, none, NO_SETTINGS if settings is None else settings
-        room = self._scratch.take(n)
+        everyone = active is None or active.size == n
+        room = self._scratch.take(min(n, TOGETHER) if everyone else n)
         results = self._run(episodes, choice, np.arange(n) if active is None else active, room)
         self._scratch.give_back(room)
         return results
@@ -266,7 +267,14 @@ class Simulation(ABC):
         step = step_of(self.process, self.gauge, self._covered)
         if active.size >= MANY_ROWS:
             compile_at_once()
-        step(self._tables(room), episodes.in_order(), choice, active, results, outcomes)
+        tables, state = self._tables(room), episodes.in_order()
+        if active.size <= TOGETHER or active.size < n:
+            step(tables, state, choice, active, results, outcomes)
+            return outcomes, results
+        for first in range(0, n, TOGETHER):  # the same room for all of them stays in a near cache
+            some = slice(first, first + TOGETHER)
+            state, chosen = (tuple(array[some] for array in arrays) for arrays in (episodes.in_order(), choice))
+            step(tables, state, chosen, np.arange(len(state[0])), results[some], outcomes[some])
         return outcomes, results
 
     def _tables(self, room: Sequence[Any]) -> tuple[Any, ...]:

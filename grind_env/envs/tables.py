@@ -38,7 +38,6 @@ read_kind = column_reader(KindRow)
 
 def kind_row(task: Task, kind: Kind) -> KindRow:
     """The numbers of a block kind."""
-    limits = task.limits(kind)
     return KindRow(
         stock=kind.stock,
         pick=kind.pick,
@@ -49,10 +48,7 @@ def kind_row(task: Task, kind: Kind) -> KindRow:
         starts_part=float(kind.starts_part),
         ends_part=float(kind.ends_part),
         counts_all=float(kind.rise_allowance > 0.0),
-        rise=limits.rise,
-        power=limits.power,
-        roughness=limits.roughness,
-        size=limits.size,
+        **task.limits(kind)._asdict(),
     )
 
 

@@ -15,17 +15,8 @@ def step_shared(
 ) -> Table:
     """Grind the next block of the episodes in `active`, each of so many threads its share of them.
 
-    What comes of one does not depend on what runs beside it.
-
-    Args:
-        simulation: of the episodes, compiled if there is more than one thread.
-        episodes: of which N there are; updated.
-        choice: as for `Simulation.step`, each shape (N,).
-        active: indices of the episodes to step.
-        threads: how many there are.
-
-    Returns:
-        Their outcomes, shape (N, fields of `Outcome`).
+    What comes of one does not depend on what runs beside it. With more than one thread the simulation must be compiled;
+    `choice` is as for `Simulation.step`. Returns the outcomes, shape (N, fields of `Outcome`).
     """
 
     def outcomes_of(share: NDArray[np.int64]) -> Table:

@@ -323,7 +323,8 @@ def write_placed_by_tape(
     first = min(surface + pick, target)
     start = min(surface + tables.lead[number], target)
     here = start, first + (target - first), target, target, target - start
-    write_placed(tables.placed, i, Placed(*here, pre_dress, row.motion, pick, drive.share, drive.dwell, 0.0))
+    # the rests after a block of a task are the same at all ends of its strokes
+    write_placed(tables.placed, i, Placed(*here, pre_dress, row.motion, pick, drive.share, drive.dwell, -1.0))
 
 
 @inlined
@@ -443,15 +444,8 @@ def settle_of(process: Process, gauge: Gauge) -> tuple[Callable[..., None], Call
     ) -> None:
         """Write what blocks that were run elsewhere have cost and shown, and go on to the next ones.
 
-        Args:
-            kinds: of `Tables`.
-            shops: numbers of the job.
-            episodes: their memory and block numbers are updated.
-            settings: of the blocks, shape (N, fields of `BlockSettings`).
-            active: indices of the episodes.
-            tallies: of the blocks, with all their time.
-            found: shape (N, fields of `Found`).
-            outcomes: written.
+        `settings` of the blocks have shape (N, fields of `BlockSettings`), `found` has (N, fields of `Found`). Tallies
+        have all the time of their blocks; the other arguments are as for a step.
         """
         shop = read_shop(shops, 0)
         for i in active:

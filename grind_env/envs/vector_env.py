@@ -18,7 +18,6 @@ from grind_env.envs.contexts import Given, drawn, option_items, read_all_options
 from grind_env.envs.cost import Outcome
 from grind_env.envs.env import EpisodeLength, GrindEnv
 from grind_env.envs.infos import InfoWriter
-from grind_env.envs.machines import machines_of
 from grind_env.envs.observations import Reading
 from grind_env.envs.shown import shown_space
 from grind_env.envs.simulation import Simulation
@@ -139,7 +138,7 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
         mask = given_options.pop("reset_mask", np.ones(self.num_envs, bool))
         if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (self.num_envs,) or not mask.any():
             raise GrindError(f"reset_mask must be a bool array of shape ({self.num_envs},) with at least one True")
-        read = partial(read_options, self.task, barred=self.simulation.barred, made=machines_of(self.simulation))
+        read = partial(read_options, self.task, barred=self.simulation.barred, made=self.simulation.plants)
         given = read_all_options(given_options, self.given, read)
         for i, each in enumerate(_seed_list(seed, self.num_envs)):
             if mask[i] and each is not None:

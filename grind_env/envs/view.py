@@ -1,4 +1,4 @@
-"""The view of a running episode: an `EpisodePicture` read off a task, its episodes and what came of each block."""
+"""The view of a running episode: an `EpisodePicture` read off a task or a job and what came of each block."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -7,9 +7,12 @@ from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import Task
-from grind_env.process.cost import Limits
+from grind_env.machine.job import Job
+from grind_env.machine.loops.cycle import PartState
+from grind_env.process.cost import NO_LIMIT, Limits
 from grind_env.render.view import EpisodePicture, Extent, GroundBlock, Workpiece
 
+STOCK = TapeRow._fields.index("stock")
 STOCK_ROOM = 1.75
 """Stock over nominal that the picture has room for; the tasks spread it by a quarter, one standard deviation."""
 
@@ -49,6 +52,59 @@ def view_of(
         ),
         wheel=episodes.wheel(i),
         part=_ground_part(blocks[-1], outcomes[-1]) if blocks else coming_part(task, episodes, i),
+        text=text,
+    )
+
+
+def job_view(
+    name: str,
+    task: Task,
+    job: Job,
+    outlines: Sequence[Any],
+    parts: int,
+    episodes: Episodes,
+    i: int,
+    blocks: Sequence[Any],
+    outcomes: Sequence[Outcome],
+    text: str,
+) -> EpisodePicture:
+    """Episode i of a user's program as it stands, at rest between two blocks; outlines are each a `BlockOutline`."""
+    number = min(int(episodes.block[i]), len(outlines) - 1)
+    coming = outlines[number]
+    loads = coming.starts_part and (not blocks or blocks[-1].number != number)
+    stock = float(episodes.tape[i, number if loads else max(number - 1, 0), STOCK])
+    part = PartState(*episodes.parts[i].tolist())
+    shown = coming.part if loads or not blocks else outlines[blocks[-1].number].part
+    kinds = [each.part for each in job.met] or [job.part]
+    name_of = job.station_of(shown + 1)
+    lowest, highest = task.action.speed_ends
+    extent = Extent(
+        title=name,
+        blocks=len(outlines),
+        parts=parts,
+        new_diameter=job.setup.wheel.diameter,
+        lowest_speed=1000.0 * lowest,
+        highest_speed=1000.0 * highest,
+        most_executions=max((block.executions for block in blocks), default=1) or 1,
+        longest=max(each.length for each in kinds),
+        thickest=STOCK_ROOM * max(each.stock for each in kinds),
+    )
+    ground = []
+    for block, outcome in zip(blocks, outcomes, strict=True):
+        limits = job.of_part(outlines[block.number].part + 1).limits
+        # size and roughness count when the part is finished
+        limits = limits if outcome.finished > 0.0 else limits._replace(roughness=NO_LIMIT, size=NO_LIMIT)
+        ground.append(ground_block(block, outcome, limits))
+    return EpisodePicture(
+        extent=extent,
+        ground=tuple(ground),
+        wheel=episodes.wheel(i),
+        part=Workpiece(
+            name=f"part {shown + 1}{f' ({name_of})' if name_of else ''}",
+            length=job.of_part(shown + 1).part.length,
+            stock=stock,
+            left=stock if not blocks else stock - part.S,
+        ),
         text=text,
     )
 

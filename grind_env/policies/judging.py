@@ -7,7 +7,6 @@ from typing import Any, get_args
 
 import numpy as np
 
-from grind_env.envs.machines import machines_of
 from grind_env.envs.splits import EVERY, SPLITS
 from grind_env.errors import GrindError, quoted
 from grind_env.plants.names import MODEL
@@ -164,7 +163,7 @@ def evaluate(
     named = REFERENCE_SEEDS if seeds is None else seeds
     chosen = episode_seeds(named, episodes) if first_seed is None else range(first_seed, first_seed + episodes)
     simulation = (problem if plant is None else on(problem, plant)).simulation()
-    machines = machines_of(simulation)
+    machines = simulation.plants
     if machines is None and model is not None:
         raise GrindError(f"model is {quoted(model)}, but what grinds is the model: give a plant, too")
     taken_for = MODEL.name if model is None else model

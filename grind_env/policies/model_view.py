@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from grind_env.envs.episodes import Episodes
-from grind_env.envs.machines import machines_of
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError, quoted
 from grind_env.machine.loops.rows import OWN_FROM
@@ -25,7 +24,7 @@ def on(problem: Problem, plant: str) -> Problem:
 
 def machines_name(simulation: Simulation) -> str:
     """Return the name of the machines that a simulation was made with."""
-    made = machines_of(simulation)
+    made = simulation.plants
     return MODEL.name if made is None else made.text
 
 
@@ -50,7 +49,7 @@ def model_of(problem: Problem, name: str = MODEL.name) -> Simulation:
 
 def model_beside(problem: Problem) -> Simulation | None:
     """The problem as policies hold it that are run on it; None where its machine is the model."""
-    return None if machines_of(problem.simulation()) is None else model_of(problem)
+    return None if problem.simulation().plants is None else model_of(problem)
 
 
 def parted(
@@ -84,5 +83,5 @@ def parted(
 
 
 def _plant(simulation: Simulation) -> Plant:
-    made = machines_of(simulation)
+    made = simulation.plants
     return MODEL if made is None else made.first

@@ -9,7 +9,8 @@ import pytest
 from grind_env.arrays import Array
 from grind_env.control import read
 from grind_env.envs.cost import Outcome
-from grind_env.envs.job.simulation import JobEpisodes, JobSimulation
+from grind_env.envs.episodes import Episodes
+from grind_env.envs.job.simulation import JobSimulation
 from grind_env.envs.job.text import with_words_chosen
 from grind_env.envs.program_episode import Words
 from grind_env.machine.job import Job, Stage, WheelStart
@@ -56,7 +57,7 @@ def assert_replayed(simulation: JobSimulation, choices: Sequence[tuple[int, int]
 
 
 def assert_same(
-    simulation: JobSimulation, episodes: JobEpisodes, sums: Array, good: float, run: GrindingRun
+    simulation: JobSimulation, episodes: Episodes, sums: Array, good: float, run: GrindingRun
 ) -> GrindingRecord:
     """The first episode, whose tallies and survivals have come to `sums` and `good`, is what a run of it has made."""
     total, record = Tally(*sums.tolist()), run.record()

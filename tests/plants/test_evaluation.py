@@ -9,7 +9,6 @@ import pytest
 from grind_env import evaluate
 from grind_env.cli import main
 from grind_env.envs.episodes import Episodes
-from grind_env.envs.machines import machines_of
 from grind_env.envs.simulation import Simulation
 from grind_env.errors import GrindError
 from grind_env.machine.grind import grind_file
@@ -81,7 +80,7 @@ def test_a_model_that_is_the_machine_is_shown_all_of_it_and_another_one_its_own_
     machine = on(PLATES, PLANT).simulation()
     episodes = start_episodes(machine, range(2))
     known, other = model_of(PLATES, PLANT), model_of(PLATES, "held-out:9")
-    assert machines_of(known).text == PLANT
+    assert known.plants.text == PLANT
     mine, theirs = find_plant(PLANT), find_plant("held-out:9")
     show_known, show_other = (parted(Looker(), machine, each, episodes) for each in (known, other))
     episodes.wheels[:, OWN_FROM:] += 1.0  # it has gone on

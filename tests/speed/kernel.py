@@ -11,7 +11,7 @@ from grind_env.arrays import Array
 from grind_env.control.cycles.plunge import PlungeCycle
 from grind_env.control.cycles.traverse import TraverseCycle
 from grind_env.control.rules import DEPTH_TOLERANCE, motion_time
-from grind_env.envs.blocks.episode import EpisodeGenerator
+from grind_env.envs.episode_generator import EpisodeGenerator
 from grind_env.envs.feed_motions import infeed_of, write_motions
 from grind_env.envs.tables import kind_row
 from grind_env.envs.tasks import Task, load_task, read_task

@@ -1,7 +1,6 @@
 """The script of a task: a row for every pair of kind and material, kind by kind, whose depths the noise tape says."""
 
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -16,20 +15,11 @@ from grind_env.machine.script.settings import DRESS_PASSES, OWN_WORDS
 from grind_env.machine.script.tables import BlockRow, ScriptTables, is_whole, tables_of
 
 
-class TaskScript(NamedTuple):
-    """A task as the compiled step has it."""
-
-    tables: ScriptTables
-    lead: Table
-    """How far below the surface the cycle of each row begins, mm, shape (rows,)."""
-    whole: bool
-    """Whether the wheel covers the parts."""
-
-
-def task_script(task: Task, kinds: Table) -> TaskScript:
+def task_script(task: Task, kinds: Table) -> tuple[ScriptTables, Table, bool]:
     """The script of a task, whose kinds in every material have these numbers, shape (rows, fields of `KindRow`).
 
-    The wheel's way to a block lies within the time for which the machine waits for its part.
+    With it come how far below the surface the cycle of each row begins, mm, shape (rows,), and whether the wheel covers
+    the parts. The wheel's way to a block lies within the time for which the machine waits for its part.
     """
     scripts = [_script_of(task, kind) for kind in task.kinds]
     found = [tables_of(script) for script in scripts]
@@ -44,7 +34,7 @@ def task_script(task: Task, kinds: Table) -> TaskScript:
     zones = np.concatenate([found[k].zones for k in rows.tolist()], axis=1)
     tables = ScriptTables(np.array(blocks), plans, own, ways, found[0].motions, zones)
     lead = np.array([task.kinds[k].pick if task.cycle == "G82" else 0.0 for k in rows.tolist()])
-    return TaskScript(tables, lead, all(map(is_whole, scripts, found)))
+    return tables, lead, all(map(is_whole, scripts, found))
 
 
 def _script_of(task: Task, kind: Kind) -> Script:

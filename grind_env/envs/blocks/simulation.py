@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from grind_env.control import read
-from grind_env.envs.blocks.branches import BlockBranches
-from grind_env.envs.blocks.episode import EpisodeGenerator
 from grind_env.envs.blocks.program import (
     block_text,
     coming_block,
@@ -18,8 +16,10 @@ from grind_env.envs.blocks.program import (
     request_times,
 )
 from grind_env.envs.blocks.script import task_script
+from grind_env.envs.branches import BlockBranches
 from grind_env.envs.contexts import without_effect
 from grind_env.envs.cost import Outcome, shop_row
+from grind_env.envs.episode_generator import EpisodeGenerator
 from grind_env.envs.episodes import Episodes
 from grind_env.envs.gauge import GAUGE, noisy
 from grind_env.envs.observations import constant_readings, readings, scaling

@@ -22,7 +22,7 @@ STROKES_AT_MOST = int(POWER_WINDOW)
 
 def kind_of(block: BlockOutline, job: Job) -> KindRow:
     """The numbers of a block that cost and gauges need; its loading is in the time of the script."""
-    part, limits = job.part, block.limits
+    part = job.part
     return KindRow(
         stock=part.stock,
         pick=block.plan.primary_pick,
@@ -34,10 +34,7 @@ def kind_of(block: BlockOutline, job: Job) -> KindRow:
         starts_part=float(block.starts_part),
         ends_part=float(block.finished),
         counts_all=float(block.counts_all),
-        rise=limits.rise,
-        power=limits.power,
-        roughness=limits.roughness,
-        size=limits.size,
+        **block.limits._asdict(),
     )
 
 

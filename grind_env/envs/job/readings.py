@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from grind_env.control.cycles import RULES
 from grind_env.envs.gauge import ROUGHNESS_NOISE, SIZE_NOISE
 from grind_env.envs.job.outline import BlockOutline
-from grind_env.envs.job.tape import WHEEL_SPREAD
+from grind_env.envs.job.tape import spreads
 from grind_env.envs.observations import BOOK, PART_RISE, Reading, of_few_parts, readings
 from grind_env.envs.tasks import ActionRange, Kind, Spread, Task, load_task
 from grind_env.machine.job import Job, Part
@@ -111,17 +111,7 @@ def job_task(name: str, job: Job, spread: float, file: str) -> Task:
                 scrap=job.part.scrap_cost,
             ),
         ),
-        spread=Spread(
-            measurement=spread,
-            lot_growth=spread * job.lots.growth,
-            lot_pressure=spread * job.lots.pressure,
-            wheel_growth=spread * WHEEL_SPREAD["kA"],
-            wheel_roughness=spread * WHEEL_SPREAD["ra_scale"],
-            part_roughness=spread * job.lots.roughness,
-            fracture_force=spread * WHEEL_SPREAD["fc"],
-            g_ratio=spread * WHEEL_SPREAD["Gref"],
-            convection=spread * WHEEL_SPREAD["hf"],
-        ),
+        spread=Spread(**spreads(job.lots, spread)),
     )
 
 

@@ -8,7 +8,7 @@ import copy
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +17,12 @@ from grind_env.arrays import Numbers, Table
 from grind_env.control import Programs
 from grind_env.control.cycles import codes_said
 from grind_env.control.rewriting import with_words
+from grind_env.envs.branches import ProgramBranches
 from grind_env.envs.contexts import Given
 from grind_env.envs.cost import Outcome, Shop
 from grind_env.envs.episodes import Episodes, check_running
 from grind_env.envs.gauge import GAUGE, noisy
 from grind_env.envs.history import FOUND
-from grind_env.envs.job.branches import ProgramBranches
-from grind_env.envs.job.episodes import JobEpisodes
 from grind_env.envs.job.numbers import kind_of, machines_of, shop_of, tally_of
 from grind_env.envs.job.outline import (
     INCH,
@@ -39,12 +38,12 @@ from grind_env.envs.job.outline import (
 from grind_env.envs.job.readings import ACTION, coming, constant_readings, job_readings, job_task, kinds_of
 from grind_env.envs.job.tape import JobGenerator, barred_factors, conditions_of
 from grind_env.envs.job.text import with_words_chosen
-from grind_env.envs.job.view import RunBlock, job_view
 from grind_env.envs.observations import scaling
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step_all
 from grind_env.envs.simulation import DIAMETER, Simulation, Written
 from grind_env.envs.tape import BLOCKS
 from grind_env.envs.transition import FOUND_FIELDS, KIND, EpisodeArrays, Found, settle_of
+from grind_env.envs.view import job_view
 from grind_env.machine.job import Job, PartConditions, require_conditions
 from grind_env.machine.loops.compiled import handover_cost
 from grind_env.machine.loops.cycle import PartState
@@ -75,6 +74,19 @@ def ranges_of(picks: Sequence[float] = (), spark_outs: Sequence[int] = ()) -> Ra
     """
     low, high = ACTION.speed_ends
     return Ranges(E=(1000.0 * low, 1000.0 * high), J=picks, L=spark_outs)
+
+
+class RunBlock(NamedTuple):
+    """A cycle block with what was chosen for it."""
+
+    number: int
+    """Of the block, from 0."""
+    speed: float
+    """E, mm/min."""
+    executions: int
+    """D."""
+    own: tuple[float, ...]
+    """What process and gauge remembered besides the wheel as it began."""
 
 
 class JobSimulation(Simulation):
@@ -227,7 +239,7 @@ class JobSimulation(Simulation):
             raise JobProgramError(f"{self.programs.name} makes no stroke: a G81 needs motions or dwells before its G80")
         return float(total / len(self.blocks))
 
-    def start_on(self, rngs: Sequence[np.random.Generator], machine: Numbers, forces: Table) -> JobEpisodes:
+    def start_on(self, rngs: Sequence[np.random.Generator], machine: Numbers, forces: Table) -> Episodes:
         """Begin episodes on machines by their numbers, shape (N,), with factors on the forces in each block.
 
         Args:
@@ -235,7 +247,7 @@ class JobSimulation(Simulation):
             machine: number of each one's, in `machines`.
             forces: the factors, shape (N, 1 or blocks).
         """
-        episodes = _job_episodes(self.start(rngs))
+        episodes = self.start(rngs)
         episodes.machine, episodes.forces = machine, forces
         starts = self.machines.starts[machine]
         episodes.wheels[:, : starts.shape[1]] = starts
@@ -250,15 +262,15 @@ class JobSimulation(Simulation):
                 episodes.programs[i] = ProgramEpisode(self.programs, job, conditions, course_of(self.blocks))
         return episodes
 
-    def room(self, n: int, *, full_tape: bool = True) -> JobEpisodes:
-        return JobEpisodes(**self._room(n, True), programs=[])
+    def room(self, n: int, *, full_tape: bool = True) -> Episodes:
+        return Episodes(**self._room(n, True), whole_program=True)
 
     def _set_up(self, episodes: Episodes, index: Sequence[int], given: Sequence[Given]) -> None:
         for i, each in zip(index, given, strict=True) if self.script is None else ():
             conditions = self.conditions(episodes, i)
             job = self.job if each.plant is None else self.job.on(each.plant.first)
             program = ProgramEpisode(self.programs, job, conditions, course_of(self.blocks))
-            _job_episodes(episodes).programs[i : i + 1] = [program]
+            episodes.programs[i : i + 1] = [program]
 
     def conditions(self, episodes: Episodes, i: int) -> tuple[PartConditions, ...]:
         """What the parts of episode i are like."""
@@ -306,7 +318,8 @@ class JobSimulation(Simulation):
         self, episodes: Episodes, i: int, blocks: Sequence[RunBlock], outcomes: Sequence[Outcome]
     ) -> EpisodePicture:
         text = self.text(blocks[-1]) if blocks else ""
-        return job_view(self.programs.name, self.job, self.blocks, episodes, i, blocks, outcomes, text)
+        said = self.programs.name, self.task, self.job, self.blocks, self.parts
+        return job_view(*said, episodes, i, blocks, outcomes, text)
 
     def words(self, block: int, speed: float, executions: float) -> Words:
         """The words that say a choice in a block."""
@@ -346,7 +359,7 @@ class JobSimulation(Simulation):
             chosen[active] = taken(self.script, self.tables, episodes.block[active], settings[active])
         chosen[:, E], chosen[:, D] = speeds, executions
         if self.script is None:
-            return self._execute(_job_episodes(episodes), chosen, active)
+            return self._execute(episodes, chosen, active)
         return super().step(episodes, speeds, executions, settings=chosen, active=active)
 
     def observe(self, episodes: Episodes) -> NDArray[np.float32]:
@@ -354,7 +367,7 @@ class JobSimulation(Simulation):
         observations[:, self._said] = self._said_of[episodes.block][:, self._said]
         return observations
 
-    def _execute(self, episodes: JobEpisodes, chosen: Table, active: NDArray[np.int64]) -> tuple[Table, Table]:
+    def _execute(self, episodes: Episodes, chosen: Table, active: NDArray[np.int64]) -> tuple[Table, Table]:
         """Let the control execute the next block of programs without a script."""
         outcomes, tallies = (np.zeros((len(chosen), len(record._fields))) for record in (Outcome, Tally))
         programs, found = episodes.programs, np.zeros((len(chosen), FOUND_FIELDS))
@@ -393,8 +406,3 @@ class JobSimulation(Simulation):
         dress = program.run.dressing.plans[run.plan.program]
         wheel, p = program.run.wheel, program.run.part.p
         return handover_cost(wheel, float(dress.passes), dress.feed, dress.depth, dress.seconds, p, self.job.rates)
-
-
-def _job_episodes(episodes: Episodes) -> JobEpisodes:
-    assert isinstance(episodes, JobEpisodes)
-    return episodes

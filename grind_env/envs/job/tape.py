@@ -50,6 +50,21 @@ def barred_factors(spread: float) -> dict[str, str]:
     return dict.fromkeys(others, why) | ({} if spread > 0.0 else {"noise": "with spread=0 the gauges are exact"})
 
 
+def spreads(lots: Lots, factor: float) -> dict[str, float]:
+    """What wheels, coolant, lots and gauges of a job draw, as in `tasks.Spread`, with a factor on all of it."""
+    return {
+        "measurement": factor,
+        "lot_growth": factor * lots.growth,
+        "lot_pressure": factor * lots.pressure,
+        "wheel_growth": factor * WHEEL_SPREAD["kA"],
+        "wheel_roughness": factor * WHEEL_SPREAD["ra_scale"],
+        "part_roughness": factor * lots.roughness,
+        "fracture_force": factor * WHEEL_SPREAD["fc"],
+        "g_ratio": factor * WHEEL_SPREAD["Gref"],
+        "convection": factor * WHEEL_SPREAD["hf"],
+    }
+
+
 class JobGenerator(Disturbances):
     """Draws the episodes of a job; of parts that are stated only the noise of the gauges.
 
@@ -77,21 +92,10 @@ class JobGenerator(Disturbances):
         stated: Sequence[PartConditions] = (),
     ) -> None:
         self.wheel = wheel
-        self.lots = Lots(probability=0.0, growth=0.0, pressure=0.0, stock=0.0, roughness=0.0) if stated else lots
-        of_wheel = {name: 0.0 if stated else spread * each for name, each in WHEEL_SPREAD.items()}
-        sigmas = Sigmas(*[0.0] * len(Sigmas._fields))._replace(
-            wheel_growth=of_wheel["kA"],
-            wheel_roughness=of_wheel["ra_scale"],
-            fracture_force=of_wheel["fc"],
-            g_ratio=of_wheel["Gref"],
-            convection=of_wheel["hf"],
-            lot_growth=spread * self.lots.growth,
-            lot_pressure=spread * self.lots.pressure,
-            stock=spread * self.lots.stock,
-            part_roughness=spread * self.lots.roughness,
-            measurement=spread,
-            lot_probability=self.lots.probability if spread > 0.0 else 0.0,
-        )
+        sigmas = Sigmas(*[0.0] * len(Sigmas._fields))._replace(measurement=spread)
+        if not stated:
+            probability = lots.probability if spread > 0.0 else 0.0
+            sigmas = sigmas._replace(stock=spread * lots.stock, lot_probability=probability, **spreads(lots, spread))
         kinds = [
             DrawnKind(stocks[part], LEAST_STOCK, float(part != before), 0.0, 0.0, float(part))
             for before, part in itertools.pairwise([-1, *part_of_block])

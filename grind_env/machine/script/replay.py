@@ -15,7 +15,7 @@ from grind_env.machine.loops.cycle import PartState, Stroking
 from grind_env.machine.loops.cycle_kernels import CYCLE_KERNELS, CycleKernel
 from grind_env.machine.loops.feeding import FEED, FULL, Feeding, deepest_pick
 from grind_env.machine.loops.loops import Loops, loops_of, zoned_loops_of
-from grind_env.machine.loops.rows import RULES_FROM, read_part, read_stroking, read_zone, write_stroking
+from grind_env.machine.loops.rows import RULES_FROM, read_part, read_zone, write_stroking
 from grind_env.machine.loops.rules import motion_time
 from grind_env.machine.loops.tally import Tally
 from grind_env.machine.script.settings import BlockSettings, read_settings
@@ -51,7 +51,8 @@ class Placed(NamedTuple):
     share: float
     dwell: float
     across: float
-    """1 if its cycle has come to its end where its crossover ends, once it has been run; else 0."""
+    """1 if its cycle has come to its end where its crossover ends, once it has been run, else 0; negative before that
+    where nobody asks for it, which saves the time to find it."""
 
 
 CYCLE = BlockRow._fields.index("cycle")
@@ -93,18 +94,24 @@ def deepest_plunge(plan: Any) -> float:
 
 
 @inlined
-def stroking_of(row: BlockRow, plan: Any, settings: BlockSettings, placed: Placed) -> Stroking:
-    """The strokes of a block with settings of its own."""
-    speed = placed.share * settings.E / 60.0
-    stroke = motion_time(row.stroke_length, speed, row.acceleration) + placed.dwell
-    first = stroke
+def first_travel_of(row: BlockRow, speed: float, travel: float) -> float:
+    """Time of the first stroke of a block at some mm/s, of which every further one takes `travel`; both s."""
+    first = travel
     if row.first_length != row.stroke_length:
-        first = motion_time(row.first_length, speed, row.acceleration) + placed.dwell
+        first = motion_time(row.first_length, speed, row.acceleration)
+    return first
+
+
+@inlined
+def stroking_of(
+    row: BlockRow, plan: Any, settings: BlockSettings, speed: float, first: float, travel: float, dwell: float
+) -> Stroking:
+    """The strokes of a block with settings of its own, of which the travels take so many s, with rests of some s."""
     return Stroking(
         speed=speed,
-        first_seconds=first,
-        stroke_seconds=stroke,
-        set_out=first,
+        first_seconds=first + dwell,
+        stroke_seconds=travel + dwell,
+        set_out=first + dwell,
         start=row.start,
         surface=row.surface,
         bottom=row.bottom,
@@ -122,13 +129,13 @@ def stroking_of(row: BlockRow, plan: Any, settings: BlockSettings, placed: Place
 
 
 @inlined
-def feeding_of(row: BlockRow, plan: Any, speed: float, dwell: float, made: float) -> Feeding:
-    """The strokes beside the motions of a block at some mm/s, with rests of some s, after those `made` by its cycle."""
+def feeding_of(row: BlockRow, plan: Any, first: float, travel: float, dwell: float, made: float) -> Feeding:
+    """The strokes beside the motions of a block, times as of `stroking_of`, after those `made` by its cycle."""
     pre_dress = plan.pre_dress if row.cycle == NO_COURSE else 0.0
     return Feeding(
         pre_dress=pre_dress,
-        first_travel=motion_time(row.first_length, speed, row.acceleration),
-        travel=motion_time(row.stroke_length, speed, row.acceleration),
+        first_travel=first,
+        travel=travel,
         dwell=dwell,
         acceleration=row.acceleration,
         made=made,
@@ -140,14 +147,14 @@ def feeding_of(row: BlockRow, plan: Any, speed: float, dwell: float, made: float
 
 
 @inlined
-def _no_rules(number: float, plan: Any, coverage: Any, cycles: Any, i: int) -> bool:
+def _no_rules(number: float, plan: Any, coverage: Any, asked: bool, cycles: Any, i: int) -> bool:
     return False
 
 
 def _writer(codes: Sequence[str]) -> Callable[..., bool]:
-    """`write(number, plan, coverage, cycles, i) -> across`: numbers of the rules of a cycle to row i, if it has one.
+    """`write(number, plan, coverage, asked, cycles, i) -> across`: numbers of the rules of a cycle to row i, if any.
 
-    `across` is whether it comes to its end where its crossover ends, and not where that begins.
+    `across` is, if `asked`, whether it comes to its end where its crossover ends, and not where that begins.
     """
     if not codes:
         return _no_rules
@@ -157,12 +164,12 @@ def _writer(codes: Sequence[str]) -> Callable[..., bool]:
     write_cycle = column_writer(course.cycle, RULES_FROM)
 
     @inlined
-    def write(number: float, plan: Any, coverage: Any, cycles: Any, i: int) -> bool:
+    def write(number: float, plan: Any, coverage: Any, asked: bool, cycles: Any, i: int) -> bool:
         if number != own:
-            return write_others(number, plan, coverage, cycles, i)
+            return write_others(number, plan, coverage, asked, cycles, i)
         cycle = cycle_of(plan, coverage)
         write_cycle(cycles, i, cycle)
-        return is_across(cycle)
+        return asked and is_across(cycle)
 
     return write
 
@@ -254,19 +261,28 @@ def blocks_of(loops: Mapping[str, Loops], feeds: Loops, deepest: Callable[..., f
         cycles, placed = script.cycles, script.placed
         feeding, feeds = np.empty(active.size, np.int64), 0
         for i in active:
+            if script.blocks[block[i], CYCLE] == NO_COURSE:
+                continue
             row, plan, chosen, here = chosen_block(script, block[i], settings, i)
-            if here.pick < 0.0 and row.cycle != NO_COURSE:
+            if here.pick < 0.0:
                 placed[i, PICK] = max(
                     min(deepest_plunge(plan), plan.depth), row.start + row.surface - deepest(surfaces, i)
                 )
-            write_stroking(cycles, i, stroking_of(row, plan, chosen, here))
-            placed[i, ACROSS] = 1.0 if write_rules(row.cycle, plan, row.coverage, cycles, i) else 0.0
+            speed = here.share * chosen.E / 60.0
+            travel = motion_time(row.stroke_length, speed, row.acceleration)
+            first = first_travel_of(row, speed, travel)
+            write_stroking(cycles, i, stroking_of(row, plan, chosen, speed, first, travel, here.dwell))
+            asked = here.across >= 0.0
+            placed[i, ACROSS] = 1.0 if write_rules(row.cycle, plan, row.coverage, asked, cycles, i) else 0.0
         grind_cycles(script, block, active, parameters, wheels, surfaces, tallies)
         for i in active:
             if placed[i, BESIDE] >= 0.0:
                 row, plan, chosen, here = chosen_block(script, block[i], settings, i)
-                stroking, before = read_stroking(cycles, i), deepest(surfaces, i)
-                cycle = feeding_of(row, plan, stroking.speed, here.dwell, tallies[i, STROKES])
+                speed, before = here.share * chosen.E / 60.0, deepest(surfaces, i)
+                travel = motion_time(row.stroke_length, speed, row.acceleration)
+                first = first_travel_of(row, speed, travel)
+                stroking = stroking_of(row, plan, chosen, speed, first, travel, here.dwell)
+                cycle = feeding_of(row, plan, first, travel, here.dwell, tallies[i, STROKES])
                 most, reached = here.pick, row.bottom
                 if most < 0.0 or row.cycle != NO_COURSE:
                     most, reached = deepest_pick(stroking, cycle, before, script.motions)

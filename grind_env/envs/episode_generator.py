@@ -14,10 +14,13 @@ from grind_env.envs.tape import KEY_0, KEY_1, DrawnKind, Sigmas, read_sigmas
 from grind_env.envs.tasks import Task
 from grind_env.envs.tasks.others import OtherWheel, other_materials, other_wheels
 from grind_env.kernel import entry
+from grind_env.kernel.columns import replacer
 from grind_env.kernel.random import uniform
 from grind_env.machine.loops.rows import read_parameters, write_wheel
 from grind_env.process.state import WheelState
 from grind_env.process.stroke import dressed_wheel
+
+used = replacer(WheelState, "A", "V")
 
 
 class Opening(NamedTuple):
@@ -57,21 +60,7 @@ def mount_wheels(
         ds = opening.diameter if np.isnan(opening.least_left) else found
         flat = unless(given.diamond_flat, sigmas.diamond_flat * uniform(flat_word))
         wheel = dressed_wheel(ds, flat, opening.lead, opening.depth, p)
-        A = unless(opening.wear_flat_area, wheel.A)
-        write_wheel(
-            wheels,
-            i,
-            WheelState(
-                ds=wheel.ds,
-                A=A,
-                lam=wheel.lam,
-                V=opening.volume,
-                Rd=wheel.Rd,
-                Cd=wheel.Cd,
-                W=wheel.W,
-                wd=wheel.wd,
-            ),
-        )
+        write_wheel(wheels, i, used(wheel, (unless(opening.wear_flat_area, wheel.A), opening.volume)))
 
 
 class EpisodeGenerator(Disturbances):
