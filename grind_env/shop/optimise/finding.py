@@ -113,7 +113,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
         judgement = ProgramJudge(variation, len(judgement.trials.seeds))
         chosen = judgement.judge(chosen.point)
         kept = chosen.keeps(variation)
-    point, new, options, change = chosen
+    point, new, requirements, change = chosen
     text, programs = variation.with_words(point), variation.read(point)
     after = variation.read_trials(programs)
     _require_said(variation, after, point)
@@ -125,7 +125,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
     on = lots_said(judgement.trials.lots, "unseen lots")
     beyond = new.violation(variation.margins)[0]
     verdict, reason = verdict_of(
-        feasible or kept, QUANTITIES[objective], change, limits, beyond, options, variation.options.confidence, on
+        feasible or kept, QUANTITIES[objective], change, limits, beyond, requirements, variation.options.confidence, on
     )
     if not verdict.is_written and search.ended_early and len(search.costs) == 1:
         enough = f"try some {ENOUGH_TRIALS} with --budget {time_said(ENOUGH_TRIALS * seconds)}"
@@ -141,7 +141,7 @@ def _optimised(variation: Variation, job: str, progress: Progress, machine: Job 
         words=words_of(variation.choices, point),
         quantities=quantities_of(base, variation.once, one_run(programs, variation.job), judgement.old, new),
         limits=limits,
-        options=options,
+        requirements=requirements,
         objective=objective,
         cheapest=cheapest_by_time(tried.values()),
         chosen=(tried[variation.start], tried[point]),

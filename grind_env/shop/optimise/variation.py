@@ -81,7 +81,7 @@ class Variation(NamedTuple):
 
     def trials(self, use: LotUse, lots: int | None = None) -> Trials:
         """Return the program as it is, on lots and machines of its own for each use; as many as of `LOTS` if None."""
-        trials = replace(self.base, confidence=self.requirements.confidence)
+        trials = replace(self.base, confidence=self.options.confidence)
         seeds = lots_of(self.seed, use, self._lots(use) if lots is None else lots)
         return trials.on(seeds) if self.fleet is None else self.fleet.under(trials, use, seeds)
 
@@ -209,21 +209,21 @@ class Variation(NamedTuple):
 
         The last one is the share of `most_risk` that `risk` takes.
         """
-        means = [getattr(found, name).mean(axis=1) / most for name, most in self.requirements.within.items()]
+        means = [getattr(found, name).mean(axis=1) / most for name, most in self.options.within.items()]
         return np.column_stack(
             [found.ratios / self.margins, *means, self.risk(trials, found, old) / most_risk(self.job)]
         )
 
     def risk(self, trials: Trials, found: Measures, old: Measures) -> Array:
         """As of `trials.risk`; 0 where the program as it is misses a wish, for which more may be paid."""
-        if any(getattr(old, name).mean() > most for name, most in self.requirements.within.items()):
+        if any(getattr(old, name).mean() > most for name, most in self.options.within.items()):
             return np.zeros(len(found.cost))
-        return risk(trials, found, old, self.requirements.quantity)
+        return risk(trials, found, old, self.options.quantity)
 
     def worth(self, shares: Array, found: Measures) -> Array:
         """What is to become less of C candidates, shape (C,); `INFEASIBLE` and more beyond something that is asked."""
         beyond = np.maximum(shares - 1.0, 0.0).sum(axis=1)
-        less = getattr(found, self.requirements.quantity).mean(axis=1)
+        less = getattr(found, self.options.quantity).mean(axis=1)
         return np.asarray(np.where(beyond > 0.0, INFEASIBLE * (1.0 + beyond), less))
 
     def search(
