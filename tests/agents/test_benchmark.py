@@ -18,7 +18,7 @@ from tests.agents.asking import in_process, status
 
 PROBLEM, SLOT = find_problem("oracle6"), find_problem("slot")
 ORACLE = PROBLEM.simulation()
-TINY = Request(episodes=3, interpolation_episodes=2)
+TINY = Request(episodes=3, interpolation_episodes=2, plants_episodes=2)
 
 
 def evaluation(*cost):
@@ -194,21 +194,8 @@ def test_new_results_replace_old_ones():
 
 def test_command_line(tmp_path, monkeypatch, capsys):
     in_process(monkeypatch)
-    runs = ("--runs", tmp_path)
-    tiny = (
-        "benchmark",
-        "--tasks",
-        "oracle6",
-        "--kinds",
-        "",
-        "--episodes",
-        3,
-        "--interpolation-episodes",
-        2,
-        *runs,
-        "--jobs",
-        1,
-    )
+    episodes = ("--episodes", 3, "--interpolation-episodes", 2, "--plants-episodes", 2)
+    tiny = ("benchmark", "--tasks", "oracle6", "--kinds", "", *episodes, "--runs", tmp_path, "--jobs", 1)
     assert status(monkeypatch, *tiny, "--policies", "handbook, adaptive_rule") == 0
     printed = capsys.readouterr().out
     assert "adaptive_rule" in printed

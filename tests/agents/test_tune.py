@@ -55,11 +55,12 @@ def test_a_search_that_was_killed_goes_on_and_ends_as_if_nothing_had_happened(tm
     assert len(costs) == whole.evaluations and min(costs.values()) == whole.cost
 
 
-def test_a_search_that_was_killed_within_a_write_ends_as_if_nothing_had_happened(tmp_path):
+@pytest.mark.parametrize("step", few([37, 1]))
+def test_a_search_that_was_killed_within_a_write_ends_as_if_nothing_had_happened(tmp_path, step):
     path = tmp_path / "s.jsonl"
     whole = search(path, Limited(1000), 20)
     data = path.read_bytes()
-    for size in range(len(data)):
+    for size in range(0, len(data), step):
         path.write_bytes(data[:size])
         again = search(path, Limited(1000), 20)
         assert np.array_equal(again.point, whole.point) and again.cost == whole.cost

@@ -95,17 +95,6 @@ def test_an_adjusted_ensemble_has_the_posterior_of_the_normal_case(
     np.testing.assert_allclose(np.cov(states), covariance - np.outer(gain, covariance[0]), atol=1e-10)
 
 
-def test_the_order_of_two_readings_does_not_matter() -> None:
-    first = np.random.default_rng(0).normal(size=(3, 12))
-    second = first.copy()
-    adjust(first, 0, 0.4, 0.5)
-    adjust(first, 1, -1.0, 0.8)
-    adjust(second, 1, -1.0, 0.8)
-    adjust(second, 0, 0.4, 0.5)
-    np.testing.assert_allclose(first.mean(axis=1), second.mean(axis=1), atol=1e-12)
-    np.testing.assert_allclose(np.cov(first), np.cov(second), atol=1e-12)
-
-
 def test_an_ensemble_that_agrees_learns_nothing() -> None:
     states = np.array([[2.0, 2.0, 2.0], [0.0, 1.0, 2.0]])
     adjust(states, 0, 5.0, 0.1)

@@ -42,7 +42,8 @@ def test_the_laws_are_those_of_the_textbooks(shop: Shop) -> None:
 def test_a_shift_and_a_program_of_the_same_words_cost_the_same(shop: Shop, tmp_path: Path) -> None:
     job = shop.write(tmp_path)
     depths = depths_of(tmp_path / "one.nc", job)
-    program = cost(shop, [p for k in range(8) for p in run(shop, shop.machine(k), trace(tmp_path / "lot.nc", job))])
+    motions = trace(tmp_path / "lot.nc", job)
+    program = cost(shop, [p for k in range(8) for p in run(shop, shop.machine(k), motions)])
     planned = cost(shop, [p for k in range(8) for p in shift(shop, depths, plans(shop)[0], k)])
     assert planned.each == pytest.approx(program.each, rel=0.1)
     assert planned.scrap == program.scrap == 0.0

@@ -18,6 +18,7 @@ from grind_env.machine.loops.cycle import Stroking, dress_lead
 from grind_env.machine.loops.strips import Zone, beneath, contact_at, cut_surface, in_cut, joined
 from grind_env.machine.loops.surfaces import MOST_ZONES
 from grind_env.machine.loops.zones import strip_centres, strip_zones, traverse_edges, zones_of
+from grind_env.machine.part.gauging import gauge, gauge_zones
 from grind_env.process.entries import Machine
 from grind_env.process.state import WheelState
 from grind_env.process.stroke import dressed_wheel
@@ -285,3 +286,11 @@ def test_the_surface_in_the_cut_is_the_mean_of_all_strips(zones: list[tuple[int,
     strips = [zone for zone in made for _ in range(int(zone.strips))]
     expected = (60.0, np.mean([each.S for each in strips]), np.mean([each.Rs for each in strips]))
     assert cut_surface(contact, 60.0) == pytest.approx(expected, rel=1e-12)
+
+
+def test_a_part_in_zones_is_judged_as_the_same_part_in_strips() -> None:
+    for depths in ((0.05, 0.052, 0.056), (0.056, 0.05, 0.052), (0.04, 0.052, 0.049)):
+        zones = np.array([Zone(S, 0.4, S, 0.0, 2.0) for S in depths])
+        strips = gauge(np.repeat(depths, 2), np.full(6, 0.4), 0.05)
+        assert gauge_zones(zones, 0.05) == pytest.approx(strips)
+        assert abs(strips.worst_error) == pytest.approx(1000.0 * max(abs(S - 0.05) for S in depths))
