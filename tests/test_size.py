@@ -6,7 +6,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 MOST_LINES = {
     ("grind_env/*.py", "agents/*.py"): 66_500,
-    ("tests/*.py",): 53_900,
+    ("tests/*.py",): 53_850,
     ("docs/tools/*", ".ci/*"): 1_730,
 }
 

@@ -110,8 +110,8 @@ def test_a_part_takes_what_is_asked_of_it_at_most(tmp_path: Path, grind: Grind) 
     status, out, _ = grind("optimise", PLATE, *known, "--for", "time", "--within", "cost=2.3", "--json")
     told = json.loads(out)
     assert status == 0 and told["objective"] == "seconds"
-    (wish,) = told["options"]
-    assert wish["kept"] and wish["after"] <= 2.3 < wish["before"]
+    (requirement,) = told["requirements"]
+    assert requirement["kept"] and requirement["after"] <= 2.3 < requirement["before"]
     quickest = json.loads(grind("optimise", PLATE, *known, "--for", "time", "--json")[1])
     by_name = {each["name"]: each["after"]["value"] for each in quickest["quantities"]}
     within = {each["name"]: each["after"]["value"] for each in told["quantities"]}
