@@ -27,7 +27,7 @@ from grind_env.policies.problem import find_problem
 from grind_env.policies.scripted.estimator import SharpnessEstimator
 from grind_env.process.state import WheelState
 from tests.envs.harness import Array, assert_same, start
-from tests.examples import nightly
+from tests.examples import few, nightly
 
 PLATES, RAILS, BLADES = (load_task(name) for name in ("power_limited", "wide_rails", "blades"))
 RISE, TORQUE = (Outcome._fields.index(name) for name in ("rise", "peak_torque"))
@@ -270,7 +270,7 @@ def test_a_stalled_spindle_does_not_lead_the_belief_astray() -> None:
 
 
 # the mean of all explains nothing
-@pytest.mark.parametrize(("name", "least"), [("reciprocation", 0.80), ("wide_plates", 0.92)])
+@pytest.mark.parametrize(("name", "least"), few([("reciprocation", 0.80), ("wide_plates", 0.92)]))
 def test_the_belief_follows_the_wear_under_other_cycles(name: str, least: float) -> None:
     simulation = find_problem(name).simulation()
     found = run(simulation.task, 64, 40_000, make=type(simulation))

@@ -225,7 +225,7 @@ def test_an_optimisation_shows_its_words_and_writes_only_what_is_better(tmp_path
                 binds=False,
             ),
         ),
-        options=(Requirement("seconds", "s", 75.0, 80.0, 70.0),),
+        requirements=(Requirement("seconds", "s", 75.0, 80.0, 70.0),),
         objective="cost",
         cheapest=(Trade(2.0, 70.0, 0.9),),
         chosen=(Trade(2.5, 80.0, 0.8), Trade(2.0, 70.0, 0.9)),
