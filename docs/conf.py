@@ -39,7 +39,7 @@ DOCUMENTED = re.findall(
 )
 nitpick_ignore_regex = [
     # other libraries, whose inventories are on the net
-    ("py:.*", r"(collections|decimal|enum|os|pathlib|types|typing)\..*"),
+    ("py:.*", r"(abc|collections|decimal|enum|os|pathlib|types|typing)\..*"),
     ("py:.*", r"(numpy|np|gymnasium|numba|stable_baselines3|torch)\..*"),
     ("py:.*", r"(Axes|Console|Figure|Graph|Markup|Window|.*\.(EpisodesT|Make|SimulationT|What))"),
     # names of modules without a page are internal
