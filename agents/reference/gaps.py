@@ -125,7 +125,7 @@ SOLVED = ("slot", "oracle6")
 
 
 class Promise(NamedTuple):
-    """What the tasks are to hold: a figure of a task is kept, in all tasks that have one or in `least` of them."""
+    """A promise of the tasks: a figure is kept in all tasks that have the figure, or in `least` of them."""
 
     text: str
     figure: Callable[[TaskGaps], float | None]
@@ -134,7 +134,7 @@ class Promise(NamedTuple):
     least: int | None = None
 
     def verdict(self, tasks: Iterable[TaskGaps]) -> tuple[bool, str, str]:
-        """Whether it is held, the tasks that keep it, and those that do not, with their figures."""
+        """Return whether the promise holds, the tasks that keep the promise and the other tasks, with figures."""
         of = {each.task: figure for each in tasks if (figure := self.figure(each)) is not None}
         keep = {task: figure for task, figure in of.items() if self.kept(figure)}
         held = len(keep) == len(of) if self.least is None else len(keep) >= self.least
@@ -146,7 +146,7 @@ class Promise(NamedTuple):
 
 
 def _saved(what: str, but: Sequence[str] = ()) -> Callable[[TaskGaps], float | None]:
-    """What a gap saves in a task, %."""
+    """Return the saving of a gap in a task, %."""
 
     def figure(found: TaskGaps) -> float | None:
         return found.gaps[what].saving.value if found.task not in but and what in found.gaps else None

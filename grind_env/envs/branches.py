@@ -48,7 +48,7 @@ class Branches(ABC):
     materials: int = 1
     """Rows of a kind, one for each material."""
     _ends: Sequence[bool]
-    """Whether each block of the nominal sequence ends a part."""
+    """Return whether each block of the nominal sequence ends a part."""
 
     @abstractmethod
     def seconds(self, rows: Numbers, speeds: Table) -> Table:
@@ -92,7 +92,7 @@ class Branches(ABC):
 
 
 class BlockBranches(Branches):
-    """Those of a task; the tables have a row for every pair of kind and material, kind by kind."""
+    """Branches of a task; the tables have a row for every pair of kind and material, kind by kind."""
 
     def __init__(self, task: Task) -> None:
         self._task, self.materials = task, len(task.materials)
@@ -145,7 +145,7 @@ class BlockBranches(Branches):
 
 
 class ProgramBranches(Branches):
-    """Those of a program, with one dress program, which is the first, and one wheel that every episode begins with.
+    """Branches of a program: the dress program is the first one, and every episode begins with the same wheel.
 
     Args:
         blocks: of the program, each a `BlockOutline`.

@@ -1,4 +1,4 @@
-"""What a block costs: the terms of the reward."""
+"""Cost terms of a block, which are the terms of the reward."""
 
 from typing import NamedTuple
 
@@ -42,7 +42,7 @@ class Shop(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What one step gives back.
+    """Costs, quality and readings of one step.
 
     `time_cost`, `wheel_cost`, `dress_cost`, `scrap_cost`, `handover_cost` and `late_cost` are $.
     `roughness` and `size_error` are um.
@@ -141,7 +141,7 @@ def outcome_of(
     change: float,
     handover: float,
 ) -> Outcome:
-    """What a block has cost and made.
+    """Return the costs of a block and the state of its part.
 
     Args:
         kind: of the block.

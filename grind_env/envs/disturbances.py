@@ -1,4 +1,4 @@
-"""What is random in episodes: their noise tapes, drawn from a key of each, in tasks and in users' programs alike."""
+"""Random disturbances: the noise tape of each episode, drawn from its key, of tasks and of users' programs."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -131,7 +131,7 @@ class Disturbances:
         self.mount(episodes, index, which, fixed)
 
     def draws(self, given: Given) -> Draws:
-        """What a split draws from."""
+        """Return the distributions that a split draws from."""
         return draws_of(given.split)
 
     def mount(self, episodes: Episodes, index: NDArray[np.int64], which: NDArray[np.int64], fixed: Table) -> None:
