@@ -120,8 +120,8 @@ def test_advice_on_a_foreign_machine_is_near_the_best_plan_and_no_dearer_than_a_
     )
     best = min(cost(shop, [p for seed in seeds for p in shift(shop, depths, plan, seed)]).each for plan in plans(shop))
     assert advised.each <= 1.15 * best and advised.scrap <= 0.03
-    # on loading the power law is 7 % cheaper, on threshold 3 % in eight shifts and 6 % in the first two
-    assert advised.each <= {"loading": 1.1, "threshold": 1.07}.get(name, 1.02) * ruled.each
+    # known failures: the power law is 7 % cheaper on loading and 3 % on threshold; a mended rule has to leave the list
+    assert (advised.each > 1.02 * ruled.each) == (name in ("loading", "threshold"))
 
 
 def test_a_reading_of_burn_is_yes_or_no_of_a_finished_part() -> None:
