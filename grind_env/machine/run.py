@@ -46,9 +46,8 @@ class GrindingRun(EventConsumer):
         plunged: of each of these strokes, whether it has gone deeper than any before it at some place of its own.
     """
 
-    def __init__(self, programs: Programs, job: Job, control: Control, conditions: Sequence[PartConditions]) -> None:
+    def __init__(self, programs: Programs, job: Job, control: Control) -> None:
         super().__init__(programs, job, control)
-        self.conditions = conditions
         self.delay = 0.0  # of the job's clock after the control's: loading, set-up of dresses
         self.mount, self.drive = Mount(job), Drive(1.0, control.reversal_dwell)
         self.watch = RunWatch(programs.name, job, control)
@@ -81,7 +80,7 @@ class GrindingRun(EventConsumer):
             self.blocks,
             self.cycles,
             self.programs,
-            replace(self.job, parts=tuple(self.conditions), met=tuple(self._met)),
+            replace(self.job, met=tuple(self._met)),
         )
 
     @property
@@ -102,8 +101,8 @@ class GrindingRun(EventConsumer):
 
     def _load(self, began: float, station: int = ANYWHERE, axis: int = 0) -> PartRun:
         number = len(self.parts) + len(self._left) + 1
-        require_conditions(self.conditions, number, self.programs.name)
-        conditions = self.conditions[number - 1] if self.conditions else PartConditions()
+        require_conditions(self.job.parts, number, self.programs.name)
+        conditions = self.job.parts[number - 1] if self.job.parts else PartConditions()
         self.mount.gauge()
         job, changed = self._job_at(station, axis), self.mount.changes > 0
         return PartRun(number, job, conditions, began, new_wheel=changed, station=station)
@@ -297,8 +296,7 @@ class GrindingRun(EventConsumer):
         if self.unloaded_at is None and not leaves:
             return () if self.part.infeeds and not self.part.strokes else (self.part.job,)
         number = len(self.parts) + leaves
-        own = self.conditions[number].part if number < len(self.conditions) else None
-        return (self.job if own is None else replace(self.job, part=own),)
+        return (self.job.of_part(number + 1),)
 
     def _take_drive(self, time: float, plan: CyclePlan) -> None:
         """A block of strokes begins: what its process makes of wheel and table, the latter told by `tell`."""

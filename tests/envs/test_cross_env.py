@@ -44,8 +44,9 @@ def ground(env: GrindEnv, parts: int = PARTS) -> GrindingRecord:
     """The program of the episode under `machine.grind`, with the wheel and the parts of its seed."""
     drawn = env.simulation.start([np.random.default_rng(env.np_random_seed)])
     job = job_of(env.task, env.blocks)
-    job = replace(job, wheel=replace(job.wheel, diamond_flat=drawn.wheel(0).wd))
-    return grind(read(env.part_program()), job, conditions=conditions(env.task, drawn.tape[0])[:parts])
+    wheel = replace(job.wheel, diamond_flat=drawn.wheel(0).wd)
+    job = replace(job, wheel=wheel, parts=tuple(conditions(env.task, drawn.tape[0])[:parts]))
+    return grind(read(env.part_program()), job)
 
 
 def too_many_dresses(text: str) -> list[int]:

@@ -83,11 +83,8 @@ class Episode:
         start = replace(shop.wheel, diamond_flat=wheel.wd, diameter=wheel.ds)
         if task.start.wear_flat_area is not None:
             start = replace(start, wear_flat_area=wheel.A, volume_since_dress=wheel.V)
-        self.record: GrindingRecord = grind(
-            read(simulation.program(self.blocks)),
-            replace(shop, wheel=start),
-            conditions=conditions(task, tape)[:PARTS],
-        )
+        shop = replace(shop, wheel=start, parts=tuple(conditions(task, tape)[:PARTS]))
+        self.record: GrindingRecord = grind(read(simulation.program(self.blocks)), shop)
         self.final_wheel = episodes.wheel(0)
 
     def by_part(self, values: Array) -> Array:

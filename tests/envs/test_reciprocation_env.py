@@ -36,10 +36,10 @@ def ground(env: GrindEnv, blocks: int) -> GrindingRecord:
     assert env.episodes is not None
     job = job_of(env.task, env.blocks)
     wheel = env.simulation.start([np.random.default_rng(env.np_random_seed)]).wheel(0)
-    job = dataclasses.replace(job, wheel=dataclasses.replace(job.wheel, diamond_flat=wheel.wd))
+    parts = tuple(conditions(env.task, whole_tape(env))[:blocks])
+    job = dataclasses.replace(job, wheel=dataclasses.replace(job.wheel, diamond_flat=wheel.wd), parts=parts)
     control = dataclasses.replace(job.control, operator_dress_at=env.operator_dress_at())
-    parts = conditions(env.task, whole_tape(env))[:blocks]
-    return grind(read(env.part_program()), job, control=control, conditions=parts)
+    return grind(read(env.part_program()), job, control=control)
 
 
 @examples(10)

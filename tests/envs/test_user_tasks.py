@@ -288,8 +288,8 @@ def test_the_machine_grinds_the_same_parts_from_the_program_of_a_file(
     )
     programs = read(env.part_program())
     control = replace(shop.control, operator_dress_at=request_times(programs, shop)) if cycle == "G81" else None
-    parts = conditions(task, whole_tape(env))[:count]
-    record = grind(programs, replace(shop, wheel=start), control=control, conditions=parts)
+    parts = tuple(conditions(task, whole_tape(env))[:count])
+    record = grind(programs, replace(shop, wheel=start, parts=parts), control=control)
     assert record.parts["survival"] == pytest.approx([info["good_parts"] for info in infos], rel=1e-5, abs=1e-9)
     assert record.parts["seconds"] == pytest.approx([info["seconds"] for info in infos], rel=1e-9, abs=2e-6)
     left = env.episodes.wheel(0)

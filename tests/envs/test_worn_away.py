@@ -71,8 +71,8 @@ def test_the_machine_wears_the_wheel_away_as_the_environment_does(fast_slot: Pat
         env.step(np.ones(2, np.float32))
     wheel = env.episodes.wheel(0)
     assert wheel.ds == LEAST_DIAMETER
-    first = conditions(env.task, whole_tape(env))[:3]
-    record = grind(read(env.part_program()), job(env.task, *env.task.kinds), conditions=first)
+    first = tuple(conditions(env.task, whole_tape(env))[:3])
+    record = grind(read(env.part_program()), replace(job(env.task, *env.task.kinds), parts=first))
     assert record.strokes["ds"][-1] == LEAST_DIAMETER
     assert record.strokes["worn"].sum() > volume(300.0, LEAST_DIAMETER, env.task.kinds[0].width)
 
@@ -85,9 +85,9 @@ def test_the_machine_grinds_on_with_a_destroyed_wheel_as_the_environment_does() 
     for _ in range(3):
         env.step(np.full(2, -1.0, np.float32))
     wheel = env.episodes.wheel(0)
-    shop, first = job(env.task, *env.task.kinds), conditions(env.task, whole_tape(env))[:3]
+    shop, first = job(env.task, *env.task.kinds), tuple(conditions(env.task, whole_tape(env))[:3])
     start = replace(shop.wheel, diameter=found.ds, wear_flat_area=found.A, diamond_flat=found.wd)
-    record = grind(read(env.part_program()), replace(shop, wheel=start), conditions=first)
+    record = grind(read(env.part_program()), replace(shop, wheel=start, parts=first))
     limit = shop.setup.wheel.wear_flat_limit
     assert ((record.strokes["A"] <= 0.0) | (record.strokes["A"] >= limit)).any()
     assert sum("destroys the wheel" in warning for warning in record.warnings) >= 1

@@ -89,19 +89,15 @@ TIMELESS = replace(CATALOGUE.fluid("emulsion"), part_cooling=0.0)
 
 
 def run(
-    text: str,
-    job: Job,
-    *,
-    control: Control | None = None,
-    conditions: tuple[PartConditions, ...] = (),
+    text: str, job: Job, *, control: Control | None = None, parts: tuple[PartConditions, ...] = ()
 ) -> GrindingRecord:
-    return grind(read(text + DRESS, "test.nc"), job, control=control, conditions=conditions)
+    return grind(read(text + DRESS, "test.nc"), replace(job, parts=parts or job.parts), control=control)
 
 
 def machine_after(programs: Programs, job: Job, control: Control | None = None) -> GrindingRun:
     """The machine after a program, told every stroke unless the control gives cycles as a whole."""
     control = control or job.control
-    machine, execution = GrindingRun(programs, job, control, job.parts), execute(programs, control)
+    machine, execution = GrindingRun(programs, job, control), execute(programs, control)
     machine.tell(execution)
     for event in execution:
         machine.take(event)

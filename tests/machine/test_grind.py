@@ -239,7 +239,7 @@ def test_wheel_wear_tapers_a_traversed_part() -> None:
     lost = 1000.0 * strokes["W"][2]
     assert 0.5 * lost < record.parts[0]["taper"] < lost
     hard = (PartConditions(factors={"Gref": 1e6, "wi": 1e-6}),)
-    assert run(text, wide, conditions=hard).parts[0]["taper"] < 0.02 * lost
+    assert run(text, wide, parts=hard).parts[0]["taper"] < 0.02 * lost
 
 
 def test_a_traversed_part_is_judged_where_it_is_farthest_from_its_size() -> None:
@@ -313,7 +313,7 @@ def test_a_stroke_that_destroys_the_wheel_warns_once(feed: str) -> None:
 def test_numbers_beyond_the_model_are_refused() -> None:
     beyond = (PartConditions(factors={"RaRef": 1e300, "ra_scale": 1e200}),)
     with pytest.raises(GrindingError, match=r"test\.nc:3: forces, heat or wear of a cut are no finite numbers; give "):
-        run(HEAD + CYCLE + "M30\n", job(), conditions=beyond)
+        run(HEAD + CYCLE + "M30\n", job(), parts=beyond)
 
 
 def test_the_control_knows_the_wheel_radius_at_any_time(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -58,7 +58,7 @@ def alone(text: str, job: Job, whole: Job) -> GrindingRecord:
     """The same with M00 between parts that lie where the stations do, on a job that knows none."""
     kinds = tuple(PartConditions(part=each.part) for each in whole.lying(0))
     plain = dataclasses.replace(job, stations=(), part=kinds[0].part)
-    return run(text, plain, control=whole.control, conditions=kinds)
+    return run(text, plain, control=whole.control, parts=kinds)
 
 
 @st.composite

@@ -296,7 +296,7 @@ def _replayed(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
         examined.differ("replay: grinds what is refused", "ground", known["refused"][:300])
         return False
     examined.replay = "script" if simulation.why is None else _reason(str(simulation.why))
-    episode, wheels = ProgramEpisode(programs, job, job.parts), []
+    episode, wheels = ProgramEpisode(programs, job), []
     while episode.block is not None:
         mount, changes = episode.run.mount, episode.run.mount.changes
         episode.step({})

@@ -316,7 +316,7 @@ def request_times(programs: Programs, job: Job) -> tuple[float, ...]:
         return ()
     control, times = replace(job.control), []
     execution = execute(programs, control)
-    run = None if job.process.before is None else GrindingRun(programs, job, control, job.parts)
+    run = None if job.process.before is None else GrindingRun(programs, job, control)
     for event in execution:
         if run is not None:  # the table has a speed of its own
             run.take(event)

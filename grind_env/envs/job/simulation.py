@@ -42,10 +42,9 @@ from grind_env.envs.observations import scaling
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step_all
 from grind_env.envs.simulation import DIAMETER, Simulation, Written
 from grind_env.envs.tape import BLOCKS
-from grind_env.envs.transition import FOUND_FIELDS, KIND, EpisodeArrays, Found, settle_of
+from grind_env.envs.transition import FOUND_FIELDS, KIND, EpisodeArrays, Found, price_of_handover, settle_of
 from grind_env.envs.view import job_view
 from grind_env.machine.job import Job, PartConditions, require_conditions
-from grind_env.machine.loops.compiled import handover_cost
 from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.machine.loops.tally import Tally
@@ -255,11 +254,9 @@ class JobSimulation(Simulation):
             first = np.minimum(np.searchsorted(self.part_of_block, np.arange(self.parts)), forces.shape[1] - 1)
             for i, number in enumerate(machine.tolist()):
                 job = self.machines.jobs[number]
-                conditions = [
-                    each.forced(factor)
-                    for each, factor in zip(self.conditions(episodes, i), forces[i, first].tolist(), strict=True)
-                ]
-                episodes.programs[i] = ProgramEpisode(self.programs, job, conditions, course_of(self.blocks))
+                parts = zip(self.conditions(episodes, i), forces[i, first].tolist(), strict=True)
+                job = replace(job, parts=tuple(each.forced(factor) for each, factor in parts))
+                episodes.programs[i] = ProgramEpisode(self.programs, job, course_of(self.blocks))
         return episodes
 
     def room(self, n: int, *, full_tape: bool = True) -> Episodes:
@@ -267,10 +264,9 @@ class JobSimulation(Simulation):
 
     def _set_up(self, episodes: Episodes, index: Sequence[int], given: Sequence[Given]) -> None:
         for i, each in zip(index, given, strict=True) if self.script is None else ():
-            conditions = self.conditions(episodes, i)
             job = self.job if each.plant is None else self.job.on(each.plant.first)
-            program = ProgramEpisode(self.programs, job, conditions, course_of(self.blocks))
-            episodes.programs[i : i + 1] = [program]
+            job = replace(job, parts=self.conditions(episodes, i))
+            episodes.programs[i : i + 1] = [ProgramEpisode(self.programs, job, course_of(self.blocks))]
 
     def conditions(self, episodes: Episodes, i: int) -> tuple[PartConditions, ...]:
         """What the parts of episode i are like."""
@@ -308,8 +304,7 @@ class JobSimulation(Simulation):
 
     def record(self, episodes: Episodes, i: int, blocks: Sequence[RunBlock]) -> GrindingRecord:
         """As `Simulation.record`, up to the block that comes after these."""
-        job = self._job(episodes, i, blocks)
-        program = ProgramEpisode(self.programs, job, job.parts)
+        program = ProgramEpisode(self.programs, self._job(episodes, i, blocks))
         for block in blocks:
             program.step(self.words(*block[:3]))
         return program.run.record()
@@ -400,9 +395,8 @@ class JobSimulation(Simulation):
         return outcomes, tallies
 
     def _handover(self, program: ProgramEpisode, run: BlockRun) -> float:
-        """Price of the dull wheel that a program leaves, $; 0 without a dress program to sharpen it with."""
-        if run.plan.program is None or program.run.wheel is None:
+        number, machine = run.plan.program, program.run
+        if machine.wheel is None:
             return 0.0
-        dress = program.run.dressing.plans[run.plan.program]
-        wheel, p = program.run.wheel, program.run.part.p
-        return handover_cost(wheel, float(dress.passes), dress.feed, dress.depth, dress.seconds, p, self.job.rates)
+        own = own_settings(run.plan, None if number is None else machine.dressing.plans[number])
+        return price_of_handover(own, Shop(*self.shops[0].tolist()), machine.wheel, machine.part.p)

@@ -75,14 +75,3 @@ def judge(
     scrap_cost = scrap_price * (1.0 - survival)
     total_cost = time_cost + wheel_cost + dress_cost + scrap_cost
     return PartVerdict(survival, time_cost, wheel_cost, dress_cost, scrap_cost, total_cost)
-
-
-@entry
-def handover_cost(
-    wheel: WheelState, passes: float, feed: float, depth: float, seconds: float, p: StrokeParameters, rates: Rates
-) -> float:
-    """Price of handing over a wheel duller than a dressed one, $; arguments as for `process.cost.handover_cost`.
-
-    The diamond traverses with `feed` mm/s.
-    """
-    return cost.handover_cost(wheel, passes, cycle.dress_lead(wheel, feed, p), depth, seconds, p, rates)
