@@ -14,7 +14,6 @@ import numpy as np
 from grind_env.belief.hidden import FACTORS
 from grind_env.envs.cost import Shop, counted_rise, outcome_of, rates_of, read_shop, write_outcome
 from grind_env.envs.drawing import TAPER, deviation, words_of
-from grind_env.envs.feed_motions import infeed_of, write_motions
 from grind_env.envs.gauge import TAPER_NOISE
 from grind_env.envs.history import (
     FOUND,
@@ -27,6 +26,7 @@ from grind_env.envs.history import (
     truth_of,
     write_memory,
 )
+from grind_env.envs.placing import place_block
 from grind_env.envs.tables import read_kind
 from grind_env.envs.tape import (
     BLOCKS,
@@ -63,19 +63,16 @@ from grind_env.machine.part.gauging import gauge_zones
 from grind_env.machine.script.block import RestTimes
 from grind_env.machine.script.replay import (
     Placed,
-    place_written,
     read_block,
-    read_plan,
     whole_blocks_of,
-    write_placed,
     zoned_blocks_of,
 )
-from grind_env.machine.script.settings import BlockSettings, D, E, read_settings
+from grind_env.machine.script.settings import BlockSettings, E, read_settings
 from grind_env.machine.script.tables import BlockRow
 from grind_env.process.cost import STALL, Limits, handover_cost, survival
 from grind_env.process.equations import INITIAL_ROUGHNESS
 from grind_env.process.gauge import Gauge
-from grind_env.process.process import Drive, Moment, Process, joined
+from grind_env.process.process import Moment, Process, joined
 from grind_env.process.state import FORCES, StrokeParameters, WheelState
 from grind_env.process.stroke import dressed_wheel
 
@@ -314,34 +311,6 @@ def write_settings(tables: Any, choices: Any, i: int, number: int) -> None:
 
 
 @inlined
-def write_placed_by_tape(
-    tables: Any, i: int, surface: float, stock: float, number: int, pre_dress: float, drive: Drive
-) -> None:
-    """Let the block of machine i grind so much stock, mm, from a surface on."""
-    row, pick = read_block(tables.blocks, number), read_settings(tables.settings, i).J
-    target = surface + stock
-    first = min(surface + pick, target)
-    start = min(surface + tables.lead[number], target)
-    here = start, first + (target - first), target, target, target - start
-    # the rests after a block of a task are the same at all ends of its strokes
-    write_placed(tables.placed, i, Placed(*here, pre_dress, row.motion, pick, drive.share, drive.dwell, -1.0))
-
-
-@inlined
-def write_infeed(tables: Any, i: int, stock: float, number: int, pre_dress: float, drive: Drive) -> None:
-    """Let the G81 of machine i grind so much stock, mm, and write its motions, whose dwells hang on E and D."""
-    row, kind = read_block(tables.blocks, number), read_kind(tables.kinds, number)
-    speed, requests = drive.share * tables.settings[i, E], tables.settings[i, D]
-    table = drive.dwell, requests, row.acceleration, tables.infeed
-    infeed = infeed_of(row.stroke_length, kind.sparkout, stock, speed, *table)
-    motion = i * (tables.motions.shape[0] // tables.rows.size)
-    write_motions(tables.motions, motion, infeed)
-    pick = infeed.rate * (infeed.travel + infeed.dwell)
-    here = 0.0, stock, stock, stock, stock
-    write_placed(tables.placed, i, Placed(*here, pre_dress, float(motion), pick, drive.share, drive.dwell, 0.0))
-
-
-@inlined
 def judged(
     row: BlockRow, part: PartState, tally: Tally, stage: StageSoFar, size_error: float, before: float, cooler: float
 ) -> tuple[float, StageSoFar]:
@@ -497,14 +466,8 @@ def stages_of(process: Process, gauge: Gauge, whole: bool) -> StepStages:
             seconds, speed = episodes.memory[i, CLOCK] + came + waited, tables.settings[i, E]
             moment = Moment(number=float(episodes.block[i]), seconds=seconds, place=row.place, E=speed)
             drive = before(episodes.wheels, tables.parameters, i, row.dwell, moment)
-            surface, stock = read_part(episodes.parts, i).Z, episodes.tape[i, place, STOCK]
-            if tables.infeed > 0.0:
-                write_infeed(tables, i, stock, number, choices.pre_dresses[i], drive)
-            elif tables.lead[number] >= 0.0:
-                pre_dress = choices.pre_dresses[i]
-                write_placed_by_tape(tables, i, 0.0 if starts else surface, stock, number, pre_dress, drive)
-            else:
-                place_written(tables.placed, i, row, read_plan(tables.plans, number), drive)
+            surface, stock = 0.0 if starts else read_part(episodes.parts, i).Z, episodes.tape[i, place, STOCK]
+            place_block(tables, i, row, number, surface, stock, choices.pre_dresses[i], drive)
 
     @entry
     def grind(tables: Tables, episodes: EpisodeArrays, choices: Choices, active: Any, results: Any) -> None:
