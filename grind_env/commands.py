@@ -108,7 +108,7 @@ def evaluate(
         raise GrindError("a row names the parameters of the package: leave out --configs or --submit")
     problem = find_problem(env, job, parts)
     chosen = _policy(policy, problem.simulation(), configs, trust, other_part)
-    with progress(problem.simulation().most_steps) as advance:
+    with progress(problem.simulation().task.blocks) as advance:
         found = judge(
             chosen,
             problem,

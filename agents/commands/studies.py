@@ -15,7 +15,7 @@ from agents.commands.options import Tasks, going_on
 from agents.study import Fresh, Jobs, Options, Ray, Results, Runs
 from grind_env.arguments import FILE, PROBLEM, Reads
 from grind_env.commands import Configs, JobFile, Parts, Plant
-from grind_env.envs.names import OTHERS, task_names
+from grind_env.envs.names import MODULE_NAMES, task_names
 from grind_env.errors import GrindError
 from grind_env.terminal import table_console
 
@@ -133,7 +133,7 @@ COMMANDS = {
         "agents.reference.scores",
         "Measure the reference scores: tune what is missing, run every policy, write the tables.",
         "--task power_limited",
-        tasks=",".join(name for name in (*task_names(), *OTHERS) if name != "job"),
+        tasks=",".join(name for name in (*task_names(), *MODULE_NAMES) if name != "job"),
         episodes=SCORE_EPISODES,
     ),
     "gaps": StudyCommand(
@@ -142,7 +142,7 @@ COMMANDS = {
         "The fixed plan is the best one without sensors. The planner knows the state of the wheel; hindsight knows the "
         "future, too.",
         "--tasks power_limited,rush",
-        tasks=",".join(name for name in (*task_names(), *OTHERS) if name != "job"),
+        tasks=",".join(name for name in (*task_names(), *MODULE_NAMES) if name != "job"),
         episodes=GAP_EPISODES,
     ),
     "plants": StudyCommand(

@@ -78,7 +78,7 @@ class DressFinding:
 
 def intervals(simulation: Simulation) -> list[int]:
     """The intervals that fit in an episode."""
-    return [every for every in INTERVALS if every <= simulation.most_steps]
+    return [every for every in INTERVALS if every <= simulation.task.blocks]
 
 
 def dressers(problem: Problem) -> list[tuple[str, Dress]]:
@@ -117,7 +117,7 @@ def best_plan(simulation: Simulation, every: Sequence[int]) -> Fixed:
 
 def mean_costs(plans: Sequence[Fixed], simulation: Simulation, episodes: Episodes) -> Array:
     """Mean cost of an episode under each of the plans, $, shape (plans,); the episodes are left as they are."""
-    n, steps = len(episodes.block), simulation.most_steps
+    n, steps = len(episodes.block), simulation.task.blocks
     decided = []
     for plan in plans:
         plan.begin(simulation, 1)

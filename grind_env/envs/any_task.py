@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from grind_env.envs.arguments import check_flags, is_full
-from grind_env.envs.blocks.program import check_task
+from grind_env.envs.blocks.job import check_task
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.cost import Outcome
 from grind_env.envs.docstrings import meanings

@@ -158,7 +158,7 @@ class GrindingRun(EventConsumer):
             self.part.cutting, self.part.tally = part.cutting, part.tally
         self.part.met |= bool(stations)
         beside = [k for k in self.station_numbers if k != self.part.station]
-        self.watch.way.others = [self._left.get(k) or self._untouched(k, axis) for k in beside]
+        self.watch.obstacles.other_parts = [self._left.get(k) or self._untouched(k, axis) for k in beside]
 
     def _leaves_for(self, stations: Sequence[int]) -> bool:
         return bool(stations) and self.part.met and self.part.station not in stations
@@ -237,7 +237,7 @@ class GrindingRun(EventConsumer):
             )
         self.let_part_go()
         for k in self.station_numbers or [ANYWHERE]:
-            if self.unloaded_at is not None and self.watch.way.grinds(self._untouched(k, self.axis)):
+            if self.unloaded_at is not None and self.watch.obstacles.grinds(self._untouched(k, self.axis)):
                 self._begin_cutting(event.time, self.axis, () if k == ANYWHERE else (k,))
         self.unload(event.time)
         self.watch.stops.end()
@@ -284,7 +284,7 @@ class GrindingRun(EventConsumer):
         return loads
 
     def move(self, event: motions.Motion) -> None:
-        self.watch.way.move(event, found=self.found)
+        self.watch.obstacles.move(event, found=self.found)
 
     def is_feed_block(self, ahead: motions.FeedAhead) -> bool:
         axis, jobs = self.along
@@ -292,7 +292,7 @@ class GrindingRun(EventConsumer):
         return any(leads_over(*place, axis, job) for job in jobs) and keeps_across(*place, axis)
 
     def coming_jobs(self) -> Sequence[Job]:
-        leaves = self.leaving is not None
+        leaves = self.pending_stop is not None
         if self.unloaded_at is None and not leaves:
             return () if self.part.infeeds and not self.part.strokes else (self.part.job,)
         number = len(self.parts) + leaves
@@ -317,7 +317,7 @@ class GrindingRun(EventConsumer):
                 "G97 out of it"
             )
         plan, began, way = self.dressing.end(event, self.axis, self.part.station)
-        self.watch.way.dress(self.part, self.dressing.file(number), way, self.axis)
+        self.watch.obstacles.dress(self.part, self.dressing.file(number), way, self.axis)
         misses, before, p, time = self._misses(number), self.mount.present(self.part.p), self.part.p, self.clock(began)
         done = Dressed(0.0, before.ds, 0.0, 0.0, 0.0)
         if not misses:
@@ -371,7 +371,7 @@ class GrindingRun(EventConsumer):
         rows["time"], rows["seconds"], rows["E"] = delays + event.begins, event.seconds, event.feed
         rows["Z"] = part.job.part.surface - np.array(event.plunge)
         before, had_stalled = self.mount.present(part.p), part.stalled
-        self.watch.way.judge(part, plan.axis, event.begins[0])
+        self.watch.obstacles.judge(part, plan.axis, event.begins[0])
         effective = [] if misses else due
         edges = np.array(event.cross)
         dressed, plunged = part.grind(rows, event.ends(0), event.turns, edges, self.mount, effective, dress)

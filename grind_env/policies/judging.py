@@ -172,7 +172,7 @@ def evaluate(
     check_policy(policy)
     start = start_episodes(simulation, chosen, split)
     run = roll_out(policy, simulation, start, held, advance)
-    anchored = machines is None and not SPLITS[split].beyond
+    anchored = machines is None and not SPLITS[split].leaves_task
     known, score = find_reference(problem.id) if anchored else None, None
     paired = (chosen.start, split) == (SEEDS[REFERENCE_SEEDS], EVERY)
     if known is not None and not known.ratio:

@@ -19,7 +19,7 @@ from grind_env.envs.actions import ActionCodec
 from grind_env.envs.contexts import Given
 from grind_env.envs.cost import Outcome
 from grind_env.envs.episodes import NOISE, Episodes
-from grind_env.envs.job.tape import NEW_LOT, JobGenerator, conditions_of
+from grind_env.envs.job.disturbances import NEW_LOT, JobGenerator, conditions_of
 from grind_env.envs.names import environment_id, task_names
 from grind_env.envs.simulation import Simulation
 from grind_env.envs.tape import SOURCE, TapeRow
@@ -118,7 +118,7 @@ def job_drawn(
 
 def whole_tape(env: Any) -> np.ndarray:
     """The tape of the episode that an environment is in, shape (blocks, fields of `TapeRow`)."""
-    return env.unwrapped.simulation.tape(env.unwrapped.episodes, 0)
+    return env.unwrapped.simulation.with_full_tapes(env.unwrapped.episodes).tape[0]
 
 
 def tape_of_job(env: Any) -> JobTape:

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grind_env.envs.blocks.program import job_of
+from grind_env.envs.blocks.job import job_of
 from grind_env.envs.ids import wide_plates
 from grind_env.envs.tasks import TaskError, read_task
 from grind_env.pages import page, summary

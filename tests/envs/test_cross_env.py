@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import read
-from grind_env.envs.blocks.program import conditions, job_of
+from grind_env.envs.blocks.job import conditions, job_of
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.contexts import Fixed, Given, nominal_context
 from grind_env.envs.env import GrindEnv

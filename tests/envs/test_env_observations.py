@@ -279,9 +279,9 @@ def test_the_full_observation_shows_the_heat_of_a_part_in_work(name: str) -> Non
     episodes, shown, blocks = start(simulation, 1), [], []
     for _ in range(3):
         shown.append(physical(simulation.observe(episodes)[0], simulation.entries)["part_rise"])
-        blocks.append(simulation.block(episodes, 0, 9000.0, 0.0))
+        blocks.append(simulation.writer.block(episodes, 0, 9000.0, 0.0))
         simulation.step(episodes, np.array([9000.0]), np.array([0.0]))
-    strokes = (record := simulation.record(episodes, 0, blocks)).strokes
+    strokes = (record := simulation.writer.record(episodes, 0, blocks)).strokes
     kind, catalogue = blocks[0].kind, simulation.task.catalogue
     material = catalogue.material(kind.material)
     # it grows by its expansion for each mm of height, and cools while the wheel goes back, which a task leaves out

@@ -15,7 +15,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import read
-from grind_env.envs.blocks.program import CycleBlock, coming_block, conditions, job
+from grind_env.envs.blocks.job import conditions, job
+from grind_env.envs.blocks.program import CycleBlock
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.contexts import Fixed, Given
 from grind_env.envs.cost import Outcome
@@ -73,7 +74,7 @@ class Episode:
         for _ in range(count):
             E = np.floor(1000.0 * np.exp(rng.uniform(np.log(min(speeds)), np.log(max(speeds)), 1)))
             D, dress = np.floor(rng.random(1) * 1.7), np.floor(rng.random(1) * 2.0) * pre_dress
-            self.blocks.append(coming_block(task, episodes, 0, E[0], D[0], dress[0]))
+            self.blocks.append(simulation.writer.block(episodes, 0, E[0], D[0], dress[0]))
             outcome, result = simulation.step(episodes, E, D, dress)
             outcomes.append(outcome[0])
             results.append(result[0])
@@ -84,7 +85,7 @@ class Episode:
         if task.start.wear_flat_area is not None:
             start = replace(start, wear_flat_area=wheel.A, volume_since_dress=wheel.V)
         shop = replace(shop, wheel=start, parts=tuple(conditions(task, tape)[:PARTS]))
-        self.record: GrindingRecord = grind(read(simulation.program(self.blocks)), shop)
+        self.record: GrindingRecord = grind(read(simulation.writer.program(self.blocks)), shop)
         self.final_wheel = episodes.wheel(0)
 
     def by_part(self, values: Array) -> Array:

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.control import read
-from grind_env.envs.blocks.program import conditions, job_of
+from grind_env.envs.blocks.job import conditions, job_of
 from grind_env.envs.blocks.simulation import BlockSimulation
 from grind_env.envs.env import GrindEnv
 from grind_env.envs.ids import reciprocation
@@ -38,7 +38,7 @@ def ground(env: GrindEnv, blocks: int) -> GrindingRecord:
     wheel = env.simulation.start([np.random.default_rng(env.np_random_seed)]).wheel(0)
     parts = tuple(conditions(env.task, whole_tape(env))[:blocks])
     job = dataclasses.replace(job, wheel=dataclasses.replace(job.wheel, diamond_flat=wheel.wd), parts=parts)
-    control = dataclasses.replace(job.control, operator_dress_at=env.operator_dress_at())
+    control = dataclasses.replace(job.control, operator_dress_at=env.written().requests)
     return grind(read(env.part_program()), job, control=control)
 
 
@@ -73,7 +73,7 @@ def test_the_blocks_of_a_step_are_the_literal_form() -> None:
     plain = env.step(np.array([0.0, -1.0, -0.5], np.float32))[4]["block"].split("\n")
     assert plain[0] == "G81 X330. I-30. E9487. P9100"
     assert [line.split()[0] for line in plain[1:]] == ["G01", "G04", "G80"]
-    assert len(env.operator_dress_at()) == 1
+    assert len(env.written().requests) == 1
 
 
 def test_strokes_get_thinner_as_the_table_gets_faster() -> None:

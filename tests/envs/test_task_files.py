@@ -8,7 +8,7 @@ import pytest
 
 from grind_env.envs import any_task, tasks
 from grind_env.envs.any_task import simulation_of
-from grind_env.envs.blocks.program import check_task
+from grind_env.envs.blocks.job import check_task
 from grind_env.envs.episode_generator import EpisodeGenerator
 from grind_env.envs.names import environment_id
 from grind_env.envs.tasks import Kind, Orders, Spread, Task, TaskError, load_task, read_task, task_names

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from grind_env.control import read
-from grind_env.envs.blocks.program import conditions, job
+from grind_env.envs.blocks.job import conditions, job
 from grind_env.envs.contexts import CONTEXT_FACTORS
 from grind_env.machine.grind import grind
 from grind_env.process.equations import LEAST_DIAMETER

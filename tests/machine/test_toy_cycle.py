@@ -4,6 +4,7 @@ G84 plunges by J at the primary point and by half of it at the secondary one; af
 wheel goes over the part once more without one. It stands where G82 does, for the grammar knows no other code.
 """
 
+from collections import namedtuple
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -179,14 +180,8 @@ def test_the_interpreter_and_the_compiled_loop_run_it_alike(
     assert tally["seconds"] == pytest.approx(seconds, rel=1e-12)
 
 
-class OneBlock(NamedTuple):
-    """What `grind_blocks` takes as a script."""
-
-    blocks: Any
-    plans: Any
-    motions: Any
-    placed: Any
-    cycles: Any
+OneBlock = namedtuple("OneBlock", "blocks plans motions placed cycles rows settings parameters")
+"""What `grind_blocks` takes as a script."""
 
 
 def test_a_script_of_it_is_replayed(loops: Loops, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -199,11 +194,10 @@ def test_a_script_of_it_is_replayed(loops: Loops, monkeypatch: pytest.MonkeyPatc
         row, plan = BlockRow(*script.blocks[0]), PlanRow(*script.plans[0])
         depths = row.start, row.bottom, row.finish, row.finish_besides, plan.depth
         placed = np.array([Placed(*depths, plan.pre_dress, row.motion, -1.0, 1.0, 0.15, 0.0)])
-        one = OneBlock(script.blocks, script.plans, script.motions, placed, np.empty((1, CYCLE_FIELDS)))
         _, parameters, wheels, parts, tallies = tables([case])
-        updated = map(as_table, (wheels, parts, tallies))
-        first = np.zeros(1, np.int64)
-        grind_blocks(one, first, script.own, parameters, *updated, first)
+        first, room = np.zeros(1, np.int64), np.empty((1, CYCLE_FIELDS))
+        one = OneBlock(*script[:2], script.motions, placed, room, first, script.own_settings, parameters)
+        grind_blocks(one, *map(as_table, (wheels, parts, tallies)), first)
         depths, dresses = case.strokes_and_dresses()
         assert (tallies["strokes"], tallies["dresses"]) == (len(depths), len(dresses))
         assert parts["Z"] == pytest.approx(depths[-1])

@@ -8,7 +8,7 @@ from stable_baselines3 import PPO
 from agents.benchmark.plan import CORE
 from agents.video import watch
 from grind_env.cli import main
-from grind_env.envs.names import OTHERS, task_names
+from grind_env.envs.names import MODULE_NAMES, task_names
 from grind_env.errors import GrindError
 from grind_env.policies import naming
 from grind_env.policies.evaluation import run_seeds
@@ -86,7 +86,7 @@ def misfits(folder: Path) -> list[str]:
     wrong = []
     for path in sorted(filter(Path.is_file, folder.glob("*"))):
         try:
-            assert path.stem in (*task_names(), *OTHERS)
+            assert path.stem in (*task_names(), *MODULE_NAMES)
             assert path.stat().st_size < 1_000_000
             load_policy(path, simulation=find_problem(path.stem).simulation())
         except (AssertionError, GrindError):

@@ -250,7 +250,7 @@ def test_the_environment_runs_a_program_that_counts(folder: Path) -> None:
         taken = [each.step(np.array([0.0, 1.0], np.float32))[4]["D"] for _ in range(8)]
         assert taken == [3] * 8
     made = env.unwrapped
-    record = grind(read(made.part_program(), "part.nc"), made.part_job())  # type: ignore[attr-defined]
+    record = grind(read(made.part_program(), "part.nc"), made.written().job)  # type: ignore[attr-defined]
     assert record.strokes.tobytes() == made.record().strokes.tobytes()  # type: ignore[attr-defined]
 
 

@@ -109,8 +109,8 @@ def make(
         raise ActionError(f"predress is {predress!r}, but {why}: leave it out")
     if cycle is not None:
         raise TaskError(f"cycle is {cycle!r}, but the program of grind/Job-v0 says which cycles it runs: leave it out")
-    held = variables_of(check_variables(variables), "variables:")
-    simulation = load_simulation(program, job, parts, spread, observation, held, plant)
+    numbers = variables_of(check_variables(variables), "variables:")
+    simulation = load_simulation(program, job, parts, spread, observation, numbers, plant)
     for sentence in simulation.unread:
         warnings.warn(sentence, GrindWarning, stacklevel=2)
     return GrindEnv(

@@ -20,7 +20,7 @@ make = fixed(
     `predress=True` lets an action ask for the G81.1 form. The coming block has no pick to be observed; `last_pick` is
     what the infeed covered in a stroke of the last block. `info["block"]` holds all blocks of the step, a line each.
 
-    `part_program()` is the episode as a program; `operator_dress_at()` says when the operator has to ask for a dress.
+    `part_program()` is the episode as a program; `written().requests` says when the operator has to ask for a dress.
     """,
 )
 make_vector = side_by_side(make)

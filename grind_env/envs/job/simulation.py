@@ -8,7 +8,7 @@ import copy
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from grind_env.arrays import Numbers, Table
 from grind_env.control import Programs
 from grind_env.control.cycles import codes_said
-from grind_env.control.rewriting import with_words
 from grind_env.envs.branches import ProgramBranches
-from grind_env.envs.contexts import Given
-from grind_env.envs.cost import Outcome, Shop
+from grind_env.envs.contexts import Given, drawn
+from grind_env.envs.cost import Found, Outcome, Shop
 from grind_env.envs.episodes import Episodes, check_running
 from grind_env.envs.gauge import GAUGE, noisy
 from grind_env.envs.history import FOUND
+from grind_env.envs.job.disturbances import JobGenerator, barred_factors, conditions_of
 from grind_env.envs.job.numbers import kind_of, machines_of, shop_of, tally_of
 from grind_env.envs.job.outline import (
     INCH,
@@ -36,26 +36,24 @@ from grind_env.envs.job.outline import (
     refuse_more,
 )
 from grind_env.envs.job.readings import ACTION, coming, constant_readings, job_readings, job_task, kinds_of
-from grind_env.envs.job.tape import JobGenerator, barred_factors, conditions_of
-from grind_env.envs.job.text import with_words_chosen
+from grind_env.envs.job.writer import JobWriter
 from grind_env.envs.observations import scaling
 from grind_env.envs.program_episode import BlockRun, ProgramEpisode, Words, step_all
-from grind_env.envs.simulation import DIAMETER, Simulation, Written
+from grind_env.envs.program_writer import ProgramWriter
+from grind_env.envs.simulation import DIAMETER, Simulation
 from grind_env.envs.tape import BLOCKS
-from grind_env.envs.transition import FOUND_FIELDS, KIND, EpisodeArrays, Found, price_of_handover, settle_of
-from grind_env.envs.view import job_view
+from grind_env.envs.transition import KIND, EpisodeArrays, price_of_handover, settle_of
+from grind_env.envs.view import ProgramViewer, Viewer
 from grind_env.machine.job import Job, PartConditions, require_conditions
 from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.machine.loops.tally import Tally
-from grind_env.machine.record import GrindingRecord
 from grind_env.machine.script.block import ScriptError
 from grind_env.machine.script.choice import taken
 from grind_env.machine.script.script import Script, script_of
 from grind_env.machine.script.settings import D, E, Ranges, own_settings
-from grind_env.machine.script.tables import is_whole, tables_of
+from grind_env.machine.script.tables import is_covered, tables_of
 from grind_env.process.gauge import Gauge
-from grind_env.render.view import EpisodePicture
 
 if TYPE_CHECKING:
     from grind_env.plants import Plants
@@ -73,19 +71,6 @@ def ranges_of(picks: Sequence[float] = (), spark_outs: Sequence[int] = ()) -> Ra
     """
     low, high = ACTION.speed_ends
     return Ranges(E=(1000.0 * low, 1000.0 * high), J=picks, L=spark_outs)
-
-
-class RunBlock(NamedTuple):
-    """A cycle block with what was chosen for it."""
-
-    number: int
-    """Of the block, from 0."""
-    speed: float
-    """E, mm/min."""
-    executions: int
-    """D."""
-    own: tuple[float, ...]
-    """What process and gauge remembered besides the wheel as it began."""
 
 
 class JobSimulation(Simulation):
@@ -118,6 +103,7 @@ class JobSimulation(Simulation):
     """
 
     branches: ProgramBranches
+    whole_program = True
 
     def __init__(
         self,
@@ -169,7 +155,7 @@ class JobSimulation(Simulation):
                 "table over the part, and no E, F or D to choose"
             )
         self.compiled = self.script is not None
-        self._covered = self.script is None or is_whole(self.script, self.tables)
+        self._covered = self.script is None or is_covered(self.script, self.tables)
         self.part_of_block = np.array([block.part for block in self.blocks])
         self.parts = parts_of(self.blocks)
         require_conditions(job.parts, self.parts, programs.name)
@@ -259,10 +245,19 @@ class JobSimulation(Simulation):
                 episodes.programs[i] = ProgramEpisode(self.programs, job, course_of(self.blocks))
         return episodes
 
-    def room(self, n: int, *, full_tape: bool = True) -> Episodes:
-        return Episodes(**self._room(n, True), whole_program=True)
+    @property
+    def writer(self) -> ProgramWriter:
+        return JobWriter(self.programs, self.job, self.blocks, self.conditions)
 
-    def _set_up(self, episodes: Episodes, index: Sequence[int], given: Sequence[Given]) -> None:
+    @property
+    def viewer(self) -> Viewer:
+        return ProgramViewer(self.programs.name, self.task, self.job, self.blocks, self.parts, self.writer.text)
+
+    def restart_all(
+        self, episodes: Episodes, index: Sequence[int], rngs: Sequence[np.random.Generator], given: Sequence[Given]
+    ) -> None:
+        given = drawn(self, given, rngs)
+        super().restart_all(episodes, index, rngs, given)
         for i, each in zip(index, given, strict=True) if self.script is None else ():
             job = self.job if each.plant is None else self.job.on(each.plant.first)
             job = replace(job, parts=self.conditions(episodes, i))
@@ -281,40 +276,6 @@ class JobSimulation(Simulation):
         said = np.where(self._inch[number], inches, np.rint(speeds))
         said = np.where(speeds == self._settings[number, E], speeds, said)
         return said, executions * self._takes_dresses[number]
-
-    def block(self, episodes: Episodes, i: int, speed: float, executions: float, pre_dress: float = 0.0) -> RunBlock:
-        return RunBlock(int(episodes.block[i]), float(speed), int(executions), episodes.own(i))
-
-    def text(self, block: RunBlock) -> str:
-        return with_words(self.blocks[block.number].block, self.words(*block[:3])).source.text
-
-    def program(self, blocks: Sequence[RunBlock]) -> str:
-        """As `Simulation.program`; blocks that have not been run keep their own words."""
-        return with_words_chosen(
-            self.programs, [(self.blocks[block.number].block, self.words(*block[:3])) for block in blocks]
-        )
-
-    def written(self, episodes: Episodes, i: int, blocks: Sequence[RunBlock]) -> Written:
-        return Written(self.program(blocks), self._job(episodes, i, blocks))
-
-    def _job(self, episodes: Episodes, i: int, blocks: Sequence[RunBlock]) -> Job:
-        """The job with the parts of episode i, and what its process remembered when it began."""
-        own = blocks[0].own[: len(self.job.process.own._fields)]
-        return replace(self.job, parts=self.conditions(episodes, i), met=(), own=own)
-
-    def record(self, episodes: Episodes, i: int, blocks: Sequence[RunBlock]) -> GrindingRecord:
-        """As `Simulation.record`, up to the block that comes after these."""
-        program = ProgramEpisode(self.programs, self._job(episodes, i, blocks))
-        for block in blocks:
-            program.step(self.words(*block[:3]))
-        return program.run.record()
-
-    def view(
-        self, episodes: Episodes, i: int, blocks: Sequence[RunBlock], outcomes: Sequence[Outcome]
-    ) -> EpisodePicture:
-        text = self.text(blocks[-1]) if blocks else ""
-        said = self.programs.name, self.task, self.job, self.blocks, self.parts
-        return job_view(*said, episodes, i, blocks, outcomes, text)
 
     def words(self, block: int, speed: float, executions: float) -> Words:
         """The words that say a choice in a block."""
@@ -365,7 +326,7 @@ class JobSimulation(Simulation):
     def _execute(self, episodes: Episodes, chosen: Table, active: NDArray[np.int64]) -> tuple[Table, Table]:
         """Let the control execute the next block of programs without a script."""
         outcomes, tallies = (np.zeros((len(chosen), len(record._fields))) for record in (Outcome, Tally))
-        programs, found = episodes.programs, np.zeros((len(chosen), FOUND_FIELDS))
+        programs, found = episodes.programs, np.zeros((len(chosen), len(Found._fields)))
         before = episodes.wheels[active, DIAMETER]
         words = {i: self.words(episodes.block[i], chosen[i, E], chosen[i, D]) for i in active.tolist()}
         changes = {i: programs[i].run.mount.changes for i in words}
