@@ -13,21 +13,25 @@ from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task, task_names
 from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.machine.loops.tally import Tally
+from grind_env.pages import summary
 from grind_env.process.state import WheelState
 from tests.envs.harness import IDS, Array, actions, native, start, whole_tape
 
 N = 300
 
 
-@pytest.mark.parametrize("observation", ["measured", "full"])
-@pytest.mark.parametrize("env_id", IDS)
-def test_a_hundred_thousand_random_steps_stay_in_the_space(env_id: str, observation: str) -> None:
-    env = native(env_id, 500, observation=observation)
+@pytest.mark.parametrize("env_id", [*IDS, "grind/Reciprocation-v0", "grind/WidePlates-v0"])
+def test_a_hundred_thousand_random_steps_stay_in_the_space_and_the_range_that_the_page_states(env_id: str) -> None:
+    stated = summary(env_id).reward
+    assert stated is not None
+    least, most = stated
+    env = native(env_id, 500, "SameStep", observation="full")
     low, high = env.single_observation_space.low, env.single_observation_space.high
     env.reset(seed=0)
     for action in actions(200, 500):
         observations, rewards, *_ = env.step(action)
-        assert np.isfinite(rewards).all()
+        assert np.isfinite(rewards).all() and rewards.max() <= most
+        assert least is None or rewards.min() >= least
         assert ((observations >= low) & (observations <= high)).all()  # false for NaN, too
 
 

@@ -60,7 +60,7 @@ GAUGE_SECONDS = 10.0
 TEMPERING = {"aisi_52100": 450.0, "aisi_1020": 600.0, "inconel_718": 600.0}
 
 
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", [*IDS, "grind/Reciprocation-v0", "grind/WidePlates-v0"])
 def test_the_reward_is_the_sum_of_its_terms(env_id: str) -> None:
     env = gym.make(env_id, info="full")
     task: Task = env.unwrapped.task
@@ -68,7 +68,7 @@ def test_the_reward_is_the_sum_of_its_terms(env_id: str) -> None:
     for episode in range(3):
         env.reset(seed=episode)
         for k, action in enumerate(actions(task.blocks, 1, seed=episode)[:, 0]):
-            _, reward, terminated, _, info = env.step(action)
+            _, reward, terminated, truncated, info = env.step(action)
             terms = reward_terms_of(info)
             further = {"grind/Rush-v0": ["late"], "grind/CBN-v0": ["change"]}.get(env_id, [])
             assert list(terms) == TERMS + further
@@ -77,6 +77,7 @@ def test_the_reward_is_the_sum_of_its_terms(env_id: str) -> None:
             assert all(term <= 0.0 for term in terms.values())
             assert terminated == (k == task.blocks - 1)
             assert terminated or terms["handover"] == 0.0
+            assert not truncated
             total, cost = total + reward, cost + info["block_cost"]
 
             # hourly rate 80 $, dresser 0.10 $ per execution (scenarios, section 4)

@@ -71,14 +71,6 @@ def best_fixed_plan(name: str) -> tuple[Array, Array]:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_reward_counts_in_costs_of_about_a_block_of_the_best_fixed_plan(name: str) -> None:
-    # what scores are measured by is settled with the reference scores; here only that the unit is of the right size
-    cost, _ = best_fixed_plan(name)
-    task = simulation(name).task
-    assert 1.0 / 3.0 < cost.mean() / task.blocks / task.reference_cost < 3.0
-
-
-@pytest.mark.parametrize("name", NAMES)
 def test_random_plans_are_dearer_than_the_handbook_and_no_constant_beats_the_best_fixed_plan(name: str) -> None:
     task = simulation(name).task
     handbook = episode_costs(name, HANDBOOK_SPEEDS.get(name, HANDBOOK_SPEED), 1.0, 9000, EPISODES)

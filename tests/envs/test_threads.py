@@ -1,9 +1,7 @@
 """Vector environments whose episodes several threads grind."""
 
 from pathlib import Path
-from typing import Any
 
-import gymnasium as gym
 import numpy as np
 import pytest
 
@@ -35,13 +33,6 @@ def test_more_threads_than_episodes_and_more_episodes_than_are_stepped_in_one_go
     assert_same(one.reset(seed=3), many.reset(seed=3))
     for batch in sampled("grind/Oracle6-v0", 14, n):
         assert_same(one.step(batch), many.step(batch))
-
-
-@pytest.mark.parametrize("value", [0, 1.5, "2", True, None])
-def test_threads_are_a_whole_number_above_0(value: Any) -> None:
-    with pytest.raises(TaskError) as caught:
-        gym.make_vec("grind/Slot-v0", 2, threads=value)
-    assert str(caught.value) == f"threads is {value!r}, but must be a whole number of at least 1"
 
 
 def test_a_program_that_python_runs_has_one_thread(tmp_path: Path) -> None:
