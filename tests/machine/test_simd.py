@@ -12,9 +12,7 @@ from tests.examples import nightly
 pytestmark = pytest.mark.bits
 
 
-@pytest.fixture(
-    scope="module", params=[PLUNGES, nightly(FEEDS), nightly(TRAVERSES)], ids=["G82", "G81", "G83 in zones"]
-)
+@pytest.fixture(scope="module", params=[PLUNGES, nightly(FEEDS), nightly(TRAVERSES)], ids=["G82", "G81", "G83"])
 def assembly(request: pytest.FixtureRequest) -> str:
     if platform.machine() not in ("x86_64", "AMD64"):
         pytest.skip("reads x86 assembly")
