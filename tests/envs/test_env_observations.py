@@ -15,12 +15,12 @@ from grind_env.machine.loops.rows import OWN_FROM
 from grind_env.machine.loops.tally import Tally
 from grind_env.pages import summary
 from grind_env.process.state import WheelState
-from tests.envs.harness import IDS, Array, actions, native, start, whole_tape
+from tests.envs.harness import Array, actions, every_id, native, start, whole_tape
 
 N = 300
 
 
-@pytest.mark.parametrize("env_id", [*IDS, "grind/Reciprocation-v0", "grind/WidePlates-v0"])
+@pytest.mark.parametrize("env_id", every_id())
 def test_a_hundred_thousand_random_steps_stay_in_the_space_and_the_range_that_the_page_states(env_id: str) -> None:
     stated = summary(env_id).reward
     assert stated is not None

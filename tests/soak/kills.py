@@ -8,7 +8,6 @@ import os
 import random
 import re
 import resource
-import shlex
 import shutil
 import signal
 import sys
@@ -18,7 +17,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from agents.application import app as agents
 from tests.soak.part import Part, Tried, broken
 from tests.soak.readers import call, contents, good_files
 
@@ -153,12 +151,6 @@ def _whole(words: str) -> Whole:
 
 def _run(words: str) -> int:
     """Run a command here."""
-    if words.startswith("agents"):
-        try:
-            agents(shlex.split(words)[1:], standalone_mode=False)
-        except SystemExit as end:
-            return int(end.code or 0)
-        return 0
     return call(words).status
 
 
