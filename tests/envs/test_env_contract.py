@@ -25,12 +25,10 @@ from grind_env.envs.simulation import Simulation
 from grind_env.envs.vector_env import GrindVectorEnv
 from tests.envs.contract import check_vector_env
 from tests.envs.harness import (
-    BLOCKS,
     FORMS,
     IDS,
     MODES,
     accepts,
-    actions,
     assert_same,
     every_id,
     native,
@@ -302,18 +300,6 @@ def test_types_are_those_of_the_python_api(env_id: str) -> None:
     assert isinstance(observation, np.ndarray) and observation.dtype == np.float32
     assert (type(reward), type(terminated), type(truncated)) == (float, bool, bool)
     assert all(type(value) is float for value in info.values())
-
-
-@pytest.mark.parametrize("env_id", IDS)
-def test_an_episode_ends_terminated_with_its_last_block(env_id: str) -> None:
-    env = gym.make(env_id)
-    published = {"Slot": 30, "JobShop": 96, "Rush": 96, "PowerLimited": 60, "WideRails": 100, "Oracle6": 6}
-    diagnostics = {"Memory": 20, "Noise": 24, "Credit": 24}
-    blocks = {**published, **diagnostics, "Blades": 80, "CBN": 120}[env_id.removeprefix("grind/").removesuffix("-v0")]
-    assert blocks == BLOCKS[env_id]
-    env.reset(seed=0)
-    ends = [env.step(action[0])[2:4] for action in actions(blocks, 1)]
-    assert ends == [(False, False)] * (blocks - 1) + [(True, False)]
 
 
 @pytest.mark.parametrize("mode", MODES)

@@ -202,40 +202,6 @@ def test_the_coming_block_is_announced(name: str) -> None:
     assert not shown
 
 
-def test_readings_that_mean_or_change_nothing_in_a_task_are_left_out() -> None:
-    plain = "mean_power first_power peak_power last_speed last_executions last_pick last_width size_error roughness"
-    plain += " parts_since_gauged volume blocks_since_dress dresses diameter pick width length sparkout stock"
-    plain += " roughness_limit tolerance scrap new_lot remaining"
-    one_kind = "last_pick last_width pick width length sparkout roughness_limit tolerance scrap"
-    rough_and_finish = "coming_rough coming_finish following_rough following_finish"
-    # beside the plain ones, and without these of them
-    further = {
-        "slot": ("", f"{one_kind} new_lot"),
-        "power_limited": ("", one_kind),
-        "noise": ("", f"{one_kind} new_lot"),
-        "credit": ("", f"{one_kind} new_lot"),
-        "memory": ("coming_plate coming_die following_plate following_die", "last_pick last_width pick width new_lot"),
-        "oracle6": ("coming_plate coming_gauge following_plate following_gauge", "last_width width length new_lot"),
-        "wide_rails": (rough_and_finish, "last_width width length scrap"),
-        "blades": (rough_and_finish, "last_width width length scrap"),
-        "CBN": (f"executions_left {rough_and_finish}", "last_width width length scrap"),
-        "job_shop": (
-            "coming_gauge coming_plate coming_wear_plate following_gauge following_plate following_wear_plate"
-            " material_aisi_1020 material_aisi_52100",
-            "length",
-        ),
-    }
-    further["rush"] = (f"time_to_due slack {further['job_shop'][0]}", "length")
-    assert sorted(further) == sorted(task_names())
-    for name, (more, less) in further.items():
-        task = load_task(name)
-        wanted = [each for each in f"{plain} {more}".split() if each not in less.split()]
-        assert [entry.name for entry in BlockSimulation(task).entries] == wanted
-        dressed = [entry.name for entry in BlockSimulation(task, pre_dress=True).entries]
-        at = wanted.index("remaining") + 1
-        assert dressed == [*wanted[:at], "last_pre_dress", *wanted[at:]]
-
-
 def test_a_pre_dress_is_remembered_for_one_block() -> None:
     env = gym.make("grind/PowerLimited-v0", predress=True, observation="full", show_block=True).unwrapped
     env.reset(seed=0)

@@ -9,7 +9,6 @@ import pytest
 from grind_env.envs import any_task, tasks
 from grind_env.envs.any_task import simulation_of
 from grind_env.envs.blocks.program import check_task
-from grind_env.envs.episode_generator import EpisodeGenerator
 from grind_env.envs.names import environment_id
 from grind_env.envs.tasks import Orders, Spread, Task, TaskError, load_task, read_task, task_names
 from grind_env.policies.evaluation import roll_out, start_episodes
@@ -262,16 +261,6 @@ def test_a_task_is_resolved_once() -> None:
     assert task.parameters(task.kinds[0]) is task.parameters(replace(task.kinds[0], stock=0.1))
     harder = replace(task, setup=replace(task.setup, wheel_overrides={"width": 70.0, "fracture_force": 1.0}))
     assert harder.wheel.fracture_force == 1.0 != task.wheel.fracture_force
-
-
-def test_oracle6_has_its_start() -> None:
-    task = load_task("oracle6")
-    wheel = EpisodeGenerator(task).wheel(0.0)
-    assert (wheel.ds, wheel.A, wheel.V, wheel.lam, wheel.wd) == (300.0, 0.012, 150.0, 0.0, 0.0)
-    order = [task.kinds[task.kind_of_block(k)].name for k in range(6)]
-    assert order == ["plate", "gauge", "plate", "plate", "gauge", "gauge"]
-    assert task.parameters(task.kinds[0]).kA == pytest.approx(12.0 * 1.24e-6)
-    assert not any(getattr(task.spread, name) for name in task.spread.__slots__)
 
 
 def test_a_task_of_orders_has_whole_parts_only() -> None:

@@ -18,14 +18,15 @@ from tests.soak.log import Log, log_in
 from tests.soak.part import Part, attempted
 from tests.soak.turns import run
 
+MODULES = {"texts": "tests.control.fuzz_examine"}
 NAMES = ["programs", "texts", "files", "calls", "kills", "surroundings"]
-"""Modules beside this one."""
+"""Modules beside this one, but for those of `MODULES`."""
 INTERRUPTED = 130
 
 
 def part_of(name: str) -> Part:
     """The part by that name."""
-    found: Part = import_module(f"tests.soak.{name}").PART
+    found: Part = import_module(MODULES.get(name, f"tests.soak.{name}")).PART
     return found
 
 
