@@ -17,7 +17,7 @@ from grind_env.machine.loops.tally import Tally
 from grind_env.machine.script.block import ScriptError
 from grind_env.machine.script.script import script_of
 from tests.machine.harness import DRESS, HEAD, machine_after
-from tests.machine.test_replay import assert_same, shop
+from tests.machine.test_replay import shop
 
 DRESS_INCH = """
 O9100 (DRESSING, INCHES)
