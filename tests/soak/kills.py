@@ -103,9 +103,8 @@ def attempt(seed: int) -> Tried:
         before = contents(folder)
         step, most = 1 + turn // 2 % max(whole.writes, 1), 0
         if turn % 4 == 3:
-            largest = max(
-                len(data) for name, data in whole.files.items() if data and name not in contents(good_folder())
-            )
+            good = contents(good_folder())
+            largest = max(len(data) for name, data in whole.files.items() if data and name not in good)
             step, most = 0, rng.randrange(1, largest)
         status = _killed(words, step, most)
         how = f"{words}, killed at write {step} of {whole.writes}, or beyond {most} bytes: {status}"
