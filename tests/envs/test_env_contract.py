@@ -262,11 +262,6 @@ def assert_resumed(env: Any, clone: Callable[[Any], Any], plan: list[Any]) -> No
 @every_kind
 def test_a_copied_env_goes_on_identically_and_alone(env_id: str, kwargs: dict[str, Any], clone: Any) -> None:
     assert_resumed(gym.make(env_id, **kwargs), clone, play(gym.make(env_id, **kwargs), 9, seed=7))
-
-
-@every_clone
-@every_kind
-def test_a_copied_vector_env_goes_on_identically_and_alone(env_id: str, kwargs: dict[str, Any], clone: Any) -> None:
     mode = MODES[CASES.index((env_id, kwargs)) % 2]
     assert_resumed(short_vector(env_id, mode, **kwargs), clone, sampled(env_id, 14, 2, **kwargs))
 

@@ -6,16 +6,12 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 from grind_env.envs.blocks.simulation import BlockSimulation
-from grind_env.envs.cost import Outcome
 from grind_env.envs.names import environment_id
 from grind_env.envs.observations import HIDDEN, physical
 from grind_env.envs.tape import TapeRow
 from grind_env.envs.tasks import load_task, task_names
-from grind_env.machine.loops.rows import OWN_FROM
-from grind_env.machine.loops.tally import Tally
 from grind_env.pages import summary
-from grind_env.process.state import WheelState
-from tests.envs.harness import Array, actions, every_id, native, start, whole_tape
+from tests.envs.harness import Array, Course, actions, every_id, native, start, whole_tape
 
 N = 300
 
@@ -35,38 +31,16 @@ def test_a_hundred_thousand_random_steps_stay_in_the_space_and_the_range_that_th
         assert ((observations >= low) & (observations <= high)).all()  # false for NaN, too
 
 
-class Run:
-    """Random episodes of a task: what happened and what was read."""
+class Run(Course):
+    """With what was read."""
 
     def __init__(self, name: str) -> None:
-        self.simulation = BlockSimulation(load_task(name), full=True)
-        self.task = task = self.simulation.task
-        rng = np.random.default_rng(1)
-        shape = (task.blocks, N)
-        self.speeds = 1000.0 * np.floor(6.0 + 13.0 * rng.random(shape))
-        self.executions = np.floor(1.4 * rng.random(shape))
-        episodes = start(self.simulation, N)
-        self.tape = TapeRow(*np.moveaxis(episodes.tape, 2, 0))
-        self.kinds = self.tape.kind.T.astype(int)
-        outcomes, results, wheels = [], [], [episodes.wheels.copy()]
-        observations = [self.simulation.observe(episodes)]
-        for E, D in zip(self.speeds, self.executions, strict=True):
-            outcome, result = self.simulation.step(episodes, E, D)
-            outcomes.append(outcome)
-            results.append(result)
-            wheels.append(episodes.wheels.copy())
-            observations.append(self.simulation.observe(episodes))
-        self.outcome = Outcome(*np.moveaxis(np.array(outcomes), 2, 0))
-        self.result = Tally(*np.moveaxis(np.array(results), 2, 0))
-        self.wheels = WheelState(*np.moveaxis(np.array(wheels)[:, :, :OWN_FROM], 2, 0))
-        self.observations = np.array(observations)
+        rng, shape = np.random.default_rng(1), (load_task(name).blocks, N)
+        speeds = 1000.0 * np.floor(6.0 + 13.0 * rng.random(shape))
+        super().__init__(BlockSimulation(load_task(name), full=True), speeds, np.floor(1.4 * rng.random(shape)))
         shown = physical(self.observations, self.simulation.entries)
         constant = {name: np.full(self.observations.shape[:2], value) for name, value in self.simulation.usual.items()}
         self.read = constant | shown
-
-    def of_kind(self, field: str) -> Array:
-        """That number of the kind of every block, shape (blocks, N)."""
-        return np.array([getattr(kind, field) for kind in self.task.kinds])[self.kinds]
 
 
 run = functools.cache(Run)

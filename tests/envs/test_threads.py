@@ -5,11 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from grind_env.envs.job.loading import EXAMPLE
 from grind_env.envs.tasks import TaskError
 from grind_env.envs.transition import TOGETHER
 from tests.envs.harness import MODES, assert_same, every_id, native, sampled
-from tests.envs.test_vector_promises import GROOVE
+from tests.envs.test_vector_promises import grooved
 
 N = 11
 
@@ -36,9 +35,7 @@ def test_more_threads_than_episodes_and_more_episodes_than_are_stepped_in_one_go
 
 
 def test_a_program_that_python_runs_has_one_thread(tmp_path: Path) -> None:
-    program = tmp_path / "grooved.nc"
-    program.write_text(EXAMPLE.read_text().replace("N10 ", GROOVE + "N10 ", 1))
-    program.with_suffix(".toml").write_text(EXAMPLE.with_suffix(".toml").read_text())
-    native("grind/Job-v0", 2, program=str(program), threads=1)
+    program = grooved(tmp_path)
+    native("grind/Job-v0", 2, program=program, threads=1)
     with pytest.raises(TaskError, match="threads is 2, but Python runs this program"):
-        native("grind/Job-v0", 2, program=str(program), threads=2)
+        native("grind/Job-v0", 2, program=program, threads=2)
