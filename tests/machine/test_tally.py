@@ -6,7 +6,7 @@ from statistics import fmean
 from typing import Any, NamedTuple
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from grind_env.machine.loops.tally import (
@@ -63,6 +63,7 @@ def newest_first(powers: list[float]) -> list[float]:
     return (powers[::-1] + [0.0] * 6)[:6]
 
 
+@example(events=[Counted(float(power), 1.0, 1.0, 1.0, 1.0, True, True, True, False) for power in range(9)])
 @given(events=st.lists(st.one_of(counted, counted, counted, dressing), max_size=40))
 def test_a_tally_is_what_lists_of_its_events_tell(events: list[Counted]) -> None:
     tally = NOTHING
