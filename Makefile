@@ -37,7 +37,7 @@ FOLDER ?= control
 quick: setup
 	$(BIN)/python -m pytest -n 2 --dist worksteal -x tests/$(FOLDER)
 
-# Hostile and random cases against everything; further runs add to build/soak/<commit>.json. `make soak PARTS=files`.
+# Hostile and random cases against everything; further runs add to build/soak/<commit>.jsonl. `make soak PARTS=files`.
 MINUTES ?= 60
 
 soak: setup

@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import fields, is_dataclass
 from enum import Enum
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 from hypothesis import given
@@ -30,7 +30,6 @@ from grind_env.control import (
 )
 from grind_env.control.cycles import RULES, Rules, traverse
 from tests.control.harness import COMMON, DRESS, PARKED, run
-from tests.control.test_cycle_rules import Along
 from tests.examples import examples
 
 CYCLE = "G82 X230. I-30. Y-.03 J-.01 L1 F60. E12000. P9100"
@@ -179,6 +178,16 @@ def test_a_cycle_ends_once_its_last_pick_has() -> None:
     require_alike(found, run(text, **control), dwell=0.0)
     assert isinstance(found[1], CycleStrokes) and isinstance(found[2], CycleEnd)
     assert found[2].time > found[1].time
+
+
+class Along(NamedTuple):
+    """How far a cycle of one pick each way has come."""
+
+    made: float
+    depth: float = 0.0
+    crossed: float = 0.0
+    forward: bool = True
+    dresses: float = 0.0
 
 
 def test_two_picks_at_a_reversal_are_made_one_after_the_other(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -310,9 +310,6 @@ def test_lots_come_with_their_probability_and_last_until_the_next() -> None:
     assert (nominal.noise == 0.0).all()
 
 
-# --- the interface of Gymnasium -----------------------------------------------------------------------
-
-
 # --- what cannot be made into an environment ----------------------------------------------------------
 
 

@@ -34,7 +34,7 @@ PARTS = 5
 
 ELSEWHERE = {
     "grind/Job-v0": "test_job_env",
-    "grind/Reciprocation-v0": "test_reciprocation_env",
+    "grind/Reciprocation-v0": "test_cross_env",
     "grind/Task-v0": "test_user_tasks",
     "grind/WidePlates-v0": "test_cross_env",
 }

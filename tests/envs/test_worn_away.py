@@ -1,5 +1,4 @@
 from dataclasses import replace
-from itertools import product
 from pathlib import Path
 
 import gymnasium as gym
@@ -8,39 +7,14 @@ import pytest
 
 from grind_env.control import read
 from grind_env.envs.blocks.job import conditions, job
-from grind_env.envs.contexts import CONTEXT_FACTORS
 from grind_env.machine.grind import grind
 from grind_env.process.equations import LEAST_DIAMETER
 from grind_env.process.state import WheelState
-from tests.envs.harness import IDS, native, whole_tape
+from tests.envs.harness import whole_tape
 
-NAMES = ("kA", "pm", "fc", "Gref", "hf")
-"""The factors on the wear of the wheel, beside the stock, of which the most wears it most."""
 DIAMETER = WheelState._fields.index("ds")
-CORNERS = [
-    {"material": material, "stock": CONTEXT_FACTORS["stock"].high, **dict(zip(NAMES, values, strict=True))}
-    for material in ("aisi_1020", "inconel_718")
-    for values in product(*[(CONTEXT_FACTORS[name].low, CONTEXT_FACTORS[name].high) for name in NAMES])
-]
-
-
 WORN = {"material": "inconel_718", "Gref": 0.2, "fc": 0.2}
 """With the highest E and D less than an episode wears the wheel away in these."""
-
-
-@pytest.mark.parametrize("env_id", [*IDS, "grind/Reciprocation-v0"])
-@pytest.mark.parametrize("action", [(1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)])
-def test_no_corner_of_the_factors_leaves_the_numbers(env_id: str, action: tuple[float, float]) -> None:
-    corners = CORNERS if "CBN" not in env_id else CORNERS[::8]
-    env = native(env_id, len(corners), "SameStep")
-    space = env.observation_space
-    observations, _ = env.reset(seed=0, options={"context": corners})
-    actions = np.tile(np.array(action, np.float32), (len(corners), 1))
-    over = np.zeros(len(corners), bool)
-    while not over.all():
-        assert space.contains(observations)
-        observations, rewards, over, *_ = env.step(actions)
-        assert np.isfinite(rewards).all() and (rewards < 0.0).all()
 
 
 @pytest.mark.parametrize("more", [{}, {"stock": 3.0}])

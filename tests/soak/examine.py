@@ -3,10 +3,8 @@
 import math
 import random
 import time
-import traceback
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
@@ -35,6 +33,7 @@ from grind_env.process.cost import STALL
 from grind_env.shop.trials import Trials
 from tests.machine.harness import machine_after
 from tests.soak.limits import TooSlowError, limited
+from tests.soak.part import fallen
 from tests.soak.writer import Case
 
 SLOW = 5.0
@@ -110,10 +109,8 @@ def examine(case: Case, seconds: float = SLOW) -> Examined:
             )
             break
         except Exception as error:
-            frames = traceback.extract_tb(error.__traceback__)
-            last = next((frame for frame in reversed(frames) if "grind_env" in frame.filename), frames[-1])
-            kind = f"{name}: {type(error).__name__} in {Path(last.filename).name}:{last.name}"
-            examined.findings.append(Finding(kind, "".join(traceback.format_exception(error))))
+            fell = fallen(error)
+            examined.findings.append(Finding(f"{name}: {fell.kind}", fell.details))
             break
         if not go_on:
             break

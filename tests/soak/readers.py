@@ -1,12 +1,14 @@
 """Every file that a command or a public function reads, with a good one of its kind, and how to have it read."""
 
+import functools
 import io
 import os
 import re
 import shutil
 import sys
-from collections.abc import Callable, Mapping
-from contextlib import redirect_stderr, redirect_stdout
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 from unittest.mock import patch
@@ -191,6 +193,30 @@ def good_files(folder: Path) -> None:
     call("evaluate --task oracle6 --policy E12D1 --episodes 2 --submit row.json")
     call(f"{ADVISE} --state kept.advise.json", READINGS.splitlines()[0].encode())
     _files_of_readers(folder / "read", folder, agent)
+
+
+@functools.cache
+def good_folder() -> Path:
+    """The folder with the good files of this process."""
+    before, folder = Path.cwd(), Path(tempfile.mkdtemp(prefix="soak-good-"))
+    good_files(folder)
+    os.chdir(before)
+    return folder
+
+
+@contextmanager
+def copied(**beside: str) -> Iterator[Path]:
+    """A copy of the good files, in which one is; beside it lie texts by the stems of their names."""
+    before = Path.cwd()
+    with tempfile.TemporaryDirectory(prefix="soak-copy-") as base:
+        for stem, text in beside.items():
+            Path(base, stem.replace("_", ".")).write_text(text)
+        shutil.copytree(good_folder(), inside := Path(base, "inside"))
+        os.chdir(inside)
+        try:
+            yield inside
+        finally:
+            os.chdir(before)
 
 
 def _files_of_readers(place: Path, folder: Path, agent: Path) -> None:
