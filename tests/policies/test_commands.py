@@ -4,7 +4,6 @@ import json
 import sys
 from pathlib import Path
 
-import gymnasium as gym
 import pytest
 
 import grind_env
@@ -47,20 +46,8 @@ def test_a_task_file_is_evaluated(tmp_path: Path, grind: Grind) -> None:
     answer = json.loads(out)
     assert (status, answer["env"], answer["name"]) == (0, "grind/Task-v0", "shop")
     assert "score" not in answer
-    env, totals = gym.make("grind/Task-v0", task=str(path), info="full"), []
-    for seed in episode_seeds("evaluation", 2):
-        env.reset(seed=seed)
-        infos = [env.step(env.unwrapped.codec.encode(9000.0, 1.0)[0])[-1] for _ in range(3)]
-        totals.append([sum(info[name] for info in infos) for name in ("block_cost", "good_parts")])
-    cost, good = map(sum, zip(*totals, strict=True))
-    assert answer["cost_per_good_part"] == pytest.approx(cost / good)
-
-
-def test_scores_on_seeds_of_ones_own_are_said_to_be_unpaired(grind: Grind) -> None:
-    command = ("evaluate", "--task", "power_limited", "--policy", "handbook", "--episodes", 2, "--first-seed", 5)
-    assert json.loads(grind(*command, "--json")[1])["paired"] is False
-    assert "2 episodes, seeds 5 to 6, split all:" in grind(*command)[1]
-    assert "unpaired" in grind(*command)[1]
+    wanted = run(Fixed(9.0, 1), find_problem(str(path)).simulation(), episode_seeds("evaluation", 2))
+    assert answer["cost_per_good_part"] == pytest.approx(wanted.cost.sum() / wanted.good.sum())
 
 
 BAD = {

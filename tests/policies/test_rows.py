@@ -75,8 +75,7 @@ AGENT = SHIPPED / "power_limited.safetensors"
             ("guarded:adaptive_rule", "guarded:adaptive_rule"),
             (str(AGENT), "power_limited.safetensors"),
             (None, "shipped"),
-        ],
-        2,
+        ]
     ),
 )
 def test_a_policy_is_run_on_other_episodes(says: str | None, named: str, submit: Submit, grind: Grind) -> None:
@@ -165,7 +164,7 @@ def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("name", ["Mine", "MINE"])
+@pytest.mark.parametrize("name", few(["Mine", "MINE"]))
 def test_a_policy_of_ones_own_is_run_if_it_is_named(
     name: str, own: Path, submit: Submit, grind: Grind, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -231,15 +230,13 @@ class Cheat:
                 frame = frame.f_back
         if self.way == "objects" and any(isinstance(each, Episodes) for each in gc.get_objects()):
             raise RuntimeError("caught the objects")
-        if self.way == "generator" and any(isinstance(each, np.random.Generator) for each in gc.get_objects()):
-            raise RuntimeError("caught the generator")
         if self.way == "words" and any("SEED" in each for each in sys.argv):
             raise RuntimeError("caught the words")
         return Decision(np.full(len(observation), 7000.0), np.ones(len(observation)))
 """
 
 
-@pytest.mark.parametrize("way", few(["argument", "simulation", "frames", "objects", "words"], 2))
+@pytest.mark.parametrize("way", few(["simulation", "argument", "frames", "objects", "words"]))
 def test_nothing_but_measurements_comes_to_a_policy_that_looks_for_more(
     way: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grind_env.errors import GrindError
@@ -18,7 +18,7 @@ from grind_env.policies.judging import evaluate
 from grind_env.policies.problem import find_problem
 from grind_env.policies.rows import read_row, row_of, verify, write_row
 from tests.command import Grind
-from tests.examples import few
+from tests.examples import examples, few
 
 Document = dict[str, Any]
 SEED = 31415926535897932384
@@ -224,7 +224,7 @@ class Talker:
             ("return Decision(np.full(len(observation), np.nan), np.ones(len(observation)))", 2, "E is nan"),
             ("return None", 2, "its policy has ended"),
         ],
-        3,
+        2,
     ),
 )
 def test_whatever_its_policy_does_is_told(
@@ -247,7 +247,7 @@ JSON = st.recursive(
 )
 
 
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+@examples(150)
 @given(data=st.data())
 def test_any_value_anywhere_is_refused_or_does_no_harm(data: st.DataObject, good: Document, tmp_path: Path) -> None:
     row = deepcopy(good)
