@@ -240,7 +240,7 @@ def tune(
         if name not in known:
             raise ConfigError(f"{quoted(name)} cannot be tuned for {problem.name}: choose from {', '.join(known)}")
     folder = tuned_folder(simulation.task, folder)
-    check_own(folder / f"{problem.name}.toml", TUNED_FILE, "--configs")
+    check_own(folder / f"{problem.name}.toml", TUNED_FILE, "--parameters")
     tuned = _readable(problem.name, folder, fresh)
     names = listed if names is None else names
     if not fresh:

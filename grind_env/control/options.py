@@ -11,7 +11,7 @@ HIGHEST_ENTRY = 99
 """Of the radius table, which two digits of a T word select from."""
 
 TAKEN_BY = "grind check, trace, run or report"
-"""Commands that have the options --blocks and --groove-retract, which errors recommend."""
+"""Commands that have the options --max-blocks and --groove-retract, which errors recommend."""
 
 _NUMBER = r"[0-9]+\.?[0-9]*|\.[0-9]+"
 _ASSIGNMENT = re.compile(rf"#?([0-9]+)=([-+]?(?:{_NUMBER}))")

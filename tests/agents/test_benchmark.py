@@ -195,7 +195,7 @@ def test_new_results_replace_old_ones():
 def test_command_line(tmp_path, monkeypatch, capsys):
     in_process(monkeypatch)
     episodes = ("--episodes", 3, "--interpolation-episodes", 2, "--plants-episodes", 2)
-    tiny = ("benchmark", "--tasks", "oracle6", "--kinds", "", *episodes, "--runs", tmp_path, "--jobs", 1)
+    tiny = ("benchmark", "--tasks", "oracle6", "--kinds", "", *episodes, "--cache", tmp_path, "--jobs", 1)
     assert status(monkeypatch, *tiny, "--policies", "handbook, adaptive_rule") == 0
     printed = capsys.readouterr().out
     assert "adaptive_rule" in printed

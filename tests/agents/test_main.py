@@ -45,13 +45,13 @@ def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
 
 
 def tune(run, folder):
-    places = ("--configs", folder, "--runs", folder)
+    places = ("--parameters", folder, "--cache", folder)
     run("tune", "--task", "oracle6", "--policies", "constant", "--episodes", 1, *places)
     assert list(read_tuned("oracle6", folder)) == ["constant"]
 
 
 def study(run, folder):
-    places = ("--runs", folder, "--results", folder / "results")
+    places = ("--cache", folder, "--results", folder / "results")
     said = run("dress-study", "--task", "oracle6", "--episodes", 2, *places)
     assert str(folder / "results") in said
     questions = [line.split(",")[1] for line in (folder / "results/oracle6.csv").read_text("utf-8").splitlines()]
@@ -63,7 +63,7 @@ def study(run, folder):
 def video(run, folder):
     path = folder / "two.gif"
     policies = ("--left", "handbook", "--right", "E9D1")
-    run("video", *policies, "--task", "oracle6", "--pictures", 1, "--output", path)
+    run("video", *policies, "--task", "oracle6", "--frames", 1, "--output", path)
     with Image.open(path) as film:
         assert film.n_frames == 7
 
@@ -130,7 +130,7 @@ def test_ctrl_c_says_that_the_same_command_goes_on(monkeypatch, capsys, tmp_path
 
     module, _, name = work.rpartition(".")
     monkeypatch.setattr(importlib.import_module(f"agents.{module}"), name, interrupted)
-    folders = [f"--{name}={tmp_path}" for name in ("runs", "results") if not words.startswith("tune") or name == "runs"]
+    folders = [f"--{name}={tmp_path}" for name in ("cache", "results")[: 1 if words.startswith("tune") else 2]]
     monkeypatch.setattr(sys, "argv", ["agents", *words.split(), *folders])
     with pytest.raises(SystemExit) as stopped:
         __main__.main()

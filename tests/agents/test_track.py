@@ -241,7 +241,7 @@ def test_the_command_runs_the_track(module: str, tmp_path: Path, monkeypatch: py
         monkeypatch.setattr(knowing, name, number)
     in_process(monkeypatch)
     words = ["track", "--machines", "public:1", "--adapters", "E7D1", "--adapters", f"{module}:Mine", "--seeds", "1"]
-    assert status(monkeypatch, *words, "--blocks", "60,0", "--episodes", "2", "--runs", tmp_path) == 0
+    assert status(monkeypatch, *words, "--blocks", "60,0", "--episodes", "2", "--cache", tmp_path) == 0
     said = capsys.readouterr().out
     assert "1 runs, 1 to do: about 0.0 core-hours" in said and "4 runs, 4 to do: about 0.0 core-hours" in said
     rows = (tmp_path / "track.csv").read_text().splitlines()
@@ -261,7 +261,7 @@ def test_the_command_runs_the_track(module: str, tmp_path: Path, monkeypatch: py
 def test_what_the_track_does_not_have_is_told(
     words: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
 ) -> None:
-    assert status(monkeypatch, "track", "--runs", tmp_path, *words) == 2 and said in capsys.readouterr().err
+    assert status(monkeypatch, "track", "--cache", tmp_path, *words) == 2 and said in capsys.readouterr().err
 
 
 def test_adapters_by_name(module: str) -> None:

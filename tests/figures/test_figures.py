@@ -111,9 +111,9 @@ def test_what_sees_no_belief_has_no_map(policy: str) -> None:
     ("words", "size"),
     [
         (("policy-map", "--episodes", 2), 170.0),
-        (("dress", "--E", 4.5, "--every", 5), 170.0),
-        (("dress", "--env", "reciprocation", "--every", 6), 170.0),
-        (("dress", "--env", PLATE, "--parts", 6, "--E", 12, "--every", 4), 170.0),
+        (("dress", "--E", 4.5, "--dress-every", 5), 170.0),
+        (("dress", "--env", "reciprocation", "--dress-every", 6), 170.0),
+        (("dress", "--env", PLATE, "--parts", 6, "--E", 12, "--dress-every", 4), 170.0),
     ],
 )
 def test_each_is_one_command(words: tuple[object, ...], size: float, grind: Grind, tmp_path: Path) -> None:

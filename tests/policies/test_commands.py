@@ -78,7 +78,7 @@ BAD = {
     "no E": (("--policy", "E99D1"), "E99D1: E is 99 m/min, but power_limited has 3 to 30"),
     "no D": (("--policy", "E9D7"), "E9D7: D is 7, but power_limited has 0 to 3"),
     "nothing tuned": (
-        ("--policy", "mpc", "--configs", "no_such"),
+        ("--policy", "mpc", "--parameters", "no_such"),
         "full_state_rule has no parameters in no_such",
     ),
     "a program without a job": (("--program", "JOBLESS"), "jobless.toml"),

@@ -110,7 +110,7 @@ def test_a_row_on_another_machine_is_run_again_there(submit: Submit, grind: Grin
         (("--policy", "hindsight"), "a row is of an environment of the package and a policy that sees measurements"),
         (("--policy", "E9D1", "--task", "mine.toml"), "a row is of an environment of the package"),
         (("--policy", "E12D1", "--program", PLATE), "a row is of an environment of the package"),
-        (("--policy", "constant", "--configs", "."), "leave out --configs or --submit"),
+        (("--policy", "constant", "--parameters", "."), "leave out --parameters or --submit"),
         (("--policy", "adaptive_rule", "--plant", "my_plant:METER"), "names machine and model of the package"),
     ],
 )

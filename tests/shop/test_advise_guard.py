@@ -31,7 +31,7 @@ def test_advice_stays_within_bounds() -> None:
     for bounds in ((17.0, 10.0), (1.0, 20.0), (10.0, 99.0)):
         with pytest.raises(GrindError, match=r"--bounds are .* but must lie between 3 and 30 m/min, in order"):
             Adviser(simulation, policy_for(None, simulation), bounds=bounds)
-    with pytest.raises(GrindError, match=r"--step is 0\.9, but must be a factor above 1"):
+    with pytest.raises(GrindError, match=r"--max-step is 0\.9, but must be a factor above 1"):
         policy_for(None, simulation, 0.9)
 
 

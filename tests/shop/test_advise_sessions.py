@@ -169,7 +169,7 @@ def test_the_command_reads_a_file_again_and_refuses_what_does_not_fit(grind: Gri
         ((*words, "--policy", "E9D0"), "was written with another policy"),
         ((*words, "--policy", "hindsight"), "cannot advise at a machine"),
         ((*words, "--policy", other), "was trained for plate_g82_x5"),
-        ((*words, "--by", "day"), "--by is 'day', but must be block or part"),
+        ((*words, "--rows", "day"), "--rows is 'day', but must be block or part"),
         ((*words, "--write", program), "would be lost"),
         (("advise", program, "--follow"), "name it with --measurements"),
     ):

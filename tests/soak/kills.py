@@ -34,7 +34,7 @@ COMMANDS = (
     "advise part.nc --parts 2 --policy handbook --measurements measured.csv --write values.nc",
     "calibrate log.csv --job part.toml --program part.nc -o out.toml --report out.html",
     "figure policy-map --episodes 2 -o out.pdf",
-    "figure dress --every 2 -o out.svg",
+    "figure dress --dress-every 2 -o out.svg",
     "train oracle6 --plant model --steps 10000 --episodes 2 -o out.safetensors",
 )
 STATUSES = (0, 3)

@@ -53,13 +53,15 @@ def policy_for(text: str | None, simulation: JobSimulation, step: float = STEP, 
             no factor above 1.
     """
     if not 1.0 < step <= MOST_STEP:
-        raise AdviceError(f"--step is {step:g}, but must be a factor above 1 and at most {MOST_STEP:g}: try {STEP:g}")
+        raise AdviceError(
+            f"--max-step is {step:g}, but must be a factor above 1 and at most {MOST_STEP:g}: try {STEP:g}"
+        )
     if text is None:
         uncertainty = simulation.job.uncertainty
         residual = 0.0 if uncertainty is None else uncertainty.residual
         return AdviserPolicy(_model(simulation) if simulation.compiled else None, step, residual)
     if step != STEP:
-        raise AdviceError("--step is of the default adviser: leave out --step, or --policy")
+        raise AdviceError("--max-step is of the default adviser: leave out --max-step, or --policy")
     policy = named_policy(text, simulation, other_part=other_part)
     if policy.sees != "measurements":
         raise AdviceError(

@@ -188,7 +188,7 @@ def requirements_of(options: SearchOptions, old: Measures, new: Measures) -> tup
     """What a part was to take at most, and what it takes on the lots of the judgement."""
     return tuple(
         Requirement(name, QUANTITIES[name], most, *(float(getattr(each, name).mean()) for each in (old, new)))
-        for name, most in options.within.items()
+        for name, most in options.constraint.items()
     )
 
 
