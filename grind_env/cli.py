@@ -192,7 +192,7 @@ def run(
 ) -> None:
     """Simulate a program: time, size, Ra, power and cost of each part.
 
-    Jobs: docs/howto/job-file.md; columns of tables and of --record: docs/reference/columns.md.
+    Stops and operator: docs/howto/shop.md; jobs: docs/howto/job-file.md; columns: docs/reference/columns.md.
     Exit status 1: a part is more likely scrap than good, or not judged.
     """
     from grind_env.control.options import variables_of
