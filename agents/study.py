@@ -30,22 +30,16 @@ Found = Mapping[Any, Any]
 LIBRARIES = ("numpy", "numba", "gymnasium", "stable_baselines3", "torch")
 TRAINING = ("stable_baselines3", "torch")
 
-Jobs = Annotated[int, typer.Option(min=1, help="Processes.")]
+Jobs = Annotated[int, typer.Option(min=1, help="Number of processes.")]
 Ray = Annotated[
     str | None,
-    typer.Option(
-        "--ray",
-        metavar="local|ADDRESS",
-        help="Run on the nodes of a Ray cluster, whose head has this host:port, or with its workers on this machine.",
-    ),
+    typer.Option("--ray", metavar="local|ADDRESS", help="Run on a Ray cluster: local, or host:port of its head."),
 ]
-Runs = Annotated[Path, typer.Option(help="Folder of the cache."), Keeps()]
+Runs = Annotated[Path, typer.Option("--cache", help="Folder of the cache.", show_default="runs"), Keeps()]
 Results = Annotated[
-    Path | None,
-    typer.Option(help="Folder of the tables; of a choice of trials, by default the folder of the cache."),
-    Keeps(),
+    Path | None, typer.Option(help="Folder of the tables; default the published ones or the cache."), Keeps()
 ]
-Fresh = Annotated[bool, typer.Option("--fresh", help="Run again what is cached.")]
+Fresh = Annotated[bool, typer.Option("--fresh", help="Repeat runs that are cached.")]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -204,7 +198,7 @@ def _plain(found: Found) -> list[tuple[object, ...]]:
 
 def main(study: Study) -> None:
     """Run a study by the command line of its file; the cache and the tables are below the working folder."""
-    app = Application(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
+    app = Application()
 
     @app.command(help=study.title)
     def run(

@@ -167,7 +167,7 @@ def trained(path: Path) -> tuple[int, float]:
     return data["num_timesteps"], data["cpu_seconds"]
 
 
-app = Application(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
+app = Application()
 
 
 @app.command(epilog="python -m agents.train_sb3 --task rush --algorithm sac --steps 200000 -o rush.zip")

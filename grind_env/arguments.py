@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, TypeAlias, TypeVar
 import typer
 from typer.models import OptionInfo
 
-from grind_env.command_help import HelpfulCommand
+from grind_env.command_help import HelpfulCommand, HelpfulGroup
 from grind_env.files import beside, is_file
 from grind_env.targets import Own, Target, check_targets
 from grind_env.toml import files_named
@@ -75,6 +75,10 @@ JOB, FILE, CONFIGS = Reads(), Reads(), Reads(within="*.toml")
 
 class Application(typer.Typer):
     """Commands whose files are checked before they do anything."""
+
+    def __init__(self, **settings: Any) -> None:
+        plain = {"add_completion": False, "pretty_exceptions_enable": False, "rich_markup_mode": None}
+        super().__init__(**{"cls": HelpfulGroup, **plain, **settings})
 
     def command(self, name: str | None = None, **settings: Any) -> Callable[[Function], Function]:
         register = super().command(name, **{"cls": HelpfulCommand, **settings})

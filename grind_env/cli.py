@@ -5,11 +5,12 @@ import json
 import sys
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import typer
 
 from grind_env.arguments import JOB, PROBLEM, Application, Writes
+from grind_env.command_help import HelpfulGroup
 from grind_env.commands import register
 from grind_env.errors import GrindError, printable, quoted
 from grind_env.figures import commands as figure_commands
@@ -17,11 +18,11 @@ from grind_env.shop import commands as shop_commands
 from grind_env.shop.commands.arguments import (
     AsJson,
     BlockDelete,
-    Blocks,
     DressAt,
     GrooveRetract,
     Interrupts,
     JobFile,
+    MaxBlocks,
     Plant,
     PlotFile,
     ProgramFile,
@@ -36,29 +37,35 @@ if TYPE_CHECKING:
 
 GROUND_SCRAP = 1
 
-app = Application(
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-)
 
-Strokes = Annotated[int, typer.Option(help="Strokes of a G81 that the text leaves running.")]
+class GrindCommands(HelpfulGroup):
+    """The commands of `grind` in groups."""
+
+    groups: ClassVar = {
+        "Run": "check trace run report",
+        "Improve": "sweep optimise calibrate train",
+        "At the machine": "advise",
+        "Learn": "evaluate verify play tasks",
+        "Reference": "init job catalogue facts figure warm-up doctor",
+    }
+
+
+app = Application(cls=GrindCommands)
+
+Strokes = Annotated[int, typer.Option(help="Strokes of a G81 that nothing ends.")]
 Acceleration = Annotated[
-    float | None,
-    typer.Option(help="Acceleration of every axis, mm/s2; if not given, that of the machine of --job, or 1000."),
+    float | None, typer.Option(help="Acceleration of every axis, mm/s2; default that of --job, or 1000.")
 ]
 MachineJob = Annotated[
     Path | None,
     typer.Option(
-        "--job",
-        help="Job file; the control is then that of its machine, with its reversal dwell, rapid feed and acceleration. "
-        "Without it there is no reversal dwell.",
+        "--job", help="Job file: use the reversal dwell, rapid feed and acceleration of its machine; default no dwell."
     ),
     JOB,
 ]
 Radius = Annotated[
     list[str] | None,
-    typer.Option(help="Dresser or wheel radius, mm: R for every entry of the table, T=R for entry T; repeatable."),
+    typer.Option(help="Radius of dresser or wheel, mm: R for all table entries, T=R for entry T; repeatable."),
 ]
 
 
@@ -82,42 +89,37 @@ def _version(asked: bool) -> None:
 def commands(
     context: typer.Context,
     asked: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Say which version this is.")
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
     ] = False,
 ) -> None:
-    """Simulator of the surface-grinding cycles of a 9/Series CNC grinder control."""
+    """Simulate and optimise CNC surface grinding; start with `grind init my_part`."""
     if context.invoked_subcommand is None:
         print(FIRST_STEPS)
 
 
-@app.command(epilog="grind check slot.nc --json")
+@app.command(epilog="grind check slot.nc\ngrind check slot.nc --job slot.toml --json")
 def check(
     program: ProgramFile,
     strokes: Strokes = 10,
     acceleration: Acceleration = None,
     block_delete: BlockDelete = False,
-    blocks: Blocks = None,
+    max_blocks: MaxBlocks = None,
     radius: Radius = None,
     groove_retract: GrooveRetract = None,
     variables: Variables = None,
     job: MachineJob = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the report as one JSON object.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Read every block of a program, execute it, and report errors or a summary.
+    """Check a program: report all syntax errors, and time and motions.
 
-    Every block that cannot be read (of very many the first 1000) is told with line, column and remedy, whether it is
-    reached or not. The execution
-    ends with the first error that it meets, which is told, too; where that is not the only error, a last line says that
-    the program was not executed further.
-
-    With --job the program is ground as by `grind run`: the time is that of its parts, with loading, travel and dresses,
-    and what it does not do on this machine as it should is told.
+    Execution stops at the first error; syntax errors behind it are reported, too (at most 1000). With --job the program
+    is ground as by `grind run`: the time has loading, travel and dresses, and warnings of the machine are printed.
     """
     from grind_env import control
     from grind_env.control.check import ended_at, report_record, summary
 
     try:
-        settings = _control(job, strokes, acceleration, block_delete, blocks, radius, groove_retract, variables)
+        settings = _control(job, strokes, acceleration, block_delete, max_blocks, radius, groove_retract, variables)
         faults: list[control.ControlError] = []
         programs = control.read_file(program, faults)
         report = control.check(programs, settings, faults)
@@ -139,29 +141,27 @@ def check(
         raise typer.Exit(BAD_INPUT)
 
 
-@app.command(epilog="grind trace slot.nc --strokes 4 --acceleration 2000")
+@app.command(epilog="grind trace slot.nc\ngrind trace slot.nc --strokes 4 --acceleration 2000")
 def trace(
     program: ProgramFile,
     strokes: Strokes = 10,
     acceleration: Acceleration = None,
     block_delete: BlockDelete = False,
-    blocks: Blocks = None,
+    max_blocks: MaxBlocks = None,
     radius: Radius = None,
     groove_retract: GrooveRetract = None,
     variables: Variables = None,
     job: MachineJob = None,
 ) -> None:
-    """Print the motions of a program, one JSON object a line, in the order in which they end.
+    """Print the motions of a program, one JSON object a line.
 
-    "start" is the time at which a motion begins, s; strokes and picks overlap with other motions. A pick follows the
-    stroke at whose end it is made, whenever it ends. What the control tells the operator goes to standard error.
-
-    Fields of an object are on the page "Columns of a run" (docs/reference/columns.md).
+    Motions are in the order in which they end; strokes and picks overlap with others. Messages to the operator go to
+    standard error. Fields: docs/reference/columns.md.
     """
     from grind_env import control
 
     try:
-        settings = _control(job, strokes, acceleration, block_delete, blocks, radius, groove_retract, variables)
+        settings = _control(job, strokes, acceleration, block_delete, max_blocks, radius, groove_retract, variables)
         for event in control.execute(control.read_file(program), settings):
             record = control.record(event)
             if record is not None:
@@ -180,20 +180,20 @@ def run(
     as_json: AsJson = False,
     plot: PlotFile = None,
     record: Annotated[
-        Path | None, typer.Option(help="Write the strokes to this .csv or .parquet file."), Writes()
+        Path | None, typer.Option(help="Write all strokes to this .csv or .parquet file."), Writes()
     ] = None,
     block_delete: BlockDelete = False,
-    blocks: Blocks = None,
+    max_blocks: MaxBlocks = None,
     groove_retract: GrooveRetract = None,
     variables: Variables = None,
     dress_at: DressAt = None,
     interrupts: Interrupts = None,
     plant: Plant = None,
 ) -> None:
-    """Grind with a program: time, size, Ra, power, temperature and cost of parts.
+    """Simulate a program: time, size, Ra, power and cost of each part.
 
-    What M00, M01, spindle and coolant do: docs/howto/shop.md; jobs: docs/howto/job-file.md; columns of the tables and
-    of --record: docs/reference/columns.md. Exit status 1: a part is more likely scrap than good, or not judged.
+    Stops and operator: docs/howto/shop.md; jobs: docs/howto/job-file.md; columns: docs/reference/columns.md.
+    Exit status 1: a part is more likely scrap than good, or not judged.
     """
     from grind_env.control.options import variables_of
     from grind_env.machine.grind import grind_file
@@ -204,7 +204,7 @@ def run(
         program,
         job,
         block_delete=block_delete,
-        blocks=blocks,
+        blocks=max_blocks,
         groove_retract=groove_retract,
         variables=variables_of(variables or ()),
         dress_at=dress_at or (),
@@ -225,13 +225,13 @@ def run(
         raise typer.Exit(GROUND_SCRAP)
 
 
-@app.command(epilog="grind facts --mark decided --page 16-4")
+@app.command(epilog="grind facts --page 16-4\ngrind facts --mark decided --json")
 def facts(
-    mark: Annotated[str | None, typer.Option(help="Only facts with this mark: seen, inferred or decided.")] = None,
-    page: Annotated[str | None, typer.Option(help="Only facts of this page of a manual, such as 16-13.")] = None,
+    mark: Annotated[str | None, typer.Option(help="Only facts with this mark: seen, inferred, decided.")] = None,
+    page: Annotated[str | None, typer.Option(help="Only facts of this page of a manual: 16-13.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the facts as a JSON list.")] = False,
 ) -> None:
-    """List what the control is built on: statements of the manuals, decisions, and the tests that hold them."""
+    """List the facts that the simulated control is built on."""
     from dataclasses import asdict
 
     from rich.padding import Padding
@@ -258,26 +258,22 @@ def facts(
             console.print(f"    {test}", soft_wrap=True)
 
 
-@app.command(epilog="grind tasks shop.toml")
+@app.command(epilog="grind tasks grind/Rush-v0\ngrind tasks shop.toml")
 def tasks(
     env_id: Annotated[
         str | None,
         typer.Argument(
             metavar="ID|TASK|FILE",
-            help="Print the page of this id or its task, or check this task file and print all that it says.",
+            help="Environment id or task to describe, or task file (.toml) to check and print.",
         ),
         PROBLEM,
     ] = None,
-    schema: Annotated[bool, typer.Option("--schema", help="Print what may stand in a task file.")] = False,
-    as_json: Annotated[
-        bool,
-        typer.Option("--json", help="Print JSON: a list of one object an id, the task, or the schema as JSON Schema."),
-    ] = False,
+    schema: Annotated[bool, typer.Option("--schema", help="Print all keys of a task file.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON: environments, task, or JSON Schema.")] = False,
 ) -> None:
-    """List the registered environments, or print the page of one: spaces, reward, start, arguments, example.
+    """List the environments, or describe one: spaces, reward, example.
 
-    A task of your own is a TOML file, which `grind/Task-v0` makes an environment of:
-    gym.make("grind/Task-v0", task="shop.toml").
+    Your own task is a TOML file: gym.make("grind/Task-v0", task="shop.toml").
     """
     from dataclasses import asdict
 
@@ -334,7 +330,7 @@ def _control(
     strokes: int,
     acceleration: float | None,
     block_delete: bool,
-    blocks: int | None,
+    max_blocks: int | None,
     radius: list[str] | None,
     groove_retract: float | None,
     variables: list[str] | None,
@@ -362,7 +358,7 @@ def _control(
         strokes=strokes,
         acceleration=machine.acceleration if acceleration is None else acceleration,
         block_delete=block_delete,
-        block_budget=machine.block_budget if blocks is None else blocks,
+        block_budget=machine.block_budget if max_blocks is None else max_blocks,
         radius=every,
         radii=radii,
         groove_retract=groove_retract,

@@ -1,13 +1,38 @@
-"""The help of a command: one line, arguments and options in groups, and examples; it fits on a screen."""
+"""The help of commands, which fits on a screen: one line, options in groups, examples; and options with new names."""
 
-from typing import Any
+import re
+from typing import Any, ClassVar
 
-from typer.core import TyperArgument, TyperCommand
+from typer.core import TyperArgument, TyperCommand, TyperGroup
 
-PART, SETTINGS, OUTPUT = "Part and machine", "Settings", "Output"
+from grind_env.errors import GrindError
+
+RENAMED = {
+    "--blocks": "--max-blocks",
+    "--budget": "--max-scrap",
+    "--by": "--rows",
+    "--configs": "--parameters",
+    "--every": "--dress-every",
+    "--first": "--first-seed",
+    "--for": "--objective",
+    "--grid": "--full",
+    "--keep": "--fix",
+    "--map": "--columns",
+    "--pictures": "--frames",
+    "--runs": "--cache",
+    "--step": "--max-step",
+    "--why": "--explain",
+    "--within": "--constraint",
+}
+"""Old names of options, with the new ones; an old name may still be another option of another command."""
+
+PART, SETTINGS, RUNNING, OUTPUT = "Task, part and machine", "Settings", "Running", "Output"
 GROUPS = {
-    PART: "job program parts variables plant block_delete blocks groove_retract dress_at interrupts",
-    OUTPUT: "output plot record report html submit write state force plan as_json why window help",
+    PART: "env task tasks family machines job program parts variables plant block_delete max_blocks groove_retract "
+    "dress_at interrupts",
+    RUNNING: "jobs ray runs configs fresh trust",
+    OUTPUT: "output plot record report html submit write state force plan as_json explain window results published "
+    "help",
 }
 """Names of arguments by the group in which a help shows them; all others are settings."""
 GROUP_OF = {name: group for group, names in GROUPS.items() for name in names.split()}
@@ -16,12 +41,23 @@ GROUP_OF = {name: group for group, names in GROUPS.items() for name in names.spl
 class HelpfulCommand(TyperCommand):
     """A command whose options stand in groups; its epilog has an example in each line."""
 
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        try:
+            return super().parse_args(ctx, args)
+        except Exception as error:  # the class of Typer or Click that names an unknown option, by their versions
+            new = RENAMED.get(old := getattr(error, "option_name", ""))
+            if any(new in each.opts for each in self.params):
+                raise GrindError(f"{old} was renamed to {new}") from None
+            raise
+
     def format_options(self, ctx: Any, formatter: Any) -> None:
-        groups: dict[str, list[tuple[str, str]]] = {"Arguments": [], PART: [], SETTINGS: [], OUTPUT: []}
+        groups: dict[str, list[tuple[str, str]]] = {"Arguments": [], PART: [], SETTINGS: [], RUNNING: [], OUTPUT: []}
         for each in self.get_params(ctx):
             if record := each.get_help_record(ctx):
                 group = "Arguments" if isinstance(each, TyperArgument) else GROUP_OF.get(each.name or "", SETTINGS)
-                groups[group].append(record)
+                names = re.sub(r"(--[\w-]+)(, --[\w-]+)+", r"\1", record[0])
+                names = re.sub(r"<(?:list\[)?(\w+)\]?(?: range)?>", r"<\1>", names)
+                groups[group].append((names, re.sub(r"  \[x>=\d+\]|; x>=\d+(?=\])", "", record[1])))
         for group, records in groups.items():
             if records:
                 with formatter.section(group):
@@ -32,3 +68,17 @@ class HelpfulCommand(TyperCommand):
             with formatter.section("Examples"):
                 for line in self.epilog.splitlines():
                     formatter.write(f"{'':{formatter.current_indent}}{line}\n")
+
+
+class HelpfulGroup(TyperGroup):
+    """Commands that stand in groups, each with the whole first line of its help."""
+
+    groups: ClassVar[dict[str, str]] = {}
+    """Names of commands by the group in which the help shows them."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        for group, names in (self.groups or {"Commands": " ".join(self.commands)}).items():
+            with formatter.section(group):
+                formatter.write_dl(
+                    [(each, (self.commands[each].help or "").partition("\n")[0]) for each in names.split()]
+                )

@@ -19,45 +19,25 @@ if TYPE_CHECKING:
     from grind_env.policies.policy import Policy
 
 NamedProblem = Annotated[
-    str,
-    typer.Option(
-        "--env", "--task", "--program", help="An id, its task, a task file (.toml), or a part program (any other file)."
-    ),
-    PROBLEM,
+    str, typer.Option("--task", "--env", "--program", help="Task, id, task file or part program."), PROBLEM
 ]
-JobFile = Annotated[str | None, typer.Option(help="Job file of a part program; its name with .toml by default."), JOB]
-Parts = Annotated[int, typer.Option(min=1, help="How often a part program is run.")]
+JobFile = Annotated[str | None, typer.Option(help="Job file of a program; default PROGRAM with .toml."), JOB]
+Parts = Annotated[int, typer.Option(min=1, help="Parts in a batch of a program.")]
 NamedPolicy = Annotated[
     str | None,
-    typer.Option(
-        help="A policy, the file of a trained agent, a constant: E8D0, or module:name for one of yours; after guarded: "
-        "with a guard; by default the shipped one; robust is for other machines."
-    ),
+    typer.Option(help="Policy, agent file, E8000D0 (E in mm/min), module:name, guarded:POLICY; default bundled."),
     FILE,
 ]
 Configs = Annotated[
-    Path | None,
-    typer.Option(
-        help="Folder of the tuned parameters of the scripted policies; by default the shipped ones, for files of "
-        "yours runs/parameters."
-    ),
-    CONFIGS,
+    Path | None, typer.Option("--parameters", help="Folder of tuned parameters; default the bundled ones."), CONFIGS
 ]
 Trust = Annotated[
-    bool, typer.Option("--trust", help="Load a .zip of Stable-Baselines3, which can run code of its author.")
+    bool, typer.Option("--trust", help="Load a .zip of Stable-Baselines3, which can run its author's code.")
 ]
-Plant = Annotated[
-    str | None,
-    typer.Option(
-        help="Machine that is not the model: meter:7, foreign:3+meter:7, held-out:5, laws:5, module:name; meter or "
-        "laws is another one in every episode."
-    ),
-]
+Plant = Annotated[str | None, typer.Option(help="Simulated machine: meter:7, foreign:3+meter:7, held-out:5.")]
 FALSE = 1
 """Exit status of a row that does not hold."""
-Split = Annotated[
-    str, typer.Option(help="Contexts: all, inner, interpolation between its ranges, or extrapolation beyond all.")
-]
+Split = Annotated[str, typer.Option(help="Contexts: all, inner, interpolation or extrapolation.")]
 
 PLAYED = "# Written by `grind play`, and replaced when it is written again: change a copy of it.\n"
 """First line of the job that is written beside a program."""
@@ -66,9 +46,11 @@ PLAYED_JOB = Own("job that `grind play` has written", re.compile(re.escape(PLAYE
 
 def register(app: typer.Typer) -> None:
     """Add the commands to the application."""
-    app.command(epilog="grind evaluate --env grind/Rush-v0 --policy adaptive_rule --episodes 64")(evaluate)
-    app.command(epilog="grind verify row.json --seed 31415926535897932384")(verify)
-    app.command(epilog="grind play --task power_limited --policy adaptive_rule --no-window")(play)
+    app.command(epilog="grind evaluate --task rush --episodes 64\ngrind evaluate --program plate.nc --policy E12000D1")(
+        evaluate
+    )
+    app.command(epilog="grind verify row.json\ngrind verify row.json --seed 31415926535897932384")(verify)
+    app.command(epilog="grind play --task rush --policy adaptive_rule\ngrind play --no-window --output played.nc")(play)
 
 
 def evaluate(
@@ -77,35 +59,31 @@ def evaluate(
     job: JobFile = None,
     parts: Parts = 1,
     episodes: Annotated[int, typer.Option(min=2, help="Number of episodes.")] = 64,
-    seeds: Annotated[
-        str | None, typer.Option(help="Seeds: training, validation or evaluation, which is the default.")
-    ] = None,
+    seeds: Annotated[str | None, typer.Option(help="Seeds: training, validation or evaluation (default).")] = None,
     split: Split = "all",
-    first_seed: Annotated[int | None, typer.Option(min=0, help="First of seeds of one's own instead.")] = None,
+    first_seed: Annotated[int | None, typer.Option(min=0, help="First of your own seeds instead.")] = None,
     plant: Plant = None,
-    model: Annotated[
-        str | None, typer.Option(help="The machine that the policy takes it for; by default the model.")
-    ] = None,
+    model: Annotated[str | None, typer.Option(help="Machine that the policy assumes; default the model.")] = None,
     configs: Configs = None,
     trust: Trust = False,
     other_part: OtherPart = False,
     submit: Annotated[
-        Path | None, typer.Option(help="Write a row to this .json file, which `grind verify` runs again."), Writes()
+        Path | None, typer.Option(help="Write a row for `grind verify` to this .json file."), Writes()
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Run a policy through many episodes: cost per good part and score, with 95 % intervals.
+    """Evaluate a policy: cost per good part and score, with 95 % CI.
 
-    A score is 0 for the best fixed plan and 100 for the planner; on other episodes than theirs it is called unpaired,
-    and on another machine (--plant) there is none. --submit writes the costs of all episodes and what ran.
+    A score of 0 is the best fixed plan, 100 the planner. On other episodes than theirs the score is unpaired; on
+    another machine (--plant) there is none. Details: docs/howto/evaluate.md.
     """
     from grind_env.errors import GrindError, printable
     from grind_env.policies.judging import evaluate as judge
-    from grind_env.policies.naming import FALLBACK, usual_name
+    from grind_env.policies.naming import usual_name
     from grind_env.policies.problem import find_problem
 
     if submit is not None and configs is not None:
-        raise GrindError("a row names the parameters of the package: leave out --configs or --submit")
+        raise GrindError("a row names the parameters of the package: leave out --parameters or --submit")
     problem = find_problem(env, job, parts)
     chosen = _policy(policy, problem.simulation(), configs, trust, other_part)
     with progress(problem.simulation().task.blocks) as advance:
@@ -123,8 +101,7 @@ def evaluate(
     if submit is not None:
         from grind_env.policies.rows import row_of, write_row
 
-        usual = FALLBACK if usual_name(problem.simulation()) == FALLBACK else "shipped"
-        write_row(submit, row_of(found, problem, policy or usual))
+        write_row(submit, row_of(found, problem, policy or usual_name(problem.simulation())))
     if as_json:
         print(json.dumps({"env": problem.id, "name": problem.name, **found.numbers()}))
     else:
@@ -134,24 +111,19 @@ def evaluate(
 def verify(
     row: Annotated[Path, typer.Argument(metavar="ROW", help="File that `grind evaluate --submit` wrote."), FILE],
     policy: Annotated[
-        str | None,
-        typer.Option(help="Policy file or module:name, if the policy is not of the package; its code is run."),
-        FILE,
+        str | None, typer.Option(help="Agent file or module:name of another's policy; its code is run."), FILE
     ] = None,
     seed: Annotated[
-        int | None,
-        typer.Option(min=0, help="Number of 20 digits or more, from which seeds of other episodes are drawn."),
+        int | None, typer.Option(min=0, help="Draw new episodes from this number of 20 or more digits.")
     ] = None,
     episodes: Annotated[
-        int | None, typer.Option(min=2, max=10_000, help="Number of drawn episodes; by default as many as in the row.")
+        int | None, typer.Option(min=2, max=10_000, help="Episodes to draw; default as many as in the row.")
     ] = None,
 ) -> None:
-    """Run the policy of a row again that somebody has submitted.
+    """Re-run the policy of a submitted row and compare the mean cost.
 
-    The mean cost of its episodes must be what the row says; with --seed, that of episodes that nobody knew when the row
-    was made must lie where the row predicts it, with 95 %.
-
-    Exit status 0: the row holds. 1: it does not hold. 2: it is no row, or cannot be run.
+    With --seed, the mean cost of new episodes must lie in the 95 % prediction interval of the row.
+    Exit status 0: the row holds; 1: it does not; 2: it cannot be run.
     """
     from grind_env.errors import GrindError, printable, shortened
     from grind_env.files import shown
@@ -180,21 +152,17 @@ def play(
     plant: Plant = None,
     program: Annotated[
         Path | None,
-        typer.Option(
-            "--output", help="Write the part program to this .nc file, and its job beside it, instead of showing both."
-        ),
+        typer.Option("--output", help="Write the part program to this .nc file and its job beside it."),
         Writes(beside={".toml": PLAYED_JOB}),
     ] = None,
-    window: Annotated[
-        bool, typer.Option(help="A window where there is a screen; without, text in the terminal.")
-    ] = True,
+    window: Annotated[bool, typer.Option(help="Show a window, or text in the terminal.")] = True,
     trust: Trust = False,
     other_part: OtherPart = False,
     configs: Configs = None,
 ) -> None:
-    """Show an episode, what it cost, and the part program that the policy wrote.
+    """Show an episode, its cost and the part program of the policy.
 
-    With --output the job of the program is written beside it: `grind run` of both shows the same parts.
+    With --output the job is written beside the program; `grind run` gives the same parts.
     """
     from grind_env.errors import printable
     from grind_env.files import write_atomically

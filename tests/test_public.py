@@ -92,7 +92,7 @@ def test_optimise_is_grind_optimise(grind: Grind, monkeypatch: pytest.MonkeyPatc
 
     asked: list[tuple[object, object]] = []
     monkeypatch.setattr(pytest.importorskip("grind_env.shop.optimise.finding"), "find_words", find_words)
-    words = ("--vary", "E,J", "--bounds", "E=5000..25000,J=.002...02", "--keep", "N80")
+    words = ("--vary", "E,J", "--bounds", "E=5000..25000,J=.002...02", "--fix", "N80")
     with pytest.raises(Asked):
         grind("optimise", PLATE, *words, "--margin", "power=.85", "--margin", "Ra=0.9", "--budget", "2min")
     with pytest.raises(Asked):
@@ -101,7 +101,7 @@ def test_optimise_is_grind_optimise(grind: Grind, monkeypatch: pytest.MonkeyPatc
             vary=("E", "J"),
             bounds={"E": (5000, 25000.0), "J": (0.002, 0.02)},
             margin={"power": 0.85, "Ra": 0.9},
-            keep=[80],
+            fix=[80],
             budget=120,
         )
     assert asked[0] == asked[1]

@@ -56,7 +56,7 @@ stock; with its 95 % interval over episodes and training seeds. All policies of 
 episodes; those of fewer are compared on the ones that they share. What may be tuned on what, and what the splits are:
 [protocol](../../docs/benchmark/protocol.md). [Diagnostics](../../docs/benchmark/index.md#diagnostics) have no place
 here. Files `<task>.csv` are the reference scores of the environments (`python -m agents scores`).
-`python -m agents benchmark --grid` makes all of this page anew; the commands at its end made what is here."""
+`python -m agents benchmark --full` makes all of this page anew; the commands at its end made what is here."""
 COLUMNS = f"""\
 *Over best rule*: points more than the best scripted policy that sees the same, paired. *Model*: what of the
 simulator's equations a policy holds when it decides; none, those with nominal constants, or the exact ones.
@@ -275,5 +275,5 @@ def options(results: Sequence[Result]) -> list[str]:
     commands = []
     for (seeds, given), kinds in sorted((made or {(0, lengths(most)): []}).items(), key=lambda each: -each[0][0]):
         of_kinds = f"--kinds {','.join(kinds) or repr('')} --seeds {seeds}{given}"
-        commands.append(f"{'' if given else '--grid '}{of_kinds} --results agents/results")
+        commands.append(f"{'' if given else '--full '}{of_kinds} --results agents/results")
     return commands

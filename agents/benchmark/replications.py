@@ -128,7 +128,8 @@ def check_sets(firsts: Sequence[int], episodes: int) -> None:
         for name, other in taken.items():
             if first < other.stop and other.start < first + episodes:
                 raise ConfigError(
-                    f"--first {first} has {name}, {other.start} to {other.stop - 1}, among its {episodes}: give another"
+                    f"--first-seed {first} has {name}, {other.start} to {other.stop - 1}, among its {episodes}:"
+                    " give another"
                 )
         taken[f"seeds of the set from {first}"] = range(first, first + episodes)
 

@@ -30,63 +30,38 @@ from grind_env.terminal import table_console
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
-    app.command(epilog="python -m agents benchmark --tasks core --kinds ppo,dqn --seeds 3 --episodes 256")(benchmark)
+    app.command(epilog="python -m agents benchmark\npython -m agents benchmark --tasks core --kinds ppo,dqn --seeds 3")(
+        benchmark
+    )
 
 
 def benchmark(
     tasks: Tasks = None,
     job: JobFile = None,
     parts: Parts = 1,
-    policies: Annotated[
-        str | None,
-        typer.Option(help="Names of policies, or RULE@1M and hindsight@SWEEPS, separated by commas; all by default."),
-    ] = None,
-    kinds: Annotated[
-        str | None,
-        typer.Option(help="Kinds of learned agents, separated by commas; may be empty; ppo and plain_gru by default."),
-    ] = None,
-    seeds: Annotated[int | None, typer.Option(min=0, help="Agents to train of each kind; 1 by default.")] = None,
-    steps: Annotated[int | None, typer.Option(min=1, help="Training steps; by default those of the kind.")] = None,
-    episodes: Annotated[int | None, typer.Option(min=2, help=f"Evaluation episodes; {EPISODES} by default.")] = None,
+    policies: Annotated[str | None, typer.Option(help="Names with commas between; default all.")] = None,
+    kinds: Annotated[str | None, typer.Option(help="Kinds of agents; default ppo,plain_gru.")] = None,
+    seeds: Annotated[int | None, typer.Option(min=0, help="Agents of each kind; default 1.")] = None,
+    steps: Annotated[int | None, typer.Option(min=1, help="Training steps; default that of the kind.")] = None,
+    episodes: Annotated[int | None, typer.Option(min=2, help=f"Evaluation episodes; default {EPISODES}.")] = None,
     interpolation_episodes: Annotated[
-        int | None,
-        typer.Option(
-            min=0,
-            help="Evaluation episodes with contexts of the split interpolation; 0 for none;"
-            f" {INTERPOLATION_EPISODES} by default.",
-        ),
+        int | None, typer.Option(min=0, help=f"Episodes of the split interpolation; default {INTERPOLATION_EPISODES}.")
     ] = None,
     plants_episodes: Annotated[
-        int | None,
-        typer.Option(
-            min=0,
-            help="Evaluation episodes on machines that are not the model and are held out, of what sees measurements;"
-            f" 0 for none; {PLANTS_EPISODES} by default.",
-        ),
+        int | None, typer.Option(min=0, help=f"Episodes on held-out machines; default {PLANTS_EPISODES}.")
     ] = None,
     jobs: Jobs = 2,
     ray: Ray = None,
     runs: Runs = RUNS,
     configs: Configs = None,
     results: Results = None,
-    whole: Annotated[
-        bool,
-        typer.Option(
-            "--grid",
-            help="What is not said is that of the published results: core tasks, all policies, the variants that are"
-            " named RULE@1M (tuned on a million blocks) and hindsight@SWEEPS, all kinds of agents, more seeds and"
-            " episodes; and their page.",
-        ),
-    ] = False,
+    full: Annotated[bool, typer.Option("--full", help="Default to the scope of the published results.")] = False,
     fresh: Fresh = False,
-    report: Annotated[
-        bool, typer.Option("--report", help="Run nothing: write figures and README anew from the checked-in results.")
-    ] = False,
+    report: Annotated[bool, typer.Option("--report", help="Only rewrite figures and README from the results.")] = False,
 ) -> None:
-    """Compare policies, agents trained for it among them, on the same evaluation episodes, by default of power_limited.
+    """Train agents and compare them with policies on the same episodes.
 
-    How long it takes is said before it begins. Killed at any moment, the same command goes on where it was. Results
-    that are in the folder already stay there, but for those of the same task whose episodes begin with another seed.
+    The default task is power_limited. To resume a killed run, repeat the command.
     """
     from agents.benchmark import grid, plan
     from agents.benchmark.judge import judged
@@ -98,17 +73,17 @@ def benchmark(
     if report:
         rebuild(results or RESULTS, console)
         return
-    published = whole and all(each is None for each in (tasks, policies, kinds, steps))
+    published = full and all(each is None for each in (tasks, policies, kinds, steps))
     folder = results or (RESULTS if published else runs)
     check_own(folder / CSV, TABLE, "--results")
     read_results(folder)  # better now than after hours of work
-    chosen = chosen_problems(tasks or ("core" if whole else FLAGSHIP), job, parts)
-    if whole:
+    chosen = chosen_problems(tasks or ("core" if full else FLAGSHIP), job, parts)
+    if full:
         cells = grid.grid(chosen, listed(policies), listed(kinds), seeds)
     else:
         trained = list(USUAL_KINDS) if kinds is None else listed(kinds) or []
         cells = planned(chosen, listed(policies), trained, 1 if seeds is None else seeds)
-    usual = grid if whole else plan
+    usual = grid if full else plan
     episodes = episodes or usual.EPISODES
     if interpolation_episodes is None:
         interpolation_episodes = usual.INTERPOLATION_EPISODES
@@ -139,7 +114,7 @@ def benchmark(
         {f"{task} {policy}" for task, policy, _ in {each.key for each in before} - {each.key for each in table}}
     ):
         print(f"agents: of other episodes, and no longer in the table: {', '.join(gone)}", file=sys.stderr)
-    if whole and not failed:
+    if full and not failed:
         rebuild(folder, console)
     if failed:
         print(f"agents: {len(failed)} of {len(cells)} cells failed: {', '.join(map(str, failed))}", file=sys.stderr)

@@ -34,7 +34,9 @@ PLACE = "MINARI_DATASETS_PATH"
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
-    app.command(epilog="python -m agents dataset --task power_limited --policy adaptive_rule")(dataset)
+    app.command(
+        epilog="python -m agents dataset --task rush\npython -m agents dataset --policy adaptive_rule --episodes 50"
+    )(dataset)
 
 
 def dataset(
@@ -47,7 +49,7 @@ def dataset(
     split: Split = EVERY,
     configs: Configs = None,
 ) -> None:
-    """Record a policy as a Minari dataset, for offline reinforcement learning."""
+    """Record episodes as a Minari dataset, for offline RL."""
     from grind_env.policies.naming import chosen_policy
 
     problem = find_problem(task, job, parts)

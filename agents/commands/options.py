@@ -17,7 +17,7 @@ Tasks = Annotated[
         "--task",
         "--env",
         "--program",
-        help="Tasks, ids, task files (.toml) or part programs, separated by commas; `core` or `all` tasks.",
+        help="core, all, or tasks, ids, task files, part programs with commas between.",
     ),
     PROBLEM,
 ]

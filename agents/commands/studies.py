@@ -25,7 +25,7 @@ DRESSES = RESULTS / "dress_study"
 
 def plants(
     family: Annotated[
-        list[str] | None, typer.Option("--family", help="Of machines, or `model`; may be repeated; all by default.")
+        list[str] | None, typer.Option("--family", help="Family of machines or model; repeatable; default all.")
     ] = None,
     tasks: Annotated[
         str | None,
@@ -34,16 +34,16 @@ def plants(
             "--task",
             "--env",
             "--program",
-            help="Part programs: plate, rail, die or files, separated by commas; these three by default.",
+            help="plate, rail, die or part programs, with commas between; default these three.",
         ),
         PROBLEM,
     ] = None,
     question: Annotated[
         list[str] | None,
-        typer.Option("--question", help="calibrate, optimise, advise or robust; may be repeated; all by default."),
+        typer.Option("--question", help="calibrate, optimise, advise, robust; repeatable; default all."),
     ] = None,
     seeds: Annotated[int, typer.Option(min=1, help="Machines of each family.")] = STUDY_MACHINES,
-    episodes: Annotated[int, typer.Option(min=1, help="Batches of 60 parts that judge advice on a machine.")] = 1,
+    episodes: Annotated[int, typer.Option(min=1, help="Batches of 60 parts a machine.")] = 1,
 ) -> None:
     """Options of plants."""
 
@@ -51,17 +51,13 @@ def plants(
 def track(
     machines: Annotated[
         list[str] | None,
-        typer.Option("--machines", help="Their number, of held-out:1 on, or a name; may be repeated; 20 by default."),
+        typer.Option("--machines", help="Number of held-out machines, or a name; repeatable; default 20."),
     ] = None,
     adapters: Annotated[
-        list[str] | None,
-        typer.Option("--adapters", help="Name, policy, file or module:name; may be repeated; by default the headline."),
-        FILE,
+        list[str] | None, typer.Option("--adapters", help="Adapter, policy, file or module:name; repeatable."), FILE
     ] = None,
-    blocks: Annotated[
-        str | None, typer.Option(help="Blocks on a machine when it is judged; 0,60,300,1200 by default.")
-    ] = None,
-    wide: Annotated[bool, typer.Option("--wide", help="More adapters, and WideRails on 8 machines.")] = False,
+    blocks: Annotated[str | None, typer.Option(help="Evaluate after so many blocks; default 0,60,300,1200.")] = None,
+    wide: Annotated[bool, typer.Option("--wide", help="More adapters, and wide_rails on 8 machines.")] = False,
     seeds: Annotated[int, typer.Option(min=1, help="Runs of each adapter on each machine.")] = 3,
 ) -> None:
     """Options of track."""
@@ -70,11 +66,11 @@ def track(
 def replicate(
     first: Annotated[
         list[int] | None,
-        typer.Option("--first", min=0, help="First seed of a set; may be repeated; three sets by default."),
+        typer.Option("--first-seed", min=0, help="First seed of a set; repeatable; default three sets."),
     ] = None,
     published: Annotated[
         Path,
-        typer.Option(help="Folder of benchmark.parquet, the results that are replicated."),
+        typer.Option(help="Folder of the published results.", show_default="agents/results"),
         Reads(within="benchmark.parquet"),
     ] = RESULTS,
 ) -> None:
@@ -108,13 +104,13 @@ class StudyCommand(NamedTuple):
 COMMANDS = {
     "splits": StudyCommand(
         "agents.splits",
-        "Compare rules, planners and agents on contexts that no training has seen, and on some beyond the task.",
+        "Compare policies on contexts that were not in training.",
         "--task power_limited",
     ),
     "safety": StudyCommand(
         "agents.safety.page",
-        "What PPO with a GRU earns and violates, without and with a budget of scrap, beside a guarded rule.\n\n"
-        "Power, size, Ra and burning are counted block by block, scrap part by part.",
+        "Measure cost and violations of agents with a scrap limit.\n\n"
+        "PPO with a GRU beside a guarded rule. Power, size, Ra and burn are counted by block, scrap by part.",
         "--tasks power_limited,rush --seeds 3",
         episodes=256,
         seeds=3,
@@ -122,8 +118,7 @@ COMMANDS = {
     ),
     "recipe": StudyCommand(
         "agents.recipe",
-        "Run the training recipe of the docs on several seeds, with the belief and without.\n\n"
-        "The table keeps what it has of other tasks.",
+        "Run the training recipe of the docs on several seeds.\n\nRows of other tasks stay in the table.",
         "--tasks core --seeds 5",
         tasks=FLAGSHIP,
         seeds=5,
@@ -131,25 +126,23 @@ COMMANDS = {
     ),
     "scores": StudyCommand(
         "agents.reference.scores",
-        "Measure the reference scores: tune what is missing, run every policy, write the tables.",
+        "Tune missing policies and measure the reference scores of all.",
         "--task power_limited",
         tasks=",".join(name for name in (*task_names(), *MODULE_NAMES) if name != "job"),
         episodes=SCORE_EPISODES,
     ),
     "gaps": StudyCommand(
         "agents.reference.gaps",
-        "What it is worth to adapt E, D or both: tune what is missing, run every policy.\n\n"
-        "The fixed plan is the best one without sensors. The planner knows the state of the wheel; hindsight knows the "
-        "future, too.",
+        "Measure the value of adapting E, D or both.\n\n"
+        "The fixed plan needs no sensors; the planner knows the wheel state; hindsight also knows the future.",
         "--tasks power_limited,rush",
         tasks=",".join(name for name in (*task_names(), *MODULE_NAMES) if name != "job"),
         episodes=GAP_EPISODES,
     ),
     "plants": StudyCommand(
         "agents.plants.page",
-        "How calibration, search and adviser hold on machines that are not the model: how far off, at what cost.\n\n"
-        "The two families `bursts` and `graded` were kept out of all tuning of calibration and adviser. The tables "
-        "keep the answers to other questions.",
+        "Test calibrate, optimise and advise on out-of-model machines.\n\n"
+        "The families bursts and graded were not used in any tuning. Rows of other questions stay in the tables.",
         "--family meter --seeds 1 --tasks plate",
         tasks=None,
         own=plants,
@@ -157,9 +150,9 @@ COMMANDS = {
     ),
     "track": StudyCommand(
         "agents.track.study",
-        "How fast, how safely and how well policies adapt to machines that are held out, from measurements alone.\n\n"
-        "An adapter grinds shift after shift, and may change its policy after each; on the way episodes judge it.",
-        "--machines public:1 --adapters bc --blocks 0,60 --seeds 1",
+        "Measure how fast policies adapt to held-out machines.\n\n"
+        "An adapter may change its policy after each shift; it is evaluated on separate episodes.",
+        "--machines public:1 --adapters bc --seeds 1",
         tasks=None,
         episodes=TRACK_EPISODES,
         own=track,
@@ -168,9 +161,8 @@ COMMANDS = {
     ),
     "dress-study": StudyCommand(
         "agents.dressing.trials",
-        "Cost against dress interval, dress lead, depth and passes, and what decides when to dress.\n\n"
-        "With --plant on another machine, for which plans are chosen anew; policies that see measurements stay those "
-        "of the model, and planners that see more hold the machine.",
+        "Measure cost over dress interval, lead, depth and passes.\n\n"
+        "With --plant, fixed plans are tuned for that machine; other policies stay those of the model.",
         "--task power_limited",
         tasks="all",
         episodes=STUDY_EPISODES,
@@ -181,10 +173,9 @@ COMMANDS = {
     ),
     "replicate": StudyCommand(
         "agents.benchmark.replications",
-        "Re-run published results of the benchmark on new seeds, by which nothing was chosen.\n\n"
-        "Policies of the results, by default of all tasks that have some, are run on other episodes, whose mean costs "
-        "are to lie where the published rows have them with 95 %.",
-        "--task rush --first 7000000 --episodes 64",
+        "Re-run published results of the benchmark on new seeds.\n\n"
+        "The new mean costs must lie in the 95 % prediction intervals of the published rows.",
+        "--task rush --first-seed 7000000 --episodes 64",
         tasks=None,
         episodes=EPISODES,
         own=replicate,
@@ -196,7 +187,9 @@ COMMANDS = {
 def register(app: typer.Typer) -> None:
     """Add the commands to the application."""
     for name, of in COMMANDS.items():
-        app.command(name=name, help=of.help, epilog=f"python -m agents {name} {of.example}")(command(name, of))
+        app.command(name=name, help=of.help, epilog=f"python -m agents {name}\npython -m agents {name} {of.example}")(
+            command(name, of)
+        )
 
 
 def command(name: str, of: StudyCommand) -> Callable[..., None]:
@@ -207,11 +200,9 @@ def command(name: str, of: StudyCommand) -> Callable[..., None]:
         job: JobFile = None,
         parts: Parts = 1,
         episodes: Annotated[int, typer.Option(min=2, help="Evaluation episodes.")] = of.episodes,
-        seeds: Annotated[
-            int | None, typer.Option(min=1, help=f"Trainings of each agent, from seed 0; {of.seeds} by default.")
-        ] = None,
+        seeds: Annotated[int | None, typer.Option(min=1, help=f"Trainings of each agent; default {of.seeds}.")] = None,
         steps: Annotated[
-            int | None, typer.Option(min=1, help=f"Environment steps of a training; {of.steps} by default.")
+            int | None, typer.Option(min=1, help=f"Environment steps of a training; default {of.steps}.")
         ] = None,
         jobs: Jobs = 2,
         ray: Ray = None,

@@ -8,7 +8,7 @@ import typer
 from agents.budgets import TUNING_EPISODES, TUNING_EVALUATIONS, TUNING_STARTS
 from agents.cells import RUNS
 from agents.commands.options import going_on
-from agents.study import Fresh, Jobs, Ray
+from agents.study import Fresh, Jobs, Ray, Runs
 from grind_env.arguments import Keeps
 from grind_env.commands import JobFile, NamedProblem, Parts
 from grind_env.policies.problem import find_problem
@@ -17,7 +17,7 @@ from grind_env.policies.tuned import tuned_folder
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
-    epilog = "python -m agents tune --task power_limited --policies belief_rule,look_ahead"
+    epilog = "python -m agents tune --task rush\npython -m agents tune --task rush --policies belief_rule,look_ahead"
     app.command(name="tune", epilog=epilog)(tuning)
 
 
@@ -25,21 +25,21 @@ def tuning(
     task: NamedProblem = "power_limited",
     job: JobFile = None,
     parts: Parts = 1,
-    policies: Annotated[
-        str | None, typer.Option(help="Names of policies, separated by commas; all by default.")
-    ] = None,
+    policies: Annotated[str | None, typer.Option(help="Names of policies, with commas between; default all.")] = None,
     evaluations: Annotated[int, typer.Option(min=1, help="Evaluations of each CMA-ES run.")] = TUNING_EVALUATIONS,
     starts: Annotated[int, typer.Option(min=1, help="CMA-ES runs of a policy.")] = TUNING_STARTS,
-    episodes: Annotated[int, typer.Option(min=1, help="Episodes, training and validation each.")] = TUNING_EPISODES,
-    configs: Annotated[Path | None, typer.Option(help="Folder of the tuned parameters."), Keeps()] = None,
-    runs: Annotated[Path, typer.Option(help="Folder of the cache."), Keeps()] = RUNS,
+    episodes: Annotated[int, typer.Option(min=1, help="Episodes for training, and for validation.")] = TUNING_EPISODES,
+    configs: Annotated[
+        Path | None, typer.Option("--parameters", help="Folder of the tuned parameters."), Keeps()
+    ] = None,
+    runs: Runs = RUNS,
     fresh: Fresh = False,
     jobs: Jobs = 2,
     ray: Ray = None,
 ) -> None:
     """Tune scripted policies and store their parameters.
 
-    Every evaluation is cached: if the command is killed, the same command goes on.
+    To resume a killed run, repeat the command.
     """
     from agents.tuning.rules import tune
 

@@ -13,24 +13,26 @@ from grind_env.errors import printable
 from grind_env.policies.evaluation import SEEDS
 from grind_env.policies.problem import find_problem
 
+EXAMPLES = """\
+python -m agents video --left adaptive_rule --output one.gif
+python -m agents video --left adaptive_rule --right E8000D0 --output two.gif"""
+
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
-    app.command(epilog="python -m agents video --left adaptive_rule --right E8D0 --output demo.gif")(video)
+    app.command(epilog=EXAMPLES)(video)
 
 
 def video(
-    left: Annotated[
-        str, typer.Option(help="A policy, the .safetensors file of a trained agent, or a constant: E8D0."), FILE
-    ],
+    left: Annotated[str, typer.Option(help="Policy, agent file, or constant E8000D0 (E in mm/min)."), FILE],
     output: Annotated[Path, typer.Option(help="The .gif file to write."), Writes()],
-    right: Annotated[str | None, typer.Option(help="Likewise; none by default."), FILE] = None,
+    right: Annotated[str | None, typer.Option(help="Second policy or agent file; default none."), FILE] = None,
     task: NamedProblem = "power_limited",
     job: JobFile = None,
     parts: Parts = 1,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the episode.")] = SEEDS["evaluation"],
     split: Split = EVERY,
-    pictures: Annotated[int, typer.Option(min=1, help="Pictures of each block.")] = PICTURES,
+    frames: Annotated[int, typer.Option(min=1, help="Frames of each block.")] = PICTURES,
     configs: Configs = None,
 ) -> None:
     """Film a policy, or two side by side on the same episode."""
@@ -39,5 +41,5 @@ def video(
 
     problem = find_problem(task, job, parts)
     policies = [named_policy(name, problem.simulation(), configs) for name in (left, right) if name is not None]
-    size = record(policies, problem, seed, output, pictures, split)
+    size = record(policies, problem, seed, output, frames, split)
     print(printable(f"{output}: {size / 1e6:.1f} MB"))

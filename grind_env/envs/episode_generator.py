@@ -88,7 +88,7 @@ class EpisodeGenerator(Disturbances):
 
 
 def _drawn_kinds(task: Task) -> list[DrawnKind]:
-    speed = task.due.speed if task.due else 1.0
+    speed = task.due.speed if task.due else 1000.0
     return [
         DrawnKind(
             stock=kind.stock,

@@ -180,7 +180,7 @@ def of_few_parts(parts: int, *, gauged: bool) -> dict[str, float]:
 def _table(task: Task) -> list[Reading]:
     """Every reading, in the order of `Readings`."""
     power = task.machine.power_limit
-    low, high = task.action.speed_ends
+    low, high = (speed / 1000.0 for speed in task.action.speed_ends)
     centre, half = (low + high) / 2.0, (high - low) / 2.0
     tolerance = max(max(kind.tolerance for kind in task.kinds), 1.0)
     most = max(task.action.executions, 1)

@@ -9,46 +9,46 @@ from grind_env.arguments import FILE, Application, Writes
 from grind_env.commands import JobFile as ProblemJob
 from grind_env.commands import NamedProblem, Parts
 
-app = Application(
-    no_args_is_help=True,
-    rich_markup_mode=None,
-    help="Figures for papers: vector formats, as wide as a column or a page, readable in grey.",
-)
+app = Application(no_args_is_help=True, help="Draw figures for papers, as vector graphics of page width.")
 
 Output = Annotated[Path, typer.Option("--output", "-o", help="The .pdf, .svg or .png file."), Writes()]
 
 
-@app.command(epilog="grind figure dress --env power_limited --E 7 --every 10 -o dress.pdf")
+@app.command(
+    epilog="grind figure dress -o dress.pdf\ngrind figure dress --task rush --E 12000 --dress-every 5 -o rush.svg"
+)
 def dress(
     output: Output,
     env: NamedProblem = "power_limited",
     job: ProblemJob = None,
     parts: Parts = 1,
-    speed: Annotated[float, typer.Option("--E", help="Table speed, m/min.")] = 7.0,
-    every: Annotated[int, typer.Option(min=1, help="Blocks from dress to dress.")] = 10,
+    speed: Annotated[float, typer.Option("--E", help="E, mm/min.")] = 7000.0,
+    dress_every: Annotated[int, typer.Option(min=1, help="Blocks from dress to dress.")] = 10,
 ) -> None:
-    """What a dress changes: the last part on a dull wheel, and the next one after the dress, 170 mm wide."""
+    """Draw the last part before a dress and the first after it."""
     from grind_env.figures.dress import dress_figure, dressed_run
     from grind_env.policies.problem import find_problem
     from grind_env.render.figures import prepare_figure, write_figure
 
     prepare_figure(output)
-    write_figure(dress_figure(dressed_run(find_problem(env, job, parts), speed, every)), output)
+    write_figure(dress_figure(dressed_run(find_problem(env, job, parts), speed, dress_every)), output)
 
 
-@app.command(epilog="grind figure policy-map --env power_limited -o map.pdf")
+@app.command(
+    epilog="grind figure policy-map -o map.pdf\ngrind figure policy-map --policy rush.safetensors --task rush -o m.svg"
+)
 def policy_map(
     output: Output,
     env: NamedProblem = "power_limited",
     policy: Annotated[
-        str | None, typer.Option(help="The .safetensors file of a trained agent; by default the shipped one."), FILE
+        str | None, typer.Option(help="Agent file (.safetensors); default the bundled agent."), FILE
     ] = None,
-    episodes: Annotated[int, typer.Option(min=1, help="In which the agent is watched.")] = 32,
+    episodes: Annotated[int, typer.Option(min=1, help="Number of episodes.")] = 32,
 ) -> None:
-    """E and D of a learned agent over what it believes of the wheel, with states that it got into, 170 mm wide.
+    """Draw E and D of an agent over its belief of the wheel.
 
-    The axes are the believed wear-flat area and the believed factor on its growth; whatever else the agent sees is what
-    goes with these two on average (linear regression over the states of the episodes).
+    The axes are the believed wear-flat area and the factor on its growth; other inputs follow by linear regression
+    over the visited states.
     """
     from grind_env.figures.policy_map import policy_map as ask
     from grind_env.figures.policy_map import policy_map_figure

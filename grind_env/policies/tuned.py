@@ -61,7 +61,7 @@ def tuned_folder(task: Task, folder: Path | None = None) -> Path:
 def tune_command(name: str, task: Task, folder: Path | None = None) -> str:
     """What tunes a policy for a task, as a message says it."""
     words = ["python", "-m", "agents", "tune", "--task", task.file or task.name, "--policies", name]
-    words += [] if folder is None else ["--configs", str(folder)]
+    words += [] if folder is None else ["--parameters", str(folder)]
     with_job = " with the same --job and --parts" if task.file and not is_file(task.file) else ""
     return f"`{shlex.join(words)}`{with_job}"
 

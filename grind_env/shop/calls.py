@@ -98,8 +98,8 @@ def optimise(
     vary: Collection[str] | None = None,
     bounds: Mapping[str, Ends] = {},
     margin: Mapping[str, Number] = {},
-    keep: Collection[int] = (),
-    within: Mapping[str, Number] = {},
+    fix: Collection[int] = (),
+    constraint: Mapping[str, Number] = {},
     objective: str = "cost",
     parts: int = 50,
     budget: Number = 60.0,
@@ -119,13 +119,13 @@ def optimise(
         vary: what may change: E, D, J, L of cycle blocks, lead, depth, passes of dress programs, the interval between
             dresses; words that a block lacks are then added. Those E and D that are there, and the interval, if None.
         bounds: lowest and highest value by word, in units of the program; of the interval in parts.
-        margin: share of a limit that parts must keep, by name: power, temp, Ra, size.
+        margin: share of a limit that parts must keep, by name: power, rise, Ra, size.
         confidence: probability with which a part keeps each limit, whatever its lot and machine are, and with which
             each end of an interval holds.
         untried: whether nothing is known of how the program grinds on the machine; else it is taken to grind good
             parts there, as far as the model can see how.
-        keep: N words of the cycle blocks that stay as they are.
-        within: the most that a part may take in the mean, by name: cost, $, and seconds.
+        fix: N words of the cycle blocks that stay as they are.
+        constraint: highest mean cost ($) or time (seconds) of a part, by name.
         objective: what is to become less, cost or time.
         parts: runs of the program in a batch; the wheel carries over.
         budget: time of search and judgement, s; what is compiled before is not counted.
@@ -142,7 +142,7 @@ def optimise(
     from grind_env.shop.optimise.finding import find_words
 
     seconds = seconds_of(budget)
-    options = options_of(vary, bounds, keep, margin, objective, within, confidence=confidence, untried=untried)
+    options = options_of(vary, bounds, fix, margin, objective, constraint, confidence=confidence, untried=untried)
     with progress(most=f"of {seconds:g} s" if programs is None else "") as advance:
         return find_words(
             program,

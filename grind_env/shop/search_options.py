@@ -8,6 +8,7 @@ from decimal import Decimal
 from numbers import Real
 from typing import TypeAlias, TypeVar
 
+from grind_env.control.options import LEAST_SPEED
 from grind_env.errors import GrindError, did_you_mean, quoted
 
 INTERVAL = "interval"
@@ -15,7 +16,7 @@ INTERVAL = "interval"
 VARIED = ("E", "D", "J", "L", "lead", "depth", "passes", INTERVAL)
 """Words of cycle blocks, then what the dress program says, then how often it runs."""
 USUAL = ("E", "D", INTERVAL)
-LIMITS = ("power", "temp", "Ra", "size")
+LIMITS = ("power", "rise", "Ra", "size")
 OBJECTIVES = {"cost": "cost", "time": "seconds"}
 """What may be made less, and the name of its mean of a part."""
 
@@ -44,7 +45,7 @@ class SearchOptions:
     add: bool = False  # whether words that a cycle block lacks may be added to it
     # lowest and highest value by word, in the units of the program; lead in mm or inches a revolution
     bounds: Mapping[str, tuple[Decimal, Decimal]] = field(default_factory=dict)
-    kept: frozenset[int] = frozenset()  # N words of the cycle blocks that stay as they are
+    fixed: frozenset[int] = frozenset()  # N words of the cycle blocks that stay as they are
     # share of its limit that parts must keep, by name, 1 at most; 1 for those not named
     margins: Mapping[str, float] = field(default_factory=dict)
     # probability with which a part keeps each, whatever its lot and machine are, and with which each end of an interval
@@ -53,7 +54,7 @@ class SearchOptions:
     untried: bool = False  # whether nothing is known of how the program grinds on the machine
     objective: str = "cost"  # of `OBJECTIVES`, what is to become less
     # the most that a part may take in the mean, by the names cost and seconds
-    within: Mapping[str, float] = field(default_factory=dict)
+    constraint: Mapping[str, float] = field(default_factory=dict)
     free: bool = False  # whether blocks of parts that are alike may have words of their own
 
     @property
@@ -67,10 +68,10 @@ class SearchOptions:
 def options_of(
     words: Collection[str] | None = None,
     bounds: Mapping[str, Ends] = {},
-    kept: Collection[int] = (),
+    fixed: Collection[int] = (),
     margins: Mapping[str, Number] = {},
     objective: str = "cost",
-    within: Mapping[str, Number] = {},
+    constraint: Mapping[str, Number] = {},
     free: bool = False,
     confidence: Number = CONFIDENCE,
     untried: bool = False,
@@ -80,28 +81,28 @@ def options_of(
         ("--vary", words or (), VARIED),
         ("--bounds", bounds, VARIED),
         ("--margin", margins, LIMITS),
-        ("--for", (objective,), tuple(OBJECTIVES)),
-        ("--within", within, tuple(OBJECTIVES.values())),
+        ("--objective", (objective,), tuple(OBJECTIVES)),
+        ("--constraint", constraint, tuple(OBJECTIVES.values())),
     ):
         for name in names:
             if name not in known:
-                hint = did_you_mean(name, known)
+                hint = " (now called rise)" if name == "temp" else did_you_mean(name, known)
                 raise OptionError(f"{option}: there is no {quoted(name)}{hint}; there are {', '.join(known)}")
     if words is not None and not words:
         raise OptionError(f"--vary names no word; there are {', '.join(VARIED)}")
-    for label in kept:
+    for label in fixed:
         if not isinstance(label, int):
-            raise OptionError(f"--keep: {quoted(label)} is no N word; give its number")
+            raise OptionError(f"--fix: {quoted(label)} is no N word; give its number")
     return SearchOptions(
         words=USUAL if words is None else tuple(words),
         add=words is not None,
         bounds={name: ends_of("--bounds", name, ends) for name, ends in bounds.items()},
-        kept=frozenset(kept),
+        fixed=frozenset(fixed),
         margins={name: _share("--margin", name, share) for name, share in margins.items()},
         confidence=confidence_of(confidence),
         untried=untried,
         objective=objective,
-        within={name: float(_positive("--within", name, most)) for name, most in within.items()},
+        constraint={name: float(_positive("--constraint", name, most)) for name, most in constraint.items()},
         free=free,
     )
 
@@ -115,6 +116,8 @@ def ends_of(option: str, name: str, ends: Ends) -> tuple[Decimal, Decimal]:
         is_range = False
     if not is_range:
         raise OptionError(f"{option}: {quoted(ends)} is no range of {name}; give its lowest and its highest value")
+    if name == "E" and high < LEAST_SPEED:
+        raise OptionError(f"{option}: E is in mm/min; did you mean {1000 * low:f}..{1000 * high:f}?")
     if low > high:
         raise OptionError(f"{option}: the range {low}..{high} of {name} begins above its end; write {high}..{low}")
     return low, high
@@ -189,7 +192,7 @@ def number(option: str, name: str, text: str) -> Decimal:
 
 def label(text: str) -> int:
     """The number of a block label such as N80."""
-    (digits,) = _matched(r"[Nn]?(\d{1,5})", text, f"--keep: {quoted(text)} is no block label; write it as in N80")
+    (digits,) = _matched(r"[Nn]?(\d{1,5})", text, f"--fix: {quoted(text)} is no block label; write it as in N80")
     return int(digits)
 
 

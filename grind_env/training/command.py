@@ -32,30 +32,27 @@ def register(app: typer.Typer) -> None:
 
 def train(
     task: Annotated[
-        str, typer.Argument(metavar="TASK|PROGRAM", help="Task, id, task file (.toml), or part program."), PROBLEM
+        str, typer.Argument(metavar="TASK|PROGRAM", help="Task, id, task file (.toml) or part program."), PROBLEM
     ],
     job: JobFile = None,
-    parts: Annotated[int | None, typer.Option(min=1, help=f"Parts of the batch of a program; usually {BATCH}.")] = None,
+    parts: Annotated[int | None, typer.Option(min=1, help=f"Parts in a batch of a program; default {BATCH}.")] = None,
     variables: FirstVariables = None,
-    plant: Annotated[
-        str,
-        typer.Option(help="Machines to train on: training, public, laws or model."),
-    ] = "training",
-    seed: Annotated[int, typer.Option(min=0, help="Of the training.")] = 0,
-    steps: Annotated[int, typer.Option(min=10_000, help="Blocks to learn from.")] = 1_000_000,
-    memory: Annotated[str, typer.Option(help="Of none, stack, gru, belief, state.")] = "gru",
-    budget: Annotated[float | None, typer.Option(help="Share of parts that may be scrap; usually any.")] = None,
-    episodes: Annotated[int, typer.Option(min=2, help="Machines to be judged on.")] = 128,
+    plant: Annotated[str, typer.Option(help="Machines to train on: training, public, laws, model.")] = "training",
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the training.")] = 0,
+    steps: Annotated[int, typer.Option(min=10_000, help="Environment steps.")] = 1_000_000,
+    memory: Annotated[str, typer.Option(help="none, stack, gru, belief or state.")] = "gru",
+    max_scrap: Annotated[float | None, typer.Option(help="Largest share of scrap; default no limit.")] = None,
+    episodes: Annotated[int, typer.Option(min=2, help="Machines for the evaluation.")] = 128,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="The agent; usually PROGRAM or task with .safetensors."),
+        typer.Option("--output", "-o", help="Agent file; default PROGRAM or task with .safetensors."),
         Writes(),
     ] = None,
 ) -> None:
-    """Train an agent for `grind advise --policy` in two minutes, and judge it.
+    """Train an agent for `grind advise --policy` in about two minutes.
 
-    It learns on machines whose physics differs from the simulator's, and is judged on others (docs/howto/train.md).
-    If training is killed, repeat the command to resume it. Exit status 3: the agent is not recommended.
+    The agent is trained on machines whose physics differs from the simulator, and evaluated on others
+    (docs/howto/train.md). To resume a killed training, repeat the command. Exit status 3: agent not recommended.
     """
     from grind_env.errors import GrindError, printable, quoted
     from grind_env.extras import needing
@@ -73,8 +70,8 @@ def train(
 
     if memory not in gru_ppo.SEEN:
         raise GrindError(f"--memory is {quoted(memory)}, but must be one of {', '.join(gru_ppo.SEEN)}")
-    if budget is not None and not 0.0 < budget < 1.0:
-        raise GrindError(f"--budget is {budget:g}, but must be a share between 0 and 1")
+    if max_scrap is not None and not 0.0 < max_scrap < 1.0:
+        raise GrindError(f"--max-scrap is {max_scrap:g}, but must be a share between 0 and 1")
     if seed > gru_ppo.LAST_SEED:
         raise GrindError(f"--seed is {seed}, but must be at most {gru_ppo.LAST_SEED}")
     episode_seeds("validation", episodes)
@@ -83,7 +80,7 @@ def train(
     path = _usual_file(task, named) if output is None else output
     if path.suffix != SUFFIX:
         raise GrindError(f"--output is {quoted(str(path))}, but agents are {SUFFIX} files: name {path.stem}{SUFFIX}")
-    settings = gru_ppo.Settings(memory=memory, steps=steps, budget=budget)
+    settings = gru_ppo.Settings(memory=memory, steps=steps, budget=max_scrap)
     problem = gru_ppo.shown(machines, memory)
     if not problem.simulation().compiled:
         slow = f"the control executes {named.name} step by step: {steps:,} blocks may take hours"

@@ -96,7 +96,7 @@ def test_a_cell_is_what_an_evaluation_says(tmp_path):
     for found in (measured, measure(BenchmarkCell(PROBLEM, "adaptive_rule"), replace(TINY, runs=tmp_path))):
         expected = run_seeds(policy, ORACLE, episode_seeds("evaluation", 3))
         assert np.array_equal(found.cost, expected.cost.astype(np.float32))
-        assert (found.E_mean, found.D_mean, found.scrap) == (expected.speed, expected.dresses, expected.scrap)
+        assert (found.E_mean, found.D_mean, found.scrap) == (expected.speed / 1000.0, expected.dresses, expected.scrap)
         expected = run_seeds(policy, ORACLE, episode_seeds("evaluation", 2), "interpolation")
         assert np.array_equal(found.interpolation_cost, expected.cost.astype(np.float32))
         assert np.array_equal(found.interpolation_good, expected.good.astype(np.float32))
@@ -195,7 +195,7 @@ def test_new_results_replace_old_ones():
 def test_command_line(tmp_path, monkeypatch, capsys):
     in_process(monkeypatch)
     episodes = ("--episodes", 3, "--interpolation-episodes", 2, "--plants-episodes", 2)
-    tiny = ("benchmark", "--tasks", "oracle6", "--kinds", "", *episodes, "--runs", tmp_path, "--jobs", 1)
+    tiny = ("benchmark", "--tasks", "oracle6", "--kinds", "", *episodes, "--cache", tmp_path, "--jobs", 1)
     assert status(monkeypatch, *tiny, "--policies", "handbook, adaptive_rule") == 0
     printed = capsys.readouterr().out
     assert "adaptive_rule" in printed

@@ -145,8 +145,8 @@ def test_evaluations_in_processes_are_those_of_one(tmp_path, monkeypatch):
 @pytest.mark.nightly
 def test_the_command(tmp_path, monkeypatch, capsys):
     def command():
-        words = ("--task", "oracle6", "--episodes", 3, "--jobs", 1, "--configs", place)
-        return status(monkeypatch, "gaps", *words, "--runs", tmp_path / "runs", "--results", tmp_path / "results")
+        words = ("--task", "oracle6", "--episodes", 3, "--jobs", 1, "--parameters", place)
+        return status(monkeypatch, "gaps", *words, "--cache", tmp_path / "runs", "--results", tmp_path / "results")
 
     in_process(monkeypatch)
     place = parameters(tmp_path)

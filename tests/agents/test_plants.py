@@ -260,7 +260,7 @@ def test_what_is_no_study_is_answered_by_one_sentence(
 @pytest.mark.nightly
 def test_a_study_is_cached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     in_process(monkeypatch)
-    words = ("plants", "--family", "model", "--tasks", "plate", "--question", "advise", "--runs", tmp_path)
+    words = ("plants", "--family", "model", "--tasks", "plate", "--question", "advise", "--cache", tmp_path)
     found = []
     for episodes in (1, 2):
         assert status(monkeypatch, *words, "--episodes", episodes) == 0

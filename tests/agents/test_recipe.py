@@ -68,7 +68,7 @@ def test_the_tables_are_of_all_trainings(
         return {**asked, "episodes": 128, **numbers, **more}
 
     def run(*words: object) -> None:
-        assert status(monkeypatch, "recipe", *words, "--runs", tmp_path, "--results", tmp_path) == 0
+        assert status(monkeypatch, "recipe", *words, "--cache", tmp_path, "--results", tmp_path) == 0
 
     in_process(monkeypatch)
     monkeypatch.setattr(recipes, "train", trained)

@@ -72,8 +72,9 @@ def test_policies_of_a_table_are_run_on_other_seeds_and_cached(
 
     in_process(monkeypatch)
     few = ("--kinds", "", "--policies", "handbook", "--episodes", 8, "--interpolation-episodes", 0)
-    agents("benchmark", "--task", "oracle6", *few, "--plants-episodes", 4, "--jobs", 1, "--runs", tmp_path)
-    words = ("replicate", "--published", tmp_path, "--first", FIRST, "--episodes", 4, "--jobs", 1, "--runs", tmp_path)
+    agents("benchmark", "--task", "oracle6", *few, "--plants-episodes", 4, "--jobs", 1, "--cache", tmp_path)
+    again = ("--published", tmp_path, "--first-seed", FIRST, "--episodes", 4, "--jobs", 1, "--cache", tmp_path)
+    words = ("replicate", *again)
     said = agents(*words)
     # no agent was trained
     assert "## Learned against scripted" not in said and "| oracle6 | machines that are not the model |" in said
@@ -119,7 +120,7 @@ def test_seeds_that_something_was_chosen_by_or_that_are_drawn_twice_are_refused(
 def test_of_no_results_it_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    ended = status(monkeypatch, "replicate", "--published", tmp_path, "--runs", tmp_path)
+    ended = status(monkeypatch, "replicate", "--published", tmp_path, "--cache", tmp_path)
     said = capsys.readouterr().err
     assert (ended, said.count("\n")) == (2, 1) and "run `python -m agents benchmark` first" in said
     assert not list(tmp_path.iterdir())

@@ -76,6 +76,6 @@ def test_the_page_counts_who_keeps_the_budgets_and_says_what_that_costs():
 def test_the_command_writes_its_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     in_process(monkeypatch)
     words = ("safety", "--task", "power_limited", "--seeds", 1, "--steps", 1, "--episodes", 2)
-    assert status(monkeypatch, *words, "--runs", tmp_path, "--results", tmp_path / "results") == 0
+    assert status(monkeypatch, *words, "--cache", tmp_path, "--results", tmp_path / "results") == 0
     rows = list(csv.DictReader((tmp_path / "results" / "safety.csv").open()))
     assert [row["who"] for row in rows] == ["ppo_gru", "ppo_gru, Lagrangian", "look_ahead", "guarded:look_ahead"]

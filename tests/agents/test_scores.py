@@ -140,10 +140,10 @@ def test_policies_that_see_measurements_may_cost_less_than_a_rule_that_sees_the_
 
 def test_command_line_of_scores(tmp_path, monkeypatch, capsys):
     def command(*arguments):
-        return status(monkeypatch, "scores", *arguments, "--results", tmp_path, "--runs", tmp_path / "runs", *configs)
+        return status(monkeypatch, "scores", *arguments, "--results", tmp_path, "--cache", tmp_path / "runs", *configs)
 
     in_process(monkeypatch)
-    configs = ("--configs", copied_parameters(tmp_path))
+    configs = ("--parameters", copied_parameters(tmp_path))
     assert command("--task", "oracle6", "--episodes", 2) == 0
     assert set(read_references(tmp_path / "scores.toml")) == {"grind/Oracle6-v0"}
     capsys.readouterr()

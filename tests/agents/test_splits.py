@@ -56,7 +56,7 @@ def test_what_was_run_is_cached_and_written(
     in_process(monkeypatch)
     splits.study(asked(tmp_path, ORACLE)).publish_to(tmp_path, asked(tmp_path).options)
     written = {path: path.stat().st_mtime_ns for path in (tmp_path / "runs").rglob("*.npz")}
-    words = ("splits", "--task", "oracle6", "--episodes", 2, "--jobs", 1, "--runs", tmp_path / "runs")
+    words = ("splits", "--task", "oracle6", "--episodes", 2, "--jobs", 1, "--cache", tmp_path / "runs")
     assert status(monkeypatch, *words, "--results", tmp_path) == 0
     said = capsys.readouterr().out
     assert "| oracle6 | extrapolation |" in said and " 0 to do" in said

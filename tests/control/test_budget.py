@@ -136,11 +136,11 @@ def test_commands_take_a_budget(command: str, capsys: pytest.CaptureFixture[str]
             main([command, str(EXAMPLES / "plate_g82.nc"), *options])
         return int(ended.value.code or 0)
 
-    assert (status("--blocks", "53"), status()) == (0, 0)
+    assert (status("--max-blocks", "53"), status()) == (0, 0)
     capsys.readouterr()
-    assert status("--blocks", "52") == 2
+    assert status("--max-blocks", "52") == 2
     assert "more than 52 blocks and strokes" in "".join(capsys.readouterr())
-    assert status("--blocks", "0") == 2
+    assert status("--max-blocks", "0") == 2
 
 
 @pytest.mark.parametrize(

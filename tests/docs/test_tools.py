@@ -114,7 +114,7 @@ def test_the_page_of_commands_has_all_of_them() -> None:
     page = commands_page(app, "grind")
     for command in app.registered_commands:
         assert f"## `grind {command.callback.__name__.replace('_', '-')}`" in page
-    assert "```console\n$ grind check slot.nc --json\n```" in page
+    assert "```console\n$ grind check slot.nc\n$ grind check slot.nc --job slot.toml --json\n```" in page
 
 
 def test_pieces_of_a_text_that_a_cell_prints_are_one() -> None:

@@ -47,8 +47,8 @@ SETUPS = {
     "noise": Published(setup=600.0, load=5.0),
     "credit": Published(width=65.0, depth=0.03, lead=0.15, setup=120.0),
 }
-FASTEST = {"power_limited": 12.0, "wide_rails": 12.0}
-"""m/min; a faster table stalls a spindle of 5 kW in most blocks."""
+FASTEST = {"power_limited": 12_000.0, "wide_rails": 12_000.0}
+"""mm/min; a faster table stalls a spindle of 5 kW in most blocks."""
 STALL_SECONDS = 600.0
 GAUGE_SECONDS = 10.0
 """What the operator loses when the spindle has stalled, once a part."""
@@ -93,9 +93,9 @@ class Run(Course):
     def __init__(self, name: str) -> None:
         task = load_task(name)
         rng, shape = np.random.default_rng(0), (task.blocks, 64)
-        low, high = task.action.speed_range or (6.0, 21.0)
+        low, high = task.action.speed_range or (6000.0, 21_000.0)
         high = min(high, FASTEST.get(name, high))
-        speeds = 1000.0 * low * (high / low) ** rng.random(shape)
+        speeds = low * (high / low) ** rng.random(shape)
         # some episodes hardly dress, some do in every block
         executions = np.floor(rng.random(shape) * (task.action.executions + 1))
         executions[rng.random(shape) > rng.random(64) ** 2] = 0.0

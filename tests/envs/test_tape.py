@@ -46,7 +46,7 @@ def test_rows_drawn_block_by_block_are_those_of_the_whole_tape(name: str) -> Non
             # branches go on as the episodes that they were copied from
             branches = drawn.pick([2, 2])
             assert_same(simulation.with_full_tapes(branches).tape, tape[[2, 2]])
-        choice = 1000.0 * rng.uniform(*simulation.task.action.speed_ends, N), rng.integers(0, 2, N).astype(float)
+        choice = rng.uniform(*simulation.task.action.speed_ends, N), rng.integers(0, 2, N).astype(float)
         active = np.flatnonzero(~simulation.over(kept))
         for one, other in zip(
             simulation.step(kept, *choice, active=active), simulation.step(drawn, *choice, active=active), strict=True

@@ -15,7 +15,7 @@ from grind_env.policies.evaluation import roll_out, start_episodes
 from grind_env.policies.scripted.rules import Fixed
 from tests.examples import few
 
-DUE = "[due]\nblocks = 6\nspeed = 12.0\nslack = [0.7, 1.3]\nlate = 1.0\n\n[spread]"
+DUE = "[due]\nblocks = 6\nspeed = 12000\nslack = [0.7, 1.3]\nlate = 1.0\n\n[spread]"
 TEXT = {name: (tasks.FOLDER / f"{name}.toml").read_text(encoding="utf-8") for name in task_names()}
 
 
@@ -98,11 +98,11 @@ def test_a_base_has_a_base_of_its_own_in_its_own_folder(tmp_path: Path) -> None:
 def test_what_takes_the_place_of_another_key_of_the_base_drops_it(tmp_path: Path) -> None:
     put(
         tmp_path,
-        levels='base = "power_limited"\n[action]\nspeed_levels = [6, 12]',
+        levels='base = "power_limited"\n[action]\nspeed_levels = [6000, 12_000]',
         orders='base = "slot"\n[orders]\nmost_parts = 2',
     )
     levels, orders = (load_task(str(tmp_path / f"{name}.toml")) for name in ("levels", "orders"))
-    assert (levels.action.speed_range, levels.action.speed_levels) == (None, (6.0, 12.0))
+    assert (levels.action.speed_range, levels.action.speed_levels) == (None, (6000.0, 12_000.0))
     assert (orders.sequence, orders.nominal_sequence) == ((), ("slot",))
 
 
@@ -148,14 +148,14 @@ def test_a_slip_beside_a_base_is_named(own: str, parts: list[str], tmp_path: Pat
         ('title = "', 'kinds = []\ntitle = "', "kinds", ["there is no key kinds"]),
         ('title = "', 'file = "x"\ntitle = "', "file", ["there is no key file"]),
         (
-            "speed_range = [3.0, 30.0]",
-            "speed_range = [30.0, 3.0]",
+            "speed_range = [3000, 30000]",
+            "speed_range = [30000, 3000]",
             "action.speed_range",
-            ["two numbers", "1 to 60 m/min"],
+            ["two numbers", "1000 to 60000 mm/min"],
         ),
-        ("speed_range = [3.0, 30.0]", "speed_range = [3.0, 3.0]", "action.speed_range", ["leave a choice"]),
-        ("speed_range = [3.0, 30.0]", "speed_levels = []", "action.speed_levels", ["rising numbers"]),
-        ("speed_range", "speed_levels = [3.0]\nspeed_range", "action.speed_levels", ["give one of the two"]),
+        ("speed_range = [3000, 30000]", "speed_range = [3000, 3000]", "action.speed_range", ["leave a choice"]),
+        ("speed_range = [3000, 30000]", "speed_levels = []", "action.speed_levels", ["rising numbers"]),
+        ("speed_range", "speed_levels = [3000]\nspeed_range", "action.speed_levels", ["give one of the two"]),
         ("overrun = 30.0", "overrun = 30.0005", "setup.overrun", ["multiple of 0.001 mm"]),
         ("pick = 0.02", "", "kind.pick", ["kind 1: ", "kind.pick is missing"]),
         ("pick = 0.02", "pick = 0.0205", "kind.pick", ["multiple of 0.001 mm"]),
@@ -222,7 +222,7 @@ def test_what_a_file_leaves_out_has_its_default(tmp_path: Path) -> None:
     put(tmp_path, shop=KIND)
     task = load_task(str(tmp_path / "shop.toml"))
     assert (task.name, task.title, task.sequence, task.blocks, task.cycle) == ("shop", "shop", ("part",), 30, "G82")
-    assert (task.action.speed_range, task.action.executions, task.spread) == ((3.0, 30.0), 3, Spread())
+    assert (task.action.speed_range, task.action.executions, task.spread) == ((3000.0, 30_000.0), 3, Spread())
     usual = load_task("slot")
     assert (task.wheel, task.machine, task.dresser, task.fluid) == (
         usual.wheel,

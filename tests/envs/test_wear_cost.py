@@ -64,7 +64,7 @@ def test_no_block_costs_more_than_the_rest_of_the_wheel_its_change_and_the_scrap
     episodes = simulation.start([np.random.default_rng(i) for i in range(n)], given)
     rng, worst = np.random.default_rng(1), 0.0
     space = bounds(simulation.entries)
-    low, high = (1000.0 * speed for speed in task.action.speed_ends)
+    low, high = task.action.speed_ends
     scrap, change = max(kind.scrap for kind in task.kinds), task.wheel_change.price if task.wheel_change else 0.0
     while not simulation.over(episodes).all():
         running = ~simulation.over(episodes)

@@ -34,7 +34,7 @@ def test_a_wheel_may_be_dressed_away_in_a_program_of_the_control(more: dict[str,
 def fast_slot(tmp_path: Path) -> Path:
     """Slot with a table that is fast enough to wear a wheel away."""
     path = tmp_path / "fast.toml"
-    path.write_text('base = "slot"\n[action]\nspeed_range = [6, 30]\n', encoding="utf-8")
+    path.write_text('base = "slot"\n[action]\nspeed_range = [6000, 30000]\n', encoding="utf-8")
     return path
 
 

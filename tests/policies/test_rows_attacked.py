@@ -28,7 +28,7 @@ SEED = 31415926535897932384
 def good(tmp_path_factory: pytest.TempPathFactory) -> Document:
     """A row that holds."""
     folder, problem = tmp_path_factory.mktemp("good"), find_problem("oracle6")
-    write_row(folder / "row.json", row_of(evaluate("E9D1", problem, episodes=2), problem, "E9D1"))
+    write_row(folder / "row.json", row_of(evaluate("E9000D1", problem, episodes=2), problem, "E9000D1"))
     document: Document = json.loads((folder / "row.json").read_text())
     return document
 
@@ -200,7 +200,7 @@ from grind_env.policies.choices import Decision
 import numpy as np
 
 class Talker:
-    name, sees = "constant E 9 m/min, D 1", "measurements"
+    name, sees = "E9000D1", "measurements"
     def begin(self, simulation, n):
         print("one line " * 9)
         os.write(1, b"x" * 100)

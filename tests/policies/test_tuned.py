@@ -49,7 +49,7 @@ def test_parameters_of_another_task_version_are_none_and_say_what_tunes_them_ane
     path.write_text(path.read_text(encoding="utf-8").replace(f"task_version = {TASK_VERSION}\n", line), "utf-8")
     assert read_tuned("power_limited", tmp_path) == {}
     number = line.split()[-1] if line else "1"
-    command = f"python -m agents tune --task power_limited --policies adaptive_rule --configs {tmp_path}"
+    command = f"python -m agents tune --task power_limited --policies adaptive_rule --parameters {tmp_path}"
     with pytest.raises(ConfigError) as caught:
         make_policy("adaptive_rule", PLATES, tmp_path)
     assert str(caught.value) == (
@@ -189,7 +189,7 @@ def test_parameters_for_a_users_file_lie_below_the_folder_that_one_works_in(tmp_
     # another folder comes first
     tune(problem, ["interval"], folder=tmp_path / "other", runs=tmp_path / "runs", **FEW)
     assert list(read_tuned("shop", tmp_path / "other")) == ["interval"]
-    with pytest.raises(ConfigError, match=r"constant has no parameters in .*other/shop\.toml.* --configs .*other`"):
+    with pytest.raises(ConfigError, match=r"constant has no parameters in .*other/shop\.toml.* --parameters .*other`"):
         make_policy("constant", problem.simulation(), tmp_path / "other")
 
 

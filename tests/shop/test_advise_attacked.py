@@ -37,18 +37,18 @@ def refused(grind: Grind, folder: Path, *words: object, log: str | bytes = LOG) 
 )
 def test_bounds_that_are_none(bounds: tuple[str, str], grind: Grind, tmp_path: Path) -> None:
     said = refused(grind, tmp_path, "--bounds", *bounds)
-    assert "--bounds are" in said and "must lie between 3 and 30 m/min, in order" in said
+    assert "--bounds are" in said and "must lie between 3000 and 30000 mm/min, in order" in said
 
 
 @pytest.mark.parametrize("step", ["nan", "inf", "-inf", "0", "-1", "1", "101", "1e308", "9" * 400])
 def test_a_step_that_is_none(step: str, grind: Grind, tmp_path: Path) -> None:
-    assert "must be a factor above 1 and at most 100: try 1.25" in refused(grind, tmp_path, "--step", step)
+    assert "must be a factor above 1 and at most 100: try 1.25" in refused(grind, tmp_path, "--max-step", step)
 
 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("--step", "2", "--policy", "handbook"), "--step is of the default adviser: leave out"),
+        (("--max-step", "2", "--policy", "handbook"), "--max-step is of the default adviser: leave out"),
         (("--shadow", "--policy", "handbook"), "handbook has none: leave out --policy"),
         (("--shadow", "--write", "v.nc"), "--shadow looks on while others decide, and --write decides: leave one"),
     ],

@@ -35,10 +35,10 @@ ASSIGNED = (
 """Four words of the plate by variables."""
 
 
-def asked_for(text: str, folder: Path, vary: str | None = None, keep: tuple[int, ...] = ()) -> Variation:
+def asked_for(text: str, folder: Path, vary: str | None = None, fix: tuple[int, ...] = ()) -> Variation:
     path = folder / "part.nc"
     path.write_bytes(text.encode("latin-1"))
-    options = options_of(vary and vary.split(","), kept=keep, untried=True)
+    options = options_of(vary and vary.split(","), fixed=fix, untried=True)
     return variation_of(read_file(path), text_of(read_bytes(path)), SHOP, options, 2, 1)
 
 
@@ -162,7 +162,7 @@ def test_what_has_no_number_of_its_own_is_told_with_what_to_do(assigned: str, re
 
 def test_a_block_that_is_kept_keeps_what_others_read_with_it(folder: Path) -> None:
     text = PLATE.replace("N30", "#101=12000\nN30", 1).replace("E15000.", "E#101").replace("E9000.", "E#101")
-    asked = asked_for(text, folder, keep=(70,))
+    asked = asked_for(text, folder, fix=(70,))
     assert [each.name for each in asked.choices.variables] == ["D"]
     assert asked.choices.remarks == (
         "N50: E#101 is kept as it is; write a number there, or give it a variable of its own, for N70, which is kept, "
@@ -173,7 +173,7 @@ def test_a_block_that_is_kept_keeps_what_others_read_with_it(folder: Path) -> No
 def test_one_variable_for_two_kinds_of_words_is_kept(folder: Path) -> None:
     text = PLATE.replace("N30", "#101=1\nN30", 1).replace("D1", "D#101").replace("L4", "L#101")
     with pytest.raises(OptionError, match=r"N50: D#101 is kept .* this one is read in line 14, too"):
-        asked_for(text, folder, "D", keep=(70,))
+        asked_for(text, folder, "D", fix=(70,))
 
 
 def test_a_dress_interval_is_written_where_the_executions_are_assigned(folder: Path) -> None:

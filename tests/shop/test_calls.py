@@ -35,7 +35,7 @@ def test_no_parts_and_no_seed_are_refused(asked: dict[str, Any], said: str) -> N
         ({"bounds": {"E": (5000, float("inf"))}}, "is no range of E"),
         ({"bounds": {"E": (float("nan"), 5000)}}, "is no range of E"),
         ({"bounds": {"E": (9000, 8000)}}, r"begins above its end; write 8000\.\.9000"),
-        ({"keep": ["N80"]}, "--keep: 'N80' is no N word; give its number"),
+        ({"fix": ["N80"]}, "--fix: 'N80' is no N word; give its number"),
         ({"budget": "2min"}, "--budget: '2min' is no time; give the seconds"),
         ({"budget": -1}, "--budget: -1 is no time"),
     ],

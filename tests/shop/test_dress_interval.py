@@ -107,12 +107,12 @@ QUICK = ("--parts", "4", "--budget", "1000s", "--vary", "E")
 @pytest.mark.usefixtures("coarse_speeds")
 def test_a_part_takes_what_is_asked_of_it_at_most(tmp_path: Path, grind: Grind) -> None:
     known = *QUICK, "--job", known_job(tmp_path, "plate_g82")
-    status, out, _ = grind("optimise", PLATE, *known, "--for", "time", "--within", "cost=2.3", "--json")
+    status, out, _ = grind("optimise", PLATE, *known, "--objective", "time", "--constraint", "cost=2.3", "--json")
     told = json.loads(out)
     assert status == 0 and told["objective"] == "seconds"
     (requirement,) = told["requirements"]
     assert requirement["kept"] and requirement["after"] <= 2.3 < requirement["before"]
-    quickest = json.loads(grind("optimise", PLATE, *known, "--for", "time", "--json")[1])
+    quickest = json.loads(grind("optimise", PLATE, *known, "--objective", "time", "--json")[1])
     by_name = {each["name"]: each["after"]["value"] for each in quickest["quantities"]}
     within = {each["name"]: each["after"]["value"] for each in told["quantities"]}
     assert by_name["seconds"] <= within["seconds"]
@@ -120,7 +120,7 @@ def test_a_part_takes_what_is_asked_of_it_at_most(tmp_path: Path, grind: Grind) 
 
 @pytest.mark.usefixtures("coarse_speeds")
 def test_what_no_program_keeps_is_said(grind: Grind) -> None:
-    status, out, _ = grind("optimise", PLATE, *QUICK, "--within", "seconds=30")
+    status, out, _ = grind("optimise", PLATE, *QUICK, "--constraint", "seconds=30")
     assert status == 4
     assert "no program tried keeps the limits within 30 s a part; the nearest one takes" in out
 
@@ -128,13 +128,13 @@ def test_what_no_program_keeps_is_said(grind: Grind) -> None:
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (("--within", "minutes=2"), "--within: there is no 'minutes'; there are cost, seconds"),
-        (("--for", "speed"), "--for: there is no 'speed'; there are cost, time"),
+        (("--constraint", "minutes=2"), "--constraint: there is no 'minutes'; there are cost, seconds"),
+        (("--objective", "speed"), "--objective: there is no 'speed'; there are cost, time"),
         (
             ("--bounds", "interval=2..9"),
             "a dress every 2 to 9 parts; it may be from 1 to --parts, which is 4",
         ),
-        (("--within", "seconds=0"), "write a number above 0"),
+        (("--constraint", "seconds=0"), "write a number above 0"),
     ],
 )
 def test_wishes_that_are_none(options: tuple[str, ...], told: str, grind: Grind) -> None:

@@ -305,7 +305,7 @@ def test_without_the_time_for_one_trial_the_remedy_is_told(
 
 
 def test_where_time_does_not_bind_it_decides_nothing(executed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    options, found = options_of(("D",), {"D": (0, 1)}, kept=[70]), []
+    options, found = options_of(("D",), {"D": (0, 1)}, fixed=[70]), []
     monkeypatch.setitem(LOTS, LotUse.JUDGEMENT, 12)
     for pace in (0.001, 0.01):
         with monkeypatch.context() as patched:
@@ -322,14 +322,14 @@ def test_where_time_does_not_bind_it_decides_nothing(executed: Path, monkeypatch
         (["--bounds", "E=9000"], "'9000' is no range of E"),
         (["--bounds", "E=9000..8000"], "write 8000..9000"),
         (["--bounds", "E=9000..90000"], "40000 is the most here"),
-        (["--margin", "heat=.5"], "there are power, temp, Ra, size"),
+        (["--margin", "heat=.5"], "there are power, rise, Ra, size"),
         (
             ["--margin", "power=85"],
             "power=85 is 85 times the limit, and no share of it; write a number up to 1, such",
         ),
         (["--margin", "Ra=1.2"], "write a number up to 1"),
         (["--budget", "soon"], "write 60s, 2min or '2000 programs'"),
-        (["--keep", "N51"], "N51 is no cycle block"),
+        (["--fix", "N51"], "N51 is no cycle block"),
     ],
 )
 def test_options_that_cannot_be_read_are_told(

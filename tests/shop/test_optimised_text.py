@@ -96,11 +96,11 @@ def test_one_value_holds_for_all_calls_of_a_subprogram(folder: Path) -> None:
 
 def test_a_block_that_is_kept_stays_as_it_is() -> None:
     path = EXAMPLES / "plate_g82.nc"
-    options = options_of(("E", "D"), kept=[50], untried=True)
+    options = options_of(("E", "D"), fixed=[50], untried=True)
     found = variation_of(read_file(path), text_of(read_bytes(path)), load_job(path.with_suffix(".toml")), options, 1, 1)
     assert {each.place for each in found.choices.variables} == {"N70"}
     with pytest.raises(OptionError, match=r"N51 is no cycle block .* there are N50, N70"):
-        variation_of(found.programs, found.text, found.job, options_of(kept=[51]), 1, 1)
+        variation_of(found.programs, found.text, found.job, options_of(fixed=[51]), 1, 1)
 
 
 def test_an_expression_is_kept_with_the_remedy(tmp_path: Path) -> None:

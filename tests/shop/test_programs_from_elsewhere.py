@@ -114,7 +114,7 @@ def test_a_word_in_brackets_is_named_whole() -> None:
 
 def test_a_report_takes_what_a_run_takes(tmp_path: Path) -> None:
     path, page = FOLDER / "step_grind.nc", tmp_path / "page.html"
-    requests = ["--dress-at", "35", "--set", "#500=0", "--blocks", "9000", "--interrupt", "9100@60"]
+    requests = ["--dress-at", "35", "--set", "#500=0", "--max-blocks", "9000", "--interrupt", "9100@60"]
     assert status("run", path, *requests) == status("report", path, *requests, "-o", page) == 0
     assert "<td>operator</td>" in page.read_text(encoding="utf-8")
     assert status("report", path, "--set", "nothing", "-o", page) == 2

@@ -234,7 +234,7 @@ def test_a_variable_that_nothing_reads_is_told(folder: Path, capfd: pytest.Captu
         assert told in json.loads(capfd.readouterr().out)["remarks"]
     readings = folder / "readings.csv"
     readings.write_text("mean_power\n", encoding="utf-8")
-    words = ["--measurements", readings, "--state", folder / "state.json", "--policy", "E12D0", "--parts", "2"]
+    words = ["--measurements", readings, "--state", folder / "state.json", "--policy", "E12000D0", "--parts", "2"]
     assert status("advise", plate, *words, "--set", "#500=3") == 0
     assert told in capfd.readouterr().err
     with pytest.warns(UserWarning, match=re.escape(told)):

@@ -123,11 +123,11 @@ def main(episodes):
                 print(f"second node killed after {time.monotonic() - began:.1f} s", flush=True)
 
             Thread(target=kill_in_the_middle, daemon=True).start()
-            app([*WORK, *size, "--runs", str(folders["cluster"]), "--ray", address], standalone_mode=False)
+            app([*WORK, *size, "--cache", str(folders["cluster"]), "--ray", address], standalone_mode=False)
             print(f"{len(ended)} trials after {time.monotonic() - began:.1f} s")
         Study.cache = cache
         assert set(ended.values()) == {1}, ended
-        app([*WORK, *size, "--runs", str(folders["alone"]), "--jobs", "1"], standalone_mode=False)
+        app([*WORK, *size, "--cache", str(folders["alone"]), "--jobs", "1"], standalone_mode=False)
         assert rows(folders["cluster"]) == rows(folders["alone"])
     print(f"each of {len(ended)} trials ended once, the tables are equal")
 

@@ -26,8 +26,8 @@ from tests.test_printable import CONTROLS
 COMMANDS = (
     *("check part.nc --json", "trace part.nc", "run part.nc --record out.csv", "run part.nc --plot out.png", "facts"),
     *("run part.nc --json", "report part.nc -o out.html", "catalogue", "tasks", "tasks task.toml", "job --template"),
-    *("tasks grind/Rush-v0", "evaluate --policy E12D1 --episodes 2", "init made", "figure dress -o out.svg"),
-    *("play --policy E12D1 --no-window --output out.nc", "play --policy handbook", "--help", "", "run --help"),
+    *("tasks grind/Rush-v0", "evaluate --policy E12000D1 --episodes 2", "init made", "figure dress -o out.svg"),
+    *("play --policy E12000D1 --no-window --output out.nc", "play --policy handbook", "--help", "", "run --help"),
     *("advise part.nc --parts 2 --policy handbook", "calibrate settings.csv --job part.toml -o out.toml"),
     *("run missing.nc", "check missing.nc", "sweep part.nc --parts 2 --E 8000..9000 --dress-every 1..2 -o out.nc"),
 )

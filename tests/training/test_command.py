@@ -114,7 +114,7 @@ def test_a_program_that_only_the_control_can_execute_is_trained_on_and_said_to_b
     ("words", "said"),
     [
         (("--memory", "all"), "--memory is 'all', but must be one of none, stack, gru, belief, state"),
-        (("--budget", "1"), "--budget is 1, but must be a share between 0 and 1"),
+        (("--max-scrap", "1"), "--max-scrap is 1, but must be a share between 0 and 1"),
         (("--seed", "399"), "--seed is 399, but must be at most 398"),
         (("--parts", "2"), "'oracle6' is no part program: leave out its job and its parts"),
         (("--plant", "metre"), "there is no machine 'metre' (did you mean meter?)"),

@@ -40,7 +40,7 @@ def task_script(task: Task, kinds: Table) -> tuple[ScriptTables, Table, bool]:
 
 def _script_of(task: Task, kind: Kind) -> Script:
     """The script of a block on a part of its own."""
-    block = CycleBlock(replace(kind, starts_part=True), 0.0, kind.stock, 1000.0 * task.action.speed_ends[0])
+    block = CycleBlock(replace(kind, starts_part=True), 0.0, kind.stock, task.action.speed_ends[0])
     programs, job, stands = read(program_of(task, [block])), job_of(task, [block]), (0.0, 0.0, 0.0)
     events = execute(programs, replace(job.control, announce_cycles=True))
     for event in events:

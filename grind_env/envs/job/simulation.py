@@ -69,8 +69,7 @@ def ranges_of(picks: Sequence[float] = (), spark_outs: Sequence[int] = ()) -> Ra
         picks: the lowest and the highest J, mm; none for those of the program.
         spark_outs: the same of L.
     """
-    low, high = ACTION.speed_ends
-    return Ranges(E=(1000.0 * low, 1000.0 * high), J=picks, L=spark_outs)
+    return Ranges(E=ACTION.speed_ends, J=picks, L=spark_outs)
 
 
 class JobSimulation(Simulation):

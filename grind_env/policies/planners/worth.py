@@ -238,7 +238,7 @@ def worth(simulation: Simulation) -> Worth:
     period, margin, dates, late, work = 0, np.zeros(1), np.ones((1, 1)), np.zeros(1), np.zeros(len(found.rows))
     if task.due is not None:
         period = task.due.blocks
-        work = simulation.branches.seconds(found.rows, np.full(len(found.rows), 1000.0 * task.due.speed))
+        work = simulation.branches.seconds(found.rows, np.full(len(found.rows), task.due.speed))
         usual = float(work.mean()) * period
         margin = usual * np.linspace(*MARGIN, MARGINS)
         slack = np.linspace(*task.due.slack, 2 * DATES + 1)[1::2]

@@ -70,7 +70,7 @@ def open_session(
 ) -> Session:
     """Return a session before its first block."""
     if by not in (BLOCK, PART):
-        raise AdviceError(f"--by is {quoted(by)}, but must be {BLOCK} or {PART}")
+        raise AdviceError(f"--rows is {quoted(by)}, but must be {BLOCK} or {PART}")
     if shadow and values is not None:
         raise AdviceError("--shadow looks on while others decide, and --write decides: leave one of them out")
     if follow and measurements is None:

@@ -49,7 +49,7 @@ def check_free(simulation: JobSimulation, path: Path) -> None:
     others = [each for each in programs if each is not programs.find(written)]
     lines = [source for each in others for source in each.blocks]
     for number, block in _of_first_part(simulation):
-        # each block may stand alone: with --by block the numbers of the first one are written
+        # each block may stand alone: with --rows block the numbers of the first one are written
         for letter, variable in zip((speed_word(block.plan), "D"), variables_of(block, number), strict=True):
             own = re.compile(rf"(?<![A-Z]){letter}\s*#\s*{variable}(?!\d)")
             said = own.search(block.block.source.text.upper()) is not None
@@ -73,7 +73,7 @@ def check_variables(simulation: JobSimulation) -> None:
             if variable in taken:
                 raise AdviceError(
                     f"blocks {taken[variable] + 1} and {number + 1} of one part both read #{variable}: give each "
-                    "its own variables, or advise --by block"
+                    "its own variables, or advise --rows block"
                 )
             taken[variable] = number
 

@@ -13,8 +13,8 @@ from grind_env.shop.commands.sweep import sweep
 
 EXAMPLES: dict[Callable[..., None], tuple[str, ...]] = {
     init: ("grind init my_part", "grind init rail && grind run rail/part.nc"),
-    job: ("grind job --template > plate.toml",),
-    catalogue: ("grind catalogue wheel a60j",),
+    job: ("grind job --template", "grind job --template > plate.toml"),
+    catalogue: ("grind catalogue wheel a60j", "grind catalogue --file shop.toml --json"),
     report: ("grind report plate.nc", "grind report plate.nc --job steel.toml -o steel.html"),
     optimise: ("grind optimise plate.nc -o better.nc", "grind optimise plate.nc --vary E,D,J --margin power=.85"),
     sweep: ("grind sweep plate.nc --plot plate.png", "grind sweep plate.nc --E 8000..24000 --dress-every 1..20"),
@@ -23,8 +23,8 @@ EXAMPLES: dict[Callable[..., None], tuple[str, ...]] = {
         "grind calibrate log.csv --program plate.nc --job plate.toml -o shop.toml",
         "grind calibrate settings.csv --job plate.toml --report fit.html",
     ),
-    warm_up: ("grind warm-up",),
-    doctor: ("grind doctor",),
+    warm_up: ("grind warm-up", "NUMBA_CACHE_DIR=/shared/cache grind warm-up"),
+    doctor: ("grind doctor", "grind doctor --json"),
 }
 
 

@@ -13,41 +13,37 @@ from grind_env.shop.commands.arguments import BATCH, FirstVariables, JobFile, Ot
 def advise(
     program: ProgramFile,
     job: JobFile = None,
-    policy: Annotated[
-        str | None,
-        typer.Option(help="A name, E12D0, or a .safetensors file."),
-        FILE,
-    ] = None,
+    policy: Annotated[str | None, typer.Option(help="Policy, E12000D0 or agent file; default adviser."), FILE] = None,
     other_part: OtherPart = False,
-    parts: Annotated[int, typer.Option(help="Parts of the batch.")] = BATCH,
+    parts: Annotated[int, typer.Option(help="Parts in a batch.")] = BATCH,
     variables: FirstVariables = None,
-    by: Annotated[str, typer.Option(help="Rows are of a block or a part.")] = "block",
-    measurements: Annotated[Path | None, typer.Option(help="CSV with a row for each block or part."), FILE] = None,
-    follow: Annotated[bool, typer.Option("--follow", help="Wait for further rows of that file.")] = False,
+    rows: Annotated[str, typer.Option(help="A row of readings is a block or a part.")] = "block",
+    measurements: Annotated[Path | None, typer.Option(help="Readings (.csv), a row a block or part."), FILE] = None,
+    follow: Annotated[bool, typer.Option("--follow", help="Wait for further rows of the file.")] = False,
     plant: Plant = None,
     state: Annotated[
         Path | None,
-        typer.Option(help="State; usually PROGRAM with .advise.json."),
+        typer.Option(help="State; default PROGRAM with .advise.json."),
         Writes(usual=".advise.json", own=STATE, always=True, beside={".csv": LOG}),
     ] = None,
     write: Annotated[
         Path | None,
-        typer.Option(help="Write E and D as #101=... into this file."),
+        typer.Option(help="Write E and D as #101=... to this file."),
         Writes(own=VALUES, always=True, called=True),
     ] = None,
-    step: Annotated[float, typer.Option(help="Factor by which E rises at most.")] = 1.25,
+    max_step: Annotated[float, typer.Option(help="Largest rise of E, a factor.")] = 1.25,
     bounds: Annotated[
-        tuple[float, float] | None, typer.Option(metavar="LOW HIGH", help="Lowest and highest E, m/min.")
+        tuple[float, float] | None, typer.Option(metavar="LOW HIGH", help="Lowest and highest E, mm/min.")
     ] = None,
-    shadow: Annotated[bool, typer.Option("--shadow", help="Look on, and compare forecasts with readings.")] = False,
-    restart: Annotated[bool, typer.Option("--restart", help="Forget the state, and begin anew.")] = False,
-    why: Annotated[bool, typer.Option("--why", help="Say what is behind the advice.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print advice as JSON objects, one a line.")] = False,
+    shadow: Annotated[bool, typer.Option("--shadow", help="Only compare forecasts with readings.")] = False,
+    restart: Annotated[bool, typer.Option("--restart", help="Discard the state and start again.")] = False,
+    explain: Annotated[bool, typer.Option("--explain", help="Print the reasons of each advice.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON objects, one a line.")] = False,
 ) -> None:
-    """Advise at the machine on E and D of the next block, from readings.
+    """Recommend E and D of the next block from measurements.
 
-    Readings: mean_power, first_power, peak_power (W above idle), E, D; of a finished part size_error, Ra, Ra_before
-    (um), burn (1 or 0), diameter (mm), new_lot, new_wheel. All may be missing. A session resumes where it stopped.
+    Readings: mean_power, first_power, peak_power (W above idle), E (mm/min), D; of a finished part size_error, Ra,
+    Ra_before (um), burn (1 or 0), diameter (mm), new_lot, new_wheel. All are optional. Sessions resume.
     """
     from grind_env.control.options import variables_of
     from grind_env.shop.advise.command import AdviceRequest, open_session, rehearse
@@ -61,10 +57,10 @@ def advise(
         other_part=other_part,
         parts=parts,
         variables=variables_of(variables or ()),
-        step=step,
+        step=max_step,
         bounds=bounds,
         as_json=as_json,
-        why=why,
+        why=explain,
     )
     if plant is not None:
         others = {"--measurements": measurements, "--write": write, "--shadow": shadow, "--restart": restart}
@@ -72,7 +68,7 @@ def advise(
         return
     with held(state):
         session = open_session(
-            request, by=by, measurements=measurements, follow=follow, state=state, values=write, shadow=shadow
+            request, by=rows, measurements=measurements, follow=follow, state=state, values=write, shadow=shadow
         )
         if restart:
             session.begin()

@@ -10,26 +10,30 @@ from grind_env.arguments import JOB, PROGRAM, Asked, Writes
 BATCH = 30
 """Parts of a batch that is advised on, if their number is not given."""
 
-ProgramFile = Annotated[Path, typer.Argument(metavar="PROGRAM", help="Part program, a text file."), PROGRAM]
-JobFile = Annotated[Path | None, typer.Option("--job", help="Job file; PROGRAM with .toml if not given."), JOB]
-Runs = Annotated[int, typer.Option(min=1, max=1000, help="Runs of a batch.")]
-ReportFile = Annotated[Path | None, typer.Option("--report", help="Write the result up as this .html file."), Writes()]
-PlotFile = Annotated[Path | None, typer.Option("--plot", help="Draw it into this .png, .svg or .pdf file."), Writes()]
-AsJson = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")]
-Seed = Annotated[int, typer.Option(min=0, help="Of lots and search.")]
-BlockDelete = Annotated[bool, typer.Option("--block-delete", help="Skip blocks that begin with '/'.")]
-Blocks = Annotated[int | None, typer.Option(help="Most blocks and strokes; usually 500000.")]
-GrooveRetract = Annotated[float | None, typer.Option(help="Of G76 and G77, mm; usually 0.5 (0.02 in by G70).")]
-Variables = Annotated[
-    list[str] | None, typer.Option("--set", help="# variable at the start, '#101=15000'; repeatable.")
+ProgramFile = Annotated[Path, typer.Argument(metavar="PROGRAM", help="Part program (.nc)."), PROGRAM]
+JobFile = Annotated[Path | None, typer.Option("--job", help="Job file; default PROGRAM with .toml."), JOB]
+Runs = Annotated[int, typer.Option(min=1, max=1000, help="Parts in a batch.")]
+ReportFile = Annotated[Path | None, typer.Option("--report", help="Write a report to this .html file."), Writes()]
+PlotFile = Annotated[
+    Path | None, typer.Option("--plot", help="Write a figure to this .png, .svg or .pdf file."), Writes()
 ]
-FirstVariables = Annotated[list[str] | None, typer.Option("--set", help="# variable before the first part: '#500=0'.")]
-Plant = Annotated[str | None, typer.Option(help="Another machine: meter:7, held-out:5, module:name.")]
-OtherPart = Annotated[bool, typer.Option("--other-part", help="Accept an agent of another part.")]
-Untried = Annotated[bool, typer.Option("--untried", help="The program has never ground good parts here.")]
-DressAt = Annotated[list[float] | None, typer.Option(help="The operator asks for a dress then, s; repeatable.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of the random numbers.")]
+BlockDelete = Annotated[bool, typer.Option("--block-delete", help="Skip blocks that begin with '/'.")]
+MaxBlocks = Annotated[int | None, typer.Option(help="Most blocks and strokes to execute; default 500000.")]
+GrooveRetract = Annotated[float | None, typer.Option(help="Retract of G76 and G77, mm; default 0.5.")]
+Variables = Annotated[
+    list[str] | None, typer.Option("--set", help="# variable at the start: '#101=15000'; repeatable.")
+]
+FirstVariables = Annotated[
+    list[str] | None, typer.Option("--set", help="Set a # variable before the first part: '#500=0'.")
+]
+Plant = Annotated[str | None, typer.Option(help="Simulated machine: meter:7, held-out:5, module:name.")]
+OtherPart = Annotated[bool, typer.Option("--other-part", help="Accept an agent trained on another part.")]
+Untried = Annotated[bool, typer.Option("--untried", help="The program has not yet ground good parts here.")]
+DressAt = Annotated[list[float] | None, typer.Option(help="Time of a dress request, s; repeatable.")]
 Interrupts = Annotated[
-    list[str] | None, typer.Option("--interrupt", help="And for O9200 at 12.5 s: 9200@12.5; repeatable."), Asked()
+    list[str] | None, typer.Option("--interrupt", help="Run O9200 at 12.5 s: 9200@12.5; repeatable."), Asked()
 ]
 
 

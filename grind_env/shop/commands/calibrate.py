@@ -15,32 +15,32 @@ NOT_TO_USE = 3
 
 
 def calibrate(
-    job: Annotated[Path, typer.Option(help="Job file."), JOB],
+    job: Annotated[Path, typer.Option(help="Job file (.toml)."), JOB],
     log: Annotated[
-        Path | None,
-        typer.Argument(metavar="[LOG]", help="Log of the spindle's power, or a table of settings."),
-        FILE,
+        Path | None, typer.Argument(metavar="[LOG]", help="Log of spindle power, or table of settings (.csv)."), FILE
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Write the catalogue to this .toml file."), Writes()
+        Path | None, typer.Option("--output", "-o", help="Write the fitted catalogue to this .toml file."), Writes()
     ] = None,
     program: Annotated[
-        Path | None, typer.Option(help="That was logged; without it LOG is a table of settings."), PROGRAM
+        Path | None, typer.Option(help="Program that was logged; without it LOG is a table."), PROGRAM
     ] = None,
-    gauge: Annotated[Path | None, typer.Option(help="What was measured of the parts, a row each."), FILE] = None,
-    map_file: Annotated[Path | None, typer.Option("--map", help="Which column is what, a .toml file."), FILE] = None,
-    names: Annotated[str, typer.Option("--fit", help="Constants with commas between, or what the log tells.")] = "auto",
-    force: Annotated[bool, typer.Option("--force", help="Write it, too, where the catalogue predicts better.")] = False,
+    gauge: Annotated[Path | None, typer.Option(help="Measurements of parts, a row each (.csv)."), FILE] = None,
+    map_file: Annotated[Path | None, typer.Option("--columns", help="Names of the columns (.toml)."), FILE] = None,
+    names: Annotated[str, typer.Option("--fit", help="Constants to fit, with commas between.")] = "auto",
+    force: Annotated[
+        bool, typer.Option("--force", help="Write it even where the old catalogue predicts better.")
+    ] = False,
     plan: Annotated[
-        Path | None, typer.Option(help="Write a program to log, made of --program, into this file."), Writes()
+        Path | None, typer.Option(help="Write a test program, made of --program, to this file."), Writes()
     ] = None,
     report: ReportFile = None,
     as_json: AsJson = False,
 ) -> None:
-    """Fit the process model to a log of spindle power or to a table of settings.
+    """Fit the process model to a power log or a table of settings.
 
-    A job takes the result up by [catalogue] files = ["shop.toml"]. Columns and maps: docs/howto/shop.md.
-    Exit status 3: the model must not be used, for the catalogue predicts parts that are left out better.
+    A job uses the result by [catalogue] files = ["shop.toml"]. Columns: docs/howto/shop.md.
+    Exit status 3: do not use the fit; the old catalogue predicts left-out parts better.
     """
     from rich.console import Console
 

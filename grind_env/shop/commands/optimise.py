@@ -29,32 +29,29 @@ NOT_BETTER, INFEASIBLE = 3, 4
 def optimise(
     program: ProgramFile,
     job: JobFile = None,
-    vary: Annotated[
-        str | None,
-        typer.Option(help="E, D, J, L, lead, depth, passes, interval; usually E, D, interval."),
-    ] = None,
-    bounds: Annotated[list[str] | None, typer.Option(help="Ranges: E=5000..25000,interval=1..8.")] = None,
-    margin: Annotated[
-        list[str] | None, typer.Option(help="Share of limits to keep: power=.85,temp=.8,size=.7.")
-    ] = None,
-    confidence: Annotated[float, typer.Option(help="Probability of keeping limits.")] = 0.95,
+    vary: Annotated[str | None, typer.Option(help="E,D,J,L,lead,depth,passes,interval; default E,D,interval.")] = None,
+    bounds: Annotated[list[str] | None, typer.Option(help="Ranges, E in mm/min: E=5000..25000,interval=1..8.")] = None,
+    margin: Annotated[list[str] | None, typer.Option(help="Share of each limit to use: power=.85; default 1.")] = None,
+    confidence: Annotated[float, typer.Option(help="Probability of keeping a limit.")] = 0.95,
     untried: Untried = False,
-    keep: Annotated[list[str] | None, typer.Option(help="Cycle blocks that stay as they are: N80.")] = None,
-    within: Annotated[list[str] | None, typer.Option(help="Highest mean of a part: seconds=75,cost=2.5.")] = None,
-    objective: Annotated[str, typer.Option("--for", help="Minimise cost or time.")] = "cost",
+    fix: Annotated[list[str] | None, typer.Option(help="Cycle blocks not to change: N80.")] = None,
+    constraint: Annotated[
+        list[str] | None, typer.Option(help="Highest mean of a part, s or $: seconds=75,cost=2.5.")
+    ] = None,
+    objective: Annotated[str, typer.Option(help="What to minimise: cost or time.")] = "cost",
     parts: Runs = 50,
     budget: Annotated[str, typer.Option(help="60s, 2min or '2000 programs'.")] = "60s",
     seed: Seed = 1,
     variables: FirstVariables = None,
     plant: Plant = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Write the program here, if it is better."), Writes()
+        Path | None, typer.Option("--output", "-o", help="Write the better program to this file."), Writes()
     ] = None,
     plot: PlotFile = None,
     report: ReportFile = None,
     as_json: AsJson = False,
 ) -> None:
-    """Optimise a part program: E and D for a lower cost per part within limits.
+    """Optimise a part program: E and D for a lower cost per part.
 
     The new program is written only if it is significantly cheaper and keeps limits and risk (docs/howto/shop.md).
     Exit status 3: nothing better, or the model scraps the program as it is; 4: none keeps the limits.
@@ -78,8 +75,8 @@ def optimise(
         vary=None if vary is None else search_options.listed([vary]),
         bounds=search_options.named("--bounds", bounds or (), search_options.ends),
         margin=search_options.named("--margin", margin or (), search_options.number),
-        keep=[search_options.label(each) for each in search_options.listed(keep or ())],
-        within=search_options.named("--within", within or (), search_options.number),
+        fix=[search_options.label(each) for each in search_options.listed(fix or ())],
+        constraint=search_options.named("--constraint", constraint or (), search_options.number),
         objective=objective,
         parts=parts,
         budget=seconds,

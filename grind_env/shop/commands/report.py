@@ -8,11 +8,11 @@ import typer
 from grind_env.arguments import Writes
 from grind_env.shop.commands.arguments import (
     BlockDelete,
-    Blocks,
     DressAt,
     GrooveRetract,
     Interrupts,
     JobFile,
+    MaxBlocks,
     Plant,
     ProgramFile,
     Variables,
@@ -25,20 +25,21 @@ def report(
     job: JobFile = None,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="The .html file; usually PROGRAM with .html."),
+        typer.Option("--output", "-o", help="The .html file; default PROGRAM with .html."),
         Writes(usual=SUFFIXES[0], own=PAGE),
     ] = None,
     block_delete: BlockDelete = False,
-    blocks: Blocks = None,
+    max_blocks: MaxBlocks = None,
     groove_retract: GrooveRetract = None,
     variables: Variables = None,
     dress_at: DressAt = None,
     interrupts: Interrupts = None,
     plant: Plant = None,
 ) -> None:
-    """Grind with a program and write one HTML page that works offline.
+    """Simulate a program and write an HTML report.
 
-    Verdict, margin to each limit, blocks, plots, parts, dresses, cost, warnings. Needs the extra [shop].
+    The report has the verdict, margins to limits, blocks, plots, parts, dresses, cost and warnings, and works offline.
+    Needs the extra [shop].
     """
     from grind_env.control.options import variables_of
     from grind_env.errors import printable
@@ -49,7 +50,7 @@ def report(
         job,
         output,
         block_delete=block_delete,
-        blocks=blocks,
+        blocks=max_blocks,
         groove_retract=groove_retract,
         variables=variables_of(variables or ()),
         dress_at=dress_at or (),

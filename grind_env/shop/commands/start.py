@@ -11,11 +11,13 @@ from grind_env.terminal import table_console
 
 
 def init(
-    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Is made if need be."), Keeps()],
+    folder: Annotated[
+        Path, typer.Argument(metavar="FOLDER", help="Folder to write; created if it is missing."), Keeps()
+    ],
 ) -> None:
-    """Write a program, its job, a catalogue, a notebook and a sample log that run.
+    """Write an example: program, job, catalogue, notebook, log.
 
-    The log is made up, for `grind calibrate`: a log of your spindle takes its place. Nothing is overwritten.
+    The log is an invented example for `grind calibrate`; replace it by a log of your spindle. No file is overwritten.
     """
     from grind_env.errors import printable
     from grind_env.shop.start.folder import start_folder
@@ -26,9 +28,9 @@ def init(
 
 
 def job(
-    template: Annotated[bool, typer.Option("--template", help="Print a job file that runs, with every key.")] = False,
+    template: Annotated[bool, typer.Option("--template", help="Print a complete job file.")] = False,
 ) -> None:
-    """Print a job file with every key: unit, range, meaning and default."""
+    """Print a job file with every key, its unit, range and default."""
     from grind_env.errors import GrindError
     from grind_env.shop.start.folder import job_template
 
@@ -39,11 +41,13 @@ def job(
 
 def catalogue(
     kind: Annotated[str | None, typer.Argument(help="material, wheel, dresser, fluid or machine.")] = None,
-    name: Annotated[str | None, typer.Argument(help="An entry of that kind.")] = None,
-    file: Annotated[list[Path] | None, typer.Option(help="A catalogue of yours on top; repeatable."), FILE] = None,
+    name: Annotated[str | None, typer.Argument(help="Name of the entry.")] = None,
+    file: Annotated[
+        list[Path] | None, typer.Option(help="Your catalogue (.toml), read in addition; repeatable."), FILE
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """List materials, wheels, dressers, fluids and machines, or show an entry: values, units, ranges and source."""
+    """List or show materials, wheels, dressers, fluids and machines."""
     from grind_env.shop.entries import catalogue_data, print_catalogue
 
     if as_json:
@@ -55,10 +59,9 @@ def catalogue(
 def doctor(
     as_json: Annotated[bool, typer.Option("--json", help="Print a JSON list.")] = False,
 ) -> None:
-    """Look over the installation: versions, compiled kernels, speed, extras, and how to get what is missing.
+    """Check the installation: versions, kernels, speed, extras.
 
-    The speed is that of the compiled process on this machine, while nothing else runs. An extra that is missing is no
-    fault: the last column says how it is installed.
+    A missing extra is no error; the last column says how to install it.
     """
     from grind_env.shop.doctor import findings
     from grind_env.table import Column, table_of
@@ -72,10 +75,9 @@ def doctor(
 
 
 def warm_up() -> None:
-    """Compile what `grind run`, `grind optimise` and the environments need, so that nobody waits for it later.
+    """Compile all kernels now, so that later commands start at once.
 
-    A line for each example, environment and search: seconds, and kernels that are new. They are kept in the user's
-    cache, or below NUMBA_CACHE_DIR. Policies and networks compile a few kernels more when they are first judged.
+    The cache is the user's, or NUMBA_CACHE_DIR. Policies and networks compile a few kernels more at their first use.
     """
     from rich.console import Console
     from rich.progress import track

@@ -24,27 +24,27 @@ from grind_env.terminal import table_console
 def sweep(
     program: ProgramFile,
     job: JobFile = None,
-    speed: Annotated[str | None, typer.Option("--E", help="Of the first block, mm/min; usually half to twice.")] = None,
-    every: Annotated[
-        str | None, typer.Option("--dress-every", help="Parts from dress to dress; usually 1..20.")
+    speed: Annotated[
+        str | None, typer.Option("--E", help="E of the first block, mm/min; default half to twice.")
     ] = None,
-    lead: Annotated[str | None, typer.Option(help="Of the dress, mm a revolution: .05..0.2.")] = None,
-    depth: Annotated[str | None, typer.Option(help="Of the dress, mm a pass: .005..0.03.")] = None,
+    every: Annotated[
+        str | None, typer.Option("--dress-every", help="Parts from dress to dress; default 1..20.")
+    ] = None,
+    lead: Annotated[str | None, typer.Option(help="Dress lead, mm a revolution: .05..0.2.")] = None,
+    depth: Annotated[str | None, typer.Option(help="Dress depth, mm a pass: .005..0.03.")] = None,
     parts: Runs = 50,
     seed: Seed = 1,
     output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", help="Write the program of the cheapest point here."),
-        Writes(),
+        Path | None, typer.Option("--output", "-o", help="Write the cheapest program to this file."), Writes()
     ] = None,
     variables: FirstVariables = None,
     untried: Untried = False,
     plot: PlotFile = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show cost and limits over E and dress interval, then over lead and depth.
+    """Show cost and limits over E, dress interval, lead and depth.
 
-    The last column names the worst limit that 95 of 100 parts do not keep, or risk (docs/howto/shop.md).
+    The last column names the worst limit that more than 5 % of parts exceed, or risk (docs/howto/shop.md).
     Exit status 3: with -o no point costs less, or the model scraps the program as it is.
     """
     from grind_env.control.options import variables_of

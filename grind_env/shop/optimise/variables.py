@@ -116,9 +116,9 @@ def choices_of(
     """What can be varied in a program."""
     blocks, remarks = simulation.blocks, []
     labels = {block.block.place.block for block in blocks}
-    for label in sorted(options.kept - labels):
+    for label in sorted(options.fixed - labels):
         known = listed([f"N{each}" for each in sorted(labels)])
-        raise OptionError(f"--keep: N{label} is no cycle block of {simulation.programs.name}; there are {known}")
+        raise OptionError(f"--fix: N{label} is no cycle block of {simulation.programs.name}; there are {known}")
     names = tuple(name for name in options.words if name != INTERVAL)
     if simulation.script is None:
         names = tuple(name for name in names if name not in IN_SCRIPTS)
@@ -244,7 +244,7 @@ def _assigned(
     found: dict[tuple[int | None, SourceText], Spot | str] = {}
     for (variable, _), outlines in readers.items():
         sources = [each.block.source for each in outlines]
-        kept = next((_label(each) for each in outlines if each.block.place.block in options.kept), None)
+        kept = next((_label(each) for each in outlines if each.block.place.block in options.fixed), None)
         if kept is not None:
             at: Spot | str = f"give it a variable of its own, for {kept}, which is kept, reads this one, too"
         elif len({each.inch for each in outlines}) > 1:
@@ -266,7 +266,7 @@ def _usable(
 ) -> bool:
     """Whether a word may be changed, with a remark where it cannot, and what to do besides writing a number there."""
     source, label = outline.block.source, _label(outline)
-    if outline.block.place.block in options.kept:
+    if outline.block.place.block in options.fixed:
         return False
     if source.file != programs.name:
         remarks.append(f"{label} stands in {source.file} and is kept as it is; put its program into {programs.name}")

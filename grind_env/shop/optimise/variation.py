@@ -209,14 +209,14 @@ class Variation(NamedTuple):
 
         The last one is the share of `most_risk` that `risk` takes.
         """
-        means = [getattr(found, name).mean(axis=1) / most for name, most in self.options.within.items()]
+        means = [getattr(found, name).mean(axis=1) / most for name, most in self.options.constraint.items()]
         return np.column_stack(
             [found.ratios / self.margins, *means, self.risk(trials, found, old) / most_risk(self.job)]
         )
 
     def risk(self, trials: Trials, found: Measures, old: Measures) -> Array:
         """As of `trials.risk`; 0 where the program as it is misses a wish, for which more may be paid."""
-        if any(getattr(old, name).mean() > most for name, most in self.options.within.items()):
+        if any(getattr(old, name).mean() > most for name, most in self.options.constraint.items()):
             return np.zeros(len(found.cost))
         return risk(trials, found, old, self.options.quantity)
 
