@@ -9,7 +9,7 @@ from grind_env.process.state import StrokeResult
 from grind_env.validation import data
 from grind_env.validation.entry_fields import idle_fields
 from grind_env.validation.quantities import ROUGHING, STEADY, settled_roughness, threshold_force, wear_depth
-from grind_env.validation.rig import NO_GROWTH, Grinder, Rig, grind_plate
+from grind_env.validation.rig import NO_GROWTH, Grinder, Rig, crossing, grind_plate
 from grind_env.validation.slopes import exponent
 
 DULL, HALF_DULL = 0.04, 0.03
@@ -140,12 +140,8 @@ def burn_threshold_error(rig: Rig) -> float:
 
 
 def _dull_to_burn(rig: Rig) -> Grinder:
-    """Make a wheel with the wear-flat area at which the burn ratio of its steady stroke is 1; found by bisection."""
-    low, high = 0.005, 0.14
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if rig.dulled(middle).grind(STEADY).Br < 1.0 else (low, middle)
-    return rig.dulled(high)
+    """Make a wheel with the wear-flat area at which the burn ratio of its steady stroke is 1."""
+    return rig.dulled(crossing(lambda flats: rig.dulled(flats).grind(STEADY).Br - 1.0, 0.005, 0.14))
 
 
 def flats_at_burn(rig: Rig) -> float:

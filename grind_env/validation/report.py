@@ -14,6 +14,7 @@ from rich.text import Text
 from grind_env.files import csv_cell, write_atomically
 from grind_env.table import Cell, Column, table_of
 from grind_env.validation import GROUPS, Evidence, Row, is_as_known, known_failures, unfit_uses
+from grind_env.validation.mutations import LEAST, Noticed
 from grind_env.validation.rig import CONDITIONS
 
 WIDTH = 120
@@ -103,6 +104,34 @@ def print_report(rows: Sequence[Row], console: Console) -> None:
         console.print(f"- {use}: {why}.")
     console.print()
     console.print(totals(rows))
+
+
+MUTATION_COLUMNS = (
+    Column(
+        "law, noticed by",
+        lambda found: Cell(found.law.name, "" if found.as_known else "bad", _noticing(found)),
+        wrap=True,
+    ),
+    Column("decides", "law.decides", wrap=True),
+    Column("rows", lambda found: len(found.rows), right=True),
+)
+
+
+def _noticing(found: Noticed) -> str:
+    """The rows that notice a changed law, and why they are few."""
+    return "\n".join(filter(None, ("; ".join(found.rows), found.law.known and f"why: {found.law.known}")))
+
+
+def print_mutations(found: Sequence[Noticed], console: Console) -> None:
+    """Print what notices each changed law, and how many are noticed."""
+    table_of(MUTATION_COLUMNS, found, "Laws of the process, changed one at a time").print(console, **LOOK)
+    enough = sum(len(each.rows) >= LEAST for each in found)
+    idle = sum(not each.law.decides for each in found)
+    wrong = sum(not each.as_known for each in found)
+    console.print(
+        f"{len(found)} laws, of which {idle} carry no decision: {enough} are noticed by {LEAST} rows or more; "
+        f"{wrong} not as known"
+    )
 
 
 def write_csv(rows: Sequence[Row], path: Path) -> None:
