@@ -22,33 +22,27 @@ OF_ENTRIES = "idle fields"
 
 
 class Law(NamedTuple):
-    """A change of a law of the process; the fields are the columns of `laws.csv`.
-
-    Attributes:
-        name: what the law is after the change.
-        function: its function, below `grind_env.process`.
-        old: text that stands once in the source of the function.
-        new: what takes its place.
-        decides: the decision of a shop that the law carries; "" for none.
-        known: why fewer than `LEAST` rows notice it; "" where as many have to.
-    """
+    """A law of the process after a change; the fields are the columns of `laws.csv`."""
 
     name: str
     function: str
+    """Below `grind_env.process`."""
     old: str
+    """Stands once in the source of the function."""
     new: str
     decides: str = ""
+    """The decision of a shop that the law carries; "" for none."""
     known: str = ""
+    """Why fewer than `LEAST` rows notice the law; "" where as many have to."""
 
-    @property
     def original(self) -> Any:
-        """The function as the process has it."""
+        """Return the function as the process has it."""
         module, _, name = self.function.rpartition(".")
         return getattr(import_module(f"grind_env.process.{module}"), name)
 
     def source(self) -> str:
         """Return the source of the changed function."""
-        text = inspect.getsource(self.original)
+        text = inspect.getsource(self.original())
         if (count := text.count(self.old)) != 1:
             said = f"{self.function} has {self.old!r} {count} times"
             raise GrindError(f"laws.csv: {self.name}: {said}; write a text that stands there once")
@@ -73,7 +67,7 @@ class Noticed(NamedTuple):
 @contextmanager
 def changed(law: Law) -> Iterator[None]:
     """Change a law for a while, wherever its function is called from; only where nothing is compiled."""
-    function = law.original
+    function = law.original()
     names = {**function.__globals__}
     exec(law.source(), names)
     before, function.__code__ = function.__code__, names[function.__name__].__code__
@@ -95,8 +89,7 @@ def mutate(laws: Sequence[Law] = LAWS) -> list[Noticed]:
     """Change laws one at a time, in processes that run plain Python; returns what notices them, in order."""
     before = os.environ.get("NUMBA_DISABLE_JIT", "0")
     os.environ["NUMBA_DISABLE_JIT"] = "1"
-    try:
-        with ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("spawn")) as pool:
-            return list(pool.map(notice, laws))
-    finally:
-        os.environ["NUMBA_DISABLE_JIT"] = before
+    with ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("spawn")) as pool:
+        found = list(pool.map(notice, laws))
+    os.environ["NUMBA_DISABLE_JIT"] = before
+    return found

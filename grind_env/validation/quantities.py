@@ -143,10 +143,14 @@ def growth(grinder: Grinder) -> float:
     return 1000.0 * part_growth(grinder.heat.dT, grinder.p.swell)
 
 
-def burning(grinder: Grinder) -> float:
-    """Return the temperature rise where a wheel is so dull that a cut of 10 um burns by Malkin's threshold, K."""
-    dull = crossing(lambda flats: _cut_when(grinder, flats).Br - 1.0, FLATS[0], FLATS[-1])
-    return _cut_when(grinder, dull).T
+def flats_at_burn(grinder: Grinder) -> float:
+    """Return the wear-flat area at which a cut of 10 um burns by Malkin's threshold, %."""
+    return 100.0 * crossing(lambda flats: _cut_when(grinder, flats).Br - 1.0, FLATS[0], FLATS[-1])
+
+
+def temperature_at_burn(grinder: Grinder) -> float:
+    """Return the temperature rise of that cut, K."""
+    return _cut_when(grinder, 0.01 * flats_at_burn(grinder)).T
 
 
 def ploughing_force(grinder: Grinder) -> float:

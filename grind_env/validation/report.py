@@ -106,32 +106,21 @@ def print_report(rows: Sequence[Row], console: Console) -> None:
     console.print(totals(rows))
 
 
-MUTATION_COLUMNS = (
-    Column(
-        "law, noticed by",
-        lambda found: Cell(found.law.name, "" if found.as_known else "bad", _noticing(found)),
-        wrap=True,
-    ),
-    Column("decides", "law.decides", wrap=True),
-    Column("rows", lambda found: len(found.rows), right=True),
-)
-
-
-def _noticing(found: Noticed) -> str:
-    """The rows that notice a changed law, and why they are few."""
-    return "\n".join(filter(None, ("; ".join(found.rows), found.law.known and f"why: {found.law.known}")))
+def _law(found: Noticed) -> Cell:
+    why = found.law.known and f"why: {found.law.known}"
+    return Cell(found.law.name, "" if found.as_known else "bad", "\n".join(filter(None, ("; ".join(found.rows), why))))
 
 
 def print_mutations(found: Sequence[Noticed], console: Console) -> None:
     """Print what notices each changed law, and how many are noticed."""
-    table_of(MUTATION_COLUMNS, found, "Laws of the process, changed one at a time").print(console, **LOOK)
-    enough = sum(len(each.rows) >= LEAST for each in found)
+    counted = Column("rows", lambda each: len(each.rows), right=True)
+    columns = (Column("law, noticed by", _law, wrap=True), Column("decides", "law.decides"), counted)
+    table_of(columns, found, "Laws of the process, changed one at a time").print(console, **LOOK)
     idle = sum(not each.law.decides for each in found)
+    enough = sum(len(each.rows) >= LEAST for each in found)
     wrong = sum(not each.as_known for each in found)
-    console.print(
-        f"{len(found)} laws, of which {idle} carry no decision: {enough} are noticed by {LEAST} rows or more; "
-        f"{wrong} not as known"
-    )
+    said = f"{len(found)} laws, {idle} of them without a decision: {enough} are noticed by {LEAST} rows or more"
+    console.print(f"{said}; {wrong} not as known")
 
 
 def write_csv(rows: Sequence[Row], path: Path) -> None:

@@ -37,7 +37,6 @@ SHAPES = (
 )
 """Rows that geometry or the form of a relation decides, and no constant of the catalogue."""
 
-
 MEMORIES = {
     "expected_magnitudes": {Evidence.REMEMBERED},
     "specific_energy_ranges": {Evidence.REMEMBERED},
