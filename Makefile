@@ -83,9 +83,10 @@ speed: setup
 ratios: setup
 	$(BIN)/python -m tests.speed --check
 
-# The process model beside published and measured numbers.
+# The process model beside published and measured numbers, and which of these notice that a law of it is changed.
 validate: setup
 	$(BIN)/python -m grind_env.validation
+	$(BIN)/python -m grind_env.validation --mutate
 
 # Those that the package or themselves have outdated, executed into build/notebooks.
 notebooks: setup $(patsubst %,build/%,$(wildcard notebooks/*.ipynb))
