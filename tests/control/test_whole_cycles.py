@@ -289,16 +289,3 @@ def test_a_cycle_of_no_stroke_is_no_whole_cycle() -> None:
     text = f"{COMMON}G82 X230. I-30. Y0 J-.01 F60. E12000.\nM30"
     kinds = [type(event) for event in run(text, start=PARKED, whole_cycles=True, coverage_pass=False)]
     assert kinds == [CycleStart, CycleEnd, ProgramEnd]
-
-
-@pytest.mark.parametrize("cycle", [CYCLE, "G83 X230. I-30. Y-.02 J-.01 Z12. K5. L1 F600. E12000."])
-def test_a_whole_cycle_tells_each_of_its_strokes(cycle: str) -> None:
-    text = f"{COMMON}G00 X-41.3\n{cycle}\nM30{DRESS}"
-    stepped = [event for event in run(text, start=PARKED) if isinstance(event, Stroke)]
-    whole = next(event for event in run(text, start=PARKED, whole_cycles=True) if isinstance(event, CycleStrokes))
-    assert len(whole.begins) == len(stepped)
-    assert whole.time == stepped[-1].finish
-    for k, stroke in enumerate(stepped):
-        assert (whole.begins[k], whole.seconds[k], whole.feed) == (stroke.begin, stroke.seconds, stroke.feed)
-        assert (whole.plan, whole.inch, whole.ends(k)) == (stroke.cycle, stroke.inch, (stroke.start[0], stroke.end[0]))
-        assert (whole.plunge[k], whole.cross[k]) == pytest.approx(stroke.middle[1:], abs=1e-9)

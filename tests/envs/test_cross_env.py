@@ -114,21 +114,6 @@ def test_the_block_is_a_g83_that_takes_the_wheel_from_edge_to_edge() -> None:
     assert text in env.part_program() and plain in env.part_program()
 
 
-def test_strokes_and_seconds_of_a_traverse_are_those_of_the_control() -> None:
-    env = wide_plates.make()
-    kind = env.task.kinds[0]
-    env.reset(seed=0, options={"context": nominal_context(env.task)})
-    info = env.step(np.array([0.0, -1.0], np.float32))[4]
-    # one stroke to the primary point, then for each plunge three cross picks in 35 mm and one stroke at the end
-    strokes = 1 + round(kind.stock / kind.pick) * 4
-    v = info["E"] / 60.0
-    assert env.record().parts["strokes"].tolist() == [strokes]
-    assert info["seconds"] == pytest.approx(30.0 + strokes * (360.0 / v + v / 1000.0 + 0.15), rel=1e-9)
-    assert set(env.record().strokes["b"].round(6)) <= {0.0, 11.0, 12.0, 13.0, 25.0}
-    dressed = env.step(env.codec.encode(info["E"], 1.0)[0])[4]
-    assert dressed["seconds"] - info["seconds"] == pytest.approx(env.task.dress_seconds, rel=1e-9)
-
-
 def test_the_strips_are_those_of_a_traverse_walked_by_hand() -> None:
     env = wide_plates.make()
     task, kind = env.task, env.task.kinds[0]

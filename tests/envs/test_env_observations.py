@@ -258,18 +258,6 @@ def test_every_episode_starts_with_the_wheel_of_its_task() -> None:
             assert (seen[reading] == 0.0).all(), reading
 
 
-@pytest.mark.parametrize("name", task_names())
-def test_the_removed_volume_is_the_removed_stock(name: str) -> None:
-    r = run(name)
-    # what a rough block leaves, the lag, the finish block after it grinds off
-    lag = np.concatenate([np.zeros((1, N)), r.outcome.size_error[:-1]]) * ~r.of_kind("starts_part")
-    removed = (r.tape.stock.T - (r.outcome.size_error - lag) / 1000.0) * r.of_kind("length")
-    gained = r.wheels.V[1:] - r.wheels.V[:-1]
-    undressed = (r.executions == 0.0) & (r.outcome.change_cost == 0.0)
-    np.testing.assert_allclose(gained[undressed], removed[undressed], rtol=1e-9, atol=1e-12)
-    assert undressed.any()
-
-
 def test_the_scaling_keeps_ordinary_readings_near_one() -> None:
     r = run("power_limited")
     # a part on which the spindle has stalled is no ordinary one

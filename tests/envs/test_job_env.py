@@ -396,18 +396,13 @@ def test_a_choice_that_leads_to_other_blocks_is_refused_and_changes_nothing(tmp_
     assert len(env.blocks) == 1
 
 
-def test_files_that_are_missing_are_named(tmp_path: Path) -> None:
+def test_files_that_are_missing_are_named_and_another_job_file_can_be(tmp_path: Path) -> None:
     assert "nowhere.nc" in refusal(GrindError, job_env.make, str(tmp_path / "nowhere.nc"))
     path = tmp_path / "alone.nc"
     path.write_text(BATCH)
     assert "alone.toml" in refusal(GrindError, job_env.make, str(path))
-    assert "other.toml" in refusal(GrindError, job_env.make, str(path), job=str(tmp_path / "other.toml"))
-
-
-def test_another_job_file_can_be_named(tmp_path: Path) -> None:
-    path = tmp_path / "alone.nc"
-    path.write_text(BATCH)
     other = tmp_path / "other.toml"
+    assert "other.toml" in refusal(GrindError, job_env.make, str(path), job=str(other))
     other.write_text(JOB)
     assert job_env.make(str(path), job=str(other)).simulation.job == load_job(other)
 

@@ -28,19 +28,6 @@ def test_the_blocks_of_a_step_are_the_literal_form() -> None:
     assert len(env.written().requests) == 1
 
 
-def test_strokes_get_thinner_as_the_table_gets_faster() -> None:
-    env = reciprocation.make()
-    picks = []
-    for u in (-1.0, 0.0, 0.7):
-        env.reset(seed=0)
-        observation = env.step(np.array([u, -1.0], np.float32))[0]
-        names = [reading.name for reading in env.observation_info()]
-        picks.append(0.02 * float(observation[names.index("last_pick")]))
-    E = np.array([3000.0, 9487.0, 21_275.0]) / 60.0
-    assert picks == pytest.approx(0.4 / 60.0 * (360.0 / E + E / 1000.0 + 0.15), rel=1e-3)
-    assert "pick" not in names
-
-
 @pytest.mark.parametrize("pre_dress", [0.0, 1.0])
 def test_the_volume_ground_since_the_dress_is_kept_by_book(pre_dress: float) -> None:
     env = reciprocation.make(predress=True)

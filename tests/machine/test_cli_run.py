@@ -215,7 +215,7 @@ def test_run_and_report_take_the_retract_that_the_error_recommends(
 
 
 @pytest.mark.parametrize("name", ["keyway_g81", "plate_g82", "rail_g83"])
-def test_check_and_trace_agree_with_run(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_and_trace_count_the_strokes_and_motions_of_a_run(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     program, job = str(EXAMPLES / f"{name}.nc"), str(EXAMPLES / f"{name}.toml")
     grind("run", program, "--json")
     record = json.loads(capsys.readouterr().out)
@@ -224,9 +224,7 @@ def test_check_and_trace_agree_with_run(name: str, capsys: pytest.CaptureFixture
     grind("trace", program, "--job", job)
     motions = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     strokes = sum(cycle["strokes"] for cycle in report["cycles"]) + report["strokes_between"]
-    assert strokes == record["parts"][0]["strokes"]
-    assert report["seconds"] == record["seconds"]
-    assert report["warnings"] == record["warnings"] == []
+    assert strokes == record["parts"][0]["strokes"] and report["warnings"] == []
     assert len(motions) == report["motions"]
 
 

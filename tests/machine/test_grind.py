@@ -205,24 +205,10 @@ def test_nothing_is_lost(text: str, width: float, wheel: str) -> None:
     assert part["time_cost"] == pytest.approx(80.0 * part["seconds"] / 3600.0)
 
 
-def test_cbn_wears_little_and_stays_cool() -> None:
-    text = HEAD + CYCLE + "M30\n"
-    # beside what their dresses have loosened, which is much the same
-    firm = (dataclasses.replace(CATALOGUE.wheel(name), initial_wear=0.0) for name in ("a60j", "b126"))
-    alumina, cbn = (run(text, job(setup={"wheel": wheel})) for wheel in firm)
-    assert cbn.parts["worn"][0] < alumina.parts["worn"][0] / 20.0
-    assert cbn.parts["rise"][0] < alumina.parts["rise"][0]
-
-
 def test_traverse_engages_the_fresh_strips_only() -> None:
     strokes = run(TRAVERSE.replace("L1", "L0"), job(width=60.0, setup={"machine": stiff()})).strokes
     # the whole wheel at first, then a cross pick each; the last one is shortened to 5 mm
     assert strokes["b"][1:6] == pytest.approx([25.0, 10.0, 10.0, 10.0, 5.0])
-
-
-def test_a_wheel_that_covers_the_part_grinds_it_in_one_strip() -> None:
-    strokes = run(HEAD + CYCLE + "M30\n", job(width=19.3)).strokes
-    assert (strokes["b"] == 19.3).all()
 
 
 def test_wheel_wear_tapers_a_traversed_part() -> None:

@@ -30,7 +30,6 @@ from grind_env.machine.script.block import ScriptError
 from grind_env.machine.script.script import script_of
 from grind_env.machine.script.tables import BlockRow
 from grind_env.process.cost import STALL
-from grind_env.shop.trials import Trials
 from tests.machine.harness import machine_after
 from tests.soak.limits import TooSlowError, limited
 from tests.soak.part import fallen
@@ -313,7 +312,6 @@ def _replayed(case: Case, examined: Examined, known: dict[str, Any]) -> bool:
     if not _by_blocks(simulation, record):
         return True
     _compare_parts(way, simulation, found, record, examined)
-    _compare_measures(way, simulation, record, examined)
     if simulation.script is not None:
         _choose(case, simulation, examined)
     return True
@@ -467,23 +465,6 @@ def _compare_parts(
         if not record.stages[part]:
             pairs["temperature"] = (found.outcome("rise")[blocks].max(), row["rise"])
         _compare(f"{way}: part", pairs, examined)
-
-
-def _compare_measures(way: str, simulation: JobSimulation, record: GrindingRecord, examined: Examined) -> None:
-    """What `optimise` says of the program itself."""
-    trials, parts = Trials(simulation, 1, ((0,),), simulation.blocks, alike=True, execution=0.0), record.parts
-    measured = trials.measure(trials.own[None], handover=False)
-    pairs = {
-        "cost": (measured.cost[0, 0], parts["total_cost"].mean() if not _worn_away(record) else measured.cost[0, 0]),
-        "seconds": (measured.seconds[0, 0], parts["seconds"].mean()),
-        "power": (measured.power[0, 0], parts["peak_power"].mean() / 1000.0),
-        "scrap": (measured.scrap[0, 0], 1.0 - parts["survival"].mean()),
-        "temperature": (measured.rise[0, 0], parts["rise"].mean()),
-        "highest temperature": (measured.highest_rise[0, 0], parts["highest_rise"].mean()),
-        "Ra": (measured.Ra[0, 0], parts["Ra"].mean()),
-        "size error": (measured.size_error[0, 0], np.abs(parts["worst_error"]).mean()),
-    }
-    _compare(f"optimise by {way}:", pairs, examined)
 
 
 def _reason(sentence: str) -> str:
