@@ -51,7 +51,7 @@ def test_a_changed_model_differs_in_what_is_changed() -> None:
     other = changed(model, z)
     before, after = (StrokeParameters(*each.branches.base[0]) for each in (model, other))
     assert after.RaRef == pytest.approx(np.exp(0.3) * before.RaRef) and after._replace(RaRef=before.RaRef) == before
-    own = other.start([np.random.default_rng(0)]).own(0)
+    own = other.start([np.random.default_rng(0)]).extra_state(0)
     assert own == (0.0, 0.0, 0.0, 0.1)  # the warmth of the part, and the exponents
 
 
