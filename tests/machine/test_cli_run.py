@@ -146,7 +146,7 @@ def test_what_puts_parts_beyond_a_limit_has_its_block_and_stroke(
     by_line = said.replace("N50", f"line {stroke['line']}")
     assert json.loads(capsys.readouterr().out)["reasons"]["stall"] == by_line
     assert re.search(
-        r"^mean size error \d+\.\d µm: wheel wear [\d.]+, heat -?[\d.]+, deflection [\d.]+, rest 0\.0$", out, re.M
+        r"^mean size error \d+\.\d µm: wheel wear [\d.]+, growth -?[\d.]+, deflection [\d.]+, rest 0\.0$", out, re.M
     )
 
 
